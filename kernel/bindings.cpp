@@ -1,0 +1,451 @@
+// Translation between Python's arrays and the kernel's types; no idea of its own. Arrays come checked from Python, so what
+// is wrong here is a defect of ours and raises ValueError.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/function.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <chrono>
+
+#include "fitness.hpp"
+#include "motion.hpp"
+#include "search.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace SPACEARM_NAMESPACE {
+
+template <class T> using in1 = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+template <class T> using in2 = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;   // any strides
+template <class T> using in2c = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+template <class T> nb::object array_of(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
+    auto* owned = new std::vector<T>(std::move(values));
+    nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
+}
+
+void require(bool condition, const char* what) {
+    if (!condition) throw nb::value_error(what);
+}
+
+// Rows of q into packs, a pack of rows at a time; f(first_row, rows_in_pack, packs). Rows beyond the last repeat it.
+template <class T, class F> void for_packs(const in2<T>& q, F&& f) {
+    const std::size_t rows = q.shape(0), dims = q.shape(1);
+    const std::ptrdiff_t row = q.stride(0), column = q.stride(1);
+    std::vector<pack<T>> packs(dims);
+    constexpr std::size_t W = lanes_of<T>;
+    T lane[W];
+    for (std::size_t first = 0; first < rows; first += W) {
+        const std::size_t filled = std::min(W, rows - first);
+        for (std::size_t d = 0; d < dims; ++d) {
+            const T* from = q.data() + static_cast<std::ptrdiff_t>(first) * row + static_cast<std::ptrdiff_t>(d) * column;
+            if (row == 1 && filled == W) {
+                packs[d] = pack<T>::load(from);
+            } else {
+                for (std::size_t i = 0; i < W; ++i) lane[i] = from[static_cast<std::ptrdiff_t>(std::min(i, filled - 1)) * row];
+                packs[d] = pack<T>::load(lane);
+            }
+        }
+        f(first, filled, packs.data());
+    }
+}
+
+template <class T> void store_lanes(const pack<T>& p, T* to, std::size_t filled, std::size_t stride = 1) {
+    T lane[lanes_of<T>];
+    p.store(lane);
+    for (std::size_t i = 0; i < filled; ++i) to[i * stride] = lane[i];
+}
+
+template <class T>
+model<T> make_model(in1<std::int32_t> parent, in1<std::int32_t> kind, in1<std::int32_t> dof, in1<double> multiplier, in1<double> offset,
+                    nb::ndarray<const double, nb::ndim<3>, nb::c_contig> rotation, in2c<double> translation, int dofs,
+                    in1<std::int32_t> point_joint, in2c<double> point_local, in1<std::int32_t> capsule_a, in1<std::int32_t> capsule_b,
+                    in1<double> capsule_radius, in2c<double> sphere_center, in1<double> sphere_radius) {
+    model<T> m;
+    const std::size_t n = parent.shape(0);
+    m.robot.dofs = dofs;
+    for (std::size_t j = 0; j < n; ++j) {
+        require(parent(j) < static_cast<int>(j) && parent(j) >= -1, "parents come before children");
+        require(dof(j) >= 0 && dof(j) < dofs, "a joint's degree of freedom is out of range");
+        m.robot.joints.push_back(make_joint<T>(parent(j), kind(j) == 0 ? joint_kind::revolute : joint_kind::prismatic, dof(j),
+                                               multiplier(j), offset(j), rotation.data() + 9 * j, translation.data() + 3 * j));
+    }
+    std::vector<unsigned> used(n, 0);
+    for (std::size_t i = 0; i < point_joint.shape(0); ++i) {
+        const int joint = point_joint(i);
+        require(joint >= -1 && joint < static_cast<int>(n), "a point's joint is out of range");
+        point<T> p{joint, {}};
+        for (int k = 0; k < 3; ++k) {
+            p.local[k] = static_cast<T>(point_local(i, k));
+            if (joint >= 0 && p.local[k] != T(0)) used[joint] |= 1u << k;
+        }
+        m.points.push_back(p);
+    }
+    mark_needed(m.robot, used);
+    for (std::size_t i = 0; i < capsule_a.shape(0); ++i) {
+        const int a = capsule_a(i), b = capsule_b(i), points = static_cast<int>(m.points.size());
+        require(a >= 0 && a < points && b >= 0 && b < points, "a capsule's point is out of range");
+        // Both ends move with one body, though possibly named by two joints whose origins coincide: measure at q = 0.
+        m.capsules.push_back({a, b, static_cast<T>(capsule_radius(i)), T(0)});
+    }
+    workspace<T> w(m);
+    std::vector<pack<T>> zero(std::max(dofs, 1), pack<T>(T(0)));
+    place(m, zero.data(), w);
+    for (std::size_t i = 0; i < m.capsules.size(); ++i) {
+        T squared[lanes_of<T>];
+        dot(w.axis[i], w.axis[i]).store(squared);
+        m.capsules[i].inverse_squared_length = squared[0] > T(0) ? T(1) / squared[0] : T(0);
+    }
+    for (std::size_t i = 0; i < sphere_center.shape(0); ++i) {
+        sphere<T> s{{}, static_cast<T>(sphere_radius(i))};
+        for (int k = 0; k < 3; ++k) s.center[k] = static_cast<T>(sphere_center(i, k));
+        m.spheres.push_back(s);
+    }
+    return m;
+}
+
+template <class T> nb::object joint_frames(const model<T>& m, in2<T> q) {
+    const std::size_t rows = q.shape(0), n = m.robot.joints.size();
+    tree<T> whole = m.robot;
+    for (auto& joint : whole.joints) joint.needed = 7;
+    std::vector<T> out(rows * n * 16, T(0));
+    std::vector<frame<T>> frames(n);
+    {
+        nb::gil_scoped_release free;
+        for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
+            forward_kinematics(whole, packs, frames.data());
+            for (std::size_t j = 0; j < n; ++j) {
+                T* to = &out[(first * n + j) * 16];
+                const vec3<T>* columns[4] = {&frames[j].column[0], &frames[j].column[1], &frames[j].column[2], &frames[j].origin};
+                for (int k = 0; k < 4; ++k) {
+                    store_lanes(columns[k]->x, to + k, filled, n * 16);
+                    store_lanes(columns[k]->y, to + 4 + k, filled, n * 16);
+                    store_lanes(columns[k]->z, to + 8 + k, filled, n * 16);
+                }
+                for (std::size_t i = 0; i < filled; ++i) to[i * n * 16 + 15] = T(1);
+            }
+        });
+    }
+    return array_of(std::move(out), {rows, n, 4, 4});
+}
+
+template <class T> nb::object point_positions(const model<T>& m, in2<T> q) {
+    const std::size_t rows = q.shape(0), n = m.points.size();
+    std::vector<T> out(rows * n * 3);
+    workspace<T> w(m);
+    {
+        nb::gil_scoped_release free;
+        for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
+            place(m, packs, w);
+            for (std::size_t i = 0; i < n; ++i) {
+                T* to = &out[(first * n + i) * 3];
+                store_lanes(w.points[i].x, to, filled, n * 3);
+                store_lanes(w.points[i].y, to + 1, filled, n * 3);
+                store_lanes(w.points[i].z, to + 2, filled, n * 3);
+            }
+        });
+    }
+    return array_of(std::move(out), {rows, n, 3});
+}
+
+template <class T> nb::object clearances(const model<T>& m, in2<T> q) {
+    const std::size_t rows = q.shape(0), links = m.capsules.size(), balls = m.spheres.size();
+    std::vector<T> out(rows * links * balls);
+    workspace<T> w(m);
+    {
+        nb::gil_scoped_release free;
+        for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
+            place(m, packs, w);
+            for (std::size_t i = 0; i < links; ++i) {
+                for (std::size_t k = 0; k < balls; ++k) {
+                    const capsule<T>& link = m.capsules[i];
+                    const pack<T> d = capsule_sphere_clearance(w.points[link.a], w.points[link.b], link, m.spheres[k]);
+                    store_lanes(d, &out[(first * links + i) * balls + k], filled, links * balls);
+                }
+            }
+        });
+    }
+    return array_of(std::move(out), {rows, links, balls});
+}
+
+template <class T, class Objective> nb::object evaluate(const Objective& objective, in2<T> x) {
+    require(static_cast<int>(x.shape(1)) == objective.dims(), "wrong number of dimensions");
+    const std::size_t rows = x.shape(0);
+    std::vector<T> f(rows), c(rows);
+    auto w = objective.make_workspace();
+    {
+        nb::gil_scoped_release free;
+        for_packs<T>(x, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
+            pack<T> fitness, violation;
+            objective(packs, w, fitness, violation);
+            store_lanes(fitness, &f[first], filled);
+            store_lanes(violation, &c[first], filled);
+        });
+    }
+    return nb::make_tuple(array_of(std::move(f), {rows}), array_of(std::move(c), {rows}));
+}
+
+template <class T> nb::object seed_terms(const seed_objective<T>& objective, in2<T> q) {
+    require(static_cast<int>(q.shape(1)) == objective.dims(), "wrong number of dimensions");
+    const std::size_t rows = q.shape(0);
+    std::vector<T> out(rows * 3);
+    auto w = objective.make_workspace();
+    for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
+        pack<T> fitness, violation, terms[3];
+        objective(packs, w, fitness, violation, terms);
+        for (int k = 0; k < 3; ++k) store_lanes(terms[k], &out[first * 3 + k], filled, 3);
+    });
+    return array_of(std::move(out), {rows, 3});
+}
+
+template <class T> swarm<T> make_swarm(const swarm_settings& settings, in1<double> lower, in1<double> upper, std::uint64_t seed, std::uint32_t trial) {
+    require(lower.shape(0) == upper.shape(0), "bounds of different lengths");
+    return swarm<T>(settings, std::vector<T>(lower.data(), lower.data() + lower.shape(0)),
+                    std::vector<T>(upper.data(), upper.data() + upper.shape(0)), seed, trial);
+}
+
+// Particles as rows.
+template <class T> nb::object position_rows(const swarm<T>& s) {
+    const std::size_t n = s.particles(), dims = s.dims();
+    std::vector<T> out(n * dims);
+    for (std::size_t d = 0; d < dims; ++d) {
+        const T* from = s.positions() + d * s.stride();
+        for (std::size_t i = 0; i < n; ++i) out[i * dims + d] = from[i];
+    }
+    return array_of(std::move(out), {n, dims});
+}
+
+template <class T> std::vector<std::vector<T>> rows_of(const in2<T>& rows, int dims) {
+    require(rows.shape(1) == static_cast<std::size_t>(dims), "wrong number of dimensions");
+    std::vector<std::vector<T>> out(rows.shape(0));
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        for (std::size_t d = 0; d < rows.shape(1); ++d) out[i].push_back(rows(i, d));
+    }
+    return out;
+}
+
+template <class T> nb::dict get_state(swarm<T>& s) {
+    nb::dict out;
+    s.visit_state([&](const char* name, std::vector<T>& values) {
+        out[name] = array_of(std::vector<T>(values), {values.size()});
+    });
+    out["round"] = s.round();
+    out["failed_evaluations"] = s.failed_evaluations();
+    return out;
+}
+
+template <class T> void set_state(swarm<T>& s, nb::dict state) {
+    s.visit_state([&](const char* name, std::vector<T>& values) {
+        const auto saved = nb::cast<in1<T>>(state[name]);
+        require(values.empty() || saved.shape(0) == values.size(), "a checkpoint of another swarm");
+        values.assign(saved.data(), saved.data() + saved.shape(0));
+    });
+    s.restore_counters(nb::cast<int>(state["round"]), nb::cast<std::size_t>(state["failed_evaluations"]));
+}
+
+template <class T, class Objective>
+nb::list search(const Objective& objective, in1<double> lower, in1<double> upper, const swarm_settings& settings, std::uint64_t seed,
+                std::uint32_t first_trial, int trials, int rounds, int threads, bool keep_positions, bool stop_when_feasible,
+                double seconds, std::optional<in2<T>> initial, nb::object progress) {
+    require(static_cast<int>(lower.shape(0)) == objective.dims(), "wrong number of dimensions");
+    const search_limits limits{rounds, stop_when_feasible, seconds};
+    bool interrupted = false;
+    const tick tell_caller = [&](std::uint64_t done) {
+        nb::gil_scoped_acquire hold;
+        if (PyErr_CheckSignals() != 0) {
+            interrupted = true;
+            return false;
+        }
+        if (progress.is_none()) return true;
+        nb::object answer = progress(done);
+        return answer.is_none() || nb::cast<bool>(answer);
+    };
+    auto start_swarm = [&](int trial) {
+        return make_swarm<T>(settings, lower, upper, seed, first_trial + static_cast<std::uint32_t>(trial));
+    };
+    std::vector<std::vector<T>> first_rows;
+    if (initial) first_rows = rows_of<T>(*initial, objective.dims());
+    std::vector<trial_result<T>> results;
+    {
+        nb::gil_scoped_release free;
+        results = run_trials<T>(objective, start_swarm, trials, limits, keep_positions, threads, tell_caller, first_rows);
+    }
+    if (interrupted) throw nb::python_error();
+    nb::list out;
+    for (trial_result<T>& r : results) {
+        nb::dict d;
+        const std::size_t n = r.rounds;
+        d["fitness"] = r.best.fitness;
+        d["violation"] = r.best.violation;
+        d["rounds"] = r.rounds;
+        d["first_feasible_round"] = r.first_feasible_round;
+        d["position"] = array_of(std::move(r.position), {r.rounds ? static_cast<std::size_t>(objective.dims()) : 0});
+        d["fitness_history"] = array_of(std::move(r.fitness), {n});
+        d["violation_history"] = array_of(std::move(r.violation), {n});
+        if (keep_positions) d["position_history"] = array_of(std::move(r.positions), {n, static_cast<std::size_t>(objective.dims())});
+        out.append(d);
+    }
+    return out;
+}
+
+template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
+    using SM = seed_objective<T>;
+    using MM = motion_objective<T>;
+    const auto named = [&](const char* name) { return std::string(name) + suffix; };
+
+    nb::class_<model<T>>(m, named("Model").c_str())
+        .def_static("make", &make_model<T>, "parent"_a, "kind"_a, "dof"_a, "multiplier"_a, "offset"_a, "rotation"_a, "translation"_a,
+                    "dofs"_a, "point_joint"_a, "point_local"_a, "capsule_a"_a, "capsule_b"_a, "capsule_radius"_a, "sphere_center"_a,
+                    "sphere_radius"_a)
+        .def("joint_frames", &joint_frames<T>)
+        .def("points", &point_positions<T>)
+        .def("clearances", &clearances<T>);
+
+    nb::class_<SM>(m, named("SeedObjective").c_str())
+        .def("__init__", [](SM* self, const model<T>& scene, in1<std::int32_t> centers, int tip, in1<double> goal, in1<double> weights,
+                            bool must_reach, double tolerance) {
+            auto* o = new (self) SM{};
+            o->scene = scene;
+            o->tip = tip;
+            double rest = 0;
+            for (std::size_t i = 0; i < centers.shape(0); ++i) {
+                const point<T>& p = scene.points.at(centers(i));
+                if (p.joint >= 0) {
+                    o->centers.push_back(centers(i));
+                    continue;
+                }
+                for (const sphere<T>& ball : scene.spheres) {
+                    double squared = 0;
+                    for (int k = 0; k < 3; ++k) squared += (double(ball.center[k]) - p.local[k]) * (double(ball.center[k]) - p.local[k]);
+                    rest += std::sqrt(squared);
+                }
+            }
+            o->f1_at_rest = static_cast<T>(rest);
+            for (int k = 0; k < 3; ++k) {
+                o->goal[k] = static_cast<T>(goal(k));
+                o->weight[k] = static_cast<T>(weights(k));
+            }
+            o->must_reach = must_reach;
+            o->tolerance = static_cast<T>(tolerance);
+        })
+        .def("evaluate", &evaluate<T, SM>)
+        .def("terms", &seed_terms<T>)
+        .def("search", &search<T, SM>, "lower"_a, "upper"_a, "settings"_a, "seed"_a, "first_trial"_a, "trials"_a, "rounds"_a, "threads"_a,
+             "keep_positions"_a, "stop_when_feasible"_a, "seconds"_a, "initial"_a.none(), "progress"_a.none());
+
+    nb::class_<MM>(m, named("MotionObjective").c_str())
+        .def("__init__", [](MM* self, const model<T>& scene, in1<double> start, in1<double> goal, in2c<double> basis, double margin,
+                            double length_weight) {
+            require(basis.shape(1) >= 2 && start.shape(0) == static_cast<std::size_t>(scene.robot.dofs) && goal.shape(0) == start.shape(0),
+                    "a motion's arrays do not fit");
+            auto* o = new (self) MM{};
+            o->scene = scene;
+            o->start.assign(start.data(), start.data() + start.shape(0));
+            o->goal.assign(goal.data(), goal.data() + goal.shape(0));
+            o->basis.assign(basis.data(), basis.data() + basis.size());
+            o->samples = static_cast<int>(basis.shape(0));
+            o->interior = static_cast<int>(basis.shape(1)) - 2;
+            o->margin = static_cast<T>(margin);
+            o->length_weight = static_cast<T>(length_weight);
+        })
+        .def("evaluate", &evaluate<T, MM>)
+        .def("search", &search<T, MM>, "lower"_a, "upper"_a, "settings"_a, "seed"_a, "first_trial"_a, "trials"_a, "rounds"_a, "threads"_a,
+             "keep_positions"_a, "stop_when_feasible"_a, "seconds"_a, "initial"_a.none(), "progress"_a.none());
+
+    nb::class_<swarm<T>>(m, named("Swarm").c_str())
+        .def("__init__", [](swarm<T>* self, const swarm_settings& settings, in1<double> lower, in1<double> upper, std::uint64_t seed,
+                            std::uint32_t trial) { new (self) swarm<T>(make_swarm<T>(settings, lower, upper, seed, trial)); })
+        .def("ask", [](swarm<T>& s) { s.ask(); })
+        .def("positions", &position_rows<T>)
+        .def("place_first", [](swarm<T>& s, in2<T> rows) { s.place_first(rows_of<T>(rows, s.dims())); })
+        .def("tell", [](swarm<T>& s, in1<T> f, in1<T> c) {
+            require(f.shape(0) == static_cast<std::size_t>(s.particles()) && c.shape(0) == f.shape(0), "wrong number of values");
+            s.tell(f.data(), c.data());
+        })
+        .def_prop_ro("round", &swarm<T>::round)
+        .def_prop_ro("best_fitness", [](const swarm<T>& s) { return s.best().fitness; })
+        .def_prop_ro("best_violation", [](const swarm<T>& s) { return s.best().violation; })
+        .def_prop_ro("best_position", [](const swarm<T>& s) { return array_of(std::vector<T>(s.best_position()), {s.best_position().size()}); })
+        .def_prop_ro("failed_evaluations", &swarm<T>::failed_evaluations)
+        .def("state", &get_state<T>)
+        .def("restore", &set_state<T>);
+
+    m.def(named("uniforms").c_str(), [](std::uint64_t seed, std::uint32_t trial, std::uint32_t purpose, std::uint32_t iteration,
+                                        std::uint32_t first, std::uint32_t block) {
+        pack<T> u[4];
+        uniforms<T>(random_key(seed, trial, static_cast<stream>(purpose)), iteration, first, block, u);
+        std::vector<T> out(4 * lanes_of<T>);
+        for (int i = 0; i < 4; ++i) u[i].store(&out[i * lanes_of<T>]);
+        return array_of(std::move(out), {4, static_cast<std::size_t>(lanes_of<T>)});
+    });
+    m.def(named("sincos").c_str(), [](in1<T> x) {
+        std::vector<T> s(x.shape(0)), c(x.shape(0));
+        for (std::size_t i = 0; i < s.size(); ++i) {
+            pack<T> sine, cosine;
+            sincos(pack<T>(x(i)), sine, cosine);
+            store_lanes(sine, &s[i], 1);
+            store_lanes(cosine, &c[i], 1);
+        }
+        const std::size_t n = s.size();
+        return nb::make_tuple(array_of(std::move(s), {n}), array_of(std::move(c), {n}));
+    });
+}
+
+template <class E> E chosen(const std::string& name, std::initializer_list<std::pair<const char*, E>> known) {
+    for (const auto& [key, value] : known) {
+        if (name == key) return value;
+    }
+    throw nb::value_error("an unknown choice");
+}
+
+template <class V> void field(nb::dict& d, const char* key, V& value) {
+    if (d.contains(key)) value = nb::cast<V>(d[key]);
+}
+
+swarm_settings settings_from(nb::dict d) {
+    swarm_settings s;
+    std::string variant = "pso", bounds = "absorb";
+    field(d, "variant", variant);
+    field(d, "bounds", bounds);
+    s.variant = chosen<swarm_variant>(variant, {{"pso", swarm_variant::pso}, {"symbiotic", swarm_variant::symbiotic},
+                                                {"cooperative", swarm_variant::cooperative}, {"evolving", swarm_variant::evolving}});
+    s.bounds = chosen<bounds_rule>(bounds, {{"absorb", bounds_rule::absorb}, {"reflect", bounds_rule::reflect},
+                                            {"periodic", bounds_rule::periodic}});
+    field(d, "particles", s.particles);
+    field(d, "rounds", s.rounds);
+    field(d, "inertia_start", s.inertia_start);
+    field(d, "inertia_end", s.inertia_end);
+    field(d, "cognitive", s.cognitive);
+    field(d, "social", s.social);
+    field(d, "cooperation", s.cooperation);
+    field(d, "velocity_clamp", s.velocity_clamp);
+    field(d, "start_velocity", s.start_velocity);
+    field(d, "ring", s.ring);
+    field(d, "penalty", s.penalty);
+    field(d, "penalty_weight", s.penalty_weight);
+    field(d, "tolerance_share", s.tolerance_share);
+    field(d, "tolerance_rounds", s.tolerance_rounds);
+    field(d, "tolerance_power", s.tolerance_power);
+    return s;
+}
+
+NB_MODULE(SPACEARM_MODULE, m) {
+    m.doc() = "The native kernel, one build an instruction level";
+    nb::class_<swarm_settings>(m, "SwarmSettings").def_static("make", &settings_from);
+    bind_scalar<double>(m, "64");
+    bind_scalar<float>(m, "32");
+    m.attr("level") = SPACEARM_LEVEL_NAME;
+    m.attr("lanes32") = lanes_of<float>;
+    m.attr("lanes64") = lanes_of<double>;
+#if defined(__clang__)
+    m.attr("compiler") = "clang " __clang_version__;
+#else
+    m.attr("compiler") = "gcc " __VERSION__;
+#endif
+}
+
+}  // namespace SPACEARM_NAMESPACE

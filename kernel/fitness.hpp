@@ -1,0 +1,46 @@
+// The seed's fitness (Zhang et al. 2022, eqs. (4)-(7)) and constraints (eqs. (1)-(3), (10), (11)) of one configuration.
+#pragma once
+
+#include "model.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+template <class T> struct seed_objective {
+    model<T> scene;
+    std::vector<int> centers;   // the points of eq. (5): distinct joint centres and the end effector, those that move
+    T f1_at_rest = 0;           // what the centres on the base add to f1, always the same
+    int tip = 0;                // the end effector's point
+    T goal[3] = {};
+    T weight[3] = {};           // omega_1, omega_2, omega_3
+    bool must_reach = true;     // the goal as a constraint ("goal" mode), or only as the terms (6), (7) ("literal")
+    T tolerance = 0;            // [m]
+
+    int dims() const { return scene.robot.dofs; }
+    workspace<T> make_workspace() const { return workspace<T>(scene); }
+
+    // terms, when asked for: f1, f2, f3.
+    SPACEARM_INLINE void operator()(const pack<T>* q, workspace<T>& w, pack<T>& fitness, pack<T>& violation,
+                                    pack<T>* terms = nullptr) const {
+        place(scene, q, w);
+        pack<T> f1(f1_at_rest), broken(T(0));
+        for (const sphere<T>& ball : scene.spheres) {
+            point_to(scene, ball, w);
+            for (int i : centers) f1 += sqrt(dot(w.to_center[i], w.to_center[i]));                    // eq. (5)
+            broken += shortfall_to(scene, ball, T(0), w);                                             // eqs. (1)-(3), (10), (11)
+        }
+        const vec3<T> left = constant(goal) - w.points[tip];
+        const pack<T> d2 = dot(left, left);
+        const pack<T> f2 = sqrt(d2 + T(1));                                                           // eq. (6), z joined
+        const pack<T> f3 = sqrt(d2);                                                                  // eq. (7)
+        if (must_reach) broken += max(f3 - tolerance, pack<T>(T(0)));
+        fitness = f1 * weight[0] + f2 * weight[1] + f3 * weight[2];                                   // eq. (4)
+        violation = broken;
+        if (terms) {
+            terms[0] = f1;
+            terms[1] = f2;
+            terms[2] = f3;
+        }
+    }
+};
+
+}  // namespace SPACEARM_NAMESPACE

@@ -1,0 +1,61 @@
+// What is evaluated: a robot's tree, the points it carries, the capsules between them, and the obstacles around it.
+#pragma once
+
+#include "distance.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+template <class T> struct point {
+    int joint;      // the joint that carries it, -1 for the base
+    T local[3];     // in that joint's frame
+};
+
+template <class T> struct model {
+    tree<T> robot;
+    std::vector<point<T>> points;
+    std::vector<capsule<T>> capsules;
+    std::vector<sphere<T>> spheres;
+};
+
+// Memory for one evaluation, made once a thread.
+template <class T> struct workspace {
+    std::vector<frame<T>> frames;
+    std::vector<vec3<T>> points;
+    std::vector<vec3<T>> to_center;   // from each point to the obstacle at hand
+    std::vector<vec3<T>> axis;        // of each capsule
+    explicit workspace(const model<T>& m)
+        : frames(m.robot.joints.size()), points(m.points.size()), to_center(m.points.size()), axis(m.capsules.size()) {}
+};
+
+template <class T> SPACEARM_INLINE vec3<T> constant(const T* p) { return {pack<T>(p[0]), pack<T>(p[1]), pack<T>(p[2])}; }
+
+// Frames, points and capsule axes for one pack of configurations.
+template <class T> SPACEARM_INLINE void place(const model<T>& m, const pack<T>* q, workspace<T>& w) {
+    forward_kinematics(m.robot, q, w.frames.data());
+    for (std::size_t i = 0; i < m.points.size(); ++i) {
+        const point<T>& p = m.points[i];
+        if (p.joint < 0) w.points[i] = constant(p.local);
+        else w.points[i] = carry(w.frames[p.joint], p.local);
+    }
+    for (std::size_t i = 0; i < m.capsules.size(); ++i) w.axis[i] = w.points[m.capsules[i].b] - w.points[m.capsules[i].a];
+}
+
+// Sum over capsules and obstacles of how far the clearance falls short of the margin [m]; 0 when none does. Pairs that
+// are far apart in every lane, nearly all, cost no square root.
+template <class T> SPACEARM_INLINE pack<T> shortfall_to(const model<T>& m, const sphere<T>& ball, T margin, const workspace<T>& w) {
+    pack<T> sum(T(0));
+    for (std::size_t i = 0; i < m.capsules.size(); ++i) {
+        const capsule<T>& link = m.capsules[i];
+        const T reach = link.radius + ball.radius + margin;
+        const pack<T> d2 = squared_distance_to_axis(w.to_center[link.a], w.axis[i], pack<T>(link.inverse_squared_length));
+        if (any(d2 < reach * reach)) sum += max(reach - sqrt(d2), pack<T>(T(0)));
+    }
+    return sum;
+}
+
+template <class T> SPACEARM_INLINE void point_to(const model<T>& m, const sphere<T>& ball, workspace<T>& w) {
+    const vec3<T> c = constant(ball.center);
+    for (std::size_t i = 0; i < m.points.size(); ++i) w.to_center[i] = c - w.points[i];
+}
+
+}  // namespace SPACEARM_NAMESPACE

@@ -1,0 +1,81 @@
+// Counter-based randomness: Threefry-4x32 with 20 rounds (Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as
+// easy as 1, 2, 3", SC 2011). A number is a pure function of (seed, trial, iteration, particle, block), so a run gives
+// the same bits on one or many threads and in packs of any width, and its state is a few integers.
+#pragma once
+
+#include "lanes.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+// What a number is drawn for; a key of its own for each keeps the streams apart.
+enum class stream : std::uint32_t { start_position = 0, start_velocity = 1, velocity = 2, evolution = 3, restart = 4 };
+
+struct random_key {
+    std::uint32_t word[4];
+    random_key(std::uint64_t seed, std::uint32_t trial, stream purpose)
+        : word{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), trial,
+               static_cast<std::uint32_t>(purpose)} {}
+};
+
+// W is a word or a vector of words; x holds the counter and becomes the four random words.
+template <class W> SPACEARM_INLINE void threefry4x32(const random_key& key, W (&x)[4]) {
+    const std::uint32_t k[5] = {key.word[0], key.word[1], key.word[2], key.word[3],
+                                0x1BD11BDAu ^ key.word[0] ^ key.word[1] ^ key.word[2] ^ key.word[3]};
+    for (int i = 0; i < 4; ++i) x[i] += k[i];
+    auto mix01 = [&]<int R0, int R1>() {
+        x[0] += x[1]; x[1] = rotate_left<R0>(x[1]) ^ x[0];
+        x[2] += x[3]; x[3] = rotate_left<R1>(x[3]) ^ x[2];
+    };
+    auto mix03 = [&]<int R0, int R1>() {
+        x[0] += x[3]; x[3] = rotate_left<R0>(x[3]) ^ x[0];
+        x[2] += x[1]; x[1] = rotate_left<R1>(x[1]) ^ x[2];
+    };
+    auto inject = [&](std::uint32_t round) {
+        for (std::uint32_t i = 0; i < 4; ++i) x[i] += k[(round + i) % 5];
+        x[3] += round;
+    };
+    auto even = [&] {
+        mix01.template operator()<10, 26>();
+        mix03.template operator()<11, 21>();
+        mix01.template operator()<13, 27>();
+        mix03.template operator()<23, 5>();
+    };
+    auto odd = [&] {
+        mix01.template operator()<6, 20>();
+        mix03.template operator()<17, 11>();
+        mix01.template operator()<25, 10>();
+        mix03.template operator()<18, 20>();
+    };
+    even(); inject(1);
+    odd();  inject(2);
+    even(); inject(3);
+    odd();  inject(4);
+    even(); inject(5);
+}
+
+// Four packs of uniforms in [0, 1) for the particles first, first + 1, ... of one iteration.
+template <class T>
+SPACEARM_INLINE void uniforms(const random_key& key, std::uint32_t iteration, std::uint32_t first, std::uint32_t block,
+                              pack<T> (&out)[4]) {
+    words<T> x[4];
+    for (int lane = 0; lane < lanes_of<T>; ++lane) x[0][lane] = first + static_cast<std::uint32_t>(lane);
+    x[1] = words<T>{} + iteration;
+    x[2] = words<T>{} + block;
+    x[3] = words<T>{};
+    threefry4x32(key, x);
+    for (int i = 0; i < 4; ++i) out[i] = uniform<T>(x[i]);
+}
+
+// The same numbers one particle at a time, for moves that are not done on packs.
+template <class T>
+inline void uniforms_one(const random_key& key, std::uint32_t iteration, std::uint32_t particle, std::uint32_t block,
+                         T (&out)[4]) {
+    std::uint32_t x[4] = {particle, iteration, block, 0};
+    threefry4x32(key, x);
+    for (int i = 0; i < 4; ++i) {
+        if constexpr (sizeof(T) == 4) out[i] = static_cast<T>(x[i] >> 8) * T(0x1p-24);
+        else out[i] = static_cast<T>(x[i]) * T(0x1p-32);
+    }
+}
+
+}  // namespace SPACEARM_NAMESPACE

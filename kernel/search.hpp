@@ -1,0 +1,140 @@
+// Whole runs, natively: many independent trials of a swarm on an objective, spread over threads.
+//
+// A trial's numbers depend on (seed, trial) only, so the results are the same bits on any number of threads.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "swarm.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+struct search_limits {
+    int rounds = 100;
+    bool stop_when_feasible = false;
+    double seconds = 0;   // per trial; 0 for no limit
+};
+
+template <class T> struct trial_result {
+    merit<T> best;
+    std::vector<T> position;
+    int rounds = 0;
+    int first_feasible_round = -1;
+    // One entry a round: the swarm's best so far.
+    std::vector<T> fitness, violation, positions;
+};
+
+// Called now and then from the calling thread, with the rounds done so far; returns false to stop the search.
+using tick = std::function<bool(std::uint64_t)>;
+
+template <class T, class Objective>
+trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const search_limits& limits, bool keep_positions,
+                          const std::function<bool()>& go_on,
+                          const std::vector<std::vector<T>>& first_rows) {
+    auto workspace = objective.make_workspace();
+    const int stride = particles.stride(), dims = particles.dims();
+    std::vector<pack<T>> q(dims);
+    std::vector<T> fitness(stride), violation(stride);
+    trial_result<T> out;
+    for (int round = 0; round < limits.rounds; ++round) {
+        particles.ask();
+        if (round == 0) particles.place_first(first_rows);
+        const T* x = particles.positions();
+        for (int i = 0; i < stride; i += lanes_of<T>) {
+            for (int d = 0; d < dims; ++d) q[d] = pack<T>::load(x + static_cast<std::size_t>(d) * stride + i);
+            pack<T> f, c;
+            objective(q.data(), workspace, f, c);
+            f.store(&fitness[i]);
+            c.store(&violation[i]);
+        }
+        particles.tell(fitness.data(), violation.data());
+        const merit<T> best = particles.best();
+        out.fitness.push_back(best.fitness);
+        out.violation.push_back(best.violation);
+        if (keep_positions) out.positions.insert(out.positions.end(), particles.best_position().begin(), particles.best_position().end());
+        if (best.violation <= T(0) && out.first_feasible_round < 0) out.first_feasible_round = round;
+        ++out.rounds;
+        if (!go_on() || (limits.stop_when_feasible && out.first_feasible_round >= 0)) break;
+    }
+    out.best = particles.best();
+    out.position = particles.best_position();
+    return out;
+}
+
+// make_swarm(trial) gives each trial its swarm. Returns the results in the trials' order; those not reached when the
+// search was stopped have rounds == 0.
+template <class T, class Objective, class MakeSwarm>
+std::vector<trial_result<T>> run_trials(const Objective& objective, MakeSwarm make_swarm, int trials, const search_limits& limits,
+                                        bool keep_positions, int threads, const tick& tell_caller,
+                                        const std::vector<std::vector<T>>& first_rows) {
+    using clock = std::chrono::steady_clock;
+    std::vector<trial_result<T>> results(trials);
+    std::atomic<int> next{0}, running{0};
+    std::atomic<std::uint64_t> rounds_done{0};
+    std::atomic<bool> stop{false};
+    std::exception_ptr failure;
+    std::mutex lock;
+    std::condition_variable ended;
+
+    auto work = [&](bool calling_thread) {
+        auto told = clock::now();
+        for (int trial = next++; trial < trials && !stop; trial = next++) {
+            auto begun = clock::now();
+            auto go_on = [&] {
+                ++rounds_done;
+                if (limits.seconds > 0 || calling_thread) {
+                    const auto now = clock::now();
+                    if (calling_thread && now - told > std::chrono::milliseconds(40)) {
+                        told = now;
+                        if (tell_caller && !tell_caller(rounds_done)) stop = true;
+                    }
+                    if (limits.seconds > 0 && std::chrono::duration<double>(now - begun).count() > limits.seconds) return false;
+                }
+                return !stop.load(std::memory_order_relaxed);
+            };
+            swarm<T> particles = make_swarm(trial);
+            results[trial] = run_trial<T>(objective, particles, limits, keep_positions, go_on, first_rows);
+        }
+    };
+    auto guarded = [&](bool calling_thread) {
+        try {
+            work(calling_thread);
+        } catch (...) {
+            std::lock_guard<std::mutex> hold(lock);
+            if (!failure) failure = std::current_exception();
+            stop = true;
+        }
+    };
+
+    const int helpers = std::min(threads, trials) - 1;
+    std::vector<std::thread> pool;
+    running = std::max(helpers, 0);
+    for (int i = 0; i < helpers; ++i) {
+        pool.emplace_back([&] {
+            guarded(false);
+            std::lock_guard<std::mutex> hold(lock);
+            --running;
+            ended.notify_one();
+        });
+    }
+    guarded(true);
+    {
+        std::unique_lock<std::mutex> hold(lock);
+        while (!ended.wait_for(hold, std::chrono::milliseconds(40), [&] { return running == 0; })) {
+            hold.unlock();
+            if (tell_caller && !tell_caller(rounds_done)) stop = true;
+            hold.lock();
+        }
+    }
+    for (std::thread& t : pool) t.join();
+    if (failure) std::rethrow_exception(failure);
+    return results;
+}
+
+}  // namespace SPACEARM_NAMESPACE

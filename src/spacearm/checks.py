@@ -1,0 +1,194 @@
+"""Checked values: read-only arrays and finite numbers, and records that stay read-only when copied or
+pickled.
+
+Each check takes the name the user knows the value by and the error to raise, so that one sentence serves
+every room.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.errors import SpacearmError
+
+Raise = Callable[[str], SpacearmError]
+"""An error class: called with the sentence it gives the error to raise."""
+
+T = TypeVar("T")
+
+
+def as_readonly(
+    name: str,
+    value: ArrayLike,
+    shape: tuple[int | None, ...],
+    error: Raise,
+    *,
+    finite: bool = True,
+    advice: str = "",
+) -> NDArray[np.float64]:
+    """Copy numbers into a read-only float64 array of a given shape.
+
+    Args:
+        name: what the user calls the value; begins the message.
+        value: numbers, array-like.
+        shape: expected lengths; None where any length will do.
+        error: class of the error to raise.
+        finite: also refuse infinities. NaN is always refused.
+        advice: what to do about a wrong shape, put at the message's end.
+
+    Raises:
+        error: not numbers, another shape, or an entry that is not finite; the entry is named.
+    """
+    expected = _shape_text(shape)
+    ending = f"; {advice}" if advice else ""
+    try:
+        given = np.asarray(value)
+    except (TypeError, ValueError):
+        raise error(
+            f"{name} has rows of different lengths, expected numbers of shape {expected}{ending}"
+        ) from None
+    # Kinds are asked for because NumPy would turn None into NaN, and "1" and True into 1.0, without a word.
+    if given.size and given.dtype.kind not in "iuf":
+        raise error(f"{name} is {shown(value)}, expected numbers of shape {expected}{ending}")
+    if given.ndim != len(shape) or any(
+        want not in (None, have) for want, have in zip(shape, given.shape, strict=True)
+    ):
+        raise error(f"{name} has shape {_shape_text(given.shape)}, expected {expected}{ending}")
+    array = np.array(given, dtype=np.float64) + 0.0  # + 0.0 makes -0.0 into 0.0, so equal records hash alike
+    bad = ~np.isfinite(array) if finite else np.isnan(array)
+    if bad.any():
+        index = np.unravel_index(int(np.argmax(bad)), array.shape)
+        where = name + "".join(f"[{int(i)}]" for i in index)
+        raise error(f"{where} is {array[index]}, expected a {'finite ' if finite else ''}number")
+    array.setflags(write=False)
+    return array
+
+
+def as_number(
+    name: str,
+    value: Any,
+    error: Raise,
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    unit: str = "",
+) -> float:
+    """Check one finite number and its lower bound.
+
+    Args:
+        name: what the user calls the value; begins the message.
+        value: an int or float, NumPy's included.
+        error: class of the error to raise.
+        above: the number must be greater.
+        at_least: the number must not be less.
+        unit: for the message, as in "m".
+
+    Raises:
+        error: not a number, not finite, or out of bounds.
+    """
+    wanted = "a finite number"
+    if above is not None:
+        wanted = f"a finite number above {above:g}"
+    elif at_least is not None:
+        wanted = f"a finite number, {at_least:g} or more"
+    if unit:
+        wanted += f" [{unit}]"
+    scalar = np.asarray(value) if not isinstance(value, (str, bytes, bool)) and value is not None else None
+    if scalar is None or scalar.ndim or scalar.dtype.kind not in "iuf":
+        raise error(f"{name} is {shown(value)}, expected {wanted}")
+    number = float(scalar)
+    low = (above is not None and number <= above) or (at_least is not None and number < at_least)
+    if not math.isfinite(number) or low:
+        raise error(f"{name} is {number:g}, expected {wanted}")
+    return number + 0.0
+
+
+def as_transform(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float64]:
+    """Check a rigid transform, (4, 4): a rotation, a translation [m], and the last row 0 0 0 1.
+
+    Raises:
+        error: another shape, entries that are not finite, or an upper left block that is not a rotation.
+    """
+    T = as_readonly(name, value, (4, 4), error)
+    R = T[:3, :3]
+    off = float(np.abs(R.T @ R - np.eye(3)).max())
+    if off > 1e-9 or np.linalg.det(R) < 0:
+        raise error(
+            f"{name} has an upper left block that is not a rotation (R^T R is {off:.2g} off the identity, "
+            f"determinant {np.linalg.det(R):.4g}); give an orthonormal, right-handed one"
+        )
+    if not np.array_equal(T[3], (0, 0, 0, 1)):
+        raise error(f"{name} has last row {T[3].tolist()}, expected [0, 0, 0, 1]")
+    return T
+
+
+def as_name(what: str, value: Any, error: Raise) -> str:
+    """Check a name: a string that is not empty.
+
+    Raises:
+        error: anything else.
+    """
+    if not isinstance(value, str) or not value.strip():
+        raise error(f"{what} is {shown(value)}, expected a name (a string that is not empty)")
+    return value
+
+
+def shown(value: Any) -> str:
+    """Print a wrong value in a message, on one line and cut to a readable length."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def shown_error(error: Exception) -> str:
+    """Print another library's exception in a message: its class and its text, once each and on one line."""
+    name, text = type(error).__name__, " ".join(str(error).split())
+    text = text if len(text) <= 120 else text[:117] + "..."
+    return text if text.startswith(name) else f"{name}: {text}" if text else name
+
+
+def _shape_text(shape: tuple[int | None, ...]) -> str:
+    lengths = ["n" if length is None else str(length) for length in shape]
+    return f"({', '.join(lengths)}{',' if len(lengths) == 1 else ''})"
+
+
+class Frozen:
+    """Base of our frozen dataclasses: equal by value, hashable, and rebuilt through their checks by pickle
+    and copy.
+
+    Dataclasses compare arrays with ``==``, which is an array and no answer; and NumPy forgets on unpickling
+    that an array was read-only. Use with ``@dataclass(frozen=True, slots=True, eq=False)``.
+    """
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(_same(a, b) for a, b in zip(_values(self), _values(other), strict=True))
+
+    def __hash__(self) -> int:
+        return hash((type(self), *(v.tobytes() if isinstance(v, np.ndarray) else v for v in _values(self))))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        names = [field.name for field in dataclasses.fields(self)]  # type: ignore[arg-type]
+        return _rebuild, (type(self), dict(zip(names, _values(self), strict=True)))
+
+
+def _values(record: Any) -> list[Any]:
+    return [getattr(record, field.name) for field in dataclasses.fields(record)]
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return np.array_equal(a, b)
+    return bool(a == b)
+
+
+def _rebuild(cls: Callable[..., T], fields: dict[str, Any]) -> T:
+    return cls(**fields)

@@ -1,0 +1,279 @@
+"""Files from outside: read whole, checked against a model, and refused in one sentence that names file and
+line.
+
+YAML is read by the core schema of YAML 1.2: `1e-3` is a number, `yes` is a word and `010` is ten, each of
+which PyYAML's default takes differently. A key given twice is refused.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from spacearm.checks import shown
+from spacearm.errors import FileFormatError, SpacearmError, nearest
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel, ValidationError
+    from pydantic_core import ErrorDetails
+
+    Model = TypeVar("Model", bound=BaseModel)
+
+Place = tuple[str | int, ...]
+"""Where in a file: keys and list positions from the root."""
+
+_VERSION = 1
+
+_FOREIGN = (
+    (
+        "a MoveIt planning scene",
+        {"world", "fixed_frame_transforms", "allowed_collision_matrix", "robot_model_name"},
+    ),
+    ("a MoveIt planning request", {"goal_constraints", "start_state", "workspace_parameters", "group_name"}),
+    ("a spacearm robot", {"spacearm-robot"}),
+    ("a spacearm problem", {"spacearm"}),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class YamlFile:
+    """A YAML mapping, and where in its file each part of it stands."""
+
+    path: Path
+    value: dict[str, Any]
+    root: Any
+
+    def where(self, place: Place) -> str:
+        """Name a place for a message: the path, and the line of the deepest part of the place that exists."""
+        import yaml
+
+        node, line = self.root, None
+        for part in place:
+            if isinstance(node, yaml.MappingNode):
+                pairs = [(key, value) for key, value in node.value if key.value == part]
+                if not pairs:
+                    break
+                line, node = pairs[0][0].start_mark.line + 1, pairs[0][1]
+            elif isinstance(node, yaml.SequenceNode) and isinstance(part, int) and part < len(node.value):
+                node = node.value[part]
+                line = node.start_mark.line + 1
+            else:
+                break
+        return f"{self.path}" if line is None else f"{self.path}: line {line}"
+
+    @contextmanager
+    def at(self, *place: str | int) -> Iterator[None]:
+        """Put the file and line before the message of whatever is raised inside."""
+        with located(self.where(place)):
+            yield
+
+    def parsed(self, model: type[Model]) -> Model:
+        """Check the mapping against a pydantic model.
+
+        Raises:
+            FileFormatError: it does not fit; the first place that does not is named.
+        """
+        from pydantic import ValidationError
+
+        try:
+            return model.model_validate(self.value)
+        except ValidationError as error:
+            raise FileFormatError(self._sentence(error)) from None
+
+    def _sentence(self, error: ValidationError) -> str:
+        found = error.errors(include_url=False)
+        # Where a value may have several forms, the form that was meant is the one whose error lies deepest.
+        deepest = max(found, key=lambda detail: len(detail["loc"]))
+        return f"{self.where(deepest['loc'])}: {_complaint(deepest)}"
+
+
+@contextmanager
+def located(place: object) -> Iterator[None]:
+    """Put a place, as in a path, before the message of whatever is raised inside."""
+    try:
+        yield
+    except SpacearmError as error:
+        raise type(error)(f"{place}: {error}") from None
+
+
+def read_bytes(path: str | os.PathLike[str], *, what: str) -> bytes:
+    """Read a file that must not be empty.
+
+    Args:
+        path: the file.
+        what: what it should hold, for messages, as in "a problem file".
+
+    Raises:
+        FileFormatError: it is missing, a directory, unreadable or empty.
+    """
+    if not isinstance(path, (str, os.PathLike)):
+        raise FileFormatError(f"path is {shown(path)}, expected the path of {what} (a str or a Path)")
+    try:
+        content = Path(path).read_bytes()
+    except FileNotFoundError:
+        raise FileFormatError(f"{path} does not exist, expected {what}; check the path") from None
+    except IsADirectoryError:
+        raise FileFormatError(f"{path} is a directory, expected {what}; name the file inside it") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileFormatError(
+            f"{shown(str(path))} cannot be read ({reason}), expected {what}; check the path"
+        ) from None
+    if not content.strip():
+        raise FileFormatError(f"{path} is empty, expected {what}")
+    return content
+
+
+def read_yaml(path: str | os.PathLike[str], *, key: str, what: str) -> YamlFile:
+    """Read a YAML mapping that names its format, as in ``spacearm: 1``.
+
+    Args:
+        path: the file.
+        key: the key that names the format; its value is the version.
+        what: what the file should hold, for messages.
+
+    Raises:
+        FileFormatError: no such file, no YAML, not a mapping, another format or another version.
+    """
+    content = read_bytes(path, what=what)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileFormatError(
+            f"{path} is not text (byte {error.start} is no UTF-8), expected {what} in YAML; check the path"
+        ) from None
+    if "\0" in text:
+        raise FileFormatError(f"{path} is binary, expected {what} in YAML; check the path")
+    if text.lstrip().startswith("<"):
+        raise FileFormatError(f"{path} is XML (a URDF?), expected {what} in YAML; check the path")
+    value, root = _composed(text, path, what)
+    if not isinstance(value, dict):
+        raise FileFormatError(
+            f"{path} holds {shown(value)}, expected {what}: a mapping that begins with '{key}: {_VERSION}'"
+        )
+    _require_format(value, path, key, what)
+    return YamlFile(path=Path(path), value=value, root=root)
+
+
+def require_known_keys(given: Any, known: list[str]) -> None:
+    """Refuse a mapping with a key that is not known, inside a pydantic validator.
+
+    Raises:
+        PydanticCustomError: the key, and the nearest known one.
+    """
+    from pydantic_core import PydanticCustomError
+
+    if isinstance(given, Mapping):
+        for key in given:
+            if key not in known:
+                # The sentence goes as a value, since a brace in a key would be taken for a placeholder.
+                sentence = f"key {shown(key)} is not known; {nearest(str(key), known)}"
+                raise PydanticCustomError("unknown_key", "{sentence}", {"sentence": sentence})
+
+
+def _composed(text: str, path: Any, what: str) -> tuple[Any, Any]:
+    import yaml
+
+    loader = None
+    try:
+        loader = _loader_class()(text)
+        root = loader.get_single_node()
+        return (None, None) if root is None else (loader.construct_document(root), root)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f"{path}: line {mark.line + 1}" if mark else f"{path}"
+        problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+        raise FileFormatError(
+            f"{place}: {' '.join(problem.split())}, expected {what} in YAML; correct the file"
+        ) from None
+    except RecursionError:
+        raise FileFormatError(f"{path} is nested too deeply, expected {what} in YAML") from None
+    except ValueError as error:  # an integer of thousands of digits, for one
+        raise FileFormatError(
+            f"{path} holds a value that cannot be read ({error}), expected {what} in YAML"
+        ) from None
+    finally:
+        if loader is not None:
+            loader.dispose()
+
+
+@cache
+def _loader_class() -> Any:
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        """Reads the core schema of YAML 1.2 and refuses a key given twice."""
+
+        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+            seen = set()
+            for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+                if isinstance(key, yaml.ScalarNode) and key.tag != "tag:yaml.org,2002:merge":
+                    if (key.tag, key.value) in seen:
+                        raise yaml.constructor.ConstructorError(
+                            None, None, f"key '{key.value}' is given twice", key.start_mark
+                        )
+                    seen.add((key.tag, key.value))
+            return super().construct_mapping(node, deep)
+
+    Loader.yaml_implicit_resolvers = {}
+    tag = "tag:yaml.org,2002:"
+    for name, pattern, first in (
+        ("bool", r"true|True|TRUE|false|False|FALSE", "tTfF"),
+        ("int", r"[-+]?(?:0|[1-9][0-9]*)", "-+0123456789"),
+        ("float", r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?", "-+.0123456789"),
+        ("float", r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)", "-+."),
+        ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+        ("merge", r"<<", "<"),
+    ):
+        Loader.add_implicit_resolver(tag + name, re.compile(rf"^(?:{pattern})$"), list(first))
+    return Loader
+
+
+def _require_format(value: dict[Any, Any], path: Any, key: str, what: str) -> None:
+    if key not in value:
+        foreign = next((name for name, keys in _FOREIGN if keys & value.keys()), None)
+        looks = f" looks like {foreign}" if foreign else f" has no key '{key}'"
+        raise FileFormatError(f"{path}{looks}, expected {what}: its first line is '{key}: {_VERSION}'")
+    if value[key] != _VERSION or isinstance(value[key], bool):
+        raise FileFormatError(
+            f"{path} has {key}: {shown(value[key])}, expected {key}: {_VERSION}; "
+            "this release reads no other version"
+        )
+
+
+_EXPECTED = {
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "int_type": "a whole number",
+    "string_type": "text",
+    "list_type": "a list",
+    "dict_type": "a mapping (key: value)",
+    "model_type": "a mapping (key: value)",
+    "model_attributes_type": "a mapping (key: value)",
+    "recursion_loop": "a value that does not contain itself",
+}
+
+
+def _complaint(detail: ErrorDetails) -> str:
+    """Say in our words what pydantic found."""
+    kind, place = detail["type"], _place_text(detail["loc"])
+    if kind == "missing":
+        inside = _place_text(detail["loc"][:-1])
+        return f"key '{detail['loc'][-1]}' is missing{f' in {inside}' if inside else ''}; add it"
+    if kind == "unknown_key":
+        return f"{place}: {detail['msg']}" if place else detail["msg"]
+    if kind in _EXPECTED:
+        return f"{place or 'the file'} is {shown(detail['input'])}, expected {_EXPECTED[kind]}"
+    if kind == "literal_error":
+        return f"{place} is {shown(detail['input'])}, expected {detail.get('ctx', {}).get('expected')}"
+    return f"{place}: {detail['msg']}" if place else detail["msg"]
+
+
+def _place_text(place: Place) -> str:
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place).lstrip(".")

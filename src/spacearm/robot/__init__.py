@@ -1,0 +1,17 @@
+"""What moves: robots, as data; from URDF, from spacearm's own files, or built in."""
+
+from spacearm.robot.centres import joint_centres
+from spacearm.robot.load import builtin_robots, load_robot
+from spacearm.robot.model import Capsule, Frame, Joint, Robot
+from spacearm.robot.urdf import load_urdf
+
+__all__ = [
+    "Capsule",
+    "Frame",
+    "Joint",
+    "Robot",
+    "builtin_robots",
+    "joint_centres",
+    "load_robot",
+    "load_urdf",
+]

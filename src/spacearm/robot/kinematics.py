@@ -1,0 +1,108 @@
+"""Where a robot's links are: the Python face of the kernel's kinematics."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm._kernel import native
+from spacearm.checks import shown
+from spacearm.errors import RobotError
+from spacearm.robot.model import JOINT_KINDS, Robot
+
+Array = NDArray[np.float64]
+
+
+def tree_arrays(robot: Robot) -> dict[str, Any]:
+    """Return the joints as the flat arrays that the kernel's models are made of."""
+    joints = robot.joints
+    return {
+        "parent": np.array([joint.parent for joint in joints], dtype=np.int32),
+        "kind": np.array([JOINT_KINDS.index(joint.kind) for joint in joints], dtype=np.int32),
+        "dof": np.array([joint.dof for joint in joints], dtype=np.int32),
+        "multiplier": np.array([joint.multiplier for joint in joints], dtype=np.float64),
+        "offset": np.array([joint.offset for joint in joints], dtype=np.float64),
+        "rotation": np.array([joint.T_parent_joint[:3, :3] for joint in joints], dtype=np.float64),
+        "translation": np.array([joint.T_parent_joint[:3, 3] for joint in joints], dtype=np.float64),
+        "dofs": robot.dof,
+    }
+
+
+def as_configurations(robot: Robot, q: ArrayLike) -> Array:
+    """Check a batch of configurations and return it as an array (..., n) of floats.
+
+    Raises:
+        RobotError: the last axis is not n long, or a value is not finite.
+    """
+    try:
+        array = np.asarray(q, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise RobotError(f"q is {shown(q)}, expected numbers of shape (..., {robot.dof})") from None
+    if array.ndim == 0 or array.shape[-1] != robot.dof:
+        raise RobotError(
+            f"q has shape {array.shape}, expected (..., {robot.dof}): one value for each of {', '.join(robot.dof_names)}"
+        )
+    if not np.isfinite(array).all():
+        at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise RobotError(
+            f"q{list(at)} is {array[at]}, expected a finite value for joint '{robot.dof_names[at[-1]]}'"
+        )
+    return array
+
+
+@lru_cache(maxsize=32)
+def _bare_model(robot: Robot) -> Any:
+    none = np.zeros(0, dtype=np.int32)
+    return native.Model64.make(
+        **tree_arrays(robot),
+        point_joint=none,
+        point_local=np.zeros((0, 3)),
+        capsule_a=none,
+        capsule_b=none,
+        capsule_radius=np.zeros(0),
+        sphere_center=np.zeros((0, 3)),
+        sphere_radius=np.zeros(0),
+    )
+
+
+def joint_frames(robot: Robot, q: ArrayLike) -> Array:
+    """Return the moving frame of every joint.
+
+    Args:
+        robot: with j joints and n degrees of freedom.
+        q: (..., n) configurations [rad or m].
+
+    Returns:
+        (..., j, 4, 4) transforms T_base_joint [m].
+
+    Raises:
+        RobotError: q does not fit the robot or is not finite.
+    """
+    array = as_configurations(robot, q)
+    rows = np.ascontiguousarray(array.reshape(-1, robot.dof))
+    frames = _bare_model(robot).joint_frames(rows)
+    return frames.reshape(*array.shape[:-1], len(robot.joints), 4, 4)
+
+
+def forward_kinematics(robot: Robot, q: ArrayLike, *, frame: str | None = None) -> Array:
+    """Return where a frame of the robot is, with the base at the origin.
+
+    Args:
+        robot: with n degrees of freedom.
+        q: (..., n) configurations [rad or m].
+        frame: its name; the end effector (`robot.tip`) unless given.
+
+    Returns:
+        (..., 4, 4) transforms T_base_frame [m].
+
+    Raises:
+        RobotError: no such frame, or q does not fit the robot or is not finite.
+    """
+    wanted = robot.frame(frame or robot.tip)
+    frames = joint_frames(robot, q)
+    if wanted.joint < 0:
+        return np.broadcast_to(wanted.T_joint_frame, (*frames.shape[:-3], 4, 4)).copy()
+    return frames[..., wanted.joint, :, :] @ wanted.T_joint_frame

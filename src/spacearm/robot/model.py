@@ -1,0 +1,308 @@
+"""What moves: a tree of joints, the capsules that enclose the links, named frames, and the limits of each
+joint.
+
+Frames: the base frame is the root. Each joint has a *moving frame*, whose z is the joint's axis: with value v
+it is ``T_parent_joint @ Rz(v)`` (revolute) or ``T_parent_joint @ Tz(v)`` (prismatic) in the parent joint's
+moving frame. Capsules and frames ride on one moving frame each, or on the base (joint -1).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, shown
+from spacearm.errors import RobotError, nearest
+
+Array = NDArray[np.float64]
+
+JOINT_KINDS = ("revolute", "prismatic")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Joint(Frozen):
+    """A moving joint; its value is ``multiplier * q[dof] + offset``.
+
+    Attributes:
+        name: unique in the robot.
+        kind: "revolute" [rad] or "prismatic" [m]; it turns about or slides along z of its own frame.
+        parent: index of the parent joint, -1 for the base.
+        T_parent_joint: (4, 4), from this joint's frame at value 0 to the parent's moving frame [m].
+        dof: index in q. -1 asks the robot for the next free one; joints that move together (URDF's mimic)
+            share one.
+        multiplier: of q[dof] [-].
+        offset: added to it [rad or m].
+
+    Raises:
+        RobotError: a kind, transform or number that cannot be.
+    """
+
+    name: str
+    kind: Literal["revolute", "prismatic"]
+    parent: int
+    T_parent_joint: Array
+    dof: int = -1
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        as_name("a joint's name", self.name, RobotError)
+        if self.kind not in JOINT_KINDS:
+            raise RobotError(
+                f"joint '{self.name}' has kind {shown(self.kind)}, expected one of {', '.join(JOINT_KINDS)}"
+            )
+        where = f"joint '{self.name}'"
+        _freeze(
+            self,
+            parent=_index(f"{where}: parent", self.parent),
+            dof=_index(f"{where}: dof", self.dof),
+            T_parent_joint=as_transform(f"{where}: T_parent_joint", self.T_parent_joint, RobotError),
+            multiplier=as_number(f"{where}: multiplier", self.multiplier, RobotError),
+            offset=as_number(f"{where}: offset", self.offset, RobotError),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Capsule(Frozen):
+    """All points within a radius of a segment; a sphere has a = b.
+
+    Attributes:
+        name: of the link it encloses; several capsules may enclose one link.
+        joint: index of the joint whose moving frame it rides on, -1 for the base.
+        a: (3,) one end of the segment, in that frame [m].
+        b: (3,) the other end [m].
+        radius: [m]; 0 is allowed, for the paper's links are lines without thickness.
+
+    Raises:
+        RobotError: numbers that are not finite, or a negative radius.
+    """
+
+    name: str
+    joint: int
+    a: Array
+    b: Array
+    radius: float
+
+    def __post_init__(self) -> None:
+        where = f"capsule '{as_name('a capsule name', self.name, RobotError)}'"
+        _freeze(
+            self,
+            joint=_index(f"{where}: joint", self.joint),
+            a=as_readonly(f"{where}: a", self.a, (3,), RobotError),
+            b=as_readonly(f"{where}: b", self.b, (3,), RobotError),
+            radius=as_number(f"{where}: radius", self.radius, RobotError, at_least=0, unit="m"),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Frame(Frozen):
+    """A named place on the robot; every link of a URDF is one.
+
+    Attributes:
+        name: unique in the robot.
+        joint: index of the joint whose moving frame it rides on, -1 for the base.
+        T_joint_frame: (4, 4), from this frame to that moving frame [m].
+
+    Raises:
+        RobotError: a transform that is none.
+    """
+
+    name: str
+    joint: int
+    T_joint_frame: Array
+
+    def __post_init__(self) -> None:
+        where = f"frame '{as_name('a frame name', self.name, RobotError)}'"
+        _freeze(
+            self,
+            joint=_index(f"{where}: joint", self.joint),
+            T_joint_frame=as_transform(f"{where}: T_joint_frame", self.T_joint_frame, RobotError),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Robot(Frozen):
+    """An arm, or a tree of them, on a base.
+
+    Attributes:
+        name: for people.
+        joints: parents before children.
+        capsules: the envelope; empty if nothing is to be kept clear.
+        frames: named places, unique names.
+        tip: name of the frame that is the end effector.
+        dof_names: (n,) names of the entries of q; by default those of the joints that are no one's mimic.
+        lower, upper: (n,) limits of q [rad or m]; -inf and inf where a joint turns without end.
+        velocity: (n,) limits of |dq| [rad/s or m/s], above 0.
+        acceleration: (n,) limits of |ddq| [rad/s^2 or m/s^2], above 0.
+        source: the file or built-in name it came from.
+        notes: what was assumed in reading it, a sentence each.
+
+    Raises:
+        RobotError: a child before its parent, a name twice, limits that contradict, a tip that is no frame.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    capsules: tuple[Capsule, ...] = ()
+    frames: tuple[Frame, ...]
+    tip: str
+    dof_names: tuple[str, ...] = ()
+    lower: Array
+    upper: Array
+    velocity: Array
+    acceleration: Array
+    source: str = ""
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        as_name("a robot's name", self.name, RobotError)
+        joints = _number_dofs(_members("joints", self.joints, Joint))
+        frames = _members("frames", self.frames, Frame)
+        capsules = _members("capsules", self.capsules, Capsule)
+        if not joints:
+            raise RobotError(
+                f"robot '{self.name}' has no moving joint, expected at least one; nothing can be planned"
+            )
+        _require_unique("joint", [joint.name for joint in joints])
+        _require_unique("frame", [frame.name for frame in frames])
+        _require_tree(joints, frames, capsules)
+        names = tuple(self.dof_names) or _own_names(joints)
+        _require_unique("dof", [as_name("a dof's name", name, RobotError) for name in names])
+        _require_dofs_used(joints, names)
+        _freeze(
+            self, joints=joints, frames=frames, capsules=capsules, dof_names=names, notes=tuple(self.notes)
+        )
+        _freeze(self, **_checked_limits(self))
+        self.frame(self.tip)
+
+    @property
+    def dof(self) -> int:
+        """Number of degrees of freedom n, the length of q."""
+        return len(self.dof_names)
+
+    def frame(self, name: str) -> Frame:
+        """Return the frame of that name.
+
+        Raises:
+            RobotError: no frame has it; the nearest name and the known ones are listed.
+        """
+        for frame in self.frames:
+            if frame.name == name:
+                return frame
+        known = nearest(name, (frame.name for frame in self.frames))
+        raise RobotError(f"robot '{self.name}' has no frame {shown(name)}; {known}")
+
+    def dof_index(self, name: str) -> int:
+        """Return the index in q of the degree of freedom of that name.
+
+        Raises:
+            RobotError: none has it; the nearest name and the known ones are listed.
+        """
+        if name in self.dof_names:
+            return self.dof_names.index(name)
+        raise RobotError(f"robot '{self.name}' has no joint {shown(name)}; {nearest(name, self.dof_names)}")
+
+    def is_prismatic(self, dof: int) -> bool:
+        """Whether q[dof] is a length [m] rather than an angle [rad]."""
+        moved = [joint for joint in self.joints if joint.dof == dof]
+        leader = next((joint for joint in moved if joint.name == self.dof_names[dof]), moved[0])
+        return leader.kind == "prismatic"
+
+
+def _freeze(record: Any, **values: Any) -> None:
+    for name, value in values.items():
+        object.__setattr__(record, name, value)
+
+
+def _index(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < -1:
+        raise RobotError(f"{name} is {shown(value)}, expected an index, or -1")
+    return int(value)
+
+
+def _members(what: str, items: Any, kind: type) -> tuple[Any, ...]:
+    if not isinstance(items, Iterable) or isinstance(items, (str, bytes)):
+        raise RobotError(f"{what} is {shown(items)}, expected a list of {kind.__name__}")
+    members = tuple(items)
+    for i, item in enumerate(members):
+        if not isinstance(item, kind):
+            raise RobotError(f"{what}[{i}] is {shown(item)}, expected a {kind.__name__}")
+    return members
+
+
+def _number_dofs(joints: tuple[Joint, ...]) -> tuple[Joint, ...]:
+    free = 0
+    numbered = []
+    for joint in joints:
+        numbered.append(replace(joint, dof=free) if joint.dof < 0 else joint)
+        # A joint that follows another one asks for no index of its own.
+        free += joint.dof < 0 or joint.dof == free
+    return tuple(numbered)
+
+
+def _own_names(joints: tuple[Joint, ...]) -> tuple[str, ...]:
+    # A dof is called after the joint whose value it is; sorting is stable, so else after the first it moves.
+    leaders = sorted(joints, key=lambda joint: (joint.multiplier, joint.offset) != (1.0, 0.0))
+    names = {joint.dof: joint.name for joint in reversed(leaders)}
+    return tuple(names[dof] for dof in sorted(names))
+
+
+def _require_unique(what: str, names: list[str]) -> None:
+    name, count = Counter(names).most_common(1)[0] if names else ("", 0)
+    if count > 1:
+        raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
+
+
+def _require_tree(
+    joints: tuple[Joint, ...], frames: tuple[Frame, ...], capsules: tuple[Capsule, ...]
+) -> None:
+    for i, joint in enumerate(joints):
+        if joint.parent >= i:
+            raise RobotError(
+                f"joint '{joint.name}' (index {i}) has parent {joint.parent}, expected -1 or an index below "
+                f"{i}; list parents before children"
+            )
+    for rider in (*frames, *capsules):
+        if rider.joint >= len(joints):
+            what = type(rider).__name__.lower()
+            raise RobotError(
+                f"{what} '{rider.name}' rides on joint {rider.joint}, expected -1 (base) to {len(joints) - 1}"
+            )
+
+
+def _require_dofs_used(joints: tuple[Joint, ...], names: tuple[str, ...]) -> None:
+    used = {joint.dof for joint in joints}
+    if used != set(range(len(names))):
+        raise RobotError(
+            f"the joints use the dofs {sorted(used)}, expected each of 0 to {len(names) - 1}; "
+            f"give dof_names one name per dof"
+        )
+    for dof, name in enumerate(names):
+        kinds = {joint.kind for joint in joints if joint.dof == dof}
+        if len(kinds) > 1 and not any(joint.name == name for joint in joints):
+            raise RobotError(
+                f"dof '{name}' moves revolute and prismatic joints; name it after the one it measures"
+            )
+
+
+def _checked_limits(robot: Robot) -> dict[str, Array]:
+    advice = f"give one number per joint: {', '.join(robot.dof_names)}"
+    limits = {
+        name: as_readonly(name, getattr(robot, name), (robot.dof,), RobotError, finite=finite, advice=advice)
+        for name, finite in (("lower", False), ("upper", False), ("velocity", True), ("acceleration", True))
+    }
+    for i, name in enumerate(robot.dof_names):
+        low, high = limits["lower"][i], limits["upper"][i]
+        if not low <= high or low == np.inf or high == -np.inf:
+            raise RobotError(
+                f"joint '{name}' has lower limit {low:g} and upper limit {high:g}, expected lower <= upper"
+            )
+        for what in ("velocity", "acceleration"):
+            if not limits[what][i] > 0:
+                raise RobotError(f"joint '{name}' has {what} limit {limits[what][i]:g}, expected more than 0")
+    return limits

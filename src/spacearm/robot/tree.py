@@ -1,0 +1,239 @@
+"""From links and joints, as files describe them, to a Robot: the common ground of the URDF and the YAML
+reader.
+
+Fixed joints are folded onto the moving joint before them, each axis is turned onto z, mimic joints come to
+share a degree of freedom whose limits keep every one of them within its own.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.checks import as_number, shown
+from spacearm.errors import RobotError, nearest
+from spacearm.robot.limits import joint_limits
+from spacearm.robot.links import LinkJoint, LinkTree, Mimic
+from spacearm.robot.model import Capsule, Frame, Joint, Robot
+
+Array = NDArray[np.float64]
+
+_SNAP = (
+    1e-9  # a rotation this near a signed permutation is meant to be one: files carry pi/2 to ten digits or so
+)
+_NOISE = 1e-12  # rounding of cos(pi/2) and the like
+
+
+def build_robot(
+    tree: LinkTree, *, velocity_limit: float | None = None, acceleration_limit: float | None = None
+) -> Robot:
+    """Turn a tree of links into a Robot.
+
+    Args:
+        tree: what the file says.
+        velocity_limit: no joint is to be faster [rad/s or m/s]; needed where the file states no limit.
+        acceleration_limit: likewise [rad/s^2 or m/s^2]; without one, a joint whose file states none gets the
+            number of its velocity limit (full speed within one second), which the robot's notes tell.
+
+    Raises:
+        RobotError: links that form no tree, or joints without a usable axis or limit.
+    """
+    if velocity_limit is not None:
+        velocity_limit = as_number("velocity_limit", velocity_limit, RobotError, above=0)
+    if acceleration_limit is not None:
+        acceleration_limit = as_number("acceleration_limit", acceleration_limit, RobotError, above=0)
+    ordered = _from_the_root(tree)
+    moving = [joint for joint in ordered if joint.kind != "fixed"]
+    if not moving:
+        raise RobotError(
+            f"robot '{tree.name}' has no moving joint, expected at least one; nothing can be planned"
+        )
+    leads = {joint.name: _leader(joint, {other.name: other for other in moving}) for joint in moving}
+    leaders = [joint.name for joint in moving if leads[joint.name].leader == joint.name]
+    joints, places = _placed(tree, ordered, leads, leaders)
+    limits, notes = joint_limits(moving, leads, leaders, velocity_limit, acceleration_limit)
+    return Robot(
+        name=tree.name,
+        joints=tuple(joints),
+        frames=tuple(Frame(name=link, joint=j, T_joint_frame=T) for link, (j, T) in places.items()),
+        capsules=tuple(_carried(link, places[link], a, b, radius) for link, a, b, radius in tree.capsules),
+        tip=_tip(tree, places),
+        dof_names=tuple(leaders),
+        lower=limits[0],
+        upper=limits[1],
+        velocity=limits[2],
+        acceleration=limits[3],
+        source=tree.source,
+        notes=(*tree.notes, *notes),
+    )
+
+
+def require_collision(collision: str) -> None:
+    """Check where the envelope is to come from.
+
+    Raises:
+        RobotError: anything but "urdf" and "none".
+    """
+    if collision not in ("urdf", "none"):
+        raise RobotError(f"collision is {shown(collision)}, expected 'urdf' or 'none'")
+
+
+def snapped(T: ArrayLike) -> Array:
+    """Clean a transform's rotation, (4, 4), of what a file's rounding left in it.
+
+    A rotation within 1e-9 of a signed permutation becomes that permutation: rpy="1.57079632679 0 0" is meant
+    as a quarter turn, and a point one metre away moves by a nanometre. In others, entries within 1e-12 of 0
+    or 1 become so.
+    """
+    T = np.array(T, dtype=np.float64)
+    R = T[:3, :3]
+    whole = np.round(R)
+    near = np.abs(R - whole)
+    T[:3, :3] = whole if near.max() <= _SNAP else np.where(near <= _NOISE, whole, R)
+    return T
+
+
+def turned_onto_z(name: str, axis: ArrayLike) -> Array:
+    """Return the rotation (4, 4) whose z column is a joint's axis; a signed permutation if the axis is a
+    coordinate's.
+
+    Raises:
+        RobotError: an axis of length 0.
+    """
+    v = np.asarray(axis, dtype=np.float64)
+    largest = float(np.abs(v).max())
+    if largest == 0.0:
+        raise RobotError(
+            f"joint '{name}' has axis (0, 0, 0), expected a direction; give one such as (0, 0, 1)"
+        )
+    z = v / largest  # first, so that tiny and huge axes have a length that is neither 0 nor infinite
+    z = z / np.linalg.norm(z)
+    if np.abs(z - np.round(z)).max() <= _SNAP:
+        z = np.round(z)
+    k = int(np.argmax(np.abs(z)))
+    x = np.zeros(3)
+    x[(k + 1) % 3] = 1.0  # never parallel to z, whose largest entry is another
+    x = x - (x @ z) * z
+    x = x / np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3, :3] = np.column_stack((x, np.cross(z, x), z))
+    return T
+
+
+def _from_the_root(tree: LinkTree) -> list[LinkJoint]:
+    """Check that links and joints form one tree, and list the joints in the file's order, parents first."""
+    for what, names in (("link", tree.links), ("joint", [joint.name for joint in tree.joints])):
+        name, count = Counter(names).most_common(1)[0] if names else ("", 0)
+        if count > 1:
+            raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
+    parents: dict[str, LinkJoint] = {}
+    for joint in tree.joints:
+        for role, link in (("parent", joint.parent), ("child", joint.child)):
+            if link not in tree.links:
+                raise RobotError(
+                    f"joint '{joint.name}' has {role} link '{link}', which does not exist; "
+                    f"{nearest(link, tree.links)}"
+                )
+        if joint.child in parents:
+            raise RobotError(
+                f"link '{joint.child}' is the child of joints '{parents[joint.child].name}' and "
+                f"'{joint.name}', expected one; loops are not supported, cut it at one of them"
+            )
+        parents[joint.child] = joint
+    roots = [link for link in tree.links if link not in parents]
+    if len(roots) > 1:
+        raise RobotError(
+            f"links {', '.join(map(repr, roots[:6]))} have no parent joint, expected one root; "
+            "join the others to it with fixed joints"
+        )
+    placed, ordered, waiting = set(roots), [], list(tree.joints)
+    while waiting:
+        ready = next((joint for joint in waiting if joint.parent in placed), None)
+        if ready is None:
+            names = ", ".join(f"'{joint.name}'" for joint in waiting[:6])
+            raise RobotError(
+                f"joints {names} form a loop, expected a tree from one root; cut the loop at one of them"
+            )
+        waiting.remove(ready)
+        ordered.append(ready)
+        placed.add(ready.child)
+    return ordered
+
+
+def _leader(joint: LinkJoint, moving: dict[str, LinkJoint]) -> Mimic:
+    """Follow a chain of mimics to the joint that moves them all."""
+    at, multiplier, offset, passed = joint, 1.0, 0.0, [joint.name]
+    while at.mimic is not None:
+        if at.mimic.leader not in moving:
+            known = nearest(at.mimic.leader, [name for name in moving if name != at.name])
+            raise RobotError(
+                f"joint '{at.name}' mimics '{at.mimic.leader}', which is no moving joint; {known}"
+            )
+        offset += multiplier * at.mimic.offset
+        multiplier *= at.mimic.multiplier
+        at = moving[at.mimic.leader]
+        if at.name in passed:
+            raise RobotError(
+                f"joints {' -> '.join([*passed, at.name])} mimic each other in a circle; free one of them"
+            )
+        passed.append(at.name)
+    return Mimic(leader=at.name, multiplier=multiplier, offset=offset)
+
+
+def _placed(
+    tree: LinkTree, ordered: list[LinkJoint], leads: dict[str, Mimic], leaders: list[str]
+) -> tuple[list[Joint], dict[str, tuple[int, Array]]]:
+    """Give each joint its transform and each link the moving joint it rides on: (joint, T_joint_link)."""
+    children = {joint.child for joint in ordered}
+    places = {link: (-1, np.eye(4)) for link in tree.links if link not in children}
+    joints: list[Joint] = []
+    for joint in ordered:
+        on, T_on_parent = places[joint.parent]
+        T_on_child = T_on_parent @ snapped(joint.T_parent_child)
+        if joint.kind == "fixed":
+            places[joint.child] = (on, T_on_child)
+            continue
+        T_child_joint = turned_onto_z(joint.name, joint.axis if joint.axis is not None else (0, 0, 0))
+        lead = leads[joint.name]
+        joints.append(
+            Joint(
+                name=joint.name,
+                kind="prismatic" if joint.kind == "prismatic" else "revolute",
+                parent=on,
+                T_parent_joint=snapped(T_on_child @ T_child_joint),
+                dof=leaders.index(lead.leader),
+                multiplier=lead.multiplier,
+                offset=lead.offset,
+            )
+        )
+        places[joint.child] = (
+            len(joints) - 1,
+            T_child_joint.T,
+        )  # a pure rotation: its transpose is its inverse
+    return joints, {link: places[link] for link in tree.links}
+
+
+def _carried(link: str, place: tuple[int, Array], a: Array, b: Array, radius: float) -> Capsule:
+    joint, T = place
+    return Capsule(
+        name=link, joint=joint, a=T[:3, :3] @ a + T[:3, 3], b=T[:3, :3] @ b + T[:3, 3], radius=radius
+    )
+
+
+def _tip(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> str:
+    if tree.tip is not None:
+        if tree.tip not in places:
+            raise RobotError(
+                f"tip '{tree.tip}' is no link of robot '{tree.name}'; {nearest(tree.tip, places)}"
+            )
+        return tree.tip
+    parents = {joint.parent for joint in tree.joints}
+    leaves = [link for link in tree.links if link not in parents]
+    if len(leaves) > 1:
+        raise RobotError(
+            f"robot '{tree.name}' has {len(leaves)} chains, ending in {', '.join(map(repr, leaves[:12]))}; "
+            f"name the end effector, as in tip='{leaves[-1]}'"
+        )
+    return leaves[0]

@@ -1,0 +1,157 @@
+"""Robots as YAML: the format of the built-in ones, and of any other arm.
+
+Key by key::
+
+    spacearm-robot: 1          # format and version
+    name: my_arm               # for people
+    notes: [...]               # optional sentences: where the numbers are from, what was assumed
+    tip: hand                  # optional: the link that is the end effector; needed if there are several
+        chains
+    link_radius: 0.05          # optional: the radius of capsules that state none [m]
+    joints:
+      - name: elbow            # unique
+        kind: revolute         # revolute, continuous (turns without end), prismatic or fixed
+        parent: upper_arm      # a link; links exist by being named as parent or child, and one is no joint's
+            child
+        child: forearm         # the link that the joint moves
+        xyz: [0, 0.6, 0]       # origin of the child's frame in the parent's at value 0 [m]; default 0 0 0
+        rpy: [0, 0, 1.57]      # its orientation: turns about the parent's fixed x, y, z [rad]; default 0 0 0
+        rpy_deg: [0, 0, 90]    #   or in degrees
+        axis: [0, 0, 1]        # direction of the axis in the child's frame; any joint but fixed needs it
+        lower: -1.5            # limits [rad, or m for a prismatic joint]; revolute and prismatic need them
+        upper: 1.5
+        lower_deg: -90         #   or in degrees
+        upper_deg: 90
+        velocity: 1.0          # limit [rad/s or m/s]
+        acceleration: 1.0      # limit [rad/s^2 or m/s^2]; default: full speed within one second
+        mimic: {joint: shoulder, multiplier: -1, offset: 0}   # follows another joint; multiplier and offset
+            optional
+    capsules:                  # optional: what encloses the links
+      - {link: forearm, from: [0, 0, 0], to: [0, 0.4, 0], radius: 0.05}   # the segment's ends in the link's
+      frame [m]
+
+A link's frame is that of the joint whose child it is.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.checks import as_number, as_readonly
+from spacearm.errors import RobotError, nearest
+from spacearm.reading import YamlFile
+from spacearm.robot.links import LinkJoint, LinkTree, Mimic
+
+if TYPE_CHECKING:
+    from spacearm.robot.yaml_schema import CapsuleModel, JointModel
+
+Array = NDArray[np.float64]
+
+
+def tree_from_yaml(file: YamlFile, *, source: str) -> LinkTree:
+    """Make a tree of links from a robot file.
+
+    Args:
+        file: the file, read.
+        source: how the robot is to name its origin.
+
+    Raises:
+        FileFormatError: keys or values that are not those of the format.
+        RobotError: numbers that make no joint or capsule.
+    """
+    from spacearm.robot.yaml_schema import RobotModel
+
+    model = file.parsed(RobotModel)
+    joints = []
+    for i, joint in enumerate(model.joints):
+        with file.at("joints", i):
+            joints.append(_joint(joint))
+    links = tuple(dict.fromkeys(link for joint in joints for link in (joint.parent, joint.child)))
+    capsules = []
+    for i, capsule in enumerate(model.capsules):
+        with file.at("capsules", i):
+            capsules.append(_capsule(capsule, links, model.link_radius))
+    return LinkTree(
+        name=model.name,
+        links=links,
+        joints=tuple(joints),
+        capsules=tuple(capsules),
+        tip=model.tip,
+        source=source,
+        notes=tuple(model.notes),
+    )
+
+
+def rotation_from_rpy(rpy: Any) -> Array:
+    """Return the rotation (3, 3) of URDF's roll, pitch, yaw [rad]: about the fixed x, then y, then z."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    Rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    Ry = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    Rz = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return Rz @ Ry @ Rx
+
+
+def _joint(joint: JointModel) -> LinkJoint:
+    where = f"joint '{joint.name}'"
+    T = np.eye(4)
+    T[:3, 3] = as_readonly(f"{where}: xyz", joint.xyz, (3,), RobotError)
+    rpy = _radians(joint, "rpy") or (0.0, 0.0, 0.0)
+    T[:3, :3] = rotation_from_rpy(as_readonly(f"{where}: rpy", rpy, (3,), RobotError))
+    if joint.kind != "fixed" and joint.axis is None:
+        raise RobotError(
+            f"{where} ({joint.kind}) has no axis, expected a direction; add one such as axis: [0, 0, 1]"
+        )
+    return LinkJoint(
+        name=joint.name,
+        kind=joint.kind,
+        parent=joint.parent,
+        child=joint.child,
+        T_parent_child=T,
+        axis=None if joint.axis is None else as_readonly(f"{where}: axis", joint.axis, (3,), RobotError),
+        lower=_radians(joint, "lower"),
+        upper=_radians(joint, "upper"),
+        velocity=joint.velocity,
+        acceleration=_positive(where, "acceleration", joint.acceleration),
+        mimic=None
+        if joint.mimic is None
+        else Mimic(leader=joint.mimic.joint, multiplier=joint.mimic.multiplier, offset=joint.mimic.offset),
+    )
+
+
+def _radians(joint: JointModel, key: str) -> Any:
+    """Take a key in radians (or metres), or its twin in degrees."""
+    plain, degrees = getattr(joint, key), getattr(joint, f"{key}_deg")
+    if degrees is None:
+        return plain
+    if plain is not None:
+        raise RobotError(
+            f"joint '{joint.name}' states both {key} and {key}_deg, expected one; remove the other"
+        )
+    if joint.kind == "prismatic" and key != "rpy":
+        raise RobotError(f"joint '{joint.name}' is prismatic and states {key}_deg; write {key} [m]")
+    return [math.radians(angle) for angle in degrees] if isinstance(degrees, list) else math.radians(degrees)
+
+
+def _positive(where: str, what: str, value: float | None) -> float | None:
+    return None if value is None else as_number(f"{where}: {what}", value, RobotError, above=0)
+
+
+def _capsule(
+    capsule: CapsuleModel, links: tuple[str, ...], link_radius: float | None
+) -> tuple[str, Array, Array, float]:
+    where = f"capsule of link '{capsule.link}'"
+    if capsule.link not in links:
+        raise RobotError(f"{where}: no joint names that link; {nearest(capsule.link, links)}")
+    radius = link_radius if capsule.radius is None else capsule.radius
+    if radius is None:
+        raise RobotError(f"{where} states no radius; add radius [m], or link_radius for all")
+    return (
+        capsule.link,
+        as_readonly(f"{where}: from", capsule.start, (3,), RobotError),
+        as_readonly(f"{where}: to", capsule.end, (3,), RobotError),
+        as_number(f"{where}: radius", radius, RobotError, at_least=0, unit="m"),
+    )

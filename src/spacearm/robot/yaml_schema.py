@@ -1,0 +1,63 @@
+"""The keys of a robot file and their types; `yaml_robot` explains them.
+
+Imported only when such a file is read.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict
+
+from spacearm.strict_model import Number, StrictModel
+
+Text = Annotated[str, Strict()]
+
+
+class MimicModel(StrictModel):
+    """A joint that follows another."""
+
+    joint: Text
+    multiplier: Number = 1.0
+    offset: Number = 0.0
+
+
+class JointModel(StrictModel):
+    """A joint between two links."""
+
+    name: Text
+    kind: Literal["revolute", "continuous", "prismatic", "fixed"]
+    parent: Text
+    child: Text
+    xyz: list[Number] = [0.0, 0.0, 0.0]  # noqa: RUF012 (pydantic copies defaults)
+    rpy: list[Number] | None = None
+    rpy_deg: list[Number] | None = None
+    axis: list[Number] | None = None
+    lower: Number | None = None
+    upper: Number | None = None
+    lower_deg: Number | None = None
+    upper_deg: Number | None = None
+    velocity: Number | None = None
+    acceleration: Number | None = None
+    mimic: MimicModel | None = None
+
+
+class CapsuleModel(StrictModel):
+    """A capsule on a link."""
+
+    link: Text
+    start: list[Number] = Field(alias="from")
+    end: list[Number] = Field(alias="to")
+    radius: Number | None = None
+
+
+class RobotModel(StrictModel):
+    """A robot file."""
+
+    version: int = Field(alias="spacearm-robot")
+    name: Text
+    notes: list[Text] = []  # noqa: RUF012
+    tip: Text | None = None
+    link_radius: Number | None = None
+    joints: list[JointModel]
+    capsules: list[CapsuleModel] = []  # noqa: RUF012
