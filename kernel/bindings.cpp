@@ -210,7 +210,7 @@ template <class T> swarm<T> make_swarm(const swarm_settings& settings, in1<doubl
 
 // Particles as rows.
 template <class T> nb::object position_rows(const swarm<T>& s) {
-    const std::size_t n = s.particles(), dims = s.dims();
+    const std::size_t n = s.active(), dims = s.dims();
     std::vector<T> out(n * dims);
     for (std::size_t d = 0; d < dims; ++d) {
         const T* from = s.positions() + d * s.stride();
@@ -233,26 +233,25 @@ template <class T> nb::dict get_state(swarm<T>& s) {
     s.visit_state([&](const char* name, std::vector<T>& values) {
         out[name] = array_of(std::vector<T>(values), {values.size()});
     });
-    out["round"] = s.round();
-    out["failed_evaluations"] = s.failed_evaluations();
+    out["counters"] = array_of(s.counters(), {s.counters().size()});
     return out;
 }
 
 template <class T> void set_state(swarm<T>& s, nb::dict state) {
     s.visit_state([&](const char* name, std::vector<T>& values) {
         const auto saved = nb::cast<in1<T>>(state[name]);
-        require(values.empty() || saved.shape(0) == values.size(), "a checkpoint of another swarm");
         values.assign(saved.data(), saved.data() + saved.shape(0));
     });
-    s.restore_counters(nb::cast<int>(state["round"]), nb::cast<std::size_t>(state["failed_evaluations"]));
+    const auto counters = nb::cast<in1<std::int64_t>>(state["counters"]);
+    s.restore_counters(std::vector<std::int64_t>(counters.data(), counters.data() + counters.shape(0)));
 }
 
 template <class T, class Objective>
 nb::list search(const Objective& objective, in1<double> lower, in1<double> upper, const swarm_settings& settings, std::uint64_t seed,
-                std::uint32_t first_trial, int trials, int rounds, int threads, bool keep_positions, bool stop_when_feasible,
+                std::uint32_t first_trial, int trials, int threads, bool keep_positions, bool stop_when_feasible,
                 double seconds, std::optional<in2<T>> initial, nb::object progress) {
     require(static_cast<int>(lower.shape(0)) == objective.dims(), "wrong number of dimensions");
-    const search_limits limits{rounds, stop_when_feasible, seconds};
+    const search_limits limits{stop_when_feasible, seconds};
     bool interrupted = false;
     const tick tell_caller = [&](std::uint64_t done) {
         nb::gil_scoped_acquire hold;
@@ -282,6 +281,7 @@ nb::list search(const Objective& objective, in1<double> lower, in1<double> upper
         d["fitness"] = r.best.fitness;
         d["violation"] = r.best.violation;
         d["rounds"] = r.rounds;
+        d["evaluations"] = r.evaluations;
         d["first_feasible_round"] = r.first_feasible_round;
         d["position"] = array_of(std::move(r.position), {r.rounds ? static_cast<std::size_t>(objective.dims()) : 0});
         d["fitness_history"] = array_of(std::move(r.fitness), {n});
@@ -334,7 +334,7 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
         })
         .def("evaluate", &evaluate<T, SM>)
         .def("terms", &seed_terms<T>)
-        .def("search", &search<T, SM>, "lower"_a, "upper"_a, "settings"_a, "seed"_a, "first_trial"_a, "trials"_a, "rounds"_a, "threads"_a,
+        .def("search", &search<T, SM>, "lower"_a, "upper"_a, "settings"_a, "seed"_a, "first_trial"_a, "trials"_a, "threads"_a,
              "keep_positions"_a, "stop_when_feasible"_a, "seconds"_a, "initial"_a.none(), "progress"_a.none());
 
     nb::class_<MM>(m, named("MotionObjective").c_str())
@@ -353,7 +353,7 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
             o->length_weight = static_cast<T>(length_weight);
         })
         .def("evaluate", &evaluate<T, MM>)
-        .def("search", &search<T, MM>, "lower"_a, "upper"_a, "settings"_a, "seed"_a, "first_trial"_a, "trials"_a, "rounds"_a, "threads"_a,
+        .def("search", &search<T, MM>, "lower"_a, "upper"_a, "settings"_a, "seed"_a, "first_trial"_a, "trials"_a, "threads"_a,
              "keep_positions"_a, "stop_when_feasible"_a, "seconds"_a, "initial"_a.none(), "progress"_a.none());
 
     nb::class_<swarm<T>>(m, named("Swarm").c_str())
@@ -363,10 +363,13 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
         .def("positions", &position_rows<T>)
         .def("place_first", [](swarm<T>& s, in2<T> rows) { s.place_first(rows_of<T>(rows, s.dims())); })
         .def("tell", [](swarm<T>& s, in1<T> f, in1<T> c) {
-            require(f.shape(0) == static_cast<std::size_t>(s.particles()) && c.shape(0) == f.shape(0), "wrong number of values");
+            require(f.shape(0) == static_cast<std::size_t>(s.active()) && c.shape(0) == f.shape(0), "wrong number of values");
             s.tell(f.data(), c.data());
         })
         .def_prop_ro("round", &swarm<T>::round)
+        .def_prop_ro("active", &swarm<T>::active)
+        .def_prop_ro("spent", &swarm<T>::spent)
+        .def_prop_ro("evaluations", &swarm<T>::evaluations)
         .def_prop_ro("best_fitness", [](const swarm<T>& s) { return s.best().fitness; })
         .def_prop_ro("best_violation", [](const swarm<T>& s) { return s.best().violation; })
         .def_prop_ro("best_position", [](const swarm<T>& s) { return array_of(std::vector<T>(s.best_position()), {s.best_position().size()}); })
@@ -408,15 +411,18 @@ template <class V> void field(nb::dict& d, const char* key, V& value) {
 
 swarm_settings settings_from(nb::dict d) {
     swarm_settings s;
-    std::string variant = "pso", bounds = "absorb";
+    std::string variant = "pso", bounds = "absorb", constraints = "feasible_first";
     field(d, "variant", variant);
     field(d, "bounds", bounds);
+    field(d, "constraints", constraints);
     s.variant = chosen<swarm_variant>(variant, {{"pso", swarm_variant::pso}, {"symbiotic", swarm_variant::symbiotic},
                                                 {"cooperative", swarm_variant::cooperative}, {"evolving", swarm_variant::evolving}});
     s.bounds = chosen<bounds_rule>(bounds, {{"absorb", bounds_rule::absorb}, {"reflect", bounds_rule::reflect},
                                             {"periodic", bounds_rule::periodic}});
+    s.constraints = chosen<constraint_rule>(constraints, {{"feasible_first", constraint_rule::feasible_first},
+                                                          {"penalty", constraint_rule::penalty}});
     field(d, "particles", s.particles);
-    field(d, "rounds", s.rounds);
+    field(d, "evaluations", s.evaluations);
     field(d, "inertia_start", s.inertia_start);
     field(d, "inertia_end", s.inertia_end);
     field(d, "cognitive", s.cognitive);
@@ -425,11 +431,17 @@ swarm_settings settings_from(nb::dict d) {
     field(d, "velocity_clamp", s.velocity_clamp);
     field(d, "start_velocity", s.start_velocity);
     field(d, "ring", s.ring);
-    field(d, "penalty", s.penalty);
-    field(d, "penalty_weight", s.penalty_weight);
+    field(d, "penalty_start", s.penalty_start);
+    field(d, "penalty_end", s.penalty_end);
+    field(d, "penalty_rise", s.penalty_rise);
     field(d, "tolerance_share", s.tolerance_share);
-    field(d, "tolerance_rounds", s.tolerance_rounds);
+    field(d, "tolerance_until", s.tolerance_until);
     field(d, "tolerance_power", s.tolerance_power);
+    field(d, "evolving_share", s.evolving_share);
+    field(d, "elite_share", s.elite_share);
+    field(d, "memory", s.memory);
+    field(d, "shrink_to", s.shrink_to);
+    require(s.particles >= 1 && s.memory >= 1 && s.evaluations >= 1, "settings out of range");
     return s;
 }
 

@@ -3,12 +3,14 @@
 // the same bits on one or many threads and in packs of any width, and its state is a few integers.
 #pragma once
 
+#include <algorithm>
+
 #include "lanes.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
 // What a number is drawn for; a key of its own for each keeps the streams apart.
-enum class stream : std::uint32_t { start_position = 0, start_velocity = 1, velocity = 2, evolution = 3, restart = 4 };
+enum class stream : std::uint32_t { start_position = 0, start_velocity = 1, velocity = 2, evolution = 3, archive = 4 };
 
 struct random_key {
     std::uint32_t word[4];
@@ -77,5 +79,37 @@ inline void uniforms_one(const random_key& key, std::uint32_t iteration, std::ui
         else out[i] = static_cast<T>(x[i]) * T(0x1p-32);
     }
 }
+
+// The same numbers as a sequence, for one particle's moves that are not done on packs.
+template <class T> class draws {
+  public:
+    draws(const random_key& key, std::uint32_t round, std::uint32_t particle) : key_(key), round_(round), particle_(particle) {}
+
+    T uniform() {
+        if (next_ == 4) {
+            uniforms_one<T>(key_, round_, particle_, block_++, values_);
+            next_ = 0;
+        }
+        return values_[next_++];
+    }
+    int below(int n) { return std::min(n - 1, static_cast<int>(uniform() * static_cast<T>(n))); }
+
+    // Bell-shaped with mean 0 and deviation 1: four uniforms summed. No logarithm, so the same bits everywhere.
+    T bell() { return (uniform() + uniform() + uniform() + uniform() - T(2)) * T(1.7320508075688772); }
+
+    // Cauchy: the ratio of the coordinates of a point drawn in the half disc.
+    T cauchy() {
+        for (;;) {
+            const T a = T(2) * uniform() - T(1), b = uniform();
+            if (a * a + b * b <= T(1) && b > T(0)) return a / b;
+        }
+    }
+
+  private:
+    random_key key_;
+    std::uint32_t round_, particle_, block_ = 0;
+    int next_ = 4;
+    T values_[4] = {};
+};
 
 }  // namespace SPACEARM_NAMESPACE

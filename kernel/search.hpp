@@ -16,7 +16,6 @@
 namespace SPACEARM_NAMESPACE {
 
 struct search_limits {
-    int rounds = 100;
     bool stop_when_feasible = false;
     double seconds = 0;   // per trial; 0 for no limit
 };
@@ -25,6 +24,7 @@ template <class T> struct trial_result {
     merit<T> best;
     std::vector<T> position;
     int rounds = 0;
+    std::int64_t evaluations = 0;
     int first_feasible_round = -1;
     // One entry a round: the swarm's best so far.
     std::vector<T> fitness, violation, positions;
@@ -42,11 +42,11 @@ trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const
     std::vector<pack<T>> q(dims);
     std::vector<T> fitness(stride), violation(stride);
     trial_result<T> out;
-    for (int round = 0; round < limits.rounds; ++round) {
+    while (!particles.spent()) {
         particles.ask();
-        if (round == 0) particles.place_first(first_rows);
+        if (out.rounds == 0) particles.place_first(first_rows);
         const T* x = particles.positions();
-        for (int i = 0; i < stride; i += lanes_of<T>) {
+        for (int i = 0; i < particles.active(); i += lanes_of<T>) {
             for (int d = 0; d < dims; ++d) q[d] = pack<T>::load(x + static_cast<std::size_t>(d) * stride + i);
             pack<T> f, c;
             objective(q.data(), workspace, f, c);
@@ -58,11 +58,12 @@ trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const
         out.fitness.push_back(best.fitness);
         out.violation.push_back(best.violation);
         if (keep_positions) out.positions.insert(out.positions.end(), particles.best_position().begin(), particles.best_position().end());
-        if (best.violation <= T(0) && out.first_feasible_round < 0) out.first_feasible_round = round;
+        if (best.violation <= T(0) && out.first_feasible_round < 0) out.first_feasible_round = out.rounds;
         ++out.rounds;
         if (!go_on() || (limits.stop_when_feasible && out.first_feasible_round >= 0)) break;
     }
     out.best = particles.best();
+    out.evaluations = particles.evaluations();
     out.position = particles.best_position();
     return out;
 }

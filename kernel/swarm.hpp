@@ -6,40 +6,43 @@
 //   PSO          eq. (13), inertia weight constant or falling (eq. (14)), global best or a ring of neighbours
 //   symbiotic    IPSO variant M: two slave populations, a master that follows its own and the slaves' best
 //   cooperative  IPSO variant S: two searching populations, a third driven by their velocities
-//   evolving     two searching populations, a third that recombines the personal bests of all (evolution.hpp)
+//   evolving     a third population that recombines personal bests instead of flying (evolution.hpp)
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
+#include <numeric>
 #include <vector>
 
-#include "random.hpp"
+#include "evolution.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
 enum class swarm_variant { pso, symbiotic, cooperative, evolving };
 enum class bounds_rule { absorb, reflect, periodic };
+enum class constraint_rule { feasible_first, penalty };
 
 struct swarm_settings {
     int particles = 300;
-    int rounds = 100;             // the length of the schedules; asking on beyond it keeps their last values
+    std::int64_t evaluations = 30000;  // the budget: the length of every schedule below, and of a native run
     swarm_variant variant = swarm_variant::pso;
-    double inertia_start = 0.5, inertia_end = 0.5;
+    double inertia_start = 0.5, inertia_end = 0.5;       // eq. (14)
     double cognitive = 2, social = 2, cooperation = 2;   // c1, c2, c3
-    double velocity_clamp = 0;    // share of each dimension's range; 0 leaves velocities free
-    double start_velocity = 0.2;  // the first velocities are uniform in +- this share of the range
-    int ring = 0;                 // neighbours to either side whose best is followed; 0: the population's best
+    double velocity_clamp = 0;         // share of each dimension's range; 0 leaves velocities free
+    double start_velocity = 0.2;       // the first velocities are uniform in +- this share of the range
+    int ring = 0;                      // neighbours to either side whose best is followed; 0: the population's best
     bounds_rule bounds = bounds_rule::absorb;
-    bool penalty = false;         // fitness + penalty_weight * violation, instead of feasible first
-    double penalty_weight = 0;
-    double tolerance_share = 0;   // violation forgiven at first: this quantile of the first round's; 0 forgives none
-    double tolerance_rounds = 0.5;// by this share of the rounds it has fallen to 0
-    double tolerance_power = 5;
-    double evolving_share = 0;    // evolving: the share of the particles in population 3
-    double elite_share = 0.1;     // evolving: population 3 steers towards one of this best share
-    int shrink_to = 0;            // evolving: population 3 shrinks linearly to this many; 0 keeps it
+    constraint_rule constraints = constraint_rule::feasible_first;
+    double penalty_start = 0, penalty_end = 0;  // penalty: fitness + weight * violation; constant until penalty_rise,
+    double penalty_rise = 0;                    // then rising with the square of the share of the budget that is left
+    double tolerance_share = 0;        // feasible first: this quantile of the first violations is forgiven at first,
+    double tolerance_until = 0.8;      // none after this share of the budget
+    int tolerance_power = 5;
+    double evolving_share = 1;         // evolving: the share of the particles in population 3
+    double elite_share = 0.11;         // evolving: population 3 steers towards one of this best share of its own
+    int memory = 20;                   // evolving: entries in the success history
+    int shrink_to = 0;                 // evolving: population 3 shrinks to this many as the budget is spent; 0: it stays
 };
 
 // A candidate's worth. Feasible first: less violation wins, then less fitness.
@@ -57,7 +60,7 @@ template <class T> class swarm {
 
     swarm(const swarm_settings& settings, std::vector<T> lower, std::vector<T> upper, std::uint64_t seed, std::uint32_t trial)
         : settings_(settings), dims_(static_cast<int>(lower.size())), lower_(std::move(lower)), upper_(std::move(upper)),
-          seed_(seed), trial_(trial) {
+          seed_(seed), trial_(trial), evolver_(settings.memory) {
         const int n = settings_.particles;
         stride_ = (n + W - 1) / W * W;
         split_populations();
@@ -66,10 +69,9 @@ template <class T> class swarm {
         v_.assign(all, T(0));
         px_.assign(all, T(0));
         social_.assign(all, T(0));
-        fitness_.assign(stride_, infinity);
-        violation_.assign(stride_, infinity);
-        best_fitness_.assign(stride_, infinity);
-        best_violation_.assign(stride_, infinity);
+        for (std::vector<T>* values : {&fitness_, &violation_, &best_fitness_, &best_violation_, &merit_fitness_, &merit_violation_}) {
+            values->assign(stride_, infinity);
+        }
         guide_.assign(stride_, 0);
         best_x_.assign(dims_, T(0));
         if (settings_.variant == swarm_variant::symbiotic) {
@@ -80,17 +82,16 @@ template <class T> class swarm {
         if (settings_.variant == swarm_variant::cooperative) carried_.assign(all, T(0));
     }
 
-    int particles() const { return settings_.particles; }
+    int active() const { return first_[3]; }           // particles asked for in this round; falls if population 3 shrinks
     int dims() const { return dims_; }
     int stride() const { return stride_; }
     int round() const { return round_; }
+    std::int64_t evaluations() const { return used_; }
+    bool spent() const { return used_ + active() > settings_.evaluations; }
     const T* positions() const { return x_.data(); }   // row d, particle i: positions()[d * stride() + i]
-    T* positions() { return x_.data(); }
-    const swarm_settings& settings() const { return settings_; }
     merit<T> best() const { return best_; }
     const std::vector<T>& best_position() const { return best_x_; }
-    std::size_t failed_evaluations() const { return failed_; }
-    T tolerance() const { return tolerance_; }
+    std::int64_t failed_evaluations() const { return failed_; }
 
     // The next positions, in place. Every ask is followed by a tell.
     void ask() {
@@ -101,25 +102,25 @@ template <class T> class swarm {
     // Known good positions, in place of the first random ones.
     void place_first(const std::vector<std::vector<T>>& rows) {
         for (std::size_t i = 0; i < rows.size() && i < static_cast<std::size_t>(settings_.particles); ++i) {
-            for (int d = 0; d < dims_; ++d) x_[static_cast<std::size_t>(d) * stride_ + i] = rows[i][d];
+            for (int d = 0; d < dims_; ++d) x_[at(d, static_cast<int>(i))] = rows[i][d];
         }
     }
 
     // Fitness and violation of the positions asked for. A NaN counts as the worst there is.
     void tell(const T* fitness, const T* violation) {
-        const int n = settings_.particles;
+        const int n = active();
         for (int i = 0; i < n; ++i) {
-            T f = fitness[i], c = violation[i];
-            if (!(f == f) || !(c == c)) {
-                f = c = infinity;
-                ++failed_;
-            }
-            fitness_[i] = f;
-            violation_[i] = c;
+            const bool fine = fitness[i] == fitness[i] && violation[i] == violation[i];
+            failed_ += !fine;
+            fitness_[i] = fine ? fitness[i] : infinity;
+            violation_[i] = fine ? std::max(violation[i], T(0)) : infinity;
         }
-        if (round_ == 0) start_tolerance();
-        else lower_tolerance();
+        used_ += n;
+        schedule();
+        crown();
         remember();
+        find_leaders();
+        if (settings_.shrink_to > 0) shrink();
         ++round_;
     }
 
@@ -127,46 +128,205 @@ template <class T> class swarm {
     template <class Visitor> void visit_state(Visitor&& visit) {
         visit("position", x_);
         visit("velocity", v_);
-        visit("best_position", px_);
+        visit("personal_best", px_);
+        visit("social", social_);
         visit("fitness", fitness_);
         visit("violation", violation_);
         visit("best_fitness", best_fitness_);
         visit("best_violation", best_violation_);
-        visit("swarm_best_position", best_x_);
-        scalars_ = {best_.violation, best_.fitness, tolerance_, first_tolerance_};
-        visit("scalars", scalars_);
-        best_.violation = scalars_[0];
-        best_.fitness = scalars_[1];
-        tolerance_ = scalars_[2];
-        first_tolerance_ = scalars_[3];
+        visit("best_position", best_x_);
+        visit("archive", evolver_.archive);
+        visit("factor_memory", evolver_.factor);
+        visit("crossover_memory", evolver_.crossover);
+        std::vector<T> scalars = {best_.violation, best_.fitness, first_tolerance_};
+        visit("scalars", scalars);
+        best_ = {scalars[0], scalars[1]};
+        first_tolerance_ = scalars[2];
     }
-    void restore_counters(int round, std::size_t failed) {
-        round_ = round;
-        failed_ = failed;
+    std::vector<std::int64_t> counters() const {
+        return {round_, used_, failed_, active(), evolver_.next, evolver_.replaced};
+    }
+    void restore_counters(const std::vector<std::int64_t>& c) {
+        round_ = static_cast<int>(c[0]);
+        used_ = c[1];
+        failed_ = c[2];
+        first_[3] = static_cast<int>(c[3]);
+        evolver_.next = static_cast<int>(c[4]);
+        evolver_.replaced = c[5];
+        apply_schedule();
+        judge_personal_bests();
+        for (int p = 0; p < populations_; ++p) leader_[p] = -1;
+        find_leaders();
     }
 
   private:
-    merit<T> judged(T fitness, T violation) const {
-        if (settings_.penalty) return {T(0), fitness + T(settings_.penalty_weight) * violation};
-        return {violation <= tolerance_ ? T(0) : violation, fitness};
-    }
+    std::size_t at(int d, int i) const { return static_cast<std::size_t>(d) * stride_ + i; }
 
     void split_populations() {
         const int n = settings_.particles;
-        first_[0] = 0;
-        if (settings_.variant == swarm_variant::pso) {
-            first_[1] = first_[2] = first_[3] = n;
-            populations_ = 1;
-            return;
-        }
+        int each = 0;
         populations_ = 3;
-        first_[1] = n / 3;
-        first_[2] = 2 * (n / 3);
+        if (settings_.variant == swarm_variant::pso) {
+            each = n;
+            populations_ = 1;
+        } else if (settings_.variant == swarm_variant::evolving) {
+            each = static_cast<int>((1 - settings_.evolving_share) * n / 2 + 1e-9);
+        } else {
+            each = n / 3;
+        }
+        first_[1] = each;
+        first_[2] = std::min(n, 2 * each);
         first_[3] = n;
+        evolving_from_ = settings_.variant == swarm_variant::evolving ? first_[2] : n;
     }
 
-    int population_of(int i) const { return i < first_[1] ? 0 : i < first_[2] ? 1 : 2; }
+    // ---- schedules, all over the share of the budget that is spent ---------------------------------------------------
+    double progress() const {
+        return std::min(1.0, static_cast<double>(used_) / static_cast<double>(std::max<std::int64_t>(1, settings_.evaluations)));
+    }
+    T inertia() const {   // eq. (14)
+        return static_cast<T>(settings_.inertia_start - (settings_.inertia_start - settings_.inertia_end) * progress());
+    }
+    void schedule() {
+        if (round_ == 0) start_tolerance();
+        apply_schedule();
+    }
+    void apply_schedule() {
+        // Forgiven violation, falling as (1 - t/T)^power (Takahama and Sakai 2006).
+        const double left = std::max(0.0, 1.0 - progress() / settings_.tolerance_until);
+        double share = 1;
+        for (int i = 0; i < settings_.tolerance_power; ++i) share *= left;
+        tolerance_ = first_tolerance_ * static_cast<T>(share);
+        const double s = std::max(0.0, progress() - settings_.penalty_rise) / std::max(1e-12, 1.0 - settings_.penalty_rise);
+        penalty_ = static_cast<T>(settings_.penalty_start + (settings_.penalty_end - settings_.penalty_start) * s * s);
+    }
+    void start_tolerance() {
+        first_tolerance_ = T(0);
+        if (settings_.tolerance_share <= 0) return;
+        std::vector<T> sorted(violation_.begin(), violation_.begin() + active());
+        const std::size_t k = std::min(sorted.size() - 1, static_cast<std::size_t>(settings_.tolerance_share * sorted.size()));
+        std::nth_element(sorted.begin(), sorted.begin() + k, sorted.end());
+        first_tolerance_ = std::isfinite(sorted[k]) ? sorted[k] : T(0);
+    }
 
+    // ---- judging -----------------------------------------------------------------------------------------------------
+    struct judged_packs {
+        pack<T> violation, fitness;
+    };
+    SPACEARM_INLINE judged_packs judge(const T* fitness, const T* violation) const {
+        const pack<T> f = pack<T>::load(fitness), c = pack<T>::load(violation);
+        if (settings_.constraints == constraint_rule::penalty) {
+            // Infinity times a weight of 0 would be no number.
+            return {pack<T>(T(0)), f + min(c, pack<T>(std::numeric_limits<T>::max())) * penalty_};
+        }
+        return {select(pack<T>(tolerance_) < c, c, pack<T>(T(0))), f};
+    }
+    void judge_personal_bests() {
+        for (int i = 0; i < active(); i += W) {
+            const judged_packs p = judge(&best_fitness_[i], &best_violation_[i]);
+            p.fitness.store(&merit_fitness_[i]);
+            p.violation.store(&merit_violation_[i]);
+        }
+    }
+    merit<T> personal(int i) const { return {merit_violation_[i], merit_fitness_[i]}; }
+
+    // The best of all is judged feasible first and never with forgiveness, whatever the swarm goes by.
+    void crown() {
+        int found = -1;
+        for (int i = 0; i < active(); ++i) {
+            const merit<T> now{violation_[i], fitness_[i]};
+            if (!now.better_than(best_)) continue;
+            best_ = now;
+            found = i;
+        }
+        if (found < 0) return;
+        for (int d = 0; d < dims_; ++d) best_x_[d] = x_[at(d, found)];
+    }
+
+    // Personal bests, a pack at a time.
+    void remember() {
+        const int n = active();
+        for (int i = 0; i < n; i += W) {
+            const judged_packs now = judge(&fitness_[i], &violation_[i]), old = judge(&best_fitness_[i], &best_violation_[i]);
+            // Where the violations are equal, neither is less and the fitness decides.
+            const pack<T> one(T(1)), zero(T(0));
+            const pack<T> less_broken = select(now.violation < old.violation, one, zero);
+            const pack<T> more_broken = select(old.violation < now.violation, one, zero);
+            const pack<T> fitter = select(now.fitness < old.fitness, one, zero);
+            const pack_mask<T> improved = zero < less_broken + fitter * (one - more_broken);
+            if (!any(improved)) {
+                old.fitness.store(&merit_fitness_[i]);
+                old.violation.store(&merit_violation_[i]);
+                continue;
+            }
+            if (i + W > evolving_from_) note_successes(i, improved, now, old);
+            select(improved, now.fitness, old.fitness).store(&merit_fitness_[i]);
+            select(improved, now.violation, old.violation).store(&merit_violation_[i]);
+            select(improved, pack<T>::load(&fitness_[i]), pack<T>::load(&best_fitness_[i])).store(&best_fitness_[i]);
+            select(improved, pack<T>::load(&violation_[i]), pack<T>::load(&best_violation_[i])).store(&best_violation_[i]);
+            for (int d = 0; d < dims_; ++d) {
+                T* p = &px_[at(d, i)];
+                select(improved, pack<T>::load(&x_[at(d, i)]), pack<T>::load(p)).store(p);
+            }
+        }
+        if (evolving_from_ < settings_.particles) evolver_.learn();
+    }
+
+    void note_successes(int i, const pack_mask<T>& improved, const judged_packs& now, const judged_packs& old) {
+        T hit[W], nf[W], nc[W], of[W], oc[W];
+        select(improved, pack<T>(T(1)), pack<T>(T(0))).store(hit);
+        now.fitness.store(nf);
+        now.violation.store(nc);
+        old.fitness.store(of);
+        old.violation.store(oc);
+        const random_key key(seed_, trial_, stream::archive);
+        for (int k = 0; k < W; ++k) {
+            const int particle = i + k;
+            if (hit[k] == T(0) || particle < evolving_from_ || particle >= active()) continue;
+            if (round_ == 0) continue;   // the first positions replace nobody
+            evolver_.succeeded(particle - evolving_from_, nc[k] < oc[k] ? oc[k] - nc[k] : of[k] - nf[k]);
+            evolver_.keep(key, round_, particle, px_, stride_, dims_, static_cast<int>(archive_share * (active() - evolving_from_)));
+        }
+    }
+    static constexpr double archive_share = 1.4;
+
+    void find_leaders() {
+        for (int p = 0; p < populations_; ++p) {
+            if (first_[p] == first_[p + 1]) continue;
+            int best = first_[p];
+            for (int i = first_[p] + 1; i < first_[p + 1]; ++i) {
+                if (personal(i).better_than(personal(best))) best = i;
+            }
+            leader_[p] = best;
+        }
+    }
+
+    // Population 3 loses its worst members as the budget is spent.
+    void shrink() {
+        const int whole = settings_.particles - first_[2];
+        const int kept = std::max(settings_.shrink_to, static_cast<int>(whole - (whole - settings_.shrink_to) * progress() + 0.5));
+        const int now = first_[3] - first_[2];
+        if (kept >= now || first_[2] == first_[3]) return;
+        const std::vector<int> order = ranked(first_[2], first_[3]);
+        for (std::vector<T>* values : {&best_fitness_, &best_violation_, &merit_fitness_, &merit_violation_}) reorder(values->data(), order);
+        for (int d = 0; d < dims_; ++d) reorder(&px_[at(d, 0)], order);
+        first_[3] = first_[2] + kept;
+        evolver_.trim(dims_, static_cast<int>(archive_share * kept));
+        leader_[2] = first_[2];
+    }
+    std::vector<int> ranked(int from, int to) const {
+        std::vector<int> order(to - from);
+        std::iota(order.begin(), order.end(), from);
+        std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return personal(a).better_than(personal(b)); });
+        return order;
+    }
+    void reorder(T* row, const std::vector<int>& order) {
+        std::vector<T> sorted(order.size());
+        for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = row[order[i]];
+        std::copy(sorted.begin(), sorted.end(), row + first_[2]);
+    }
+
+    // ---- moving ------------------------------------------------------------------------------------------------------
     // Round 0: positions uniform within the bounds, velocities in +- a share of the range.
     void start() {
         const random_key where(seed_, trial_, stream::start_position), how(seed_, trial_, stream::start_velocity);
@@ -177,17 +337,11 @@ template <class T> class swarm {
                 uniforms<T>(how, 0, i, d / 4, s);
                 for (int k = 0; k < 4 && d + k < dims_; ++k) {
                     const T range = upper_[d + k] - lower_[d + k];
-                    const std::size_t at = static_cast<std::size_t>(d + k) * stride_ + i;
-                    min(pack<T>(lower_[d + k]) + u[k] * range, pack<T>(upper_[d + k])).store(&x_[at]);
-                    ((s[k] + s[k] - T(1)) * (range * T(settings_.start_velocity))).store(&v_[at]);
+                    min(pack<T>(lower_[d + k]) + u[k] * range, pack<T>(upper_[d + k])).store(&x_[at(d + k, i)]);
+                    ((s[k] + s[k] - T(1)) * (range * T(settings_.start_velocity))).store(&v_[at(d + k, i)]);
                 }
             }
         }
-    }
-
-    T inertia() const {   // eq. (14)
-        const double t = std::min(1.0, static_cast<double>(round_) / std::max(1, settings_.rounds));
-        return static_cast<T>(settings_.inertia_start - (settings_.inertia_start - settings_.inertia_end) * t);
     }
 
     // Whose personal best each particle follows.
@@ -202,7 +356,8 @@ template <class T> class swarm {
             for (int i = 0; i < size; ++i) {
                 int best = begin + i;
                 for (int o = -k; o <= k; ++o) {
-                    const int other = begin + (i + o + size) % size;
+                    int other = i + o;
+                    other = begin + (other < 0 ? other + size : other >= size ? other - size : other);
                     if (personal(other).better_than(personal(best))) best = other;
                 }
                 guide_[begin + i] = best;
@@ -210,14 +365,12 @@ template <class T> class swarm {
         }
     }
 
-    merit<T> personal(int i) const { return judged(best_fitness_[i], best_violation_[i]); }
-
     void prepare_social() {
         choose_guides();
-        const int n = settings_.particles;
+        const int n = std::min(active(), evolving_from_);
         for (int d = 0; d < dims_; ++d) {
-            const T* from = &px_[static_cast<std::size_t>(d) * stride_];
-            T* to = &social_[static_cast<std::size_t>(d) * stride_];
+            const T* from = &px_[at(d, 0)];
+            T* to = &social_[at(d, 0)];
             for (int i = 0; i < n; ++i) to[i] = from[guide_[i]];
         }
     }
@@ -230,14 +383,12 @@ template <class T> class swarm {
         for (int i = first_[2]; i < first_[3]; ++i) {
             weight1_[i] = static_cast<T>(phi * settings_.social);
             weight2_[i] = static_cast<T>((1 - phi) * settings_.cooperation);
-            for (int d = 0; d < dims_; ++d) {
-                const std::size_t row = static_cast<std::size_t>(d) * stride_;
-                social2_[row + i] = px_[row + slave];
-            }
+            for (int d = 0; d < dims_; ++d) social2_[at(d, i)] = px_[at(d, slave)];
         }
     }
 
-    // Variant S: the velocity that population 3 carries on is (G/G1) v1 + (G/G2) v2 + v3, with G = G1 + G2.
+    // Variant S: one best g is shared by all, and the velocity that population 3 carries on is
+    // (G/G1) v1 + (G/G2) v2 + v3, with G1, G2 the fitness of its counterparts and G = G1 + G2.
     void prepare_cooperative() {
         carried_ = v_;
         const int size = first_[1];
@@ -246,14 +397,24 @@ template <class T> class swarm {
             const T g1 = fitness_[one], g2 = fitness_[two], g = g1 + g2;
             const T a = g / g1, b = g / g2;
             if (!std::isfinite(a) || !std::isfinite(b)) continue;   // a failed evaluation drives nobody
-            for (int d = 0; d < dims_; ++d) {
-                const std::size_t row = static_cast<std::size_t>(d) * stride_;
-                carried_[row + i] = a * v_[row + one] + b * v_[row + two] + v_[row + i];
-            }
+            for (int d = 0; d < dims_; ++d) carried_[at(d, i)] = a * v_[at(d, one)] + b * v_[at(d, two)] + v_[at(d, i)];
         }
+    }
+    void share_leader() {
+        int best = leader_[0];
+        for (int p = 1; p < populations_; ++p) {
+            if (personal(leader_[p]).better_than(personal(best))) best = leader_[p];
+        }
+        for (int p = 0; p < populations_; ++p) leader_[p] = best;
     }
 
     void step() {
+        if (settings_.variant == swarm_variant::cooperative) share_leader();
+        if (evolving_from_ > 0) fly();
+        if (evolving_from_ < settings_.particles) evolve();
+    }
+
+    void fly() {
         prepare_social();
         if (settings_.variant == swarm_variant::symbiotic) prepare_symbiotic();
         if (settings_.variant == swarm_variant::cooperative) prepare_cooperative();
@@ -261,32 +422,30 @@ template <class T> class swarm {
         const pack<T> w(inertia()), c1(T(settings_.cognitive)), c2(T(settings_.social));
         const bool symbiotic = settings_.variant == swarm_variant::symbiotic;
         const std::vector<T>& momentum = settings_.variant == swarm_variant::cooperative ? carried_ : v_;
-        for (int i = 0; i < stride_; i += W) {
+        for (int i = 0; i < std::min(active(), evolving_from_); i += W) {
+            pack<T> r3[4];
             for (int d = 0; d < dims_; d += 2) {
-                pack<T> r[4], r3[4];
+                pack<T> r[4];
                 uniforms<T>(key, round_, i, d / 2, r);
                 if (symbiotic && d % 4 == 0) uniforms<T>(key, round_, i, 0x10000u + d / 4, r3);
                 for (int k = 0; k < 2 && d + k < dims_; ++k) {
-                    const std::size_t at = static_cast<std::size_t>(d + k) * stride_ + i;
-                    const pack<T> x = pack<T>::load(&x_[at]);
-                    pack<T> v = w * pack<T>::load(&momentum[at])                                        // eq. (13)
-                              + c1 * r[2 * k] * (pack<T>::load(&px_[at]) - x);
+                    const std::size_t here = at(d + k, i);
+                    const pack<T> x = pack<T>::load(&x_[here]);
+                    pack<T> v = w * pack<T>::load(&momentum[here])                                        // eq. (13)
+                              + c1 * r[2 * k] * (pack<T>::load(&px_[here]) - x);
                     if (!symbiotic) {
-                        v += c2 * r[2 * k + 1] * (pack<T>::load(&social_[at]) - x);
+                        v += c2 * r[2 * k + 1] * (pack<T>::load(&social_[here]) - x);
                     } else {
-                        v += pack<T>::load(&weight1_[i]) * r[2 * k + 1] * (pack<T>::load(&social_[at]) - x);
-                        v += pack<T>::load(&weight2_[i]) * third(r3, d, k) * (pack<T>::load(&social2_[at]) - x);
+                        v += pack<T>::load(&weight1_[i]) * r[2 * k + 1] * (pack<T>::load(&social_[here]) - x);
+                        v += pack<T>::load(&weight2_[i]) * r3[d % 4 + k] * (pack<T>::load(&social2_[here]) - x);
                     }
-                    move(d + k, at, x, v);
+                    move(d + k, here, x, v);
                 }
             }
         }
     }
 
-    // r3 is drawn four dimensions at a time, the pairs of a step two: the second pair uses the second half.
-    static SPACEARM_INLINE const pack<T>& third(const pack<T> (&r3)[4], int d, int k) { return r3[d % 4 + k]; }
-
-    SPACEARM_INLINE void move(int d, std::size_t at, const pack<T>& x, pack<T> v) {
+    SPACEARM_INLINE void move(int d, std::size_t here, const pack<T>& x, pack<T> v) {
         const T lo = lower_[d], hi = upper_[d], range = hi - lo;
         if (settings_.velocity_clamp > 0) {
             const pack<T> most(range * T(settings_.velocity_clamp));
@@ -308,77 +467,40 @@ template <class T> class swarm {
                 to = clamp(to - turns * range, low, high);
             }
         }
-        v.store(&v_[at]);
-        to.store(&x_[at]);
+        v.store(&v_[here]);
+        to.store(&x_[here]);
     }
 
-    void start_tolerance() {
-        tolerance_ = first_tolerance_ = T(0);
-        if (settings_.tolerance_share <= 0 || settings_.penalty) return;
-        std::vector<T> sorted(violation_.begin(), violation_.begin() + settings_.particles);
-        const std::size_t k = std::min<std::size_t>(sorted.size() - 1, static_cast<std::size_t>(settings_.tolerance_share * sorted.size()));
-        std::nth_element(sorted.begin(), sorted.begin() + k, sorted.end());
-        tolerance_ = first_tolerance_ = std::isfinite(sorted[k]) ? sorted[k] : T(0);
-    }
-
-    // Forgiven violation, falling as (1 - t/T)^power (Takahama and Sakai 2006).
-    void lower_tolerance() {
-        if (first_tolerance_ <= T(0)) return;
-        const double until = settings_.tolerance_rounds * settings_.rounds;
-        const double left = 1.0 - round_ / std::max(1.0, until);
-        tolerance_ = left <= 0 ? T(0) : first_tolerance_ * static_cast<T>(std::pow(left, settings_.tolerance_power));
-    }
-
-    // Personal bests, the populations' leaders, and the best of all, which is never judged with forgiveness.
-    void remember() {
-        const int n = settings_.particles;
+    // Population 3 recombines: the elite it steers towards are its own best and the leaders of populations 1 and 2.
+    void evolve() {
+        const int from = evolving_from_, n = active() - from;
+        std::vector<int> elite = ranked(from, active());
+        elite.resize(std::max(std::min(2, n), static_cast<int>(settings_.elite_share * n + 0.5)));
+        for (int p = 0; p < 2; ++p) {
+            if (first_[p] < first_[p + 1]) elite.push_back(leader_[p]);
+        }
+        evolver_.begin(n);
+        const random_key key(seed_, trial_, stream::evolution);
         for (int i = 0; i < n; ++i) {
-            if (!judged(fitness_[i], violation_[i]).better_than(personal(i))) continue;
-            best_fitness_[i] = fitness_[i];
-            best_violation_[i] = violation_[i];
-            for (int d = 0; d < dims_; ++d) {
-                const std::size_t at = static_cast<std::size_t>(d) * stride_ + i;
-                px_[at] = x_[at];
-            }
-        }
-        int found = -1;
-        for (int i = 0; i < n; ++i) {
-            const merit<T> now = settings_.penalty ? judged(fitness_[i], violation_[i]) : merit<T>{violation_[i], fitness_[i]};
-            const merit<T> champion = settings_.penalty ? judged(best_.fitness, best_.violation) : best_;
-            if (now.better_than(champion)) {
-                best_ = {violation_[i], fitness_[i]};
-                found = i;
-            }
-        }
-        if (found >= 0) {
-            for (int d = 0; d < dims_; ++d) best_x_[d] = x_[static_cast<std::size_t>(d) * stride_ + found];
-        }
-        find_leaders();
-    }
-
-    void find_leaders() {
-        for (int p = 0; p < populations_; ++p) {
-            int best = first_[p];
-            for (int i = first_[p]; i < first_[p + 1]; ++i) {
-                if (personal(i).better_than(personal(best))) best = i;
-            }
-            leader_[p] = best;
+            evolver_.propose({key, static_cast<std::uint32_t>(round_), static_cast<std::uint32_t>(from + i)}, i, from, n, elite, px_.data(),
+                             stride_, lower_, upper_, x_.data());
         }
     }
 
     swarm_settings settings_;
-    int dims_, stride_ = 0, populations_ = 1;
+    int dims_, stride_ = 0, populations_ = 1, evolving_from_ = 0;
     int first_[4] = {}, leader_[3] = {};
     std::vector<T> lower_, upper_;
     std::uint64_t seed_;
     std::uint32_t trial_;
     int round_ = 0;
-    std::size_t failed_ = 0;
-    T tolerance_ = 0, first_tolerance_ = 0;
+    std::int64_t used_ = 0, failed_ = 0;
+    T tolerance_ = 0, first_tolerance_ = 0, penalty_ = 0;
     merit<T> best_{infinity, infinity};
     std::vector<T> x_, v_, px_, social_, social2_, weight1_, weight2_, carried_;
-    std::vector<T> fitness_, violation_, best_fitness_, best_violation_, best_x_, scalars_;
+    std::vector<T> fitness_, violation_, best_fitness_, best_violation_, merit_fitness_, merit_violation_, best_x_;
     std::vector<int> guide_;
+    evolver<T> evolver_;
 };
 
 }  // namespace SPACEARM_NAMESPACE

@@ -71,7 +71,7 @@ def _numbers(values: tuple[float, ...]) -> str:
 
 @st.composite
 def urdfs(draw: st.DrawFn, min_joints: int = 2, max_joints: int = 12) -> str:
-    """Trees with every kind of joint: fixed ones in between, any axis, mimics of mimics, any order of elements.
+    """Trees with every kind of joint: fixed ones in between, any axis, mimics of mimics, elements shuffled.
 
     At least one joint moves. The last link is named "tip".
     """

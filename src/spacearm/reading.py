@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from spacearm.checks import shown
+from spacearm.checks import shown, shown_error
 from spacearm.errors import FileFormatError, SpacearmError, nearest
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class YamlFile:
         node, line = self.root, None
         for part in place:
             if isinstance(node, yaml.MappingNode):
-                pairs = [(key, value) for key, value in node.value if key.value == part]
+                pairs = [(key, value) for key, value in node.value if key.value == str(part)]
                 if not pairs:
                     break
                 line, node = pairs[0][0].start_mark.line + 1, pairs[0][1]
@@ -90,7 +90,9 @@ class YamlFile:
         found = error.errors(include_url=False)
         # Where a value may have several forms, the form that was meant is the one whose error lies deepest.
         deepest = max(found, key=lambda detail: len(detail["loc"]))
-        return f"{self.where(deepest['loc'])}: {_complaint(deepest)}"
+        place = _in_file(deepest["loc"])
+        key = deepest.get("ctx", {}).get("key")
+        return f"{self.where(place if key is None else (*place, key))}: {_complaint(deepest, place)}"
 
 
 @contextmanager
@@ -174,7 +176,9 @@ def require_known_keys(given: Any, known: list[str]) -> None:
             if key not in known:
                 # The sentence goes as a value, since a brace in a key would be taken for a placeholder.
                 sentence = f"key {shown(key)} is not known; {nearest(str(key), known)}"
-                raise PydanticCustomError("unknown_key", "{sentence}", {"sentence": sentence})
+                raise PydanticCustomError(
+                    "unknown_key", "{sentence}", {"sentence": sentence, "key": str(key)}
+                )
 
 
 def _composed(text: str, path: Any, what: str) -> tuple[Any, Any]:
@@ -189,14 +193,18 @@ def _composed(text: str, path: Any, what: str) -> tuple[Any, Any]:
         mark = getattr(error, "problem_mark", None)
         place = f"{path}: line {mark.line + 1}" if mark else f"{path}"
         problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+        if problem.startswith("but "):
+            problem = f"{getattr(error, 'context', '')}, {problem}"
         raise FileFormatError(
             f"{place}: {' '.join(problem.split())}, expected {what} in YAML; correct the file"
         ) from None
     except RecursionError:
         raise FileFormatError(f"{path} is nested too deeply, expected {what} in YAML") from None
-    except ValueError as error:  # an integer of thousands of digits, for one
+    except (
+        Exception
+    ) as error:  # of PyYAML's constructors: a tag that its value does not fit, a number of 5,000 digits
         raise FileFormatError(
-            f"{path} holds a value that cannot be read ({error}), expected {what} in YAML"
+            f"{path} holds a value that cannot be read ({shown_error(error)}), expected {what} in YAML"
         ) from None
     finally:
         if loader is not None:
@@ -239,7 +247,7 @@ def _require_format(value: dict[Any, Any], path: Any, key: str, what: str) -> No
     if key not in value:
         foreign = next((name for name, keys in _FOREIGN if keys & value.keys()), None)
         looks = f" looks like {foreign}" if foreign else f" has no key '{key}'"
-        raise FileFormatError(f"{path}{looks}, expected {what}: its first line is '{key}: {_VERSION}'")
+        raise FileFormatError(f"{path}{looks}, expected {what}, which begins with '{key}: {_VERSION}'")
     if value[key] != _VERSION or isinstance(value[key], bool):
         raise FileFormatError(
             f"{path} has {key}: {shown(value[key])}, expected {key}: {_VERSION}; "
@@ -260,12 +268,17 @@ _EXPECTED = {
 }
 
 
-def _complaint(detail: ErrorDetails) -> str:
+def _in_file(place: Place) -> Place:
+    """Leave out of pydantic's place what is none in the file: which form of a union was tried."""
+    return tuple(part for part in place if not str(part).startswith(("list[", "dict[")))
+
+
+def _complaint(detail: ErrorDetails, in_file: Place) -> str:
     """Say in our words what pydantic found."""
-    kind, place = detail["type"], _place_text(detail["loc"])
+    kind, place = detail["type"], _place_text(in_file)
     if kind == "missing":
-        inside = _place_text(detail["loc"][:-1])
-        return f"key '{detail['loc'][-1]}' is missing{f' in {inside}' if inside else ''}; add it"
+        inside = _place_text(in_file[:-1])
+        return f"key '{in_file[-1]}' is missing{f' in {inside}' if inside else ''}; add it"
     if kind == "unknown_key":
         return f"{place}: {detail['msg']}" if place else detail["msg"]
     if kind in _EXPECTED:

@@ -25,6 +25,12 @@ class RobotModel(StrictModel):
     acceleration_limit: Number | None = None
     collision: Literal["urdf", "none"] = "urdf"
 
+    @model_validator(mode="before")
+    @classmethod
+    def _named(cls, given: Any) -> Any:
+        """Take ``robot: zhang2022`` for ``robot: {name: zhang2022}``."""
+        return {"name": given} if isinstance(given, str) else given
+
 
 class SphereModel(StrictModel):
     """A sphere."""
@@ -63,14 +69,10 @@ class ProblemModel(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _named_robot(cls, given: Any) -> Any:
-        """Take ``robot: zhang2022`` for ``robot: {name: zhang2022}``, and an empty scene for none."""
+    def _left_out(cls, given: Any) -> Any:
+        """Take a key with nothing behind it for one that is left out."""
         if not isinstance(given, dict):
             return given
-        given = dict(given)
-        if isinstance(given.get("robot"), str):
-            given["robot"] = {"name": given["robot"]}
-        for key in ("scene", "planner"):
-            if key in given and given[key] is None:
-                del given[key]
-        return given
+        return {
+            key: value for key, value in given.items() if value is not None or key not in ("scene", "planner")
+        }

@@ -65,7 +65,7 @@ def points_capsule(points: Array) -> Segment:
     across = np.delete(points - middle, along, axis=1)  # (k, 2)
     distance = np.linalg.norm(across, axis=1)
     radius = float(distance.max())
-    slack = np.sqrt(radius**2 - distance**2)
+    slack = np.sqrt((radius - distance) * (radius + distance))
     last, first = float((points[:, along] - slack).max()), float((points[:, along] + slack).min())
     if last < first:  # one ball holds them all, and may be put anywhere between
         first = last = (first + last) / 2

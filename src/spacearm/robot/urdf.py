@@ -88,9 +88,7 @@ def _parsed(content: bytes, *, with_collision: bool) -> yourdfpy.Robot:
             filename_handler=yourdfpy.urdf.filename_handler_null,
         )
     except Exception as error:  # yourdfpy documents no exceptions: KeyError, IndexError, ValueError were seen
-        raise FileFormatError(
-            f"this URDF cannot be read ({shown_error(error)}); correct the file"
-        ) from error
+        raise FileFormatError(f"this URDF cannot be read ({shown_error(error)}); correct the file") from error
     return urdf.robot
 
 

@@ -80,8 +80,9 @@ def _root(content: bytes) -> Any:
             f"this is <{name.localname}>, expected a URDF: <robot name=...>; convert it first"
         )
     if name.namespace:  # a default namespace is in every tag, where no reader of URDF looks for it
-        for element in root.iter(f"{{{name.namespace}}}*"):
+        for element in list(root.iter(f"{{{name.namespace}}}*")):
             element.tag = etree.QName(element).localname
+        etree.cleanup_namespaces(root)  # or the tags would be in it again once written
     return root
 
 
@@ -104,7 +105,7 @@ def _check_joint(joint: Any, where: str) -> None:
     kind = joint.get("type")
     if kind not in _KINDS:
         given = "no type" if kind is None else f"type {shown(kind)}, which is none"
-        raise FileFormatError(f"{where} has {given}; {nearest(str(kind), _KINDS)}")
+        raise FileFormatError(f"{where} has {given}; {nearest(str(kind), _KINDS[:4])}")
     for role in ("parent", "child"):
         element = joint.find(role)
         if element is None or not element.get("link"):
@@ -151,14 +152,14 @@ def _check_numbers(element: Any, where: str) -> None:
         except ValueError:
             numbers = []
         if len(numbers) not in counts or not all(map(math.isfinite, numbers)):
-            raise FileFormatError(f"{place} is {shown(text)}, expected {wanted}{_advice(text)}")
+            raise FileFormatError(f"{place} is {shown(text)}, expected {wanted}{_advice(element.tag, text)}")
         if not signed and min(numbers) < 0:
             raise FileFormatError(f"{place} is {shown(text)}, expected {wanted}, none below 0")
 
 
-def _advice(text: str) -> str:
+def _advice(tag: str, text: str) -> str:
     if "$" in text:
         return "; expand the xacro first"
-    if "inf" in text:
+    if tag == "limit" and "inf" in text:
         return "; a joint that turns without end is continuous"
     return " separated by spaces" if "," in text else ""

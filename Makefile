@@ -1,0 +1,80 @@
+# Daily commands; `make` alone lists them. CI calls the same ones (.ci/run).
+#
+# One environment, .venv, with spacearm installed editable: a changed Python file is seen at once, a changed kernel file
+# (or a new or removed Python file) rebuilds what it must. Stamp files inside .venv say what is up to date, so deleting
+# .venv resets everything.
+SHELL = /bin/sh
+.DEFAULT_GOAL := help
+MAKEFLAGS += --no-builtin-rules
+
+VENV := .venv
+PY := $(VENV)/bin/python
+PIP := $(PY) -m pip --disable-pip-version-check --quiet
+STAMPS := $(VENV)/stamps
+BENCH ?= --quick --install
+
+export PYTHON
+export PYRIGHT_PYTHON_IGNORE_WARNINGS = 1
+
+BUILD_FILES := pyproject.toml CMakeLists.txt $(wildcard kernel/*)
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@echo 'PYTHON=/path/to/python3 chooses the interpreter when .venv is made; rm -rf .venv starts afresh.'
+
+demo: $(STAMPS)/package ## everything from nothing: environment, build, the paper's experiment into out/
+	@out=$$(sh tools/fresh_folder.sh out/paper) && echo "Running the paper's experiment into $$out." && \
+	  $(VENV)/bin/spacearm paper -o "$$out"
+
+test: $(STAMPS)/package $(STAMPS)/test ## environment, build, and all tests
+	@echo 'Running the tests.'
+	@$(PY) -m pytest
+
+lint: $(STAMPS)/package $(STAMPS)/lint ## format check, lint, and types
+	@failed=; \
+	  echo 'ruff format --check'; $(PY) -m ruff format --check . || failed="$$failed format"; \
+	  echo 'ruff check';          $(PY) -m ruff check . || failed="$$failed check"; \
+	  echo 'pyright';             $(PY) -m pyright || failed="$$failed pyright"; \
+	  if [ -n "$$failed" ]; then echo "Lint failed:$$failed (make format mends the first two where it can)."; exit 1; fi; \
+	  echo 'Lint passed.'
+
+format: $(STAMPS)/lint ## rewrite the Python files in the house's format
+	@$(PY) -m ruff check --fix --exit-zero --quiet . ; $(PY) -m ruff format .
+
+bench: $(STAMPS)/package ## the swarm beside other libraries (BENCH="--quick --install"), one environment each
+	@$(PY) benchmarks/seed_numpy.py
+	@$(PY) benchmarks/compare_swarms.py $(BENCH)
+
+clean: ## remove what was built or cached; .venv and out/ stay
+	rm -rf build dist .pytest_cache .ruff_cache .hypothesis
+	find src tests tools benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# ---- the environment -------------------------------------------------------------------------------------------------
+
+# What the build needs stays in .venv (no isolated build), so that a rebuild compiles only what changed.
+$(STAMPS)/tools: pyproject.toml tools/preflight.sh tools/requirements.py
+	@python=$$(sh tools/preflight.sh $(VENV)) || exit 2; \
+	  echo 'Making the environment $(VENV) and building spacearm: about 2 minutes the first time.'; \
+	  [ -x $(PY) ] || "$$python" -m venv $(VENV) || exit 2
+	@mkdir -p $(STAMPS)
+	@$(PIP) install 'pip>=23.1'
+	@$(PY) tools/requirements.py build > $(STAMPS)/build.txt && $(PIP) install -r $(STAMPS)/build.txt
+	@touch $@
+
+$(STAMPS)/package: $(STAMPS)/tools $(STAMPS)/modules $(BUILD_FILES)
+	@sh tools/preflight.sh $(VENV) > /dev/null || exit 2
+	@echo 'Building the kernel and installing spacearm into $(VENV): about 1 minute on 2 cores, seconds if little changed.'
+	@$(PIP) install --no-build-isolation --editable .
+	@touch $@
+
+$(STAMPS)/test $(STAMPS)/lint: $(STAMPS)/%: $(STAMPS)/tools pyproject.toml
+	@echo 'Installing what make $* needs: about half a minute.'
+	@$(PY) tools/requirements.py run $* > $(STAMPS)/$*.txt && $(PIP) install -r $(STAMPS)/$*.txt
+	@touch $@
+
+# The names of the Python files: an editable install has to be told of a new one.
+$(STAMPS)/modules: $(STAMPS)/tools ALWAYS
+	@find src -type f ! -path '*/__pycache__/*' | LC_ALL=C sort > $@.new
+	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+
+.PHONY: help demo test lint format bench clean ALWAYS
