@@ -55,7 +55,8 @@ clean: ## remove what was built or cached; .venv and out/ stay
 $(STAMPS)/tools: pyproject.toml tools/preflight.sh tools/requirements.py
 	@python=$$(sh tools/preflight.sh $(VENV)) || exit 2; \
 	  echo 'Making the environment $(VENV) and building spacearm: about 2 minutes the first time.'; \
-	  [ -x $(PY) ] || "$$python" -m venv $(VENV) || exit 2
+	  [ -x $(PY) ] || "$$python" -m venv $(VENV) || exit 2; \
+	  $(PY) -m pip --version > /dev/null 2>&1 || $(PY) -m ensurepip > /dev/null || exit 2
 	@mkdir -p $(STAMPS)
 	@$(PIP) install 'pip>=23.1'
 	@$(PY) tools/requirements.py build > $(STAMPS)/build.txt && $(PIP) install -r $(STAMPS)/build.txt

@@ -286,6 +286,7 @@ nb::list search(const Objective& objective, in1<double> lower, in1<double> upper
         d["position"] = array_of(std::move(r.position), {r.rounds ? static_cast<std::size_t>(objective.dims()) : 0});
         d["fitness_history"] = array_of(std::move(r.fitness), {n});
         d["violation_history"] = array_of(std::move(r.violation), {n});
+        d["evaluation_history"] = array_of(std::move(r.spent), {n});
         if (keep_positions) d["position_history"] = array_of(std::move(r.positions), {n, static_cast<std::size_t>(objective.dims())});
         out.append(d);
     }

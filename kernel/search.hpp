@@ -28,6 +28,7 @@ template <class T> struct trial_result {
     int first_feasible_round = -1;
     // One entry a round: the swarm's best so far.
     std::vector<T> fitness, violation, positions;
+    std::vector<std::int64_t> spent;
 };
 
 // Called now and then from the calling thread, with the rounds done so far; returns false to stop the search.
@@ -57,6 +58,7 @@ trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const
         const merit<T> best = particles.best();
         out.fitness.push_back(best.fitness);
         out.violation.push_back(best.violation);
+        out.spent.push_back(particles.evaluations());
         if (keep_positions) out.positions.insert(out.positions.end(), particles.best_position().begin(), particles.best_position().end());
         if (best.violation <= T(0) && out.first_feasible_round < 0) out.first_feasible_round = out.rounds;
         ++out.rounds;

@@ -1,4 +1,4 @@
-"""Forward kinematics in plain NumPy, from the definition of Robot: the tests' own, independent of the kernel."""
+"""Forward kinematics in plain NumPy, from the definition of Robot: independent of the kernel."""
 
 from __future__ import annotations
 

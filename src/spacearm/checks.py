@@ -1,5 +1,4 @@
-"""Checked values: read-only arrays and finite numbers, and records that stay read-only when copied or
-pickled.
+"""Checked values: read-only arrays, finite numbers, and records that stay so when copied or pickled.
 
 Each check takes the name the user knows the value by and the error to raise, so that one sentence serves
 every room.
@@ -9,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import numbers
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -50,15 +50,11 @@ def as_readonly(
     try:
         given = np.asarray(value)
     except (TypeError, ValueError):
-        raise error(
-            f"{name} has rows of different lengths, expected numbers of shape {expected}{ending}"
-        ) from None
+        raise error(f"{name} has rows of different lengths, expected numbers of shape {expected}{ending}") from None
     # Kinds are asked for because NumPy would turn None into NaN, and "1" and True into 1.0, without a word.
     if given.size and given.dtype.kind not in "iuf":
         raise error(f"{name} is {shown(value)}, expected numbers of shape {expected}{ending}")
-    if given.ndim != len(shape) or any(
-        want not in (None, have) for want, have in zip(shape, given.shape, strict=True)
-    ):
+    if given.ndim != len(shape) or any(want not in (None, have) for want, have in zip(shape, given.shape, strict=True)):
         raise error(f"{name} has shape {_shape_text(given.shape)}, expected {expected}{ending}")
     array = np.array(given, dtype=np.float64) + 0.0  # + 0.0 makes -0.0 into 0.0, so equal records hash alike
     bad = ~np.isfinite(array) if finite else np.isnan(array)
@@ -99,10 +95,13 @@ def as_number(
         wanted = f"a finite number, {at_least:g} or more"
     if unit:
         wanted += f" [{unit}]"
-    scalar = np.asarray(value) if not isinstance(value, (str, bytes, bool)) and value is not None else None
-    if scalar is None or scalar.ndim or scalar.dtype.kind not in "iuf":
+    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if isinstance(scalar, (bool, np.bool_)) or not isinstance(scalar, numbers.Real):
         raise error(f"{name} is {shown(value)}, expected {wanted}")
-    number = float(scalar)
+    try:
+        number = float(scalar)
+    except OverflowError:  # an int beyond 1e308
+        number = math.inf
     low = (above is not None and number <= above) or (at_least is not None and number < at_least)
     if not math.isfinite(number) or low:
         raise error(f"{name} is {number:g}, expected {wanted}")
@@ -158,8 +157,7 @@ def _shape_text(shape: tuple[int | None, ...]) -> str:
 
 
 class Frozen:
-    """Base of our frozen dataclasses: equal by value, hashable, and rebuilt through their checks by pickle
-    and copy.
+    """Base of our frozen dataclasses: equal by value, hashable, rebuilt through their checks by pickle.
 
     Dataclasses compare arrays with ``==``, which is an array and no answer; and NumPy forgets on unpickling
     that an array was read-only. Use with ``@dataclass(frozen=True, slots=True, eq=False)``.

@@ -36,6 +36,10 @@ class FileFormatError(SpacearmError):
     """A file that is missing, broken, or of another format than the one expected."""
 
 
+class SwarmError(SpacearmError):
+    """A swarm driven out of turn, or an objective that returns what it should not."""
+
+
 class OutputError(SpacearmError):
     """A result that cannot be written where it was asked to go."""
 

@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from spacearm.checks import shown, shown_error
+from spacearm.checks import shown
 from spacearm.errors import FileFormatError, SpacearmError, nearest
 
 if TYPE_CHECKING:
@@ -176,9 +176,7 @@ def require_known_keys(given: Any, known: list[str]) -> None:
             if key not in known:
                 # The sentence goes as a value, since a brace in a key would be taken for a placeholder.
                 sentence = f"key {shown(key)} is not known; {nearest(str(key), known)}"
-                raise PydanticCustomError(
-                    "unknown_key", "{sentence}", {"sentence": sentence, "key": str(key)}
-                )
+                raise PydanticCustomError("unknown_key", "{sentence}", {"sentence": sentence, "key": str(key)})
 
 
 def _composed(text: str, path: Any, what: str) -> tuple[Any, Any]:
@@ -200,11 +198,10 @@ def _composed(text: str, path: Any, what: str) -> tuple[Any, Any]:
         ) from None
     except RecursionError:
         raise FileFormatError(f"{path} is nested too deeply, expected {what} in YAML") from None
-    except (
-        Exception
-    ) as error:  # of PyYAML's constructors: a tag that its value does not fit, a number of 5,000 digits
+    except Exception:  # whatever else PyYAML's constructors let through, as the KeyError of "!!bool maybe"
         raise FileFormatError(
-            f"{path} holds a value that cannot be read ({shown_error(error)}), expected {what} in YAML"
+            f"{path} holds a value that cannot be read, expected {what} in YAML; "
+            "look for tags (!!) and for numbers of thousands of digits"
         ) from None
     finally:
         if loader is not None:
@@ -250,8 +247,7 @@ def _require_format(value: dict[Any, Any], path: Any, key: str, what: str) -> No
         raise FileFormatError(f"{path}{looks}, expected {what}, which begins with '{key}: {_VERSION}'")
     if value[key] != _VERSION or isinstance(value[key], bool):
         raise FileFormatError(
-            f"{path} has {key}: {shown(value[key])}, expected {key}: {_VERSION}; "
-            "this release reads no other version"
+            f"{path} has {key}: {shown(value[key])}, expected {key}: {_VERSION}; this release reads no other version"
         )
 
 
@@ -281,6 +277,8 @@ def _complaint(detail: ErrorDetails, in_file: Place) -> str:
         return f"key '{in_file[-1]}' is missing{f' in {inside}' if inside else ''}; add it"
     if kind == "unknown_key":
         return f"{place}: {detail['msg']}" if place else detail["msg"]
+    if kind == "form":
+        return f"{place} is {shown(detail['input'])}, expected {detail['msg']}"
     if kind in _EXPECTED:
         return f"{place or 'the file'} is {shown(detail['input'])}, expected {_EXPECTED[kind]}"
     if kind == "literal_error":

@@ -118,9 +118,7 @@ def test_a_limit_in_degrees_is_reached_in_degrees(tmp_path: Path) -> None:
 
 def test_a_position_goal_may_state_tolerance_and_frame(tmp_path: Path) -> None:
     text = goal("goal: {position: [0, 0.6, 0], tolerance: 1e-2, frame: forearm}")
-    assert load_problem(written(tmp_path, text)).goal == PositionGoal(
-        (0, 0.6, 0), tolerance=0.01, frame="forearm"
-    )
+    assert load_problem(written(tmp_path, text)).goal == PositionGoal((0, 0.6, 0), tolerance=0.01, frame="forearm")
 
 
 @pytest.mark.parametrize("scene", ["", "scene: []\n", "scene:\n"])
@@ -140,12 +138,10 @@ def test_the_planners_settings_are_handed_on_as_they_are(tmp_path: Path) -> None
     [
         "robot: robots/arm.urdf",
         "robot: {file: robots/arm.urdf}",
-        "robot: {file: robots/arm.urdf, tip: link_2, velocity_limit: 0.5, acceleration_limit: 1.0, collision: none}",
+        "robot: {file: robots/arm.urdf, tip: link_2, velocity_limit: 0.5, collision: none}",
     ],
 )
-def test_a_robots_file_is_relative_to_the_problems(
-    robot: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_robots_file_is_relative_to_the_problems(robot: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "robots").mkdir()
     joints = (urdf_text.joint("a", "link_0", "link_1"), urdf_text.joint("b", "link_1", "link_2"))
     written(tmp_path / "robots", urdf_text.chain(*joints), "arm.urdf")
@@ -161,9 +157,7 @@ def test_a_built_in_robot_takes_options(tmp_path: Path) -> None:
 
 
 def test_json_and_anchors_and_merges_are_yaml_too(tmp_path: Path) -> None:
-    json = (
-        '{"spacearm": 1, "robot": "zhang2022", "start": [0,0,0,0,0,0,0], "goal": {"position": [0.7, 0.3, 0]}}'
-    )
+    json = '{"spacearm": 1, "robot": "zhang2022", "start": [0,0,0,0,0,0,0], "goal": {"position": [0.7, 0.3, 0]}}'
     assert load_problem(written(tmp_path, json)).scene == Scene()
     text = changed(
         "  - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}\n",
@@ -308,9 +302,7 @@ def test_a_file_whose_problem_cannot_be_is_refused_with_its_line(case: str, tmp_
 def test_a_path_that_is_no_file_is_refused(tmp_path: Path) -> None:
     missing = tmp_path / "problem.yaml"
     assert_refused("problem_file", "missing", FileFormatError, lambda: load_problem(missing), path=missing)
-    assert_refused(
-        "problem_file", "directory", FileFormatError, lambda: load_problem(tmp_path), path=tmp_path
-    )
+    assert_refused("problem_file", "directory", FileFormatError, lambda: load_problem(tmp_path), path=tmp_path)
     too_long: Any = "x" * 5000
     assert_refused("problem_file", "name too long", FileFormatError, lambda: load_problem(too_long))
     no_path: Any = {"spacearm": 1}
@@ -340,13 +332,13 @@ def test_any_text_is_read_or_refused_in_one_line(text: str) -> None:
             path = written(Path(directory), content)
             try:
                 load_problem(path)
+                said = ""
             except SpacearmError as error:
-                assert "\n" not in str(error)
+                said = str(error)
+            assert "\n" not in said
 
 
-@pytest.mark.parametrize(
-    "tag", ["int", "float", "bool", "timestamp", "binary", "set", "omap", "pairs", "null", "seq"]
-)
+@pytest.mark.parametrize("tag", ["int", "float", "bool", "timestamp", "set", "omap", "pairs", "null", "seq"])
 def test_a_tag_that_its_value_does_not_fit_is_refused(tag: str, tmp_path: Path) -> None:
     path = written(tmp_path, changed("radius: 0.1", f"radius: !!{tag} x"))
     assert_refused("problem_file", f"tag {tag}", FileFormatError, lambda: load_problem(path), path=path)

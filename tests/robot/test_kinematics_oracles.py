@@ -81,7 +81,5 @@ def _pinocchio_q(model: pin.Model, robot: Robot, q: np.ndarray) -> np.ndarray:
     for joint in robot.joints:
         value = joint.multiplier * q[joint.dof] + joint.offset
         there = model.joints[model.getJointId(joint.name)]
-        filled[there.idx_q : there.idx_q + there.nq] = (
-            value if there.nq == 1 else (math.cos(value), math.sin(value))
-        )
+        filled[there.idx_q : there.idx_q + there.nq] = value if there.nq == 1 else (math.cos(value), math.sin(value))
     return filled

@@ -27,8 +27,10 @@ spacearm-robot: 1
 name: arm
 link_radius: 0.1
 joints:
-  - {name: shoulder, kind: revolute, parent: base, child: upper, axis: [0, 0, 1], lower: -1, upper: 1, velocity: 2}
-  - {name: lift, kind: prismatic, parent: upper, child: fore, xyz: [1, 0, 0], rpy_deg: [90, 0, 0], axis: [0, 0, 1],
+  - {name: shoulder, kind: revolute, parent: base, child: upper, axis: [0, 0, 1],
+     lower: -1, upper: 1, velocity: 2}
+  - {name: lift, kind: prismatic, parent: upper, child: fore,
+     xyz: [1, 0, 0], rpy_deg: [90, 0, 0], axis: [0, 0, 1],
      lower: 0, upper: 1, velocity: 1, acceleration: 3}
   - {name: mount, kind: fixed, parent: fore, child: hand, xyz: [0, 0, 1]}
 capsules:
@@ -85,7 +87,8 @@ def test_a_urdf_and_the_same_robot_file_give_the_same_robot(tmp_path: Path) -> N
     (tmp_path / "arm.urdf").write_text(text)
     (tmp_path / "arm.yaml").write_text(
         "spacearm-robot: 1\nname: arm\njoints:\n"
-        "  - {name: elbow, kind: revolute, parent: link_0, child: link_1, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3],\n"
+        "  - {name: elbow, kind: revolute, parent: link_0, child: link_1,\n"
+        "     xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3],\n"
         "     axis: [1, 2, -1], lower: -1, upper: 1, velocity: 1}\n"
     )
     ours, theirs = load_robot(tmp_path / "arm.yaml"), load_urdf(tmp_path / "arm.urdf")
@@ -159,9 +162,7 @@ def test_limits_of_a_dof_keep_its_mimics_within_theirs(
 
 
 @given(st.sampled_from([0, 1, 2]), st.sampled_from([1.0, -1.0]), st.floats(1e-300, 1e300))
-def test_a_coordinate_axis_is_turned_onto_z_by_a_signed_permutation(
-    k: int, sign: float, length: float
-) -> None:
+def test_a_coordinate_axis_is_turned_onto_z_by_a_signed_permutation(k: int, sign: float, length: float) -> None:
     axis = np.zeros(3)
     axis[k] = sign * length
     R = turned_onto_z("a", axis)[:3, :3]
@@ -273,3 +274,13 @@ def test_a_urdf_without_xml_is_refused_by_its_name(tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text(ARM)
     assert_refused("robot_file", "YAML called URDF", FileFormatError, lambda: load_robot(path), path=path)
+
+
+def test_the_formats_description_names_every_key() -> None:
+    from spacearm.robot import yaml_robot, yaml_schema
+
+    for model in yaml_schema.StrictModel.__subclasses__():
+        if model.__module__ != yaml_schema.__name__:
+            continue
+        for name, field in model.model_fields.items():
+            assert f"{field.alias or name}:" in (yaml_robot.__doc__ or "")

@@ -87,9 +87,7 @@ def test_each_joint_gets_its_own_place_in_q_and_followers_share_one() -> None:
 
 
 def test_a_dof_is_named_after_the_joint_whose_value_it_is() -> None:
-    follower = Joint(
-        name="first", kind="prismatic", parent=-1, T_parent_joint=np.eye(4), dof=0, multiplier=0.5
-    )
+    follower = Joint(name="first", kind="prismatic", parent=-1, T_parent_joint=np.eye(4), dof=0, multiplier=0.5)
     one = dict.fromkeys(("upper", "velocity", "acceleration"), (1.0,)) | {"lower": (-1.0,)}
     robot = two_link(joints=(follower, following(name="second")), **one)
     assert robot.dof_names == ("second",)
@@ -175,9 +173,7 @@ REFUSED: dict[str, Any] = {
     "unknown tip": lambda: two_link(tip="hnd"),
     "unknown frame": lambda: two_link().frame("Base"),
     "unknown dof": lambda: two_link().dof_index("elbw"),
-    "dof left out": lambda: two_link(
-        joints=(two_link().joints[0], following(dof=2)), dof_names=("a", "b", "c")
-    ),
+    "dof left out": lambda: two_link(joints=(two_link().joints[0], following(dof=2)), dof_names=("a", "b", "c")),
     "lower above upper": lambda: two_link(lower=(-1, 3)),
     "lower infinite upwards": lambda: two_link(lower=(-1, np.inf), upper=(1, np.inf)),
     "limit NaN": lambda: two_link(upper=(np.nan, 2)),

@@ -45,9 +45,7 @@ def load_level(level: str) -> ModuleType:
         KernelError: the level is unknown, or this processor cannot run it.
     """
     if level not in _MODULE_OF_LEVEL:
-        raise KernelError(
-            f"{ENVIRONMENT_VARIABLE}={level!r} is not a kernel level; {nearest(level, _MODULE_OF_LEVEL)}"
-        )
+        raise KernelError(f"{ENVIRONMENT_VARIABLE}={level!r} is not a kernel level; {nearest(level, _MODULE_OF_LEVEL)}")
     if level not in available_levels():
         raise KernelError(
             f"{ENVIRONMENT_VARIABLE}={level!r} asks for instructions this processor lacks; "

@@ -93,9 +93,7 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
     start = _start(file, model, robot)
     with file.at("goal"):
         goal = _goal(model.goal, robot)
-        Problem(
-            robot, Scene(), start=start, goal=goal
-        )  # so that a goal that does not fit is blamed on its line
+        Problem(robot, Scene(), start=start, goal=goal)  # so that a goal that does not fit is blamed on its line
     with file.at("base"):
         problem = Problem(robot, Scene(obstacles), start=start, goal=goal, base=model.base)  # type: ignore[arg-type]
     return ProblemFile(problem=problem, planner=model.planner)
@@ -133,17 +131,13 @@ def _goal(goal: GoalModel, robot: Robot) -> Goal:
     kinds = ("configuration", "configuration_deg", "position")
     given = [kind for kind in kinds if getattr(goal, kind) is not None]
     if len(given) != 1:
-        raise ProblemError(
-            f"goal has {' and '.join(given) or 'no target'}, expected one of {', '.join(kinds)}"
-        )
+        raise ProblemError(f"goal has {' and '.join(given) or 'no target'}, expected one of {', '.join(kinds)}")
     if goal.position is None:
         if goal.tolerance is not None or goal.frame is not None:
             raise ProblemError(
                 "goal has tolerance or frame beside a configuration, expected them with a position; drop them"
             )
-        return ConfigurationGoal(
-            _configuration(robot, goal.configuration, goal.configuration_deg, "configuration")
-        )
+        return ConfigurationGoal(_configuration(robot, goal.configuration, goal.configuration_deg, "configuration"))
     tolerance = {} if goal.tolerance is None else {"tolerance": goal.tolerance}
     return PositionGoal(goal.position, frame=goal.frame, **tolerance)  # type: ignore[arg-type]
 
@@ -164,9 +158,7 @@ def _configuration(
     stated = degrees if isinstance(degrees, dict) else robot.dof_names
     slides = [name for i, name in enumerate(robot.dof_names) if robot.is_prismatic(i) and name in stated]
     if slides:
-        raise ProblemError(
-            f"{key}_deg gives degrees to joint '{slides[0]}', which is prismatic; use {key} [rad or m]"
-        )
+        raise ProblemError(f"{key}_deg gives degrees to joint '{slides[0]}', which is prismatic; use {key} [rad or m]")
     return np.radians(q)
 
 
@@ -174,9 +166,7 @@ def _by_name(robot: Robot, values: dict[str, float], key: str) -> NDArray[np.flo
     for name in values:
         if name not in robot.dof_names:
             known = nearest(name, robot.dof_names)
-            raise ProblemError(
-                f"{key} names joint '{name}', which robot '{robot.name}' does not have; {known}"
-            )
+            raise ProblemError(f"{key} names joint '{name}', which robot '{robot.name}' does not have; {known}")
     for i, name in enumerate(robot.dof_names):
         if name not in values and not robot.lower[i] <= 0 <= robot.upper[i]:
             raise ProblemError(

@@ -46,9 +46,7 @@ class Problem(Frozen):
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, Robot):
-            raise ProblemError(
-                f"robot is {shown(self.robot)}, expected a Robot; make one with load_robot(...)"
-            )
+            raise ProblemError(f"robot is {shown(self.robot)}, expected a Robot; make one with load_robot(...)")
         if not isinstance(self.scene, Scene):
             object.__setattr__(self, "scene", _scene(self.scene))
         _require_base(self.base)
@@ -120,8 +118,7 @@ def _goal(robot: Robot, goal: Any) -> Goal:
         return ConfigurationGoal(within_limits(robot, goal.q, what="goal"))
     if isinstance(goal, (str, bytes, dict)) or not isinstance(goal, Iterable):
         raise ProblemError(
-            f"goal is {shown(goal)}, expected {robot.dof} joint positions, a ConfigurationGoal or a "
-            "PositionGoal"
+            f"goal is {shown(goal)}, expected {robot.dof} joint positions, a ConfigurationGoal or a PositionGoal"
         )
     q = as_readonly("the goal configuration", goal, (None,), ProblemError)  # type: ignore[arg-type]
     if q.size == 3 and robot.dof != 3:
@@ -139,7 +136,5 @@ def _position_goal(robot: Robot, goal: PositionGoal) -> PositionGoal:
         known = nearest(name, (frame.name for frame in robot.frames))
         raise ProblemError(f"the goal's frame '{name}' is none of robot '{robot.name}'; {known}")
     if frame.joint < 0:
-        raise ProblemError(
-            f"the goal's frame '{name}' is fixed to the base and no joint moves it; name another frame"
-        )
+        raise ProblemError(f"the goal's frame '{name}' is fixed to the base and no joint moves it; name another frame")
     return replace(goal, frame=name)

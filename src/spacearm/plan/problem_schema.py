@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict, model_validator
+from pydantic_core import PydanticCustomError
 
 from spacearm.strict_model import Number, StrictModel
 
@@ -29,6 +30,8 @@ class RobotModel(StrictModel):
     @classmethod
     def _named(cls, given: Any) -> Any:
         """Take ``robot: zhang2022`` for ``robot: {name: zhang2022}``."""
+        if not isinstance(given, (str, dict)):
+            raise PydanticCustomError("form", "a name, or a mapping (key: value)")
         return {"name": given} if isinstance(given, str) else given
 
 
@@ -73,6 +76,4 @@ class ProblemModel(StrictModel):
         """Take a key with nothing behind it for one that is left out."""
         if not isinstance(given, dict):
             return given
-        return {
-            key: value for key, value in given.items() if value is not None or key not in ("scene", "planner")
-        }
+        return {key: value for key, value in given.items() if value is not None or key not in ("scene", "planner")}

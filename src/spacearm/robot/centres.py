@@ -38,9 +38,7 @@ def joint_centres(robot: Robot) -> tuple[tuple[int, Array], ...]:
 
 def _carried_down(robot: Robot, joint: int, point: Array) -> tuple[int, Array]:
     """Give a point in the frame nearest the base where it never moves: on a hinge's axis, points stay put."""
-    while (
-        joint >= 0 and robot.joints[joint].kind == "revolute" and np.hypot(point[0], point[1]) <= _COINCIDENT
-    ):
+    while joint >= 0 and robot.joints[joint].kind == "revolute" and np.hypot(point[0], point[1]) <= _COINCIDENT:
         T = robot.joints[joint].T_parent_joint
         joint, point = robot.joints[joint].parent, T[:3, :3] @ point + T[:3, 3]
     return joint, point

@@ -7,6 +7,7 @@ along the longest side of the vertices' axis-aligned box.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,8 +57,7 @@ def points_capsule(points: Array) -> Segment:
 
     The axis runs through the middle of their axis-aligned box, along its longest side. The radius is that of
     the point farthest from the axis, and the ends are pulled in as far as the points allow: a point at
-        distance d from the axis
-    and s along it is inside as long as the segment comes within sqrt(radius^2 - d^2) of s.
+    distance d from the axis and s along it is inside if the segment comes within sqrt(radius^2 - d^2) of s.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     along = int(np.argmax(high - low))
@@ -90,8 +90,7 @@ def _mesh_vertices(filename: str, link: str, directory: Path) -> Array:
     path = _found(filename, directory)
     if path is None:
         raise RobotError(
-            f"link '{link}' has the collision mesh '{filename}', which is not there; "
-            f"put the file there, {_OTHERWISE}"
+            f"link '{link}' has the collision mesh '{filename}', which is not there; put the file there, {_OTHERWISE}"
         )
     import trimesh
 
@@ -113,10 +112,10 @@ def _found(filename: str, directory: Path) -> Path | None:
     scheme, separator, rest = filename.partition("://")
     if not separator or scheme == "file":
         path = directory / (rest if separator else filename)
-        return path if path.is_file() else None
+        return path if os.path.isfile(path) else None
     inside_package = Path(*Path(rest).parts[1:])
     for base in (directory, *directory.resolve().parents):
         for path in (base / rest, base / inside_package):
-            if path.is_file():
+            if os.path.isfile(path):  # which, unlike Path.is_file, answers False to a name that is too long
                 return path
     return None

@@ -47,9 +47,7 @@ def as_configurations(robot: Robot, q: ArrayLike) -> Array:
         )
     if not np.isfinite(array).all():
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise RobotError(
-            f"q{list(at)} is {array[at]}, expected a finite value for joint '{robot.dof_names[at[-1]]}'"
-        )
+        raise RobotError(f"q{list(at)} is {array[at]}, expected a finite value for joint '{robot.dof_names[at[-1]]}'")
     return array
 
 

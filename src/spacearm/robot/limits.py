@@ -25,9 +25,7 @@ def joint_limits(
     Returns:
         Rows lower, upper, velocity, acceleration (4, n), and notes on what was assumed.
     """
-    low, high, speed, push = np.array([[-math.inf], [math.inf], [math.inf], [math.inf]]).repeat(
-        len(leaders), axis=1
-    )
+    low, high, speed, push = np.array([[-math.inf], [math.inf], [math.inf], [math.inf]]).repeat(len(leaders), axis=1)
     notes = []
     for joint in moving:
         lead = leads[joint.name]
@@ -55,9 +53,7 @@ def joint_limits(
     push = np.minimum(push, math.inf if acceleration_limit is None else acceleration_limit)
     unstated = [name for i, name in enumerate(leaders) if not np.isfinite(push[i])]
     if unstated:
-        notes.append(
-            f"no acceleration limit is stated for {', '.join(unstated)}: full speed in one second is assumed"
-        )
+        notes.append(f"no acceleration limit is stated for {', '.join(unstated)}: full speed in one second is assumed")
         push = np.where(np.isfinite(push), push, speed)
     elif acceleration_limit is not None and (stated > acceleration_limit).any():
         notes.append(f"acceleration limits were set to at most {acceleration_limit:g}")
@@ -75,8 +71,7 @@ def _range(joint: LinkJoint, follows: bool) -> tuple[float, float]:
         raise RobotError(f"joint '{joint.name}' ({joint.kind}) states no {missing} limit; add it{way_out}")
     if joint.upper < joint.lower:
         raise RobotError(
-            f"joint '{joint.name}' has lower limit {joint.lower:g} above its upper limit {joint.upper:g}; "
-            "exchange them"
+            f"joint '{joint.name}' has lower limit {joint.lower:g} above its upper limit {joint.upper:g}; exchange them"
         )
     return joint.lower, joint.upper
 
@@ -84,15 +79,12 @@ def _range(joint: LinkJoint, follows: bool) -> tuple[float, float]:
 def _velocity(joint: LinkJoint, ceiling: float | None, follows: bool) -> float:
     stated = joint.velocity or None  # exporters write 0 for "unknown"
     if stated is not None and stated < 0:
-        raise RobotError(
-            f"joint '{joint.name}' has velocity limit {stated:g}, expected more than 0; correct it"
-        )
+        raise RobotError(f"joint '{joint.name}' has velocity limit {stated:g}, expected more than 0; correct it")
     if stated is None and ceiling is None:
         if follows:
             return math.inf  # its leader's limit holds
         given = "no velocity limit" if joint.velocity is None else "velocity limit 0"
         raise RobotError(
-            f"joint '{joint.name}' has {given}, expected more than 0; "
-            "state it in the file or give velocity_limit="
+            f"joint '{joint.name}' has {given}, expected more than 0; state it in the file or give velocity_limit="
         )
     return min(value for value in (stated, ceiling) if value is not None)

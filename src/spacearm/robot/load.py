@@ -21,9 +21,7 @@ _BUILTIN = resources.files("spacearm.robot") / "builtin"
 
 def builtin_robots() -> tuple[str, ...]:
     """Return the names of the robots that come with spacearm."""
-    return tuple(
-        sorted(Path(entry.name).stem for entry in _BUILTIN.iterdir() if entry.name.endswith(".yaml"))
-    )
+    return tuple(sorted(Path(entry.name).stem for entry in _BUILTIN.iterdir() if entry.name.endswith(".yaml")))
 
 
 def load_robot(
@@ -80,7 +78,7 @@ def _from_yaml(
     collision: str,
 ) -> Robot:
     tree = tree_from_yaml(file, source=origin)
-    tree = replace(tree, tip=tip or tree.tip, capsules=() if collision == "none" else tree.capsules)
+    tree = replace(tree, tip=tree.tip if tip is None else tip, capsules=() if collision == "none" else tree.capsules)
     with located(origin):
         return build_robot(tree, velocity_limit=velocity_limit, acceleration_limit=acceleration_limit)
 

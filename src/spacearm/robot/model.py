@@ -1,5 +1,4 @@
-"""What moves: a tree of joints, the capsules that enclose the links, named frames, and the limits of each
-joint.
+"""What moves: a tree of joints, capsules around the links, named frames, and each joint's limits.
 
 Frames: the base frame is the root. Each joint has a *moving frame*, whose z is the joint's axis: with value v
 it is ``T_parent_joint @ Rz(v)`` (revolute) or ``T_parent_joint @ Tz(v)`` (prismatic) in the parent joint's
@@ -165,18 +164,14 @@ class Robot(Frozen):
         frames = _members("frames", self.frames, Frame)
         capsules = _members("capsules", self.capsules, Capsule)
         if not joints:
-            raise RobotError(
-                f"robot '{self.name}' has no moving joint, expected at least one; nothing can be planned"
-            )
+            raise RobotError(f"robot '{self.name}' has no moving joint, expected at least one; nothing can be planned")
         _require_unique("joint", [joint.name for joint in joints])
         _require_unique("frame", [frame.name for frame in frames])
         _require_tree(joints, frames, capsules)
         names = tuple(self.dof_names) or _own_names(joints)
         _require_unique("dof", [as_name("a dof's name", name, RobotError) for name in names])
         _require_dofs_used(joints, names)
-        _freeze(
-            self, joints=joints, frames=frames, capsules=capsules, dof_names=names, notes=tuple(self.notes)
-        )
+        _freeze(self, joints=joints, frames=frames, capsules=capsules, dof_names=names, notes=tuple(self.notes))
         _freeze(self, **_checked_limits(self))
         self.frame(self.tip)
 
@@ -258,9 +253,7 @@ def _require_unique(what: str, names: list[str]) -> None:
         raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
 
 
-def _require_tree(
-    joints: tuple[Joint, ...], frames: tuple[Frame, ...], capsules: tuple[Capsule, ...]
-) -> None:
+def _require_tree(joints: tuple[Joint, ...], frames: tuple[Frame, ...], capsules: tuple[Capsule, ...]) -> None:
     for i, joint in enumerate(joints):
         if joint.parent >= i:
             raise RobotError(
@@ -285,9 +278,7 @@ def _require_dofs_used(joints: tuple[Joint, ...], names: tuple[str, ...]) -> Non
     for dof, name in enumerate(names):
         kinds = {joint.kind for joint in joints if joint.dof == dof}
         if len(kinds) > 1 and not any(joint.name == name for joint in joints):
-            raise RobotError(
-                f"dof '{name}' moves revolute and prismatic joints; name it after the one it measures"
-            )
+            raise RobotError(f"dof '{name}' moves revolute and prismatic joints; name it after the one it measures")
 
 
 def _checked_limits(robot: Robot) -> dict[str, Array]:

@@ -1,5 +1,4 @@
-"""From links and joints, as files describe them, to a Robot: the common ground of the URDF and the YAML
-reader.
+"""From links and joints to a Robot: the common ground of the URDF and the YAML reader.
 
 Fixed joints are folded onto the moving joint before them, each axis is turned onto z, mimic joints come to
 share a degree of freedom whose limits keep every one of them within its own.
@@ -20,10 +19,9 @@ from spacearm.robot.model import Capsule, Frame, Joint, Robot
 
 Array = NDArray[np.float64]
 
-_SNAP = (
-    1e-9  # a rotation this near a signed permutation is meant to be one: files carry pi/2 to ten digits or so
-)
-_NOISE = 1e-12  # rounding of cos(pi/2) and the like
+# A rotation this near a signed permutation is meant to be one: files carry pi/2 to ten digits or so.
+_SNAP = 1e-9
+_NOISE = 1e-15  # rounding of cos(pi/2) and the like; more would cost the rotation its orthonormality
 
 
 def build_robot(
@@ -47,9 +45,7 @@ def build_robot(
     ordered = _from_the_root(tree)
     moving = [joint for joint in ordered if joint.kind != "fixed"]
     if not moving:
-        raise RobotError(
-            f"robot '{tree.name}' has no moving joint, expected at least one; nothing can be planned"
-        )
+        raise RobotError(f"robot '{tree.name}' has no moving joint, expected at least one; nothing can be planned")
     leads = {joint.name: _leader(joint, {other.name: other for other in moving}) for joint in moving}
     leaders = [joint.name for joint in moving if leads[joint.name].leader == joint.name]
     joints, places = _placed(tree, ordered, leads, leaders)
@@ -84,8 +80,8 @@ def snapped(T: ArrayLike) -> Array:
     """Clean a transform's rotation, (4, 4), of what a file's rounding left in it.
 
     A rotation within 1e-9 of a signed permutation becomes that permutation: rpy="1.57079632679 0 0" is meant
-    as a quarter turn, and a point one metre away moves by a nanometre. In others, entries within 1e-12 of 0
-    or 1 become so.
+    as a quarter turn, and a point one metre away moves by a nanometre. In others, only entries within 1e-15
+    of 0 or 1 become so.
     """
     T = np.array(T, dtype=np.float64)
     R = T[:3, :3]
@@ -96,8 +92,9 @@ def snapped(T: ArrayLike) -> Array:
 
 
 def turned_onto_z(name: str, axis: ArrayLike) -> Array:
-    """Return the rotation (4, 4) whose z column is a joint's axis; a signed permutation if the axis is a
-    coordinate's.
+    """Return the rotation (4, 4) whose z column is a joint's axis.
+
+    For a coordinate axis, of either sign, it is a signed permutation, exactly.
 
     Raises:
         RobotError: an axis of length 0.
@@ -105,9 +102,7 @@ def turned_onto_z(name: str, axis: ArrayLike) -> Array:
     v = np.asarray(axis, dtype=np.float64)
     largest = float(np.abs(v).max())
     if largest == 0.0:
-        raise RobotError(
-            f"joint '{name}' has axis (0, 0, 0), expected a direction; give one such as (0, 0, 1)"
-        )
+        raise RobotError(f"joint '{name}' has axis (0, 0, 0), expected a direction; give one such as (0, 0, 1)")
     z = v / largest  # first, so that tiny and huge axes have a length that is neither 0 nor infinite
     z = z / np.linalg.norm(z)
     if np.abs(z - np.round(z)).max() <= _SNAP:
@@ -133,8 +128,7 @@ def _from_the_root(tree: LinkTree) -> list[LinkJoint]:
         for role, link in (("parent", joint.parent), ("child", joint.child)):
             if link not in tree.links:
                 raise RobotError(
-                    f"joint '{joint.name}' has {role} link '{link}', which does not exist; "
-                    f"{nearest(link, tree.links)}"
+                    f"joint '{joint.name}' has {role} link '{link}', which does not exist; {nearest(link, tree.links)}"
                 )
         if joint.child in parents:
             raise RobotError(
@@ -153,9 +147,7 @@ def _from_the_root(tree: LinkTree) -> list[LinkJoint]:
         ready = next((joint for joint in waiting if joint.parent in placed), None)
         if ready is None:
             names = ", ".join(f"'{joint.name}'" for joint in waiting[:6])
-            raise RobotError(
-                f"joints {names} form a loop, expected a tree from one root; cut the loop at one of them"
-            )
+            raise RobotError(f"joints {names} form a loop, expected a tree from one root; cut the loop at one of them")
         waiting.remove(ready)
         ordered.append(ready)
         placed.add(ready.child)
@@ -168,16 +160,12 @@ def _leader(joint: LinkJoint, moving: dict[str, LinkJoint]) -> Mimic:
     while at.mimic is not None:
         if at.mimic.leader not in moving:
             known = nearest(at.mimic.leader, [name for name in moving if name != at.name])
-            raise RobotError(
-                f"joint '{at.name}' mimics '{at.mimic.leader}', which is no moving joint; {known}"
-            )
+            raise RobotError(f"joint '{at.name}' mimics '{at.mimic.leader}', which is no moving joint; {known}")
         offset += multiplier * at.mimic.offset
         multiplier *= at.mimic.multiplier
         at = moving[at.mimic.leader]
         if at.name in passed:
-            raise RobotError(
-                f"joints {' -> '.join([*passed, at.name])} mimic each other in a circle; free one of them"
-            )
+            raise RobotError(f"joints {' -> '.join([*passed, at.name])} mimic each other in a circle; free one of them")
         passed.append(at.name)
     return Mimic(leader=at.name, multiplier=multiplier, offset=offset)
 
@@ -208,26 +196,20 @@ def _placed(
                 offset=lead.offset,
             )
         )
-        places[joint.child] = (
-            len(joints) - 1,
-            T_child_joint.T,
-        )  # a pure rotation: its transpose is its inverse
+        # T_child_joint is a pure rotation: its transpose is its inverse.
+        places[joint.child] = (len(joints) - 1, T_child_joint.T)
     return joints, {link: places[link] for link in tree.links}
 
 
 def _carried(link: str, place: tuple[int, Array], a: Array, b: Array, radius: float) -> Capsule:
     joint, T = place
-    return Capsule(
-        name=link, joint=joint, a=T[:3, :3] @ a + T[:3, 3], b=T[:3, :3] @ b + T[:3, 3], radius=radius
-    )
+    return Capsule(name=link, joint=joint, a=T[:3, :3] @ a + T[:3, 3], b=T[:3, :3] @ b + T[:3, 3], radius=radius)
 
 
 def _tip(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> str:
     if tree.tip is not None:
         if tree.tip not in places:
-            raise RobotError(
-                f"tip '{tree.tip}' is no link of robot '{tree.name}'; {nearest(tree.tip, places)}"
-            )
+            raise RobotError(f"tip '{tree.tip}' is no link of robot '{tree.name}'; {nearest(tree.tip, places)}")
         return tree.tip
     parents = {joint.parent for joint in tree.joints}
     leaves = [link for link in tree.links if link not in parents]

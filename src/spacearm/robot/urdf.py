@@ -111,7 +111,5 @@ def _joint(joint: yourdfpy.Joint) -> LinkJoint:
         lower=limit.lower if stated else None,
         upper=limit.upper if stated else None,
         velocity=limit.velocity if stated else None,
-        mimic=None
-        if mimic is None
-        else Mimic(leader=mimic.joint, multiplier=mimic.multiplier, offset=mimic.offset),
+        mimic=None if mimic is None else Mimic(leader=mimic.joint, multiplier=mimic.multiplier, offset=mimic.offset),
     )

@@ -46,15 +46,11 @@ def checked_root(content: bytes, *, with_collision: bool) -> Any:
     if not root.get("name"):
         raise FileFormatError('<robot> has no name, expected <robot name="...">; add one')
     if not links:
-        raise FileFormatError(
-            "<robot> has no <link>, expected links and joints; is this an SRDF rather than a URDF?"
-        )
+        raise FileFormatError("<robot> has no <link>, expected links and joints; is this an SRDF rather than a URDF?")
     for element in (*links, *joints):
         with located(f"line {element.sourceline}"):
             if not element.get("name"):
-                raise FileFormatError(
-                    f'<{element.tag}> has no name, expected <{element.tag} name="...">; add one'
-                )
+                raise FileFormatError(f'<{element.tag}> has no name, expected <{element.tag} name="...">; add one')
             where = f"{element.tag} '{element.get('name')}'"
             _check_joint(element, where) if element.tag == "joint" else _check_link(element, where)
     return root
@@ -64,21 +60,17 @@ def _root(content: bytes) -> Any:
     from lxml import etree  # pyright: ignore[reportAttributeAccessIssue] (compiled, no stubs)
 
     try:
-        root = etree.fromstring(content, etree.XMLParser(remove_comments=True, remove_pis=True))
+        root = etree.fromstring(content, etree.XMLParser(remove_comments=True, remove_pis=True, resolve_entities=False))
     except etree.XMLSyntaxError as error:
         reason = error.msg.split(", line")[0]
         raise FileFormatError(
             f"line {error.lineno or 1}: this is no XML ({reason}), expected a URDF; correct the file"
         ) from None
     if any("xacro" in element.nsmap.get(element.prefix, "") for element in root.iter(etree.Element)):
-        raise FileFormatError(
-            "this is a xacro, expected a URDF; expand it first, as in: xacro arm.xacro > arm.urdf"
-        )
+        raise FileFormatError("this is a xacro, expected a URDF; expand it first, as in: xacro arm.xacro > arm.urdf")
     name = etree.QName(root)
     if name.localname != "robot":
-        raise FileFormatError(
-            f"this is <{name.localname}>, expected a URDF: <robot name=...>; convert it first"
-        )
+        raise FileFormatError(f"this is <{name.localname}>, expected a URDF: <robot name=...>; convert it first")
     if name.namespace:  # a default namespace is in every tag, where no reader of URDF looks for it
         for element in list(root.iter(f"{{{name.namespace}}}*")):
             element.tag = etree.QName(element).localname
@@ -112,9 +104,7 @@ def _check_joint(joint: Any, where: str) -> None:
             raise FileFormatError(f'{where} has no {role} link, expected <{role} link="..."/>; add it')
     mimic = joint.find("mimic")
     if mimic is not None and not mimic.get("joint"):
-        raise FileFormatError(
-            f'{where} mimics no joint, expected <mimic joint="..."/>; name one or drop <mimic>'
-        )
+        raise FileFormatError(f'{where} mimics no joint, expected <mimic joint="..."/>; name one or drop <mimic>')
     for part in joint:
         _check_numbers(part, where)
 
@@ -130,9 +120,7 @@ def _check_link(link: Any, where: str) -> None:
                 'replace it, or load with collision="none"'
             )
         if shapes[0].tag == "mesh" and not shapes[0].get("filename"):
-            raise FileFormatError(
-                f'{where} has a mesh without a file, expected <mesh filename="..."/>; name one'
-            )
+            raise FileFormatError(f'{where} has a mesh without a file, expected <mesh filename="..."/>; name one')
         for part in (*collision.findall("origin"), shapes[0]):
             _check_numbers(part, where)
 

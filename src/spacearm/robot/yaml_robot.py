@@ -5,14 +5,12 @@ Key by key::
     spacearm-robot: 1          # format and version
     name: my_arm               # for people
     notes: [...]               # optional sentences: where the numbers are from, what was assumed
-    tip: hand                  # optional: the link that is the end effector; needed if there are several
-        chains
+    tip: hand                  # the link that is the end effector; optional where there is one chain
     link_radius: 0.05          # optional: the radius of capsules that state none [m]
     joints:
       - name: elbow            # unique
         kind: revolute         # revolute, continuous (turns without end), prismatic or fixed
-        parent: upper_arm      # a link; links exist by being named as parent or child, and one is no joint's
-            child
+        parent: upper_arm      # a link; links exist by being named, and one, the base, is no joint's child
         child: forearm         # the link that the joint moves
         xyz: [0, 0.6, 0]       # origin of the child's frame in the parent's at value 0 [m]; default 0 0 0
         rpy: [0, 0, 1.57]      # its orientation: turns about the parent's fixed x, y, z [rad]; default 0 0 0
@@ -24,11 +22,9 @@ Key by key::
         upper_deg: 90
         velocity: 1.0          # limit [rad/s or m/s]
         acceleration: 1.0      # limit [rad/s^2 or m/s^2]; default: full speed within one second
-        mimic: {joint: shoulder, multiplier: -1, offset: 0}   # follows another joint; multiplier and offset
-            optional
-    capsules:                  # optional: what encloses the links
-      - {link: forearm, from: [0, 0, 0], to: [0, 0.4, 0], radius: 0.05}   # the segment's ends in the link's
-      frame [m]
+        mimic: {joint: shoulder, multiplier: -1, offset: 0}   # follows another joint; default 1 and 0
+    capsules:                  # optional: what encloses the links; the segment's ends in the link's frame [m]
+      - {link: forearm, from: [0, 0, 0], to: [0, 0.4, 0], radius: 0.05}
 
 A link's frame is that of the joint whose child it is.
 """
@@ -102,9 +98,7 @@ def _joint(joint: JointModel) -> LinkJoint:
     rpy = _radians(joint, "rpy") or (0.0, 0.0, 0.0)
     T[:3, :3] = rotation_from_rpy(as_readonly(f"{where}: rpy", rpy, (3,), RobotError))
     if joint.kind != "fixed" and joint.axis is None:
-        raise RobotError(
-            f"{where} ({joint.kind}) has no axis, expected a direction; add one such as axis: [0, 0, 1]"
-        )
+        raise RobotError(f"{where} ({joint.kind}) has no axis, expected a direction; add one such as axis: [0, 0, 1]")
     return LinkJoint(
         name=joint.name,
         kind=joint.kind,
@@ -128,9 +122,7 @@ def _radians(joint: JointModel, key: str) -> Any:
     if degrees is None:
         return plain
     if plain is not None:
-        raise RobotError(
-            f"joint '{joint.name}' states both {key} and {key}_deg, expected one; remove the other"
-        )
+        raise RobotError(f"joint '{joint.name}' states both {key} and {key}_deg, expected one; remove the other")
     if joint.kind == "prismatic" and key != "rpy":
         raise RobotError(f"joint '{joint.name}' is prismatic and states {key}_deg; write {key} [m]")
     return [math.radians(angle) for angle in degrees] if isinstance(degrees, list) else math.radians(degrees)

@@ -30,9 +30,7 @@ class Sphere(Frozen):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", as_readonly("the sphere's center", self.center, (3,), SceneError))
-        object.__setattr__(
-            self, "radius", as_number("the sphere's radius", self.radius, SceneError, above=0, unit="m")
-        )
+        object.__setattr__(self, "radius", as_number("the sphere's radius", self.radius, SceneError, above=0, unit="m"))
 
 
 Obstacle: TypeAlias = Sphere
@@ -57,9 +55,7 @@ class Scene(Frozen):
     def __post_init__(self) -> None:
         given: Any = self.obstacles
         if isinstance(given, (*_SHAPES, str, bytes, dict)) or not isinstance(given, Iterable):
-            raise SceneError(
-                f"obstacles is {shown(given)}, expected a list of them; write Scene([Sphere(...), ...])"
-            )
+            raise SceneError(f"obstacles is {shown(given)}, expected a list of them; write Scene([Sphere(...), ...])")
         obstacles = tuple(given)
         for i, item in enumerate(obstacles):
             if not isinstance(item, _SHAPES):

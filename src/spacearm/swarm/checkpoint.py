@@ -1,0 +1,113 @@
+"""Checkpoints of a swarm: one .npz file of plain arrays and a JSON header, nothing pickled."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.errors import FileFormatError, OutputError, SpacearmError
+from spacearm.output import write_atomically
+from spacearm.reading import read_bytes
+from spacearm.settings import as_dict
+from spacearm.swarm.settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
+
+Array = NDArray[np.float64]
+
+_FORMAT = "spacearm swarm checkpoint"
+_VERSION = 1
+_KINDS = {kind.__name__: kind for kind in (PSO, IPSO, FeasibleFirst, Penalty)}
+_WHAT = "a swarm's checkpoint"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Checkpoint:
+    """What a swarm needs to go on."""
+
+    settings: SwarmSettings
+    seed: int
+    lower: Array
+    upper: Array
+    state: dict[str, Any]
+    rows: Array
+    positions: Array | None
+    initial: Array | None
+
+
+def write(
+    path: str | os.PathLike[str],
+    *,
+    settings: SwarmSettings,
+    seed: int,
+    lower: Array,
+    upper: Array,
+    state: dict[str, Any],
+    rows: Array,
+    positions: Array | None,
+    initial: Array | None,
+) -> None:
+    """Write a checkpoint in place of an older one of ours; see `Swarm.save`."""
+    if Path(path).exists():
+        try:
+            read(path)
+        except SpacearmError:
+            raise OutputError(f"{path} exists and is not {_WHAT}, expected a new file; choose another name") from None
+    header = {"format": _FORMAT, "version": _VERSION, "seed": seed}
+    header["settings"] = {"kind": type(settings).__name__, **as_dict(settings)}
+    arrays: dict[str, Any] = {"lower": lower, "upper": upper, "rows": rows}
+    arrays |= {f"state_{name}": value for name, value in state.items()}
+    if positions is not None:
+        arrays["positions"] = positions
+    if initial is not None:
+        arrays["initial"] = initial
+    buffer = io.BytesIO()
+    np.savez(buffer, header=np.frombuffer(json.dumps(header).encode(), dtype=np.uint8), **arrays)
+    write_atomically(path, buffer.getvalue())
+
+
+def read(path: str | os.PathLike[str]) -> Checkpoint:
+    """Read a checkpoint; see `Swarm.load`."""
+    content = read_bytes(path, what=_WHAT)
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        header = json.loads(arrays.pop("header").tobytes())
+        if header["format"] != _FORMAT or header["version"] != _VERSION:
+            raise FileFormatError(
+                f"{path} is of format {header['format']!r} version {header['version']}, expected {_WHAT} of version {_VERSION}"
+            )
+        return Checkpoint(
+            settings=_settings(header["settings"]),
+            seed=int(header["seed"]),
+            lower=arrays.pop("lower"),
+            upper=arrays.pop("upper"),
+            rows=arrays.pop("rows"),
+            positions=arrays.pop("positions", None),
+            initial=arrays.pop("initial", None),
+            state={name.removeprefix("state_"): value for name, value in arrays.items()},
+        )
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        EOFError,
+        zipfile.BadZipFile,
+        SyntaxError,
+    ):
+        raise FileFormatError(f"{path} cannot be read, expected {_WHAT}; it is broken or something else") from None
+
+
+def _settings(saved: dict[str, Any]) -> Any:
+    given = {name: _settings(value) if isinstance(value, dict) else value for name, value in saved.items()}
+    kind = _KINDS[given.pop("kind")]
+    # JSON has no tuples.
+    return kind(**{name: tuple(value) if isinstance(value, list) else value for name, value in given.items()})

@@ -1,0 +1,263 @@
+"""The swarm by hand: ask for positions, tell what they are worth."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm._kernel import native
+from spacearm.checks import as_readonly, shown
+from spacearm.errors import SettingsError, SwarmError
+from spacearm.swarm import checkpoint
+from spacearm.swarm.result import SwarmHistory, SwarmResult
+from spacearm.swarm.seed import Rng, seed_of
+from spacearm.swarm.settings import IPSO, PSO, SwarmSettings, kernel_settings
+
+Array = NDArray[np.float64]
+
+
+class Swarm:
+    """A swarm over a box, for any objective.
+
+    A round is ``x = swarm.ask()``, then ``swarm.tell(f(x))`` or ``swarm.tell(f(x), violation)``, until `done`. The
+    numbers depend on the seed, the settings and what is told, on nothing else.
+
+    Args:
+        lower: (d,) lower bounds; equal to the upper one where a dimension is fixed.
+        upper: (d,) upper bounds.
+        settings: `PSO(...)` or `IPSO(...)`.
+        rng: seed, generator or None.
+        initial: (k, d) positions to begin with, k up to the number of particles; the others are drawn.
+        keep_positions: also keep the best position of every iteration in the history.
+
+    Raises:
+        SettingsError: bounds that are not finite or not in order, or initial positions outside them.
+    """
+
+    def __init__(
+        self,
+        lower: ArrayLike,
+        upper: ArrayLike,
+        settings: SwarmSettings | None = None,
+        *,
+        rng: Rng = None,
+        initial: ArrayLike | None = None,
+        keep_positions: bool = False,
+    ) -> None:
+        settings = PSO() if settings is None else settings
+        if not isinstance(settings, (PSO, IPSO)):
+            raise SettingsError(f"settings is {shown(settings)}, expected PSO(...) or IPSO(...)")
+        self.lower, self.upper = as_bounds(lower, upper)
+        self.settings = settings
+        self.seed = seed_of(rng)
+        self._begun = time.perf_counter()
+        self._asked = False
+        self._keep_positions = keep_positions
+        self._rows: list[tuple[float, float, int]] = []
+        self._positions: list[Array] = []
+        kernel = native.SwarmSettings.make(kernel_settings(settings))
+        self._native: Any = native.Swarm64(kernel, self.lower, self.upper, self.seed, 0)
+        self._initial = None if initial is None else self._checked_initial(initial)
+
+    @property
+    def dims(self) -> int:
+        """Number of dimensions d."""
+        return len(self.lower)
+
+    @property
+    def iteration(self) -> int:
+        """Rounds told so far."""
+        return self._native.round
+
+    @property
+    def evaluations(self) -> int:
+        """Positions told so far."""
+        return self._native.evaluations
+
+    @property
+    def done(self) -> bool:
+        """Whether the budget of particles x iterations is spent; asking on is allowed."""
+        return self._native.spent
+
+    @property
+    def best_x(self) -> Array:
+        """The best position so far (d,)."""
+        return self._native.best_position
+
+    @property
+    def best_fitness(self) -> float:
+        """Its fitness; infinite before the first tell."""
+        return self._native.best_fitness
+
+    @property
+    def best_violation(self) -> float:
+        """Its violation; infinite before the first tell."""
+        return self._native.best_violation
+
+    def ask(self) -> Array:
+        """Return the positions to evaluate, (particles, d), always within the bounds.
+
+        Raises:
+            SwarmError: the last positions were not told yet.
+        """
+        if self._asked:
+            raise SwarmError(
+                "ask() was called twice, expected tell() in between; tell the last positions' fitness first"
+            )
+        self._native.ask()
+        if self._native.round == 0 and self._initial is not None:
+            self._native.place_first(self._initial)
+        self._asked = True
+        return self._native.positions()
+
+    def tell(self, fitness: ArrayLike, violation: ArrayLike | None = None) -> None:
+        """Tell what the positions asked for are worth.
+
+        Args:
+            fitness: (particles,) to be minimised; NaN is a failed evaluation and counts as the worst.
+            violation: (particles,) by how much constraints are broken, 0 or less where none is; None: none anywhere.
+
+        Raises:
+            SwarmError: nothing was asked, or another shape.
+        """
+        if not self._asked:
+            raise SwarmError("tell() was called before ask(), expected x = ask() and then tell(f(x))")
+        n = self._native.active
+        f = as_values("fitness", fitness, n, self.dims)
+        c = np.zeros(n) if violation is None else as_values("violation", violation, n, self.dims)
+        if isinstance(self.settings, IPSO) and self.settings.variant == "cooperative" and (f <= 0).any():
+            raise SwarmError(
+                f"fitness[{int(np.argmax(f <= 0))}] is {f[np.argmax(f <= 0)]:g}, expected positive values: the cooperative "
+                "variant divides by them; add a constant to f or choose another variant"
+            )
+        self._native.tell(f, c)
+        self._asked = False
+        self._rows.append((self.best_fitness, self.best_violation, self.evaluations))
+        if self._keep_positions:
+            self._positions.append(self.best_x)
+
+    def result(self, status: str = "budget") -> SwarmResult:
+        """Return the best so far, as a run that stopped for this reason."""
+        rows = np.array(self._rows, dtype=np.float64).reshape(-1, 3)
+        positions = np.array(self._positions).reshape(-1, self.dims) if self._keep_positions else None
+        return SwarmResult(
+            x=self.best_x,
+            fitness=self.best_fitness,
+            violation=self.best_violation,
+            status=status,
+            iterations=self.iteration,
+            evaluations=self.evaluations,
+            failed_evaluations=self._native.failed_evaluations,
+            seed=self.seed,
+            trial=0,
+            settings=self.settings,
+            history=SwarmHistory(
+                fitness=rows[:, 0],
+                violation=rows[:, 1],
+                evaluations=rows[:, 2].astype(np.int64),
+                positions=positions,
+            ),
+            seconds=time.perf_counter() - self._begun,
+        )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a checkpoint from which `load` goes on exactly; a checkpoint of this swarm is replaced.
+
+        Raises:
+            SwarmError: positions were asked for and not told.
+            OutputError: the file cannot be written, or holds something else.
+        """
+        if self._asked:
+            raise SwarmError(
+                "save() was called between ask() and tell(), expected after tell(); tell the fitness first"
+            )
+        checkpoint.write(
+            path,
+            settings=self.settings,
+            seed=self.seed,
+            lower=self.lower,
+            upper=self.upper,
+            state=self._native.state(),
+            rows=np.array(self._rows, dtype=np.float64).reshape(-1, 3),
+            positions=np.array(self._positions).reshape(-1, self.dims) if self._keep_positions else None,
+            initial=self._initial,
+        )
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Swarm:
+        """Read a checkpoint: the swarm goes on as if it had never stopped.
+
+        Raises:
+            FileFormatError: the file is missing, broken, or no checkpoint of ours.
+        """
+        saved = checkpoint.read(path)
+        swarm = cls(
+            saved.lower,
+            saved.upper,
+            saved.settings,
+            rng=saved.seed,
+            initial=saved.initial,
+            keep_positions=saved.positions is not None,
+        )
+        swarm._native.restore(saved.state)
+        swarm._rows = [(float(f), float(c), int(n)) for f, c, n in saved.rows]
+        swarm._positions = [] if saved.positions is None else list(saved.positions)
+        return swarm
+
+    def _checked_initial(self, initial: ArrayLike) -> Array:
+        rows = as_readonly("initial", initial, (None, self.dims), SettingsError)
+        if len(rows) > self.settings.particles:
+            raise SettingsError(
+                f"initial has {len(rows)} positions, expected at most the {self.settings.particles} particles; leave some out"
+            )
+        outside = np.argwhere((rows < self.lower) | (rows > self.upper))
+        if len(outside):
+            i, d = (int(k) for k in outside[0])
+            raise SettingsError(
+                f"initial[{i}][{d}] is {rows[i, d]:g}, outside its bounds {self.lower[d]:g} to {self.upper[d]:g}; "
+                "move it inside or widen the bounds"
+            )
+        return rows
+
+
+def as_bounds(lower: ArrayLike, upper: ArrayLike) -> tuple[Array, Array]:
+    """Check the bounds of a box: finite, of one length, in order.
+
+    Raises:
+        SettingsError: they are not; the entry is named.
+    """
+    low = as_readonly("lower", lower, (None,), SettingsError)
+    high = as_readonly("upper", upper, (None,), SettingsError)
+    if len(low) != len(high) or not len(low):
+        raise SettingsError(f"lower has {len(low)} entries and upper {len(high)}, expected the same number, 1 or more")
+    if (low > high).any():
+        i = int(np.argmax(low > high))
+        raise SettingsError(f"lower[{i}] is {low[i]:g}, above upper[{i}] {high[i]:g}, expected at most it; swap them")
+    if not np.isfinite(high - low).all():
+        i = int(np.argmax(~np.isfinite(high - low)))
+        raise SettingsError(
+            f"upper[{i}] - lower[{i}] is {high[i] - low[i]:g}, expected a finite range; narrow the bounds"
+        )
+    return low, high
+
+
+def as_values(name: str, values: Any, n: int, dims: int) -> Array:
+    """Check what an objective returned: one number a particle.
+
+    Raises:
+        SwarmError: another shape, or not numbers; both shapes are named.
+    """
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise SwarmError(f"{name} is {shown(values)}, expected {n} numbers, one a particle") from None
+    if array.shape != (n,) or np.ndim(values) != 1:
+        raise SwarmError(
+            f"{name} has shape {np.shape(values)}, expected ({n},): f is given all particles at once, as ({n}, {dims}), and "
+            "returns one number for each; for an f of a single position pass vectorized=False"
+        )
+    return array

@@ -1,0 +1,183 @@
+"""Minimise any Python function with a swarm."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spacearm.checks import as_number, shown
+from spacearm.errors import OutputError, SettingsError, SwarmError
+from spacearm.settings import as_dict, one_of, whole
+from spacearm.swarm.engine import Swarm
+from spacearm.swarm.result import SwarmResult
+from spacearm.swarm.seed import Rng
+from spacearm.swarm.settings import SwarmSettings
+
+Objective = Callable[[Any], Any]
+"""(particles, d) -> (particles,), or -> ((particles,), (particles,)): fitness and violation."""
+
+
+def minimize(
+    f: Objective,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    settings: SwarmSettings | None = None,
+    *,
+    rng: Rng = None,
+    initial: ArrayLike | None = None,
+    vectorized: bool = True,
+    target: float | None = None,
+    stall_iterations: int | None = None,
+    max_seconds: float | None = None,
+    callback: Callable[[Swarm], Any] | None = None,
+    history: Literal["best", "positions"] = "best",
+    checkpoint: str | os.PathLike[str] | None = None,
+    checkpoint_every: int = 10,
+    resume: bool = False,
+) -> SwarmResult:
+    """Minimise a function over a box, subject to constraints if it tells of any. To maximise, minimise its negative.
+
+    Args:
+        f: is given all particles at once, (particles, d), and returns their fitness (particles,), or a pair of fitness and
+            violation, each (particles,); a violation of 0 or less is none. It is never called outside the bounds, nor
+            twice for a position, and may return NaN where it fails.
+        lower: (d,) lower bounds, finite.
+        upper: (d,) upper bounds, finite; equal to the lower one where a dimension is fixed.
+        settings: `PSO(...)`, the default, or `IPSO(...)`; particles x iterations is the budget of evaluations.
+        rng: seed, generator, or None for a fresh seed. The result records the seed.
+        initial: (k, d) positions to begin with, evaluated as they are; the result is never worse than the best of them.
+        vectorized: False if f takes one position (d,) and returns one number, or a pair.
+        target: stop at a feasible fitness at most this.
+        stall_iterations: stop when the best has not improved for so many iterations.
+        max_seconds: stop after this time.
+        callback: called after each iteration with the swarm (its `iteration`, `best_x`, `best_fitness`,
+            `best_violation`, ...); returning True or raising StopIteration stops.
+        history: "positions" also keeps the best position of every iteration.
+        checkpoint: a file written every `checkpoint_every` iterations and at the end.
+        checkpoint_every: iterations between two checkpoints.
+        resume: go on from the checkpoint if it exists; the result is the same, bit for bit, as without the stop.
+
+    Returns:
+        The best found. Ctrl-C ends the run with what there is, status "interrupted".
+
+    Raises:
+        SettingsError: bounds, settings or limits that cannot be.
+        SwarmError: f returns another shape than it should.
+        OutputError: the checkpoint exists and `resume` is not set, or cannot be written.
+    """
+    if not callable(f):
+        raise SettingsError(f"f is {shown(f)}, expected a function of positions (particles, d)")
+    stop = _Stop(target=target, stall_iterations=stall_iterations, max_seconds=max_seconds)
+    one_of("history", history, ("best", "positions"))
+    whole("checkpoint_every", checkpoint_every, at_least=1)
+    swarm = Swarm(lower, upper, settings, rng=rng, initial=initial, keep_positions=history == "positions")
+    if checkpoint is not None:
+        swarm = _opened(checkpoint, swarm, resume=resume, rng=rng)
+    elif resume:
+        raise SettingsError("resume is True without a checkpoint, expected the file to go on from; pass checkpoint=...")
+    evaluate = f if vectorized else _row_by_row(f)
+    status = "budget"
+    try:
+        while not swarm.done:
+            x = swarm.ask()
+            swarm.tell(*_told(evaluate(x), len(x), swarm.dims))
+            if checkpoint is not None and swarm.iteration % checkpoint_every == 0:
+                swarm.save(checkpoint)
+            if callback is not None and _asks_to_stop(callback, swarm):
+                status = "callback"
+                break
+            reason = stop.reason(swarm)
+            if reason:
+                status = reason
+                break
+    except KeyboardInterrupt:
+        if swarm.iteration == 0:
+            raise
+        return swarm.result("interrupted")
+    if checkpoint is not None:
+        swarm.save(checkpoint)
+    return swarm.result(status)
+
+
+class _Stop:
+    """The optional reasons to stop before the budget is spent."""
+
+    def __init__(self, *, target: float | None, stall_iterations: int | None, max_seconds: float | None) -> None:
+        self.target = None if target is None else as_number("target", target, SettingsError)
+        self.stall = None if stall_iterations is None else whole("stall_iterations", stall_iterations, at_least=1)
+        limit = None if max_seconds is None else as_number("max_seconds", max_seconds, SettingsError, above=0)
+        self.deadline = None if limit is None else time.perf_counter() + limit
+        self._best = (np.inf, np.inf)
+        self._improved = 0
+
+    def reason(self, swarm: Swarm) -> str | None:
+        now = (swarm.best_violation, swarm.best_fitness)
+        if self.target is not None and now[0] <= 0 and now[1] <= self.target:
+            return "target"
+        if now < self._best:
+            self._best, self._improved = now, swarm.iteration
+        if self.stall is not None and swarm.iteration - self._improved >= self.stall:
+            return "stalled"
+        if self.deadline is not None and time.perf_counter() > self.deadline:
+            return "time"
+        return None
+
+
+def _told(returned: Any, n: int, dims: int) -> tuple[Any, ...]:
+    if not isinstance(returned, tuple):
+        return (returned,)
+    if len(returned) != 2:
+        raise SwarmError(
+            f"f returned {len(returned)} values, expected the fitness ({n},), or a pair: fitness and violation, each ({n},)"
+        )
+    return returned
+
+
+def _row_by_row(f: Objective) -> Objective:
+    def evaluate(x: Any) -> Any:
+        values = [f(row) for row in x]
+        if values and isinstance(values[0], tuple):
+            fitness, violation = zip(*values, strict=True)
+            return np.array(fitness, dtype=np.float64), np.array(violation, dtype=np.float64)
+        return np.array(values, dtype=np.float64)
+
+    return evaluate
+
+
+def _asks_to_stop(callback: Callable[[Swarm], Any], swarm: Swarm) -> bool:
+    try:
+        return callback(swarm) is True
+    except StopIteration:
+        return True
+
+
+def _opened(path: str | os.PathLike[str], fresh: Swarm, *, resume: bool, rng: Rng) -> Swarm:
+    """Return the swarm of an existing checkpoint, or the fresh one if there is none."""
+    if not Path(path).exists():
+        return fresh
+    if not resume:
+        raise OutputError(f"{path} exists, expected a new file for the checkpoint; pass resume=True to go on from it")
+    saved = Swarm.load(path)
+    given, kept = as_dict(fresh.settings), as_dict(saved.settings)
+    differing = [name for name in given if given[name] != kept.get(name)]
+    if type(fresh.settings) is not type(saved.settings) or differing:
+        raise SettingsError(
+            f"{path} was made with other settings ({', '.join(differing) or 'another swarm'}), expected the same"
+        )
+    if not (np.array_equal(fresh.lower, saved.lower) and np.array_equal(fresh.upper, saved.upper)):
+        raise SettingsError(
+            f"{path} was made with other bounds, expected the same; resume with those it was begun with"
+        )
+    if isinstance(rng, (int, np.integer)) and saved.seed != rng:
+        raise SettingsError(
+            f"{path} was made with seed {saved.seed}, not {rng}; resume with the same rng, or with None"
+        )
+    if fresh._keep_positions != saved._keep_positions:
+        raise SettingsError(f"{path} was made with another `history`, expected the same")
+    return saved
