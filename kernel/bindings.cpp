@@ -293,8 +293,15 @@ nb::list search(const Objective& objective, in1<double> lower, in1<double> upper
     return out;
 }
 
+template <class T, class Objective> void bind_search(nb::class_<Objective>& c) {
+    c.def("evaluate", &evaluate<T, Objective>)
+        .def("search", &search<T, Objective>, "lower"_a, "upper"_a, "settings"_a, "seed"_a, "first_trial"_a, "trials"_a, "threads"_a,
+             "keep_positions"_a, "stop_when_feasible"_a, "seconds"_a, "initial"_a.none(), "progress"_a.none());
+}
+
 template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
     using SM = seed_objective<T>;
+    using RM = reach_objective<T>;
     using MM = motion_objective<T>;
     const auto named = [&](const char* name) { return std::string(name) + suffix; };
 
@@ -306,8 +313,8 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
         .def("points", &point_positions<T>)
         .def("clearances", &clearances<T>);
 
-    nb::class_<SM>(m, named("SeedObjective").c_str())
-        .def("__init__", [](SM* self, const model<T>& scene, in1<std::int32_t> centers, int tip, in1<double> goal, in1<double> weights,
+    nb::class_<SM> seed(m, named("SeedObjective").c_str());
+    seed.def("__init__", [](SM* self, const model<T>& scene, in1<std::int32_t> centers, int tip, in1<double> goal, in1<double> weights,
                             bool must_reach, double tolerance) {
             auto* o = new (self) SM{};
             o->scene = scene;
@@ -333,13 +340,24 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
             o->must_reach = must_reach;
             o->tolerance = static_cast<T>(tolerance);
         })
-        .def("evaluate", &evaluate<T, SM>)
-        .def("terms", &seed_terms<T>)
-        .def("search", &search<T, SM>, "lower"_a, "upper"_a, "settings"_a, "seed"_a, "first_trial"_a, "trials"_a, "threads"_a,
-             "keep_positions"_a, "stop_when_feasible"_a, "seconds"_a, "initial"_a.none(), "progress"_a.none());
+        .def("terms", &seed_terms<T>);
+    bind_search<T>(seed);
 
-    nb::class_<MM>(m, named("MotionObjective").c_str())
-        .def("__init__", [](MM* self, const model<T>& scene, in1<double> start, in1<double> goal, in2c<double> basis, double margin,
+    nb::class_<RM> reach(m, named("ReachObjective").c_str());
+    reach.def("__init__", [](RM* self, const model<T>& scene, int tip, in1<double> goal, double tolerance, double margin, in1<double> home) {
+        auto* o = new (self) RM{};
+        o->scene = scene;
+        o->tip = tip;
+        for (int k = 0; k < 3; ++k) o->goal[k] = static_cast<T>(goal(k));
+        o->tolerance = static_cast<T>(tolerance);
+        o->margin = static_cast<T>(margin);
+        o->home.assign(home.data(), home.data() + home.shape(0));
+        require(home.shape(0) == static_cast<std::size_t>(scene.robot.dofs), "home has another length");
+    });
+    bind_search<T>(reach);
+
+    nb::class_<MM> motion(m, named("MotionObjective").c_str());
+    motion.def("__init__", [](MM* self, const model<T>& scene, in1<double> start, in1<double> goal, in2c<double> basis, double margin,
                             double length_weight) {
             require(basis.shape(1) >= 2 && start.shape(0) == static_cast<std::size_t>(scene.robot.dofs) && goal.shape(0) == start.shape(0),
                     "a motion's arrays do not fit");
@@ -352,10 +370,8 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
             o->interior = static_cast<int>(basis.shape(1)) - 2;
             o->margin = static_cast<T>(margin);
             o->length_weight = static_cast<T>(length_weight);
-        })
-        .def("evaluate", &evaluate<T, MM>)
-        .def("search", &search<T, MM>, "lower"_a, "upper"_a, "settings"_a, "seed"_a, "first_trial"_a, "trials"_a, "threads"_a,
-             "keep_positions"_a, "stop_when_feasible"_a, "seconds"_a, "initial"_a.none(), "progress"_a.none());
+        });
+    bind_search<T>(motion);
 
     nb::class_<swarm<T>>(m, named("Swarm").c_str())
         .def("__init__", [](swarm<T>* self, const swarm_settings& settings, in1<double> lower, in1<double> upper, std::uint64_t seed,

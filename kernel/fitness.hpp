@@ -43,4 +43,33 @@ template <class T> struct seed_objective {
     }
 };
 
+// Configurations that reach a point: the seed's constraints with a margin, the way from home as fitness.
+template <class T> struct reach_objective {
+    model<T> scene;
+    int tip = 0;
+    T goal[3] = {};
+    T tolerance = 0;            // [m]
+    T margin = 0;               // [m] clearance asked for
+    std::vector<T> home;        // (n,)
+
+    int dims() const { return scene.robot.dofs; }
+    workspace<T> make_workspace() const { return workspace<T>(scene); }
+
+    SPACEARM_INLINE void operator()(const pack<T>* q, workspace<T>& w, pack<T>& fitness, pack<T>& violation) const {
+        place(scene, q, w);
+        pack<T> broken(T(0)), squared(T(0));
+        for (const sphere<T>& ball : scene.spheres) {
+            point_to(scene, ball, w);
+            broken += shortfall_to(scene, ball, margin, w);
+        }
+        const vec3<T> left = constant(goal) - w.points[tip];
+        violation = broken + max(sqrt(dot(left, left)) - tolerance, pack<T>(T(0)));
+        for (int d = 0; d < dims(); ++d) {
+            const pack<T> step = q[d] - home[d];
+            squared += step * step;
+        }
+        fitness = sqrt(squared);
+    }
+};
+
 }  // namespace SPACEARM_NAMESPACE

@@ -1,6 +1,7 @@
 """What moves: robots, as data; from URDF, from spacearm's own files, or built in."""
 
 from spacearm.robot.centres import joint_centres
+from spacearm.robot.kinematics import forward_kinematics, joint_frames
 from spacearm.robot.load import builtin_robots, load_robot
 from spacearm.robot.model import Capsule, Frame, Joint, Robot
 from spacearm.robot.urdf import load_urdf
@@ -11,7 +12,9 @@ __all__ = [
     "Joint",
     "Robot",
     "builtin_robots",
+    "forward_kinematics",
     "joint_centres",
+    "joint_frames",
     "load_robot",
     "load_urdf",
 ]

@@ -1,0 +1,176 @@
+"""Motions: clamped quintic B-splines in joint space, over s in [0, 1].
+
+The first three control points of the spline are the start, the last three the goal, and what lies between is free. So
+every motion starts and ends at rest with zero velocity and acceleration and is C4 between; it stays in the convex hull
+of its control points; and its derivatives stay, piece by piece, in the hulls of their Bezier points. With no interior
+control point it is the quintic 10 s^3 - 15 s^4 + 6 s^5.
+
+The knots are uniform. Cox-de Boor recursion as in Piegl and Tiller, The NURBS Book, 1997.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.checks import Frozen, as_readonly
+from spacearm.errors import ProblemError
+
+Array = NDArray[np.float64]
+
+DEGREE = 5
+REPEATED = 3  # how often each end is repeated: at rest, without acceleration
+_BISECTIONS = 5  # hulls are taken on pieces cut into 2^5: within 0.1 % of the true extremes of the quintic
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion(Frozen):
+    """A path through joint space, smooth and at rest at both ends.
+
+    Attributes:
+        control_points: (K + 2, n) start, K interior points, goal [rad or m]. Two of them make the quintic.
+
+    Raises:
+        ProblemError: fewer than two points, or numbers that are not finite.
+    """
+
+    control_points: Array
+
+    def __post_init__(self) -> None:
+        points = as_readonly("control_points", self.control_points, (None, None), ProblemError)
+        if len(points) < 2 or not points.shape[1]:
+            raise ProblemError(
+                f"control_points has shape {points.shape}, expected (K + 2, n): the start, K interior points, the goal"
+            )
+        object.__setattr__(self, "control_points", points)
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return self.control_points.shape[1]
+
+    @property
+    def interior(self) -> int:
+        """Number of interior control points K."""
+        return len(self.control_points) - 2
+
+    def sample(self, s: ArrayLike, derivative: int = 0) -> Array:
+        """Return q(s), or a derivative with respect to s.
+
+        Args:
+            s: (...,) in [0, 1]; beyond, the ends.
+            derivative: 0 to 5.
+
+        Returns:
+            (..., n) [rad or m].
+        """
+        at = np.clip(np.asarray(s, dtype=np.float64), 0.0, 1.0)
+        rows = basis(at.ravel(), self.interior, derivative=derivative) @ self.control_points
+        return rows.reshape(*at.shape, self.dof)
+
+    def length(self, samples: int = 513) -> float:
+        """Return the joint path length, the integral of |dq/ds| [rad or m], by the trapezoidal rule."""
+        speed = np.linalg.norm(self.sample(np.linspace(0.0, 1.0, samples), 1), axis=1)
+        return float((speed.sum() - (speed[0] + speed[-1]) / 2) / (samples - 1))
+
+    def hulls(self, derivative: int, *, bisections: int = _BISECTIONS) -> tuple[Array, Array, Array]:
+        """Bound a derivative on every piece, for *every* s of it, by the hull of its Bezier points.
+
+        Args:
+            derivative: 0 to 3.
+            bisections: how often the spline's own pieces are halved first; each quarters the bounds' excess.
+
+        Returns:
+            The pieces' ends (p + 1,), and the least and greatest values on each, (p, n) [rad or m].
+        """
+        ends, matrix = _hull_matrix(self.interior, derivative, bisections)
+        points = np.einsum("pbk,kn->pbn", matrix, self.control_points)
+        return ends, points.min(axis=1), points.max(axis=1)
+
+
+def basis(s: Array, interior: int, *, derivative: int = 0) -> Array:
+    """Return what each control point contributes to q(s) or a derivative of it.
+
+    Args:
+        s: (m,) in [0, 1].
+        interior: number of interior control points K.
+        derivative: 0 to 5, with respect to s.
+
+    Returns:
+        (m, K + 2); the repeated ends are summed.
+    """
+    degree = DEGREE - derivative
+    columns = _differences(interior, derivative)
+    knots = _knots(interior)[derivative : len(_knots(interior)) - derivative]
+    return _cox_de_boor(np.asarray(s, dtype=np.float64), knots, degree) @ columns
+
+
+def _knots(interior: int) -> Array:
+    inner = np.arange(1, interior + 1) / (interior + 1)
+    return np.concatenate([np.zeros(DEGREE + 1), inner, np.ones(DEGREE + 1)])
+
+
+@lru_cache(maxsize=64)
+def _differences(interior: int, derivative: int) -> Array:
+    """Map the control points to the control points of a derivative."""
+    count = interior + 2 * REPEATED
+    columns = np.zeros((count, interior + 2))
+    columns[:REPEATED, 0] = 1
+    columns[REPEATED : count - REPEATED, 1:-1] = np.eye(interior)
+    columns[count - REPEATED :, -1] = 1
+    knots, degree = _knots(interior), DEGREE
+    for _ in range(derivative):
+        spans = knots[degree + 1 : -1] - knots[1 : -(degree + 1)]
+        columns = degree * np.diff(columns, axis=0) / spans[:, None]
+        knots, degree = knots[1:-1], degree - 1
+    columns.setflags(write=False)
+    return columns
+
+
+def _cox_de_boor(s: Array, knots: Array, degree: int) -> Array:
+    """Return the B-spline basis functions at s, (m, number of control points)."""
+    count = len(knots) - degree - 1
+    span = np.clip(np.searchsorted(knots, s, side="right") - 1, degree, count - 1)
+    values = np.ones((len(s), 1))
+    for d in range(1, degree + 1):
+        left = knots[span[:, None] + np.arange(1 - d, 1)]  # (m, d)
+        right = knots[span[:, None] + np.arange(1, d + 1)]
+        share = values / (right - left)
+        values = np.zeros((len(s), d + 1))
+        values[:, :-1] += share * (right - s[:, None])
+        values[:, 1:] += share * (s[:, None] - left)
+    out = np.zeros((len(s), count))
+    np.put_along_axis(out, span[:, None] + np.arange(-degree, 1), values, axis=1)
+    return out
+
+
+@lru_cache(maxsize=64)
+def _hull_matrix(interior: int, derivative: int, bisections: int) -> tuple[Array, Array]:
+    """Map the control points to the Bezier points of every piece of a derivative: (p, degree + 1, K + 2).
+
+    Knot insertion in matrix form: a polynomial of that degree is recovered exactly from its values at as many nodes.
+    """
+    degree = DEGREE - derivative
+    pieces = (interior + 1) * 2**bisections
+    ends = np.linspace(0.0, 1.0, pieces + 1)
+    # Chebyshev nodes, for which solving costs no more than the last digit or two.
+    nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    binomial = np.array([_choose(degree, i) for i in range(degree + 1)])
+    i = np.arange(degree + 1)
+    bernstein = binomial * nodes[:, None] ** i * (1 - nodes[:, None]) ** (degree - i)
+    at = ends[:-1, None] + nodes * np.diff(ends)[:, None]
+    values = basis(at.ravel(), interior, derivative=derivative).reshape(pieces, degree + 1, interior + 2)
+    matrix = np.linalg.solve(bernstein, values)
+    for array in (ends, matrix):
+        array.setflags(write=False)
+    return ends, matrix
+
+
+def _choose(n: int, k: int) -> int:
+    out = 1
+    for i in range(k):
+        out = out * (n - i) // (i + 1)
+    return out

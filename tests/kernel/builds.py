@@ -1,0 +1,104 @@
+"""The kernel's builds, one an instruction level and scalar, and models made for each from a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from spacearm._kernel import load_level
+from spacearm.robot import Robot
+from spacearm.robot.kinematics import tree_arrays
+from spacearm.scene import Sphere
+
+LEVELS = ("x86-64-v4", "x86-64-v3", "x86-64-v2", "generic")
+Point = tuple[int, Sequence[float]]
+"""A joint's index, -1 for the base, and a point (3,) in its moving frame [m]."""
+
+
+@dataclass(frozen=True)
+class Build:
+    """One instruction level and one scalar of the kernel."""
+
+    level: str
+    bits: int
+
+    def __str__(self) -> str:
+        return f"{self.level}-{self.bits}"
+
+    @property
+    def module(self) -> ModuleType:
+        return load_level(self.level)
+
+    @property
+    def scalar(self) -> type[np.floating]:
+        return np.float64 if self.bits == 64 else np.float32
+
+    @property
+    def lanes(self) -> int:
+        return getattr(self.module, f"lanes{self.bits}")
+
+    def named(self, name: str) -> Any:
+        """The module's class or function of that name for this scalar."""
+        return getattr(self.module, f"{name}{self.bits}")
+
+    def array(self, values: Any) -> np.ndarray:
+        return np.ascontiguousarray(values, dtype=self.scalar)
+
+    def settings(self, **values: Any) -> Any:
+        return self.module.SwarmSettings.make(values)
+
+    def swarm(
+        self, settings: dict[str, Any], lower: Any, upper: Any, *, seed: int = 0, trial: int = 0
+    ) -> Any:
+        bounds = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
+        return self.named("Swarm")(self.settings(**settings), *bounds, seed, trial)
+
+
+BUILDS = tuple(Build(level, bits) for level in LEVELS for bits in (64, 32))
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A kernel model, and what its indices mean.
+
+    Attributes:
+        native: the kernel's own object.
+        points: those asked for, and after them two for each capsule.
+    """
+
+    native: Any
+    points: tuple[Point, ...]
+
+
+def place(
+    build: Build,
+    robot: Robot,
+    *,
+    points: Sequence[Point] = (),
+    spheres: Sequence[Sphere] = (),
+    share_ends: bool = True,
+) -> Placed:
+    """Make a kernel model with two points a capsule, or one if its ends coincide and share_ends is set."""
+    listed = list(points)
+    ends = []
+    for capsule in robot.capsules:
+        first = len(listed)
+        listed.append((capsule.joint, capsule.a))
+        if not (share_ends and np.array_equal(capsule.a, capsule.b)):
+            listed.append((capsule.joint, capsule.b))
+        ends.append((first, len(listed) - 1))
+    native = build.named("Model").make(
+        **tree_arrays(robot),
+        point_joint=np.array([joint for joint, _ in listed], dtype=np.int32),
+        point_local=np.array([local for _, local in listed], dtype=np.float64).reshape(-1, 3),
+        capsule_a=np.array([a for a, _ in ends], dtype=np.int32),
+        capsule_b=np.array([b for _, b in ends], dtype=np.int32),
+        capsule_radius=np.array([c.radius for c in robot.capsules], dtype=np.float64),
+        sphere_center=np.array([s.center for s in spheres], dtype=np.float64).reshape(-1, 3),
+        sphere_radius=np.array([s.radius for s in spheres], dtype=np.float64),
+    )
+    return Placed(native, tuple(listed))

@@ -1,0 +1,48 @@
+"""Drawn inputs of the kernel: robots with mimic joints, batches of configurations."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import strategies as st
+
+import strategies
+from kernel.builds import Build
+from spacearm.robot import Robot
+
+
+@st.composite
+def robots(draw: st.DrawFn, min_joints: int = 2, max_joints: int = 12) -> Robot:
+    """The robots of strategies.robots, some joints of which follow an earlier one."""
+    robot = draw(strategies.robots(min_joints, max_joints))
+    if not draw(st.booleans()):
+        return robot
+    joints, dofs = [robot.joints[0]], 1
+    for joint in robot.joints[1:]:
+        if draw(st.booleans()):
+            joints.append(replace(joint, dof=dofs))
+            dofs += 1
+        else:
+            factor, offset = draw(st.floats(-2, 2)), draw(st.floats(-2, 2))
+            leader = draw(st.integers(0, dofs - 1))
+            joints.append(replace(joint, dof=leader, multiplier=factor, offset=offset))
+    limits = {
+        name: getattr(robot, name)[:dofs] for name in ("lower", "upper", "velocity", "acceleration")
+    }
+    return replace(
+        robot, joints=tuple(joints), dof_names=tuple(f"dof_{i}" for i in range(dofs)), **limits
+    )
+
+
+@st.composite
+def batches(draw: st.DrawFn, robot: Robot, build: Build, rows: int) -> np.ndarray:
+    """Configurations (rows, n) about 0, quarter and half turns, or many turns away, in the build's numbers.
+
+    They are some distance, which may be tiny or 0, from a common centre, so that they shrink to zeros.
+    """
+    centre = draw(st.sampled_from([0.0, math.pi, -math.pi, math.pi / 2, 2 * math.pi, 100.0, -1000.0]))
+    distance = draw(st.sampled_from([0.0, 1e-12, 1e-6, 1e-3, 1.0, math.pi]))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    return build.array(centre + distance * rng.uniform(-1, 1, (rows, robot.dof)))
