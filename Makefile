@@ -47,7 +47,7 @@ bench: $(STAMPS)/package ## the swarm beside other libraries (BENCH="--quick --i
 
 clean: ## remove what was built or cached; .venv and out/ stay
 	rm -rf build dist .pytest_cache .ruff_cache .hypothesis
-	find src tests tools benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} +
+	find . -path './.venv*' -prune -o -path ./.git -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # ---- the environment -------------------------------------------------------------------------------------------------
 

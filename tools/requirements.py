@@ -1,7 +1,7 @@
 """Print what pyproject.toml asks for, one requirement a line, so that each is written down once.
 
-    python tools/requirements.py build       # to build without isolation
-    python tools/requirements.py run test    # what spacearm needs, and its extra `test`
+python tools/requirements.py build       # to build without isolation
+python tools/requirements.py run test    # what spacearm needs, and its extra `test`
 """
 
 from __future__ import annotations

@@ -124,9 +124,7 @@ def read_bytes(path: str | os.PathLike[str], *, what: str) -> bytes:
         raise FileFormatError(f"{path} is a directory, expected {what}; name the file inside it") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise FileFormatError(
-            f"{shown(str(path))} cannot be read ({reason}), expected {what}; check the path"
-        ) from None
+        raise FileFormatError(f"{shown(str(path))} cannot be read ({reason}), expected {what}; check the path") from None
     if not content.strip():
         raise FileFormatError(f"{path} is empty, expected {what}")
     return content
@@ -156,9 +154,7 @@ def read_yaml(path: str | os.PathLike[str], *, key: str, what: str) -> YamlFile:
         raise FileFormatError(f"{path} is XML (a URDF?), expected {what} in YAML; check the path")
     value, root = _composed(text, path, what)
     if not isinstance(value, dict):
-        raise FileFormatError(
-            f"{path} holds {shown(value)}, expected {what}: a mapping that begins with '{key}: {_VERSION}'"
-        )
+        raise FileFormatError(f"{path} holds {shown(value)}, expected {what}: a mapping that begins with '{key}: {_VERSION}'")
     _require_format(value, path, key, what)
     return YamlFile(path=Path(path), value=value, root=root)
 
@@ -193,9 +189,7 @@ def _composed(text: str, path: Any, what: str) -> tuple[Any, Any]:
         problem = getattr(error, "problem", None) or str(error).splitlines()[0]
         if problem.startswith("but "):
             problem = f"{getattr(error, 'context', '')}, {problem}"
-        raise FileFormatError(
-            f"{place}: {' '.join(problem.split())}, expected {what} in YAML; correct the file"
-        ) from None
+        raise FileFormatError(f"{place}: {' '.join(problem.split())}, expected {what} in YAML; correct the file") from None
     except RecursionError:
         raise FileFormatError(f"{path} is nested too deeply, expected {what} in YAML") from None
     except Exception:  # whatever else PyYAML's constructors let through, as the KeyError of "!!bool maybe"
@@ -220,9 +214,7 @@ def _loader_class() -> Any:
             for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
                 if isinstance(key, yaml.ScalarNode) and key.tag != "tag:yaml.org,2002:merge":
                     if (key.tag, key.value) in seen:
-                        raise yaml.constructor.ConstructorError(
-                            None, None, f"key '{key.value}' is given twice", key.start_mark
-                        )
+                        raise yaml.constructor.ConstructorError(None, None, f"key '{key.value}' is given twice", key.start_mark)
                     seen.add((key.tag, key.value))
             return super().construct_mapping(node, deep)
 

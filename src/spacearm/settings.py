@@ -79,9 +79,7 @@ def whole(name: str, value: Any, *, at_least: int, at_most: int | None = None) -
     Raises:
         SettingsError: anything else.
     """
-    wanted = (
-        f"a whole number, {at_least} or more" if at_most is None else f"a whole number from {at_least} to {at_most}"
-    )
+    wanted = f"a whole number, {at_least} or more" if at_most is None else f"a whole number from {at_least} to {at_most}"
     if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise SettingsError(f"{name} is {shown(value)}, expected {wanted}")
     number = int(value.__index__())
@@ -98,9 +96,7 @@ def share(name: str, value: Any, *, above_zero: bool = False) -> float:
     """
     number = as_number(name, value, SettingsError)
     if not (number > 0 if above_zero else number >= 0) or number > 1:
-        raise SettingsError(
-            f"{name} is {number:g}, expected a share {'above 0 and' if above_zero else 'from 0'} up to 1"
-        )
+        raise SettingsError(f"{name} is {number:g}, expected a share {'above 0 and' if above_zero else 'from 0'} up to 1")
     return number
 
 

@@ -18,14 +18,14 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("paper",),
     ("study",),
     ("show",),
-    ("certify",),
-    ("plan",),
+    ("planner",),
+    ("proof",),
     ("momentum",),
     ("swarm", "motion"),
     ("scene", "robot"),
     ("_kernel",),
     ("strict_model",),
-    ("reading",),
+    ("reading", "output", "settings"),
     ("checks",),
     ("errors",),
 )
@@ -35,11 +35,12 @@ ALLOWED_UPWARD: frozenset[tuple[str, str]] = frozenset()
 """Exceptions, as (importing room, imported room), each with its reason beside it. There are none."""
 
 HEAVY = frozenset(
-    "coal dask lxml matplotlib pinocchio pydantic rich scipy trimesh tyro viser yaml yourdfpy".split()
+    {"coal", "dask", "lxml", "matplotlib", "pinocchio", "pydantic", "rich", "scipy", "trimesh", "tyro", "viser"}
+    | {"yaml", "yourdfpy"}
 )
 """Slow to import: only inside the leaf that needs them, so that `import spacearm` stays quick."""
 
-COMPARISON_ONLY = frozenset("cma mealpy ompl pygmo pymoo pyswarms scipy".split())
+COMPARISON_ONLY = frozenset(["cma", "mealpy", "ompl", "pygmo", "pymoo", "pyswarms", "scipy"])
 """Beside us in benchmarks, oracles in tests, never part of the product."""
 
 

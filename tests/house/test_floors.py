@@ -33,8 +33,8 @@ def test_every_room_has_a_floor() -> None:
 @pytest.mark.parametrize("path", FILES, ids=where)
 def test_imports_go_down_only(path: Path) -> None:
     here = room(path)
-    if here == "":
-        return  # the roof may import every room
+    if here not in LEVEL:
+        return  # the roof may import every room; a room without a floor fails above
     wrong = []
     for line, name in imports(path):
         parts = name.split(".")
@@ -71,7 +71,7 @@ def test_the_reader_of_imports_sees_every_form(tmp_path: Path, monkeypatch: pyte
     path.parent.mkdir(parents=True)
     path.write_text(
         "import a.b as c\n"
-        "from spacearm.plan import x, y\n"
+        "from spacearm.planner import x, y\n"
         "from . import sibling\n"
         "from ..model import Robot\n"
         "from ... import cli\n"
@@ -81,8 +81,8 @@ def test_the_reader_of_imports_sees_every_form(tmp_path: Path, monkeypatch: pyte
     parsed.cache_clear()
     assert {name for _, name in imports(path)} == {
         "a.b",
-        "spacearm.plan.x",
-        "spacearm.plan.y",
+        "spacearm.planner.x",
+        "spacearm.planner.y",
         "spacearm.robot.deep.sibling",
         "spacearm.robot.model.Robot",
         "spacearm.cli",

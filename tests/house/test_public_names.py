@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import dataclasses
 import inspect
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -53,9 +54,9 @@ def own_members(cls: type) -> Iterator[tuple[str, object]]:
             continue
         for name, member in vars(base).items():
             plain = member.__func__ if isinstance(member, (classmethod, staticmethod)) else member
-            if not name.startswith("_") and name not in fields:
-                if inspect.isfunction(plain) or isinstance(plain, property):
-                    yield f"{base.__qualname__}.{name}", plain
+            has_code = inspect.isfunction(plain) or isinstance(plain, property)
+            if has_code and not name.startswith("_") and name not in fields:
+                yield f"{base.__qualname__}.{name}", plain
 
 
 def has_written_docstring(thing: object) -> bool:
@@ -71,7 +72,7 @@ def is_documented_alias(name: str) -> bool:
     """Is a name assigned at a module's top level, with a string right after that says what it is?"""
     for path in python_files():
         body = parsed(path).body
-        for node, after in zip(body, body[1:], strict=False):
+        for node, after in itertools.pairwise(body):
             if not isinstance(node, (ast.Assign, ast.AnnAssign)) or name not in bound_names([node]):
                 continue
             if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
@@ -115,8 +116,8 @@ def test_every_public_function_and_class_in_the_source_has_a_docstring(path: Pat
         for node in body:
             if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
                 continue
-            overload = any("overload" in ast.unparse(d) or "setter" in ast.unparse(d) for d in node.decorator_list)
-            if node.name.startswith("_") or overload:
+            decorators = " ".join(ast.unparse(decorator) for decorator in node.decorator_list)
+            if node.name.startswith("_") or "overload" in decorators or ".setter" in decorators:
                 continue
             if not ast.get_docstring(node):
                 silent.append(f"line {node.lineno}: {prefix}{node.name}")

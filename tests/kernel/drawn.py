@@ -19,21 +19,18 @@ def robots(draw: st.DrawFn, min_joints: int = 2, max_joints: int = 12) -> Robot:
     robot = draw(strategies.robots(min_joints, max_joints))
     if not draw(st.booleans()):
         return robot
-    joints, dofs = [robot.joints[0]], 1
+    joints, leaders = [robot.joints[0]], [robot.joints[0].name]
     for joint in robot.joints[1:]:
         if draw(st.booleans()):
-            joints.append(replace(joint, dof=dofs))
-            dofs += 1
+            joints.append(replace(joint, dof=len(leaders)))
+            leaders.append(joint.name)
         else:
+            leader = draw(st.integers(0, len(leaders) - 1))
             factor, offset = draw(st.floats(-2, 2)), draw(st.floats(-2, 2))
-            leader = draw(st.integers(0, dofs - 1))
             joints.append(replace(joint, dof=leader, multiplier=factor, offset=offset))
-    limits = {
-        name: getattr(robot, name)[:dofs] for name in ("lower", "upper", "velocity", "acceleration")
-    }
-    return replace(
-        robot, joints=tuple(joints), dof_names=tuple(f"dof_{i}" for i in range(dofs)), **limits
-    )
+    names = ("lower", "upper", "velocity", "acceleration")
+    limits = {name: getattr(robot, name)[: len(leaders)] for name in names}
+    return replace(robot, joints=tuple(joints), dof_names=tuple(leaders), **limits)
 
 
 @st.composite

@@ -101,8 +101,7 @@ def _mesh_vertices(filename: str, link: str, directory: Path) -> Array:
         vertices, reason = np.empty((0, 3)), shown_error(error)
     if not vertices.size or not np.isfinite(vertices).all():
         raise RobotError(
-            f"link '{link}' has the collision mesh '{filename}', which cannot be read ({reason}); "
-            f"repair the file, {_OTHERWISE}"
+            f"link '{link}' has the collision mesh '{filename}', which cannot be read ({reason}); repair the file, {_OTHERWISE}"
         )
     return vertices
 

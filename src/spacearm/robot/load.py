@@ -51,9 +51,7 @@ def load_robot(
     require_collision(collision)
     if isinstance(source, str) and _is_name(source):
         if source not in builtin_robots():
-            raise RobotError(
-                f"robot {shown(source)} is neither a file nor built in; {nearest(source, builtin_robots())}"
-            )
+            raise RobotError(f"robot {shown(source)} is neither a file nor built in; {nearest(source, builtin_robots())}")
         with resources.as_file(_BUILTIN / f"{source}.yaml") as path:
             file, origin = read_yaml(path, key="spacearm-robot", what="a robot file"), source
     elif _is_xml(source):

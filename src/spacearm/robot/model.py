@@ -52,9 +52,7 @@ class Joint(Frozen):
     def __post_init__(self) -> None:
         as_name("a joint's name", self.name, RobotError)
         if self.kind not in JOINT_KINDS:
-            raise RobotError(
-                f"joint '{self.name}' has kind {shown(self.kind)}, expected one of {', '.join(JOINT_KINDS)}"
-            )
+            raise RobotError(f"joint '{self.name}' has kind {shown(self.kind)}, expected one of {', '.join(JOINT_KINDS)}")
         where = f"joint '{self.name}'"
         _freeze(
             self,
@@ -263,17 +261,14 @@ def _require_tree(joints: tuple[Joint, ...], frames: tuple[Frame, ...], capsules
     for rider in (*frames, *capsules):
         if rider.joint >= len(joints):
             what = type(rider).__name__.lower()
-            raise RobotError(
-                f"{what} '{rider.name}' rides on joint {rider.joint}, expected -1 (base) to {len(joints) - 1}"
-            )
+            raise RobotError(f"{what} '{rider.name}' rides on joint {rider.joint}, expected -1 (base) to {len(joints) - 1}")
 
 
 def _require_dofs_used(joints: tuple[Joint, ...], names: tuple[str, ...]) -> None:
     used = {joint.dof for joint in joints}
     if used != set(range(len(names))):
         raise RobotError(
-            f"the joints use the dofs {sorted(used)}, expected each of 0 to {len(names) - 1}; "
-            f"give dof_names one name per dof"
+            f"the joints use the dofs {sorted(used)}, expected each of 0 to {len(names) - 1}; give dof_names one name per dof"
         )
     for dof, name in enumerate(names):
         kinds = {joint.kind for joint in joints if joint.dof == dof}
@@ -290,9 +285,7 @@ def _checked_limits(robot: Robot) -> dict[str, Array]:
     for i, name in enumerate(robot.dof_names):
         low, high = limits["lower"][i], limits["upper"][i]
         if not low <= high or low == np.inf or high == -np.inf:
-            raise RobotError(
-                f"joint '{name}' has lower limit {low:g} and upper limit {high:g}, expected lower <= upper"
-            )
+            raise RobotError(f"joint '{name}' has lower limit {low:g} and upper limit {high:g}, expected lower <= upper")
         for what in ("velocity", "acceleration"):
             if not limits[what][i] > 0:
                 raise RobotError(f"joint '{name}' has {what} limit {limits[what][i]:g}, expected more than 0")

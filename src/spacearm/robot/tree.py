@@ -24,9 +24,7 @@ _SNAP = 1e-9
 _NOISE = 1e-15  # rounding of cos(pi/2) and the like; more would cost the rotation its orthonormality
 
 
-def build_robot(
-    tree: LinkTree, *, velocity_limit: float | None = None, acceleration_limit: float | None = None
-) -> Robot:
+def build_robot(tree: LinkTree, *, velocity_limit: float | None = None, acceleration_limit: float | None = None) -> Robot:
     """Turn a tree of links into a Robot.
 
     Args:

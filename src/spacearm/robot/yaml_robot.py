@@ -132,9 +132,7 @@ def _positive(where: str, what: str, value: float | None) -> float | None:
     return None if value is None else as_number(f"{where}: {what}", value, RobotError, above=0)
 
 
-def _capsule(
-    capsule: CapsuleModel, links: tuple[str, ...], link_radius: float | None
-) -> tuple[str, Array, Array, float]:
+def _capsule(capsule: CapsuleModel, links: tuple[str, ...], link_radius: float | None) -> tuple[str, Array, Array, float]:
     where = f"capsule of link '{capsule.link}'"
     if capsule.link not in links:
         raise RobotError(f"{where}: no joint names that link; {nearest(capsule.link, links)}")

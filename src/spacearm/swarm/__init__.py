@@ -1,7 +1,7 @@
 """Particle swarms: PSO, the paper's IPSO and our own, by hand, over Python functions, and inside the kernel."""
 
 from spacearm.swarm.engine import Swarm
-from spacearm.swarm.minimize import minimize
+from spacearm.swarm.minimizer import minimize
 from spacearm.swarm.named import NAMED_SETTINGS, named_settings
 from spacearm.swarm.native_run import run_trials
 from spacearm.swarm.result import SwarmHistory, SwarmResult

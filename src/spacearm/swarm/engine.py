@@ -105,9 +105,7 @@ class Swarm:
             SwarmError: the last positions were not told yet.
         """
         if self._asked:
-            raise SwarmError(
-                "ask() was called twice, expected tell() in between; tell the last positions' fitness first"
-            )
+            raise SwarmError("ask() was called twice, expected tell() in between; tell the last positions' fitness first")
         self._native.ask()
         if self._native.round == 0 and self._initial is not None:
             self._native.place_first(self._initial)
@@ -172,9 +170,7 @@ class Swarm:
             OutputError: the file cannot be written, or holds something else.
         """
         if self._asked:
-            raise SwarmError(
-                "save() was called between ask() and tell(), expected after tell(); tell the fitness first"
-            )
+            raise SwarmError("save() was called between ask() and tell(), expected after tell(); tell the fitness first")
         checkpoint.write(
             path,
             settings=self.settings,
@@ -239,9 +235,7 @@ def as_bounds(lower: ArrayLike, upper: ArrayLike) -> tuple[Array, Array]:
         raise SettingsError(f"lower[{i}] is {low[i]:g}, above upper[{i}] {high[i]:g}, expected at most it; swap them")
     if not np.isfinite(high - low).all():
         i = int(np.argmax(~np.isfinite(high - low)))
-        raise SettingsError(
-            f"upper[{i}] - lower[{i}] is {high[i] - low[i]:g}, expected a finite range; narrow the bounds"
-        )
+        raise SettingsError(f"upper[{i}] - lower[{i}] is {high[i] - low[i]:g}, expected a finite range; narrow the bounds")
     return low, high
 
 

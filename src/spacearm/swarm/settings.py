@@ -197,9 +197,7 @@ def _check_common(record: SwarmSettings) -> None:
     whole("iterations", record.iterations, at_least=1)
     weights = record.inertia if isinstance(record.inertia, tuple) else (record.inertia,)
     if isinstance(record.inertia, list) or len(weights) not in (1, 2):
-        raise SettingsError(
-            f"inertia is {shown(record.inertia)}, expected a number or a pair (at the start, at the end)"
-        )
+        raise SettingsError(f"inertia is {shown(record.inertia)}, expected a number or a pair (at the start, at the end)")
     for weight in weights:
         as_number("inertia", weight, SettingsError, at_least=0)
     as_number("cognitive", record.cognitive, SettingsError, at_least=0)
@@ -211,6 +209,4 @@ def _check_common(record: SwarmSettings) -> None:
         whole("neighbours", record.neighbours, at_least=1)
     one_of("bounds", record.bounds, BOUNDS)
     if not isinstance(record.constraints, (FeasibleFirst, Penalty)):
-        raise SettingsError(
-            f"constraints is {shown(record.constraints)}, expected FeasibleFirst(...) or Penalty(weight=...)"
-        )
+        raise SettingsError(f"constraints is {shown(record.constraints)}, expected FeasibleFirst(...) or Penalty(weight=...)")

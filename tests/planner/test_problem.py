@@ -16,8 +16,8 @@ import strategies
 import urdf_text
 from snapshot import assert_refused
 from spacearm.errors import ProblemError, SceneError
-from spacearm.plan.goals import ConfigurationGoal, PositionGoal
-from spacearm.plan.problem import Problem
+from spacearm.planner.goals import ConfigurationGoal, PositionGoal
+from spacearm.planner.problem import Problem
 from spacearm.robot import load_robot
 from spacearm.scene import Scene, Sphere
 

@@ -33,15 +33,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.errors import ProblemError, nearest
-from spacearm.plan.goals import ConfigurationGoal, Goal, PositionGoal
-from spacearm.plan.problem import Problem, within_limits
+from spacearm.planner.goals import ConfigurationGoal, Goal, PositionGoal
+from spacearm.planner.problem import Problem, within_limits
 from spacearm.reading import YamlFile, read_yaml
 from spacearm.robot.load import builtin_robots, load_robot
 from spacearm.robot.model import Robot
 from spacearm.scene import Scene, Sphere
 
 if TYPE_CHECKING:
-    from spacearm.plan.problem_schema import GoalModel, ObstacleModel, ProblemModel, RobotModel
+    from spacearm.planner.problem_schema import GoalModel, ObstacleModel, ProblemModel, RobotModel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +81,7 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
         SpacearmError: a robot, scene or problem that cannot be; file and line are named.
     """
     file = read_yaml(path, key="spacearm", what="a problem file")
-    from spacearm.plan.problem_schema import ProblemModel
+    from spacearm.planner.problem_schema import ProblemModel
 
     model = file.parsed(ProblemModel)
     with file.at("robot"):
@@ -134,9 +134,7 @@ def _goal(goal: GoalModel, robot: Robot) -> Goal:
         raise ProblemError(f"goal has {' and '.join(given) or 'no target'}, expected one of {', '.join(kinds)}")
     if goal.position is None:
         if goal.tolerance is not None or goal.frame is not None:
-            raise ProblemError(
-                "goal has tolerance or frame beside a configuration, expected them with a position; drop them"
-            )
+            raise ProblemError("goal has tolerance or frame beside a configuration, expected them with a position; drop them")
         return ConfigurationGoal(_configuration(robot, goal.configuration, goal.configuration_deg, "configuration"))
     tolerance = {} if goal.tolerance is None else {"tolerance": goal.tolerance}
     return PositionGoal(goal.position, frame=goal.frame, **tolerance)  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import Frozen, as_readonly, shown
 from spacearm.errors import ProblemError, nearest
-from spacearm.plan.goals import ConfigurationGoal, Goal, PositionGoal
+from spacearm.planner.goals import ConfigurationGoal, Goal, PositionGoal
 from spacearm.robot.model import Robot
 from spacearm.scene import Scene
 
@@ -123,8 +123,7 @@ def _goal(robot: Robot, goal: Any) -> Goal:
     q = as_readonly("the goal configuration", goal, (None,), ProblemError)  # type: ignore[arg-type]
     if q.size == 3 and robot.dof != 3:
         raise ProblemError(
-            f"goal has 3 numbers, expected {robot.dof} joint positions; "
-            "for a point in space write PositionGoal((x, y, z))"
+            f"goal has 3 numbers, expected {robot.dof} joint positions; for a point in space write PositionGoal((x, y, z))"
         )
     return ConfigurationGoal(within_limits(robot, q, what="goal"))
 

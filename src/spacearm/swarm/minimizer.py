@@ -171,13 +171,9 @@ def _opened(path: str | os.PathLike[str], fresh: Swarm, *, resume: bool, rng: Rn
             f"{path} was made with other settings ({', '.join(differing) or 'another swarm'}), expected the same"
         )
     if not (np.array_equal(fresh.lower, saved.lower) and np.array_equal(fresh.upper, saved.upper)):
-        raise SettingsError(
-            f"{path} was made with other bounds, expected the same; resume with those it was begun with"
-        )
+        raise SettingsError(f"{path} was made with other bounds, expected the same; resume with those it was begun with")
     if isinstance(rng, (int, np.integer)) and saved.seed != rng:
-        raise SettingsError(
-            f"{path} was made with seed {saved.seed}, not {rng}; resume with the same rng, or with None"
-        )
+        raise SettingsError(f"{path} was made with seed {saved.seed}, not {rng}; resume with the same rng, or with None")
     if fresh._keep_positions != saved._keep_positions:
         raise SettingsError(f"{path} was made with another `history`, expected the same")
     return saved

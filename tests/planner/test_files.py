@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 import urdf_text
 from snapshot import assert_refused
 from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SpacearmError
-from spacearm.plan.files import load_problem, load_problem_file
-from spacearm.plan.goals import ConfigurationGoal, PositionGoal
-from spacearm.plan.problem import Problem
+from spacearm.planner.files import load_problem, load_problem_file
+from spacearm.planner.goals import ConfigurationGoal, PositionGoal
+from spacearm.planner.problem import Problem
 from spacearm.robot import load_robot
 from spacearm.scene import Scene, Sphere
 
@@ -63,7 +63,7 @@ def test_a_file_gives_the_same_problem_as_the_library(tmp_path: Path) -> None:
 
 def test_the_formats_own_description_is_a_problem(tmp_path: Path) -> None:
     # Each line of the docstring's example is tried, with the first alternative of every key that has several.
-    import spacearm.plan.files as files
+    import spacearm.planner.files as files
 
     text = (files.__doc__ or "").split("::\n")[1]
     lines = [line.split("#")[0].strip() for line in text.splitlines()]

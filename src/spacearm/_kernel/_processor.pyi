@@ -1,0 +1,3 @@
+"""Which instruction levels this processor runs (kernel/processor.c)."""
+
+def levels() -> list[str]: ...

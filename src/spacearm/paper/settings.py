@@ -1,0 +1,98 @@
+"""The settings of the paper's experiment, and how Table 3 was reported."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from spacearm.checks import as_number, shown
+from spacearm.errors import SettingsError
+from spacearm.settings import one_of, settings, whole
+from spacearm.swarm import NAMED_SETTINGS, named_settings
+
+MODES = ("goal", "literal")
+THRESHOLD = 4.33
+NEAR = 0.01  # "near" the best known value: within 1 %
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportedRow:
+    """A row of the paper's Table 3."""
+
+    worst: float
+    best: float
+    mean: float
+    threshold_share: float
+
+
+REPORTED = {
+    "pso": ReportedRow(worst=4.3341, best=3.3818, mean=4.2378, threshold_share=0.70),
+    "ipso": ReportedRow(worst=4.3296, best=3.3760, mean=3.7699, threshold_share=1.00),
+}
+"""The paper's Table 3."""
+
+REPORTED_FOR = {"pso": "pso", "ipso-m": "ipso", "ipso-s": "ipso"}
+"""Which of its rows stands beside which method."""
+
+
+@settings
+class PaperSettings:
+    """What of the experiment is run.
+
+    Attributes:
+        runs: of each method.
+        methods: names of swarm settings; the first is what the others are compared with.
+        modes: "goal" (reaching the goal is a constraint), "literal" (only eq. (4)).
+        radii: obstacle radii A_R [m].
+        tolerance: of reaching the goal, in the goal mode [m].
+        weights: omega_1, omega_2, omega_3 of eq. (4), each in [0, 1], sum 1.
+        link_radius: of the cylinders round the links [m].
+        constraints: "feasible-first", or "penalty" for the weighted sum, in the methods that do not set their own.
+        seed: of all runs.
+        threads: None for one a processor core; the numbers do not depend on it.
+    """
+
+    runs: int = 20
+    methods: tuple[str, ...] = ("pso", "ipso-m", "ipso-s", "ring-rising", "ipso-e")
+    modes: tuple[str, ...] = MODES
+    radii: tuple[float, ...] = (0.10,)
+    tolerance: float = 1e-3
+    weights: tuple[float, float, float] = (0.5, 0.25, 0.25)
+    link_radius: float = 0.0
+    constraints: Literal["feasible-first", "penalty"] = "feasible-first"
+    seed: int = 0
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        whole("runs", self.runs, at_least=1, at_most=100_000)
+        for name, values in (("methods", self.methods), ("modes", self.modes), ("radii", self.radii)):
+            if not isinstance(values, tuple) or not values:
+                raise SettingsError(f"{name} is {shown(values)}, expected one or more values")
+            if len(set(values)) < len(values):
+                raise SettingsError(f"{name} is {shown(values)}, expected each value once; leave the others out")
+        for method in self.methods:
+            named_settings(method)
+        for mode in self.modes:
+            one_of("mode", mode, MODES)
+        for radius in self.radii:
+            as_number("radius", radius, SettingsError, above=0, unit="m")
+        as_number("tolerance", self.tolerance, SettingsError, above=0, unit="m")
+        as_number("link_radius", self.link_radius, SettingsError, at_least=0, unit="m")
+        one_of("constraints", self.constraints, ("feasible-first", "penalty"))
+        _check_weights(self.weights)
+        whole("seed", self.seed, at_least=0, at_most=2**63 - 1)
+        if self.threads is not None:
+            whole("threads", self.threads, at_least=1)
+
+
+def _check_weights(weights: tuple[float, ...]) -> None:
+    if len(weights) != 3:
+        raise SettingsError(f"weights is {shown(weights)}, expected three: omega_1, omega_2, omega_3")
+    for i, weight in enumerate(weights):
+        if not 0 <= as_number(f"weights[{i}]", weight, SettingsError) <= 1:
+            raise SettingsError(f"weights[{i}] is {weight:g}, expected a weight from 0 to 1, eq. (4)")
+    if abs(sum(weights) - 1) > 1e-9:
+        raise SettingsError(f"weights sum to {sum(weights):g}, expected 1, eq. (4); scale them")
+
+
+assert set(REPORTED_FOR) <= set(NAMED_SETTINGS)

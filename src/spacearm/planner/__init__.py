@@ -1,0 +1,30 @@
+"""Planning: problems, goals, the search, and what it found."""
+
+from spacearm.planner.clearance import clearance, clearances
+from spacearm.planner.files import ProblemFile, load_problem, load_problem_file
+from spacearm.planner.goals import ConfigurationGoal, Goal, PositionGoal
+from spacearm.planner.plan_files import load_plan, plan_as_dict, save_plan, save_trajectory
+from spacearm.planner.problem import Problem
+from spacearm.planner.result import Improvement, Plan
+from spacearm.planner.search import plan
+from spacearm.planner.settings import PlannerSettings
+
+__all__ = [
+    "ConfigurationGoal",
+    "Goal",
+    "Improvement",
+    "Plan",
+    "PlannerSettings",
+    "PositionGoal",
+    "Problem",
+    "ProblemFile",
+    "clearance",
+    "clearances",
+    "load_plan",
+    "load_problem",
+    "load_problem_file",
+    "plan",
+    "plan_as_dict",
+    "save_plan",
+    "save_trajectory",
+]

@@ -1,0 +1,144 @@
+"""The logic of the proof.
+
+At an interval's middle the clearance is measured. From there to any other instant of the interval, a point of a link
+moves at most sum_i r_i |dq_i|, where r_i bounds the point's distance from joint i's axis and |dq_i| joint i's way, from
+the hull of the motion's Bezier points on that interval. If the clearance exceeds that way the whole interval is free;
+otherwise it is halved. Distances are 1-Lipschitz, so nothing between the instants looked at can be missed.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.motion import Motion, Trajectory
+from spacearm.proof.certificate import Certificate, ClosestApproach
+from spacearm.proof.witness import Witness
+from spacearm.robot import Robot
+from spacearm.scene import Scene
+
+Array = NDArray[np.float64]
+
+_BISECTIONS = 16  # halvings of the spline's own pieces before an interval is given up as undecided
+_GUARD = 1e-9  # [m] for the rounding of kinematics and distances
+
+
+class HasScene(Protocol):
+    """Whatever has a robot and a scene; a Problem does."""
+
+    @property
+    def robot(self) -> Robot:
+        """What moves."""
+        ...
+
+    @property
+    def scene(self) -> Scene:
+        """What is in the way."""
+        ...
+
+
+def certify(problem: HasScene, trajectory: Trajectory) -> Certificate:
+    """Prove that a trajectory keeps clear of the obstacles and within the joint limits for all t, or say where not.
+
+    Args:
+        problem: the robot and the scene to prove it for.
+        trajectory: of that robot; fixed base.
+
+    Returns:
+        The certificate. It never says that a motion holds when it does not; it may be undecided.
+    """
+    begun = time.perf_counter()
+    robot, motion = problem.robot, trajectory.motion
+    witness = Witness(robot, problem.scene)
+    search = _Intervals(robot, motion, witness, bool(robot.capsules) and bool(problem.scene.obstacles))
+    clearance_status = search.run()
+    limits = trajectory.limits
+    status = clearance_status if limits.holds else "fails"
+    return Certificate(
+        status=status,
+        clearance=search.proven if status == "holds" else None,
+        closest=search.closest(trajectory.duration),
+        limits=limits,
+        resolution=search.resolution,
+        evaluations=search.evaluations,
+        seconds=time.perf_counter() - begun,
+        witness=witness.name,
+    )
+
+
+class _Intervals:
+    """Halves intervals of s until each is proven, one level of halvings after the other."""
+
+    def __init__(self, robot: Robot, motion: Motion, witness: Witness, anything: bool) -> None:
+        self._robot, self._motion, self._witness = robot, motion, witness
+        self._anything = anything
+        self._reach = _reaches(robot, motion)
+        self.proven = float("inf")
+        self.resolution = 1.0
+        self.evaluations = 0
+        self._closest: tuple[float, int, int, float] | None = None
+
+    def run(self) -> str:
+        if not self._anything:
+            return "holds"
+        open_intervals = np.arange(self._motion.interior + 1)
+        for level in range(_BISECTIONS + 1):
+            ends, low, high = self._motion.hulls(0, bisections=level)
+            failed = []
+            for i in open_intervals:
+                middle = (ends[i] + ends[i + 1]) / 2
+                q = self._motion.sample(middle)
+                clearance = self._witness.clearances(q)
+                self._note(clearance, middle)
+                if clearance.min() <= 0:
+                    return "fails"
+                way = self._reach @ np.maximum(high[i] - q, q - low[i])  # (capsules,)
+                left = float((clearance - way[:, None]).min()) - _GUARD
+                if left > 0:
+                    self.proven = min(self.proven, left)
+                else:
+                    failed.append(i)
+            self.resolution = float(ends[1] - ends[0])
+            if not failed:
+                return "holds"
+            open_intervals = np.array([2 * i + half for i in failed for half in (0, 1)])
+        return "undecided"
+
+    def closest(self, duration: float) -> ClosestApproach | None:
+        if self._closest is None:
+            return None
+        clearance, link, obstacle, s = self._closest
+        return ClosestApproach(link=self._robot.capsules[link].name, obstacle=obstacle, time=s * duration, clearance=clearance)
+
+    def _note(self, clearance: Array, s: float) -> None:
+        self.evaluations += 1
+        link, obstacle = np.unravel_index(int(np.argmin(clearance)), clearance.shape)
+        least = float(clearance[link, obstacle])
+        if self._closest is None or least < self._closest[0]:
+            self._closest = (least, int(link), int(obstacle), s)
+
+
+def _reaches(robot: Robot, motion: Motion) -> Array:
+    """Return r, (capsules, n): a point of a capsule's axis moves at most r @ |dq|, for any configurations of the motion.
+
+    A point at most r from a revolute joint's origin moves at most r |dq| with it, one on a prismatic joint |dq|. Going
+    towards the base, r grows by each joint's offset from its parent, and by a slide's greatest extension.
+    """
+    _, low, high = motion.hulls(0)
+    furthest = np.maximum(np.abs(low.min(axis=0)), np.abs(high.max(axis=0)))
+    out = np.zeros((len(robot.capsules), robot.dof))
+    for row, capsule in zip(out, robot.capsules, strict=True):
+        radius, at = max(float(np.linalg.norm(capsule.a)), float(np.linalg.norm(capsule.b))), capsule.joint
+        while at >= 0:
+            joint = robot.joints[at]
+            if joint.kind == "revolute":
+                row[joint.dof] += abs(joint.multiplier) * radius
+            else:
+                row[joint.dof] += abs(joint.multiplier)
+                radius += abs(joint.multiplier) * furthest[joint.dof] + abs(joint.offset)
+            radius += float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
+            at = joint.parent
+    return out
