@@ -54,7 +54,8 @@ clean: ## remove what was built or cached; .venv and out/ stay
 # What the build needs stays in .venv (no isolated build), so that a rebuild compiles only what changed.
 $(STAMPS)/tools: pyproject.toml tools/preflight.sh tools/requirements.py
 	@python=$$(sh tools/preflight.sh $(VENV)) || exit 2; \
-	  echo 'Making the environment $(VENV) and building spacearm: about 2 minutes the first time.'; \
+	  if [ -x $(PY) ]; then echo 'Bringing the environment $(VENV) up to date.'; \
+	  else echo 'Making the environment $(VENV) and building spacearm: about 2 minutes the first time.'; fi; \
 	  [ -x $(PY) ] || "$$python" -m venv $(VENV) || exit 2; \
 	  $(PY) -m pip --version > /dev/null 2>&1 || $(PY) -m ensurepip > /dev/null || exit 2
 	@mkdir -p $(STAMPS)
@@ -64,7 +65,7 @@ $(STAMPS)/tools: pyproject.toml tools/preflight.sh tools/requirements.py
 
 $(STAMPS)/package: $(STAMPS)/tools $(STAMPS)/modules $(BUILD_FILES)
 	@sh tools/preflight.sh $(VENV) > /dev/null || exit 2
-	@echo 'Building the kernel and installing spacearm into $(VENV): about 1 minute on 2 cores, seconds if little changed.'
+	@echo 'Building the kernel and installing spacearm: about 1 minute on 2 cores, seconds if little changed.'
 	@$(PIP) install --no-build-isolation --editable .
 	@touch $@
 

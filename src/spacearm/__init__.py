@@ -92,9 +92,7 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from importlib.metadata import version
-
-        return version("spacearm")
+        return importlib.import_module("spacearm.version").version()
     if name not in _ROOMS:
         raise AttributeError(f"module 'spacearm' has no attribute {name!r}")
     value = getattr(importlib.import_module(f"spacearm.{_ROOMS[name]}"), name)

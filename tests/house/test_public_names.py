@@ -6,6 +6,7 @@ import ast
 import dataclasses
 import inspect
 import itertools
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -31,13 +32,15 @@ def listed_names(tree: ast.Module) -> list[str] | None:
 
 
 def bound_names(body: list[ast.stmt]) -> Iterator[str]:
-    """Yield what statements bind, also inside `if` and `try`."""
+    """Yield what statements bind, also inside `if` and `try`, the standard library's names left out."""
     for node in body:
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
             yield node.name
         elif isinstance(node, (ast.Import, ast.ImportFrom)):
-            if getattr(node, "module", None) != "__future__":
-                yield from ((alias.asname or alias.name).split(".")[0] for alias in node.names)
+            for alias in node.names:
+                origin = getattr(node, "module", None) or alias.name
+                if origin.split(".")[0] not in sys.stdlib_module_names:  # the machinery of lazy names
+                    yield (alias.asname or alias.name).split(".")[0]
         elif isinstance(node, ast.Assign):
             yield from (n.id for t in node.targets for n in ast.walk(t) if isinstance(n, ast.Name))
         elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):

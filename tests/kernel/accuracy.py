@@ -16,7 +16,7 @@ FAR = {64: 1e5, 32: 1e4}
 
 # Positions [m] and distances, as a share of the robot's reach: a chain of up to twelve joints, each turned by an
 # angle with the errors above, whose frames have entries of about 1 that are rounded some ten times a joint.
-PLACEMENT = {64: 1e-12, 32: 2e-5}
+PLACEMENT = {64: 1e-13, 32: 3e-6}
 
 
 def reach(robot: Robot, q: np.ndarray) -> float:

@@ -51,9 +51,7 @@ class Build:
     def settings(self, **values: Any) -> Any:
         return self.module.SwarmSettings.make(values)
 
-    def swarm(
-        self, settings: dict[str, Any], lower: Any, upper: Any, *, seed: int = 0, trial: int = 0
-    ) -> Any:
+    def swarm(self, settings: dict[str, Any], lower: Any, upper: Any, *, seed: int = 0, trial: int = 0) -> Any:
         bounds = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
         return self.named("Swarm")(self.settings(**settings), *bounds, seed, trial)
 

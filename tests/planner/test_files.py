@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 
 import urdf_text
 from snapshot import assert_refused
-from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SpacearmError
+from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
 from spacearm.planner.files import load_problem, load_problem_file
 from spacearm.planner.goals import ConfigurationGoal, PositionGoal
 from spacearm.planner.problem import Problem
+from spacearm.planner.settings import PlannerSettings
 from spacearm.robot import load_robot
 from spacearm.scene import Scene, Sphere
 
@@ -127,10 +128,10 @@ def test_a_scene_may_be_left_out(scene: str, tmp_path: Path) -> None:
     assert load_problem(written(tmp_path, text)).scene == Scene()
 
 
-def test_the_planners_settings_are_handed_on_as_they_are(tmp_path: Path) -> None:
-    text = PROBLEM + "planner: {particles: 40, swarm: {w: 0.7}}\nbase: fixed\n"
-    assert load_problem_file(written(tmp_path, text)).planner == {"particles": 40, "swarm": {"w": 0.7}}
-    assert load_problem_file(written(tmp_path, PROBLEM)).planner == {}
+def test_the_planners_settings_are_read(tmp_path: Path) -> None:
+    text = PROBLEM + "planner: {particles: 40, margin: 1e-2}\nbase: fixed\n"
+    assert load_problem_file(written(tmp_path, text)).settings == PlannerSettings(particles=40, margin=0.01)
+    assert load_problem_file(written(tmp_path, PROBLEM)).settings == PlannerSettings()
 
 
 @pytest.mark.parametrize(
@@ -276,6 +277,8 @@ MEANING: dict[str, tuple[type[SpacearmError], str]] = {
     "goal frame mistyped": (ProblemError, goal("goal: {position: [0, 1, 0], frame: han}")),
     "base floating": (ProblemError, PROBLEM + "base: floating\n"),
     "base mistyped": (ProblemError, PROBLEM + "base: fix\n"),
+    "planner setting unknown": (SettingsError, PROBLEM + "planner: {restart: 3}\n"),
+    "planner setting out of range": (SettingsError, PROBLEM + "planner: {restarts: 0}\n"),
 }
 
 

@@ -144,9 +144,7 @@ def test_a_mimic_of_a_mimic_follows_the_first() -> None:
     st.floats(0.0, 1.0),
     st.floats(0.1, 3.0),
 )
-def test_limits_of_a_dof_keep_its_mimics_within_theirs(
-    multiplier: float, offset: float, share: float, speed: float
-) -> None:
+def test_limits_of_a_dof_keep_its_mimics_within_theirs(multiplier: float, offset: float, share: float, speed: float) -> None:
     mimic = f'<mimic joint="a" multiplier="{multiplier}" offset="{offset}"/>'
     limit = f'lower="-0.8" upper="0.6" velocity="{speed}"'
     text = chain(joint("a", "link_0", "link_1"), joint("b", "link_1", "link_2", extra=mimic, limit=limit))

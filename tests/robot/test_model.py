@@ -163,9 +163,7 @@ REFUSED: dict[str, Any] = {
     "capsule radius negative": lambda: Capsule(name="arm", joint=0, a=(0, 0, 0), b=(0, 0, 1), radius=-0.1),
     "capsule end NaN": lambda: Capsule(name="arm", joint=0, a=(0, np.nan, 0), b=(0, 0, 1), radius=0.1),
     "capsule end in a plane": lambda: Capsule(name="arm", joint=0, a=(0, 0), b=(0, 0, 1), radius=0.1),
-    "capsule on no joint": lambda: two_link(
-        capsules=[Capsule(name="arm", joint=2, a=(0, 0, 0), b=(0, 0, 1), radius=0.1)]
-    ),
+    "capsule on no joint": lambda: two_link(capsules=[Capsule(name="arm", joint=2, a=(0, 0, 0), b=(0, 0, 1), radius=0.1)]),
     "frame on no joint": lambda: two_link(frames=[Frame(name="hand", joint=5, T_joint_frame=np.eye(4))]),
     "child before parent": lambda: two_link(joints=two_link().joints[::-1]),
     "joint name twice": lambda: two_link(joints=(two_link().joints[0], following(name="shoulder", dof=-1))),

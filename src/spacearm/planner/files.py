@@ -19,7 +19,7 @@ Key by key::
     goal: {position: [0.7, 0.3, 0.0]}                      #   or a point for the end effector [m]
     goal: {position: [0.7, 0.3, 0.0], tolerance: 0.001, frame: hand}   # [m]; the tip is the default frame
     base: fixed                # optional: fixed
-    planner: {}                # optional settings, handed on as they are
+    planner: {restarts: 8}     # optional: any of PlannerSettings
 """
 
 from __future__ import annotations
@@ -35,10 +35,12 @@ from numpy.typing import NDArray
 from spacearm.errors import ProblemError, nearest
 from spacearm.planner.goals import ConfigurationGoal, Goal, PositionGoal
 from spacearm.planner.problem import Problem, within_limits
+from spacearm.planner.settings import PlannerSettings
 from spacearm.reading import YamlFile, read_yaml
 from spacearm.robot.load import builtin_robots, load_robot
 from spacearm.robot.model import Robot
 from spacearm.scene import Scene, Sphere
+from spacearm.settings import require_settings
 
 if TYPE_CHECKING:
     from spacearm.planner.problem_schema import GoalModel, ObstacleModel, ProblemModel, RobotModel
@@ -50,11 +52,11 @@ class ProblemFile:
 
     Attributes:
         problem: the problem.
-        planner: settings of the planner, as they stand in the file.
+        settings: of the planner.
     """
 
     problem: Problem
-    planner: dict[str, Any]
+    settings: PlannerSettings
 
 
 def load_problem(path: str | os.PathLike[str]) -> Problem:
@@ -96,7 +98,13 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
         Problem(robot, Scene(), start=start, goal=goal)  # so that a goal that does not fit is blamed on its line
     with file.at("base"):
         problem = Problem(robot, Scene(obstacles), start=start, goal=goal, base=model.base)  # type: ignore[arg-type]
-    return ProblemFile(problem=problem, planner=model.planner)
+    with file.at("planner"):
+        return ProblemFile(problem=problem, settings=_settings(model.planner))
+
+
+def _settings(given: dict[str, Any]) -> PlannerSettings:
+    require_settings(PlannerSettings, given)
+    return PlannerSettings(**given)
 
 
 def _robot(robot: RobotModel, directory: Path) -> Robot:

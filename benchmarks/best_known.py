@@ -1,0 +1,177 @@
+"""The best known values of the seed's problem, by gradient descent from many random starts: no swarm is involved.
+
+SciPy's SLSQP minimises eq. (4) from configurations drawn within the joint limits, with the nine clearances and, in the
+goal mode, the squared distance to the goal as smooth inequality constraints; gradients are central differences over the
+kernel's float64 model. What it ends at is kept when the kernel finds a violation of at most 1e-9, then driven strictly
+inside (violation exactly 0), so that the recorded value is one that a feasible swarm can reach. The values are the best
+found, not proven optima.
+
+    python benchmarks/best_known.py                    # 2,000 starts a case, as recorded in spacearm/paper/best_known.py
+    python benchmarks/best_known.py --starts 100 --cases "goal 0.10"
+    python benchmarks/best_known.py --json best_known.json
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+
+from instances import MODES, RADII, SETTINGS, Instance, paper_instance
+from spacearm.paper import paper_robot
+
+ALLOWED = 1e-9  # violation of a descent's end [m]
+MARGINS = (1e-12, 1e-11, 1e-10, 1e-9)  # how far inside the last descent aims [m], the least that gives violation 0
+STEP = 1e-5  # of the central differences [rad]: their error is near 1e-10
+SAME_VALUE = 1e-6  # two ends are equally good
+SAME_POSE = 1e-3  # and the same pose, when elbow, wrist and end effector are this close [m]
+
+
+class Descent:
+    """SLSQP on one instance. Values and gradients of a configuration come from one call of the kernel."""
+
+    def __init__(self, instance: Instance) -> None:
+        self.instance, self.robot = instance, paper_robot()
+        self.goal = np.array(instance.goal) if instance.mode == "goal" else None
+        self.around = np.vstack([np.zeros(7), STEP * np.eye(7), -STEP * np.eye(7)])  # (15, 7)
+        self._at: bytes = b""
+        self._values: np.ndarray = np.empty(0)
+
+    def values(self, q: np.ndarray) -> np.ndarray:
+        """Fitness, clearances [m] and, in the goal mode, the squared distance, at q and at its neighbours, (15, m)."""
+        if q.tobytes() != self._at:
+            rows = q + self.around
+            native = self.instance.model.native
+            columns = [self.instance.objective.evaluate(rows)[0][:, None], native.clearances(rows).reshape(15, -1)]
+            if self.goal is not None:
+                left = native.points(rows)[:, self.instance.model.tip] - self.goal
+                columns.append(np.sum(left * left, axis=1, keepdims=True))
+            self._at, self._values = q.tobytes(), np.hstack(columns)
+        return self._values
+
+    def gradients(self, q: np.ndarray) -> np.ndarray:
+        """Of all of them, (m, 7)."""
+        v = self.values(q)
+        return ((v[1:8] - v[8:15]) / (2 * STEP)).T
+
+    def run(self, q: np.ndarray, *, margin: float = 0.0, scale: float = 1.0) -> np.ndarray:
+        """Descend from q (7,); constraints hold with this margin [m]; the goal's is multiplied by `scale`."""
+        reach = (SETTINGS.tolerance - margin) ** 2
+
+        def constraints(q: np.ndarray) -> np.ndarray:
+            v = self.values(q)[0, 1:]
+            return v - margin if self.goal is None else np.append(v[:-1] - margin, scale * (reach - v[-1]))
+
+        def slopes(q: np.ndarray) -> np.ndarray:
+            g = self.gradients(q)[1:].copy()
+            if self.goal is not None:
+                g[-1] *= -scale
+            return g
+
+        found = minimize(
+            lambda q: self.values(q)[0, 0],
+            q,
+            jac=lambda q: self.gradients(q)[0],
+            method="SLSQP",
+            bounds=list(zip(self.robot.lower, self.robot.upper, strict=True)),
+            constraints={"type": "ineq", "fun": constraints, "jac": slopes},
+            options={"maxiter": 300, "ftol": 1e-13},
+        )
+        return np.clip(found.x, self.robot.lower, self.robot.upper)
+
+    def judge(self, q: np.ndarray) -> tuple[float, float]:
+        """The kernel's fitness and violation."""
+        fitness, violation = self.instance.objective.evaluate(q[None, :])
+        return float(fitness[0]), float(violation[0])
+
+    def strictly_feasible(self, q: np.ndarray) -> tuple[float, np.ndarray] | None:
+        """The best end near q whose violation is exactly 0; None if no margin gives one."""
+        ends = [q, *(self.run(q, margin=margin, scale=1 / SETTINGS.tolerance) for margin in MARGINS)]
+        judged = [(*self.judge(end), end) for end in ends]
+        feasible = [(fitness, end) for fitness, violation, end in judged if violation == 0]
+        return min(feasible, key=lambda pair: pair[0]) if feasible else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class BestKnown:
+    """What the descents of one instance found.
+
+    Attributes:
+        fitness: the least of a configuration with violation 0.
+        q: (7,) that configuration [rad].
+        starts: of descents.
+        kept: those that ended feasible.
+        reached: those whose end is as good as the best.
+        poses: how many distinct poses (elbow, wrist, end effector) these are.
+        seconds: all took.
+    """
+
+    fitness: float
+    q: np.ndarray
+    starts: int
+    kept: int
+    reached: int
+    poses: int
+    seconds: float
+
+
+def find_best(instance: Instance, *, starts: int, seed: int = 0) -> BestKnown:
+    """Descend from random configurations."""
+    begun = time.perf_counter()
+    descent = Descent(instance)
+    rng = np.random.default_rng(seed)
+    kept = []
+    for _ in range(starts):
+        q = descent.run(rng.uniform(descent.robot.lower, descent.robot.upper))
+        fitness, violation = descent.judge(q)
+        if violation <= ALLOWED:
+            kept.append((fitness, q))
+    kept.sort(key=lambda pair: pair[0])
+    polished = [end for _, q in kept[:20] if (end := descent.strictly_feasible(q))]
+    if not polished:
+        raise RuntimeError(f"no descent on {instance.name} ended strictly feasible; allow more starts")
+    fitness, q = min(polished, key=lambda pair: pair[0])
+    good = [q for f, q in kept if f <= fitness + SAME_VALUE]
+    poses: list[np.ndarray] = []
+    for points in instance.model.native.points(np.array([q, *good])):
+        if all(np.abs(points - other).max() > SAME_POSE for other in poses):
+            poses.append(points)
+    return BestKnown(
+        fitness=fitness,
+        q=q,
+        starts=starts,
+        kept=len(kept),
+        reached=len(good),
+        poses=len(poses),
+        seconds=time.perf_counter() - begun,
+    )
+
+
+def main() -> None:
+    cases = {f"{mode} {radius:.2f}": (mode, radius) for mode in MODES for radius in RADII}
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--starts", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--cases", nargs="+", default=list(cases), choices=list(cases), metavar="CASE")
+    parser.add_argument("--json", metavar="FILE", help="also write the values and configurations to FILE")
+    args = parser.parse_args()
+    rows = {}
+    for case in args.cases:
+        best = find_best(paper_instance(*cases[case]), starts=args.starts, seed=args.seed)
+        rows[case] = {**{name: getattr(best, name) for name in best.__dataclass_fields__}, "q": best.q.tolist()}
+        print(
+            f"{case}: {best.fitness!r}; of {best.starts} descents {best.kept} ended feasible and {best.reached} at this "
+            f"value, in {best.poses} poses; {best.seconds:.0f} s"
+        )
+        print(f"  q = {np.array2string(best.q, precision=9, separator=', ', max_line_width=200)}", flush=True)
+    if args.json:
+        Path(args.json).write_text(json.dumps(rows, indent=1), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

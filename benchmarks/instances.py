@@ -1,0 +1,106 @@
+"""Instances of the seed's problem: the paper's own, and drawn ones on which nothing was tuned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from spacearm.paper import GOAL_POSITION, OBSTACLE_CENTERS, PaperSettings, paper_robot
+from spacearm.planner.kernel_model import KernelModel, make_kernel_model, native_class
+from spacearm.scene import Scene, Sphere
+
+RADII = (0.06, 0.10, 0.15)
+MODES = ("goal", "literal")
+SETTINGS = PaperSettings()  # weights, tolerance and link radius of every instance
+
+
+@dataclass(frozen=True, kw_only=True)
+class Instance:
+    """The paper's arm among spheres.
+
+    Attributes:
+        name: for tables.
+        mode: "goal" or "literal".
+        centers: (k, 3) of the obstacles [m].
+        radii: (k,) of the obstacles [m].
+        goal: (3,) of the end effector [m].
+    """
+
+    name: str
+    mode: str
+    centers: tuple[tuple[float, ...], ...]
+    radii: tuple[float, ...]
+    goal: tuple[float, ...]
+
+    @cached_property
+    def model(self) -> KernelModel:
+        """The kernel's model, float64."""
+        return make_kernel_model(paper_robot(), self._scene)
+
+    @cached_property
+    def objective(self) -> Any:
+        """The kernel's objective, float64."""
+        return self.make_objective(64)
+
+    def make_objective(self, precision: int) -> Any:
+        model = make_kernel_model(paper_robot(), self._scene, precision=precision)
+        return native_class("SeedObjective", precision)(
+            model.native,
+            np.array(model.centres, dtype=np.int32),
+            model.tip,
+            np.array(self.goal),
+            np.array(SETTINGS.weights),
+            self.mode == "goal",
+            SETTINGS.tolerance,
+        )
+
+    @property
+    def _scene(self) -> Scene:
+        return Scene([Sphere(c, r) for c, r in zip(self.centers, self.radii, strict=True)])
+
+
+def paper_instance(mode: str, radius: float) -> Instance:
+    """The paper's obstacles and goal."""
+    return Instance(
+        name=f"{mode} {radius:.2f}",
+        mode=mode,
+        centers=OBSTACLE_CENTERS,
+        radii=(radius,) * len(OBSTACLE_CENTERS),
+        goal=GOAL_POSITION,
+    )
+
+
+def drawn_instances(count: int, *, seed: int = 2022) -> list[Instance]:
+    """Scenes that nothing was tuned on: 3 to 6 spheres in space, a goal that a collision-free configuration reaches.
+
+    The spheres are centred 0.3 to 1.2 m from the shoulder, in any direction, with radii of 0.06 to 0.20 m; the goal is
+    the end effector's place at a configuration drawn within the limits, every link at least 1 cm clear.
+    """
+    rng = np.random.default_rng(seed)
+    robot = paper_robot()
+    instances = []
+    while len(instances) < count:
+        k = int(rng.integers(3, 7))
+        direction = rng.normal(size=(k, 3))
+        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+        centers = direction * rng.uniform(0.3, 1.2, (k, 1))
+        radii = rng.uniform(0.06, 0.20, k)
+        q = rng.uniform(robot.lower, robot.upper, (1, robot.dof))
+        drawn = Instance(
+            name=f"drawn {len(instances) + 1}",
+            mode="goal",
+            centers=tuple(map(tuple, centers.tolist())),
+            radii=tuple(radii.tolist()),
+            goal=(0.0, 0.0, 0.0),
+        )
+        native = drawn.model.native
+        if native.clearances(q).min() < 0.01:
+            continue
+        goal = native.points(q)[0, drawn.model.tip]
+        instances.append(
+            Instance(name=drawn.name, mode="goal", centers=drawn.centers, radii=drawn.radii, goal=tuple(goal.tolist()))
+        )
+    return instances
