@@ -396,11 +396,12 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
 
     m.def(named("uniforms").c_str(), [](std::uint64_t seed, std::uint32_t trial, std::uint32_t purpose, std::uint32_t iteration,
                                         std::uint32_t first, std::uint32_t block) {
-        pack<T> u[4];
-        uniforms<T>(random_key(seed, trial, static_cast<stream>(purpose)), iteration, first, block, u);
-        std::vector<T> out(4 * lanes_of<T>);
-        for (int i = 0; i < 4; ++i) u[i].store(&out[i * lanes_of<T>]);
-        return array_of(std::move(out), {4, static_cast<std::size_t>(lanes_of<T>)});
+        const uniform_block<T> block_of = uniforms<T>(random_key(seed, trial, static_cast<stream>(purpose)), iteration, first, block);
+        std::vector<T> out(4 * word_lanes);
+        for (int i = 0; i < 4; ++i) {
+            for (int g = 0; g < packs_of_words<T>; ++g) block_of.u[i][g].store(&out[i * word_lanes + g * lanes_of<T>]);
+        }
+        return array_of(std::move(out), {4, static_cast<std::size_t>(word_lanes)});
     });
     m.def(named("sincos").c_str(), [](in1<T> x) {
         std::vector<T> s(x.shape(0)), c(x.shape(0));

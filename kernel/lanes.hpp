@@ -54,6 +54,7 @@ template <class T> struct mask;
         return {_mm512_roundscale_##S(a.v, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC)};                            \
     }                                                                                                                  \
     SPACEARM_INLINE mask<T> less(reg<T> a, reg<T> b) { return {_mm512_cmp_##S##_mask(a.v, b.v, _CMP_LT_OQ)}; }         \
+    SPACEARM_INLINE mask<T> less_equal(reg<T> a, reg<T> b) { return {_mm512_cmp_##S##_mask(a.v, b.v, _CMP_LE_OQ)}; }   \
     SPACEARM_INLINE mask<T> both(mask<T> a, mask<T> b) { return {static_cast<M>(a.m & b.m)}; }                         \
     SPACEARM_INLINE mask<T> either(mask<T> a, mask<T> b) { return {static_cast<M>(a.m | b.m)}; }                       \
     SPACEARM_INLINE bool any(mask<T> a) { return a.m != 0; }                                                           \
@@ -66,11 +67,13 @@ SPACEARM_REG(double, __m512d, __mmask8, pd, epi64, 0x7fffffffffffffff)
 #if SPACEARM_LEVEL == 3
 #define SPACEARM_P(op) _mm256_##op
 #define SPACEARM_LESS(S, a, b) _mm256_cmp_##S(a, b, _CMP_LT_OQ)
+#define SPACEARM_LESS_EQUAL(S, a, b) _mm256_cmp_##S(a, b, _CMP_LE_OQ)
 #define SPACEARM_VF __m256
 #define SPACEARM_VD __m256d
 #else
 #define SPACEARM_P(op) _mm_##op
 #define SPACEARM_LESS(S, a, b) _mm_cmplt_##S(a, b)
+#define SPACEARM_LESS_EQUAL(S, a, b) _mm_cmple_##S(a, b)
 #define SPACEARM_VF __m128
 #define SPACEARM_VD __m128d
 #endif
@@ -97,6 +100,7 @@ SPACEARM_REG(double, __m512d, __mmask8, pd, epi64, 0x7fffffffffffffff)
         return {SPACEARM_P(round_##S)(a.v, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC)};                            \
     }                                                                                                                  \
     SPACEARM_INLINE mask<T> less(reg<T> a, reg<T> b) { return {SPACEARM_LESS(S, a.v, b.v)}; }                          \
+    SPACEARM_INLINE mask<T> less_equal(reg<T> a, reg<T> b) { return {SPACEARM_LESS_EQUAL(S, a.v, b.v)}; }              \
     SPACEARM_INLINE mask<T> both(mask<T> a, mask<T> b) { return {SPACEARM_P(and_##S)(a.m, b.m)}; }                     \
     SPACEARM_INLINE mask<T> either(mask<T> a, mask<T> b) { return {SPACEARM_P(or_##S)(a.m, b.m)}; }                    \
     SPACEARM_INLINE bool any(mask<T> a) { return SPACEARM_P(movemask_##S)(a.m) != 0; }                                 \
@@ -108,6 +112,7 @@ SPACEARM_REG(double, SPACEARM_VD, pd)
 #undef SPACEARM_REG
 #undef SPACEARM_P
 #undef SPACEARM_LESS
+#undef SPACEARM_LESS_EQUAL
 #undef SPACEARM_VF
 #undef SPACEARM_VD
 
@@ -134,6 +139,7 @@ SPACEARM_INLINE reg<double> abs(reg<double> a) { return {__builtin_fabs(a.v)}; }
 SPACEARM_INLINE reg<float> nearest(reg<float> a) { return {__builtin_rintf(a.v)}; }
 SPACEARM_INLINE reg<double> nearest(reg<double> a) { return {__builtin_rint(a.v)}; }
 template <class T> SPACEARM_INLINE mask<T> less(reg<T> a, reg<T> b) { return {a.v < b.v}; }
+template <class T> SPACEARM_INLINE mask<T> less_equal(reg<T> a, reg<T> b) { return {a.v <= b.v}; }
 template <class T> SPACEARM_INLINE mask<T> both(mask<T> a, mask<T> b) { return {a.m && b.m}; }
 template <class T> SPACEARM_INLINE mask<T> either(mask<T> a, mask<T> b) { return {a.m || b.m}; }
 template <class T> SPACEARM_INLINE bool any(mask<T> a) { return a.m; }
@@ -198,17 +204,27 @@ SPACEARM_UNARY(nearest)
 template <class T> SPACEARM_INLINE pack<T> operator-(const pack<T>& a) { return pack<T>(T(0)) - a; }
 template <class T> SPACEARM_INLINE pack<T>& operator+=(pack<T>& a, const pack<T>& b) { return a = a + b; }
 
-template <class T> SPACEARM_INLINE pack_mask<T> operator<(const pack<T>& a, const pack<T>& b) {
-    pack_mask<T> out;
-    for (int i = 0; i < pack<T>::regs; ++i) out.m[i] = less(a.r[i], b.r[i]);
-    return out;
-}
-template <class T> SPACEARM_INLINE pack_mask<T> operator<(const pack<T>& a, T b) { return a < pack<T>(b); }
-template <class T> SPACEARM_INLINE pack_mask<T> operator|(const pack_mask<T>& a, const pack_mask<T>& b) {
-    pack_mask<T> out;
-    for (int i = 0; i < pack<T>::regs; ++i) out.m[i] = either(a.m[i], b.m[i]);
-    return out;
-}
+#define SPACEARM_COMPARE(name, op)                                                                                     \
+    template <class T> SPACEARM_INLINE pack_mask<T> name(const pack<T>& a, const pack<T>& b) {                         \
+        pack_mask<T> out;                                                                                              \
+        for (int i = 0; i < pack<T>::regs; ++i) out.m[i] = op(a.r[i], b.r[i]);                                         \
+        return out;                                                                                                    \
+    }                                                                                                                  \
+    template <class T> SPACEARM_INLINE pack_mask<T> name(const pack<T>& a, T b) { return name(a, pack<T>(b)); }
+SPACEARM_COMPARE(operator<, less)
+SPACEARM_COMPARE(operator<=, less_equal)
+#undef SPACEARM_COMPARE
+
+#define SPACEARM_JOIN(name, op)                                                                                        \
+    template <class T> SPACEARM_INLINE pack_mask<T> name(const pack_mask<T>& a, const pack_mask<T>& b) {               \
+        pack_mask<T> out;                                                                                              \
+        for (int i = 0; i < pack<T>::regs; ++i) out.m[i] = op(a.m[i], b.m[i]);                                         \
+        return out;                                                                                                    \
+    }
+SPACEARM_JOIN(operator|, either)
+SPACEARM_JOIN(operator&, both)
+#undef SPACEARM_JOIN
+
 template <class T> SPACEARM_INLINE bool any(const pack_mask<T>& a) {
     mask<T> joined = a.m[0];
     for (int i = 1; i < pack<T>::regs; ++i) joined = either(joined, a.m[i]);
@@ -225,41 +241,33 @@ template <class T> SPACEARM_INLINE pack<T> clamp(const pack<T>& x, const pack<T>
 
 // ---- unsigned 32-bit lanes, for the random numbers ------------------------------------------------------------------
 //
-// Additions, exclusive ors and shifts of vector types do become single instructions, so the extension serves here.
+// Additions, exclusive ors and shifts of vector types do become single instructions, so the extension serves here. The
+// words are as many as a float pack's lanes; a double pack takes half of them.
 
-template <class T> struct word_lanes;
-template <> struct word_lanes<float> {
-    typedef std::uint32_t type __attribute__((vector_size(SPACEARM_PACK_BYTES)));
-    typedef std::int32_t signed_type __attribute__((vector_size(SPACEARM_PACK_BYTES)));
-    typedef float real_type __attribute__((vector_size(SPACEARM_PACK_BYTES)));
-};
-template <> struct word_lanes<double> {
-    typedef std::uint32_t type __attribute__((vector_size(SPACEARM_PACK_BYTES / 2)));
-    typedef std::int32_t signed_type __attribute__((vector_size(SPACEARM_PACK_BYTES / 2)));
-    typedef double real_type __attribute__((vector_size(SPACEARM_PACK_BYTES)));
-};
-template <class T> using words = typename word_lanes<T>::type;
+inline constexpr int word_lanes = lanes_of<float>;
+typedef std::uint32_t words __attribute__((vector_size(4 * word_lanes)));
+template <class T> inline constexpr int packs_of_words = word_lanes / lanes_of<T>;
 
 template <int R, class W> SPACEARM_INLINE W rotate_left(W x) { return (x << R) | (x >> (32 - R)); }
 
 // Words as numbers in [0, 1): 24 of the 32 bits for float (all that fit), all 32 for double. Exact at every level.
-template <class T> SPACEARM_INLINE pack<T> uniform(const words<T>& x) {
-    using signed_words = typename word_lanes<T>::signed_type;
-    using real = typename word_lanes<T>::real_type;
-    T out[lanes_of<T>];
-    real u;
-    if constexpr (sizeof(T) == 4) {
-        const words<T> top = x >> 8;
-        u = __builtin_convertvector(reinterpret_cast<const signed_words&>(top), real);
-        u *= T(0x1p-24);
-    } else {
-        // The machine converts signed words only (before AVX-512): shift the range down and back up.
-        const words<T> flipped = x ^ 0x80000000u;
-        u = __builtin_convertvector(reinterpret_cast<const signed_words&>(flipped), real);
-        u = (u + T(0x1p31)) * T(0x1p-32);
+SPACEARM_INLINE void uniform(const words& x, pack<float> (&out)[1]) {
+    typedef std::int32_t integers __attribute__((vector_size(4 * word_lanes)));
+    typedef float reals __attribute__((vector_size(4 * word_lanes)));
+    const words top = x >> 8;
+    const reals u = __builtin_convertvector(reinterpret_cast<const integers&>(top), reals) * 0x1p-24f;
+    out[0] = pack<float>::load(reinterpret_cast<const float*>(&u));
+}
+SPACEARM_INLINE void uniform(const words& x, pack<double> (&out)[2]) {
+    typedef std::int32_t integers __attribute__((vector_size(2 * word_lanes)));
+    typedef double reals __attribute__((vector_size(4 * word_lanes)));
+    const words flipped = x ^ 0x80000000u;   // the machine converts signed words only: shift the range down and back up
+    integers half[2];
+    std::memcpy(half, &flipped, sizeof half);
+    for (int i = 0; i < 2; ++i) {
+        const reals u = (__builtin_convertvector(half[i], reals) + 0x1p31) * 0x1p-32;
+        out[i] = pack<double>::load(reinterpret_cast<const double*>(&u));
     }
-    std::memcpy(out, &u, sizeof out);
-    return pack<T>::load(out);
 }
 
 }  // namespace SPACEARM_NAMESPACE

@@ -55,17 +55,22 @@ template <class W> SPACEARM_INLINE void threefry4x32(const random_key& key, W (&
     even(); inject(5);
 }
 
-// Four packs of uniforms in [0, 1) for the particles first, first + 1, ... of one iteration.
+// Uniforms in [0, 1) for the word_lanes particles first, first + 1, ... of one iteration: four numbers a particle, each
+// as the packs it fills.
+template <class T> struct uniform_block {
+    pack<T> u[4][packs_of_words<T>];
+};
 template <class T>
-SPACEARM_INLINE void uniforms(const random_key& key, std::uint32_t iteration, std::uint32_t first, std::uint32_t block,
-                              pack<T> (&out)[4]) {
-    words<T> x[4];
-    for (int lane = 0; lane < lanes_of<T>; ++lane) x[0][lane] = first + static_cast<std::uint32_t>(lane);
-    x[1] = words<T>{} + iteration;
-    x[2] = words<T>{} + block;
-    x[3] = words<T>{};
+SPACEARM_INLINE uniform_block<T> uniforms(const random_key& key, std::uint32_t iteration, std::uint32_t first, std::uint32_t block) {
+    words x[4];
+    for (int lane = 0; lane < word_lanes; ++lane) x[0][lane] = first + static_cast<std::uint32_t>(lane);
+    x[1] = words{} + iteration;
+    x[2] = words{} + block;
+    x[3] = words{};
     threefry4x32(key, x);
-    for (int i = 0; i < 4; ++i) out[i] = uniform<T>(x[i]);
+    uniform_block<T> out;
+    for (int i = 0; i < 4; ++i) uniform(x[i], out.u[i]);
+    return out;
 }
 
 // The same numbers one particle at a time, for moves that are not done on packs.

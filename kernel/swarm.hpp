@@ -29,7 +29,7 @@ template <class T> class swarm {
         : settings_(settings), dims_(static_cast<int>(lower.size())), lower_(std::move(lower)), upper_(std::move(upper)),
           seed_(seed), trial_(trial), evolver_(settings.memory) {
         const int n = settings_.particles;
-        stride_ = (n + W - 1) / W * W;
+        stride_ = (n + word_lanes - 1) / word_lanes * word_lanes;
         split_populations();
         const std::size_t all = static_cast<std::size_t>(dims_) * stride_;
         x_.assign(all, T(0));
@@ -76,12 +76,11 @@ template <class T> class swarm {
     // Fitness and violation of the positions asked for. A NaN counts as the worst there is.
     void tell(const T* fitness, const T* violation) {
         const int n = active();
-        for (int i = 0; i < n; ++i) {
-            const bool fine = fitness[i] == fitness[i] && violation[i] == violation[i];
-            failed_ += !fine;
-            fitness_[i] = fine ? fitness[i] : infinity;
-            violation_[i] = fine ? std::max(violation[i], T(0)) : infinity;
-        }
+        std::copy(fitness, fitness + n, fitness_.begin());
+        std::copy(violation, violation + n, violation_.begin());
+        std::fill(fitness_.begin() + n, fitness_.end(), infinity);
+        std::fill(violation_.begin() + n, violation_.end(), infinity);
+        sort_out_failures();
         used_ += n;
         schedule();
         crown();
@@ -197,14 +196,33 @@ template <class T> class swarm {
     }
     merit<T> personal(int i) const { return {merit_violation_[i], merit_fitness_[i]}; }
 
+    void sort_out_failures() {
+        const pack<T> worst(infinity);
+        for (int i = 0; i < active(); i += W) {
+            const pack<T> f = pack<T>::load(&fitness_[i]), c = pack<T>::load(&violation_[i]);
+            const pack_mask<T> fine = (f <= worst) & (c <= worst);   // false for a NaN
+            select(fine, f, worst).store(&fitness_[i]);
+            select(fine, max(c, pack<T>(T(0))), worst).store(&violation_[i]);
+            const pack<T> failed = select(fine, pack<T>(T(0)), pack<T>(T(1)));
+            if (!any(pack<T>(T(0)) < failed)) continue;
+            T one[W];
+            failed.store(one);
+            for (int k = 0; k < W; ++k) failed_ += one[k] != T(0);
+        }
+    }
+
     // The best of all is judged feasible first and never with forgiveness, whatever the swarm goes by.
     void crown() {
         int found = -1;
-        for (int i = 0; i < active(); ++i) {
-            const merit<T> now{violation_[i], fitness_[i]};
-            if (!now.better_than(best_)) continue;
-            best_ = now;
-            found = i;
+        for (int i = 0; i < active(); i += W) {
+            const pack<T> f = pack<T>::load(&fitness_[i]), c = pack<T>::load(&violation_[i]);
+            if (!any((c < best_.violation) | ((c <= best_.violation) & (f < best_.fitness)))) continue;
+            for (int k = i; k < std::min(i + W, active()); ++k) {
+                const merit<T> now{violation_[k], fitness_[k]};
+                if (!now.better_than(best_)) continue;
+                best_ = now;
+                found = k;
+            }
         }
         if (found < 0) return;
         for (int d = 0; d < dims_; ++d) best_x_[d] = x_[at(d, found)];
@@ -215,12 +233,8 @@ template <class T> class swarm {
         const int n = active();
         for (int i = 0; i < n; i += W) {
             const judged_packs now = judge(&fitness_[i], &violation_[i]), old = judge(&best_fitness_[i], &best_violation_[i]);
-            // Where the violations are equal, neither is less and the fitness decides.
-            const pack<T> one(T(1)), zero(T(0));
-            const pack<T> less_broken = select(now.violation < old.violation, one, zero);
-            const pack<T> more_broken = select(old.violation < now.violation, one, zero);
-            const pack<T> fitter = select(now.fitness < old.fitness, one, zero);
-            const pack_mask<T> improved = zero < less_broken + fitter * (one - more_broken);
+            const pack_mask<T> improved =
+                (now.violation < old.violation) | ((now.violation <= old.violation) & (now.fitness < old.fitness));
             if (!any(improved)) {
                 old.fitness.store(&merit_fitness_[i]);
                 old.violation.store(&merit_violation_[i]);
@@ -297,48 +311,49 @@ template <class T> class swarm {
     // Round 0: positions uniform within the bounds, velocities in +- a share of the range.
     void start() {
         const random_key where(seed_, trial_, stream::start_position), how(seed_, trial_, stream::start_velocity);
-        for (int i = 0; i < stride_; i += W) {
+        for (int i = 0; i < stride_; i += word_lanes) {
             for (int d = 0; d < dims_; d += 4) {
-                pack<T> u[4], s[4];
-                uniforms<T>(where, 0, i, d / 4, u);
-                uniforms<T>(how, 0, i, d / 4, s);
+                const uniform_block<T> x = uniforms<T>(where, 0, i, d / 4), v = uniforms<T>(how, 0, i, d / 4);
                 for (int k = 0; k < 4 && d + k < dims_; ++k) {
                     const T range = upper_[d + k] - lower_[d + k];
-                    min(pack<T>(lower_[d + k]) + u[k] * range, pack<T>(upper_[d + k])).store(&x_[at(d + k, i)]);
-                    ((s[k] + s[k] - T(1)) * (range * T(settings_.start_velocity))).store(&v_[at(d + k, i)]);
+                    for (int g = 0; g < packs_of_words<T>; ++g) {
+                        const std::size_t here = at(d + k, i + g * W);
+                        min(pack<T>(lower_[d + k]) + x.u[k][g] * range, pack<T>(upper_[d + k])).store(&x_[here]);
+                        ((v.u[k][g] + v.u[k][g] - T(1)) * (range * T(settings_.start_velocity))).store(&v_[here]);
+                    }
                 }
             }
         }
     }
 
-    // Whose personal best each particle follows.
-    void choose_guides() {
+    // What each particle follows: its population's best, or the best of its neighbours on a ring.
+    void prepare_social() {
         const int k = settings_.ring;
         for (int p = 0; p < populations_; ++p) {
-            const int begin = first_[p], size = first_[p + 1] - begin;
-            if (k <= 0 || 2 * k + 1 >= size) {
-                for (int i = 0; i < size; ++i) guide_[begin + i] = leader_[p];
+            const int begin = first_[p], end = std::min(first_[p + 1], evolving_from_), size = end - begin;
+            if (size <= 0) continue;
+            if (k > 0 && 2 * k + 1 < size) {
+                follow_neighbours(begin, size, k);
                 continue;
             }
-            for (int i = 0; i < size; ++i) {
-                int best = begin + i;
-                for (int o = -k; o <= k; ++o) {
-                    int other = i + o;
-                    other = begin + (other < 0 ? other + size : other >= size ? other - size : other);
-                    if (personal(other).better_than(personal(best))) best = other;
-                }
-                guide_[begin + i] = best;
-            }
+            for (int d = 0; d < dims_; ++d) std::fill(&social_[at(d, begin)], &social_[at(d, begin)] + size, px_[at(d, leader_[p])]);
         }
     }
 
-    void prepare_social() {
-        choose_guides();
-        const int n = std::min(active(), evolving_from_);
+    void follow_neighbours(int begin, int size, int k) {
+        for (int i = 0; i < size; ++i) {
+            int best = begin + i;
+            for (int o = -k; o <= k; ++o) {
+                int other = i + o;
+                other = begin + (other < 0 ? other + size : other >= size ? other - size : other);
+                if (personal(other).better_than(personal(best))) best = other;
+            }
+            guide_[i] = best;
+        }
         for (int d = 0; d < dims_; ++d) {
             const T* from = &px_[at(d, 0)];
-            T* to = &social_[at(d, 0)];
-            for (int i = 0; i < n; ++i) to[i] = from[guide_[i]];
+            T* to = &social_[at(d, begin)];
+            for (int i = 0; i < size; ++i) to[i] = from[guide_[i]];
         }
     }
 
@@ -389,24 +404,26 @@ template <class T> class swarm {
         const pack<T> w(inertia()), c1(T(settings_.cognitive)), c2(T(settings_.social));
         const bool symbiotic = settings_.variant == swarm_variant::symbiotic;
         const std::vector<T>& momentum = settings_.variant == swarm_variant::cooperative ? carried_ : v_;
-        for (int i = 0; i < std::min(active(), evolving_from_); i += W) {
-            pack<T> r3[4];
+        for (int i = 0; i < std::min(active(), evolving_from_); i += word_lanes) {
+            uniform_block<T> r3;
             for (int d = 0; d < dims_; d += 2) {
-                pack<T> r[4];
-                uniforms<T>(key, round_, i, d / 2, r);
-                if (symbiotic && d % 4 == 0) uniforms<T>(key, round_, i, 0x10000u + d / 4, r3);
+                const uniform_block<T> r = uniforms<T>(key, round_, i, d / 2);
+                if (symbiotic && d % 4 == 0) r3 = uniforms<T>(key, round_, i, 0x10000u + d / 4);
                 for (int k = 0; k < 2 && d + k < dims_; ++k) {
-                    const std::size_t here = at(d + k, i);
-                    const pack<T> x = pack<T>::load(&x_[here]);
-                    pack<T> v = w * pack<T>::load(&momentum[here])                                        // eq. (13)
-                              + c1 * r[2 * k] * (pack<T>::load(&px_[here]) - x);
-                    if (!symbiotic) {
-                        v += c2 * r[2 * k + 1] * (pack<T>::load(&social_[here]) - x);
-                    } else {
-                        v += pack<T>::load(&weight1_[i]) * r[2 * k + 1] * (pack<T>::load(&social_[here]) - x);
-                        v += pack<T>::load(&weight2_[i]) * r3[d % 4 + k] * (pack<T>::load(&social2_[here]) - x);
+                    for (int g = 0; g < packs_of_words<T>; ++g) {
+                        const int first = i + g * W;
+                        const std::size_t here = at(d + k, first);
+                        const pack<T> x = pack<T>::load(&x_[here]);
+                        pack<T> v = w * pack<T>::load(&momentum[here])                                    // eq. (13)
+                                  + c1 * r.u[2 * k][g] * (pack<T>::load(&px_[here]) - x);
+                        if (!symbiotic) {
+                            v += c2 * r.u[2 * k + 1][g] * (pack<T>::load(&social_[here]) - x);
+                        } else {
+                            v += pack<T>::load(&weight1_[first]) * r.u[2 * k + 1][g] * (pack<T>::load(&social_[here]) - x);
+                            v += pack<T>::load(&weight2_[first]) * r3.u[d % 4 + k][g] * (pack<T>::load(&social2_[here]) - x);
+                        }
+                        move(d + k, here, x, v);
                     }
-                    move(d + k, here, x, v);
                 }
             }
         }
