@@ -68,9 +68,7 @@ def run(library: str, args: argparse.Namespace) -> dict[str, Any]:
     environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": str(HERE), "PYTHONDONTWRITEBYTECODE": "1"}
     with tempfile.TemporaryDirectory() as scratch:  # some libraries leave logs where they run
         try:
-            done = subprocess.run(
-                command, cwd=scratch, env=environment, capture_output=True, text=True, timeout=args.timeout
-            )
+            done = subprocess.run(command, cwd=scratch, env=environment, capture_output=True, text=True, timeout=args.timeout)
         except subprocess.TimeoutExpired:
             return {"library": library, "failure": f"stopped after {args.timeout:g} s"}
     try:
@@ -119,9 +117,7 @@ def cells(row: dict[str, Any]) -> list[str]:
 def tabulate(rows: list[dict[str, Any]]) -> str:
     """A markdown table with columns wide enough to be read as text."""
     lines = [list(HEAD), *(cells(row) for row in rows)]
-    widths = [
-        max(len(line[i]) for line in lines if i != 3 or "failed" not in line[3]) for i in range(len(HEAD))
-    ]
+    widths = [max(len(line[i]) for line in lines if i != 3 or "failed" not in line[3]) for i in range(len(HEAD))]
     text = ["| " + " | ".join(c.ljust(w) for c, w in zip(line, widths, strict=True)) + " |" for line in lines]
     return "\n".join([text[0], "|" + "|".join("-" * (w + 2) for w in widths) + "|", *text[1:]])
 
@@ -146,14 +142,10 @@ def rows_of(problem: Problem, reports: list[dict[str, Any]]) -> list[dict[str, A
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     every = (*OWN, *FOREIGN)
     parser.add_argument("--install", action="store_true", help="create or refresh the environments first")
-    parser.add_argument(
-        "--quick", action="store_true", help="3 seeds, the seed's problem and one textbook function"
-    )
+    parser.add_argument("--quick", action="store_true", help="3 seeds, the seed's problem and one textbook function")
     parser.add_argument("--libraries", nargs="+", default=every, choices=every, metavar="NAME")
     parser.add_argument("--problems", nargs="+", choices=sorted(PROBLEMS), metavar="NAME")
     parser.add_argument("--seeds", type=int)
@@ -185,9 +177,7 @@ def main() -> None:
         print(f"\n## {name}: {budget:,} evaluations, {args.seeds} seeds, {known}\n")
         print(tabulate(rows))
     if args.json:
-        Path(args.json).write_text(
-            json.dumps({"tables": tables, "reports": reports}, indent=1), encoding="utf-8"
-        )
+        Path(args.json).write_text(json.dumps({"tables": tables, "reports": reports}, indent=1), encoding="utf-8")
 
 
 if __name__ == "__main__":

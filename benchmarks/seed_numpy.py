@@ -81,9 +81,7 @@ def _rotation(axis: str, angle: np.ndarray) -> np.ndarray:
     return matrix
 
 
-def _with_goal(
-    f1: np.ndarray, distance: np.ndarray, violation: np.ndarray, mode: Mode
-) -> tuple[np.ndarray, np.ndarray]:
+def _with_goal(f1: np.ndarray, distance: np.ndarray, violation: np.ndarray, mode: Mode) -> tuple[np.ndarray, np.ndarray]:
     f2 = np.sqrt(distance * distance + 1)  # (6), in 3-D
     fitness = WEIGHTS[0] * f1 + WEIGHTS[1] * f2 + WEIGHTS[2] * distance  # (4), (7)
     if mode == "goal":
@@ -197,9 +195,7 @@ def require_agreement(q: np.ndarray) -> None:
     expected = by_matrices(q)
     for function in FORMULATIONS.values():
         for value, reference in zip(function(q, "goal"), expected, strict=True):
-            np.testing.assert_allclose(
-                value, reference, rtol=0, atol=1e-12
-            )  # the sums of some 20 lengths near 1 m
+            np.testing.assert_allclose(value, reference, rtol=0, atol=1e-12)  # the sums of some 20 lengths near 1 m
 
 
 def nanoseconds(function: Formulation, q: np.ndarray, *, repeats: int = 30) -> float:
@@ -216,12 +212,8 @@ def nanoseconds(function: Formulation, q: np.ndarray, *, repeats: int = 30) -> f
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "--rows", type=int, nargs="+", default=[1, 300, 3000], help="particles evaluated together"
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rows", type=int, nargs="+", default=[1, 300, 3000], help="particles evaluated together")
     parser.add_argument("--json", metavar="FILE", help="also write the figures to FILE")
     args = parser.parse_args()
     rng = np.random.default_rng(0)

@@ -36,9 +36,7 @@ def _rosenbrock(x: np.ndarray) -> np.ndarray:
     return np.sum(100 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1 - x[:, :-1]) ** 2, axis=1)
 
 
-def _classic(
-    name: str, function: Callable[[np.ndarray], np.ndarray], half: float, *, shifted: bool
-) -> Problem:
+def _classic(name: str, function: Callable[[np.ndarray], np.ndarray], half: float, *, shifted: bool) -> Problem:
     """A textbook function in 7-D. Where its optimum is the centre of the box it is moved away from there."""
     shift = half * np.linspace(-0.4, 0.3, 7) if shifted else np.zeros(7)
 

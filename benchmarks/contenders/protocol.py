@@ -30,9 +30,7 @@ Solver = Callable[["Task"], None]
 class Task:
     """One run of one method: a problem, a seed, a budget; counts, times and remembers what is evaluated."""
 
-    def __init__(
-        self, problem: Problem, seed: int, particles: int, iterations: int, handling: Handling
-    ) -> None:
+    def __init__(self, problem: Problem, seed: int, particles: int, iterations: int, handling: Handling) -> None:
         self.problem, self.seed, self.handling = problem, seed, handling
         self.lower, self.upper = problem.lower.copy(), problem.upper.copy()
         self.particles, self.iterations = particles, iterations
@@ -89,19 +87,13 @@ class Task:
 
     def _key(self, pair: tuple[float, float]) -> tuple[float, ...]:
         fitness, violation = pair
-        return (
-            (fitness + seed_numpy.PENALTY * violation,)
-            if self.handling == "penalty"
-            else (violation, fitness)
-        )
+        return (fitness + seed_numpy.PENALTY * violation,) if self.handling == "penalty" else (violation, fitness)
 
     def __deepcopy__(self, memo: dict) -> Task:
         return self  # some libraries copy the problem they are given; the count must stay one
 
 
-def serve(
-    library: str, methods: dict[tuple[str, Handling], Solver], *, distribution: str | None = None
-) -> None:
+def serve(library: str, methods: dict[tuple[str, Handling], Solver], *, distribution: str | None = None) -> None:
     """Run every method on the problems named on the command line and print the report."""
     parser = argparse.ArgumentParser(description=f"contender: {library}")
     parser.add_argument("--problems", nargs="+", default=["seed"], choices=sorted(PROBLEMS))
@@ -120,17 +112,11 @@ def serve(
         for name in args.problems:
             problem = PROBLEMS[name]
             for (method, handling), solve in methods.items():
-                if (
-                    handling == "feasible first"
-                    and not problem.constrained
-                    and (method, "penalty") in methods
-                ):
+                if handling == "feasible first" and not problem.constrained and (method, "penalty") in methods:
                     continue  # the same run twice
                 result: dict[str, Any] = {"problem": name, "method": method, "handling": handling}
                 try:
-                    tasks = (
-                        Task(problem, s, args.particles, args.iterations, handling) for s in range(args.seeds)
-                    )
+                    tasks = (Task(problem, s, args.particles, args.iterations, handling) for s in range(args.seeds))
                     result["runs"] = [_run(solve, task) for task in tasks]
                 except Exception as error:  # a contender that fails is a row of the table
                     traceback.print_exc()

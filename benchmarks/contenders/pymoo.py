@@ -13,9 +13,7 @@ class _Problem(Problem):
     def __init__(self, task: Task) -> None:
         self.task = task
         constraints = 1 if task.handling == "feasible first" and task.problem.constrained else 0
-        super().__init__(
-            n_var=len(task.lower), n_obj=1, n_ieq_constr=constraints, xl=task.lower, xu=task.upper
-        )
+        super().__init__(n_var=len(task.lower), n_obj=1, n_ieq_constr=constraints, xl=task.lower, xu=task.upper)
 
     def _evaluate(self, x, out, *args, **kwargs):
         if self.n_ieq_constr:

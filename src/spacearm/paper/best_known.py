@@ -14,12 +14,12 @@ from spacearm.paper.settings import PaperSettings
 _FOUND_BY = "SLSQP from 2,000 random starts (benchmarks/best_known.py)"
 
 BEST_KNOWN = {
-    ("goal", 0.06): 2.9849745,
-    ("goal", 0.10): 2.9849745,
-    ("goal", 0.15): 2.9849745,
-    ("literal", 0.06): 2.5,
-    ("literal", 0.10): 2.561027,
-    ("literal", 0.15): 2.7,
+    ("goal", 0.06): 2.936628358,
+    ("goal", 0.10): 2.984974500,
+    ("goal", 0.15): 3.068618424,
+    ("literal", 0.06): 2.499680820,
+    ("literal", 0.10): 2.561027421,
+    ("literal", 0.15): 2.663172747,
 }
 """By mode and obstacle radius [m], for the default weights, tolerance and link radius."""
 

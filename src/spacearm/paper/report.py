@@ -42,8 +42,14 @@ def table_rows(experiment: Experiment) -> list[tuple[str, tuple[str, ...], list[
         rows = [_row(cell) for cell in cells]
         if mode == "goal":
             rows += [
-                (f"paper: {name.upper()}", f"{r.worst:.4f}", f"{r.best:.4f}", f"{r.mean:.4f}", f"{r.threshold_share:.0%}")
-                + ("", "", "", "")
+                (
+                    f"paper: {name.upper()}",
+                    f"{r.worst:.4f}",
+                    f"{r.best:.4f}",
+                    f"{r.mean:.4f}",
+                    f"{r.threshold_share:.0%}",
+                    *[""] * 4,
+                )
                 for name, r in REPORTED.items()
             ]
         title = (

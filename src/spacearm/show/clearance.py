@@ -1,0 +1,109 @@
+"""Clearance over time, and the bound that the certificate proves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.motion import Trajectory
+from spacearm.planner.kernel_model import make_kernel_model
+from spacearm.proof import Certificate
+from spacearm.scene import Scene
+from spacearm.show.style import BLACK, COLUMN, CYCLE, GREY, VERMILION
+from spacearm.show.style import figure_of, label_right, legend_below, look, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+_SAMPLES = 801
+
+
+def figure_clearance(
+    trajectory: Trajectory,
+    scene: Scene,
+    certificate: Certificate | None = None,
+    *,
+    title: str = "",
+    ax: Axes | None = None,
+) -> Figure:
+    """Draw the clearance of the whole arm to each obstacle over time, and the proven lower bound.
+
+    Args:
+        trajectory: of the robot.
+        scene: the obstacles; the nearest ones have a colour, beyond seven the others are grey.
+        certificate: of the trajectory in the scene; without one no bound is drawn.
+        title: above the axes.
+        ax: to draw in; a new figure unless given.
+    """
+    with look():
+        ax = new_figure(COLUMN, 2.5).add_subplot() if ax is None else ax
+        t = np.linspace(0.0, trajectory.duration, _SAMPLES)
+        values = _clearances(trajectory, scene, t)
+        labels = _curves(ax, t, values)
+        tidy(ax)
+        ax.set_xlim(0.0, trajectory.duration or 1.0)
+        ax.set_xlabel("time [s]")
+        ax.set_ylabel("clearance [m]")
+        ax.set_title(title, loc="left")
+        if values.size:
+            low, high = min(0.0, float(values.min())), float(values.max())
+            ax.set_ylim(low - 0.07 * (high - low), high + 0.07 * (high - low))
+            ax.axhspan(ax.get_ylim()[0], 0.0, color=VERMILION, alpha=0.12, linewidth=0)
+            _bound(ax, certificate)
+        else:
+            ax.text(0.5, 0.5, "nothing is in the way", transform=ax.transAxes, ha="center", color=GREY)
+        label_right(ax, labels)
+        return figure_of(ax)
+
+
+def _clearances(trajectory: Trajectory, scene: Scene, t: Array) -> Array:
+    """Return the least clearance over the links, (times, obstacles) [m]; none of a robot without links."""
+    if not trajectory.robot.capsules or not scene.obstacles:
+        return np.empty((len(t), 0))
+    model = make_kernel_model(trajectory.robot, scene)
+    return model.native.clearances(np.ascontiguousarray(trajectory.sample(t).q)).min(axis=1)
+
+
+def _curves(ax: Axes, t: Array, values: Array) -> list[tuple[float, str, str]]:
+    nearest = np.argsort(values.min(axis=0), kind="stable")[: len(CYCLE)]
+    labels = []
+    for obstacle in range(values.shape[1]):
+        named = obstacle in nearest
+        color = CYCLE[sorted(nearest).index(obstacle)] if named else GREY
+        ax.plot(t, values[:, obstacle], color=color, linewidth=1.2 if named else 0.5, zorder=2.5 if named else 2)
+        if named:
+            labels.append((float(values[-1, obstacle]), f"obstacle {obstacle}", color))
+    return labels
+
+
+def _bound(ax: Axes, certificate: Certificate | None) -> None:
+    """Draw what contact is, what was measured and what is proven, and say so under the axes."""
+    ax.axhline(0.0, color=VERMILION, linewidth=0.8, label="contact")
+    if certificate is not None:
+        near = certificate.closest
+        if near is not None:
+            text = f"closest measured: {near.link} and obstacle {near.obstacle}, {_length(near.clearance)}"
+            style: dict[str, Any] = {"color": BLACK, "markersize": 4, "markerfacecolor": "white", "clip_on": False}
+            ax.plot(near.time, near.clearance, "o", zorder=4, label=text, **style)
+        if certificate.holds and certificate.clearance is not None:
+            text = f"proven for all t: at least {_length(certificate.clearance)}"
+            ax.axhline(certificate.clearance, color=BLACK, linewidth=1.0, linestyle=(0, (4, 2)), label=text)
+        else:
+            ax.plot([], [], linestyle="", label=f"not proven: the certificate {_SAYS[certificate.status]}")
+    legend_below(ax, 1)
+
+
+_SAYS = {"fails": "fails", "undecided": "is undecided", "holds": "bounds no clearance"}
+
+
+def _length(value: float) -> str:
+    """Print a length in the unit that suits it."""
+    for factor, unit in ((1.0, "m"), (1e3, "mm")):
+        if abs(value) * factor >= 0.1:
+            return f"{value * factor:.3g} {unit}"
+    return f"{value * 1e6:.3g} µm"

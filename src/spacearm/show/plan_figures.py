@@ -1,0 +1,44 @@
+"""The figures of a plan: its path, its joints over time, its clearance."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from spacearm.planner import Plan, PositionGoal
+from spacearm.robot import forward_kinematics
+from spacearm.show.clearance import figure_clearance
+from spacearm.show.joints import figure_joints
+from spacearm.show.path import figure_path_2d, figure_path_3d
+from spacearm.show.save import save_figure
+from spacearm.version import version
+
+
+def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
+    """Draw a plan's trajectory, proven or not, into a folder, as PNG and PDF; return the files.
+
+    Raises:
+        OutputError: a file exists, or cannot be written.
+    """
+    trajectory = plan.trajectory
+    if trajectory is None:
+        return []
+    problem = plan.problem
+    robot, scene, goal = problem.robot, problem.scene, problem.goal
+    start = problem.start
+    if isinstance(goal, PositionGoal):
+        target = goal.position
+    else:
+        target = forward_kinematics(robot, goal.q)[:3, 3]
+    title = robot.name if plan.found else f"{robot.name}: not proven"
+    figures = {
+        "path_2d": figure_path_2d(trajectory, robot, scene, start=start, goal=target, title=title),
+        "path_3d": figure_path_3d(trajectory, robot, scene, start=start, goal=target, title=title),
+        "joints": figure_joints(trajectory, title=title),
+    }
+    if scene.obstacles and robot.capsules:
+        figures["clearance"] = figure_clearance(trajectory, scene, plan.certificate, title=title)
+    provenance = {"Title": "spacearm plan", "Author": f"spacearm {version()}", "Subject": f"seed {plan.seed}"}
+    written: list[Path] = []
+    for name, figure in figures.items():
+        written += save_figure(figure, folder / name, provenance=provenance)
+    return written

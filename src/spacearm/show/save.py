@@ -1,0 +1,68 @@
+"""Figures as files: the same figure gives the same bytes, with where it came from in the metadata."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from spacearm.errors import OutputError
+from spacearm.output import write_atomically
+from spacearm.show.style import look
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DPI = 300  # of the PNG
+
+
+def save_figure(figure: Figure, path_stem: str | os.PathLike[str], *, provenance: Mapping[str, str]) -> tuple[Path, Path]:
+    """Write a figure as PNG and PDF. The figure's layout is settled by it and stays so.
+
+    Args:
+        figure: to be written.
+        path_stem: of the files, without ".png" and ".pdf".
+        provenance: what the figure was made from, as the seed, the version and the command; kept in both files.
+
+    Returns:
+        The paths of the PNG and the PDF.
+
+    Raises:
+        OutputError: one of the files exists, or cannot be written.
+    """
+    stem = Path(path_stem)
+    png, pdf = stem.with_name(f"{stem.name}.png"), stem.with_name(f"{stem.name}.pdf")
+    for path in (png, pdf):
+        if path.exists():
+            raise OutputError(f"{path} exists, expected a new file for the figure; choose another name or move it away")
+    _settle(figure)
+    contents = _png(figure, provenance), _pdf(figure, provenance)
+    for path, content in zip((png, pdf), contents, strict=True):
+        write_atomically(path, content)
+    return png, pdf
+
+
+def _settle(figure: Figure) -> None:
+    """Lay the figure out once, so that both files show the same layout, however often they are written."""
+    with look():
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+
+
+def _png(figure: Figure, provenance: Mapping[str, str]) -> bytes:
+    buffer = io.BytesIO()
+    with look():
+        figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None, **provenance})
+    return buffer.getvalue()
+
+
+def _pdf(figure: Figure, provenance: Mapping[str, str]) -> bytes:
+    """Write the PDF, whose metadata has fixed fields: the provenance is in its keywords."""
+    buffer = io.BytesIO()
+    keywords = "; ".join(f"{key}: {value}" for key, value in provenance.items())
+    metadata = {"Creator": "spacearm", "Producer": None, "CreationDate": None, "Keywords": keywords}
+    with look():
+        figure.savefig(buffer, format="pdf", metadata=metadata)
+    return buffer.getvalue()

@@ -1,0 +1,258 @@
+"""The kernel's objectives against the paper's formulas, written out here in loops, on points from Pinocchio."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline
+
+import strategies
+from kernel import accuracy, drawn
+from kernel.builds import Build, Placed, Point, place
+from oracles import pinocchio_points
+from spacearm.planner.kernel_model import make_kernel_model, native_class
+from spacearm.robot import Robot, joint_centres, load_robot
+from spacearm.scene import Scene, Sphere
+
+SHARES = st.floats(0.0, 1.0)
+TOLERANCES = st.sampled_from([0.0, 1e-3, 0.5])
+
+
+@dataclass
+class Case:
+    """A drawn robot among obstacles, as the kernel has it and as Pinocchio places it."""
+
+    robot: Robot
+    balls: Sequence[Sphere]
+    model: Placed
+    centres: list[Point]
+    tip: Point
+    q: np.ndarray
+    frames: np.ndarray
+
+    @property
+    def centre_indices(self) -> np.ndarray:
+        return np.arange(len(self.centres), dtype=np.int32)
+
+    @property
+    def tip_index(self) -> int:
+        return len(self.centres)
+
+    def error(self, build: Build) -> float:
+        """What one distance may be off by [m]."""
+        far = max((float(np.linalg.norm(ball.center)) for ball in self.balls), default=0.0)
+        eps = float(np.finfo(build.scalar).eps)
+        return accuracy.placement_error(build, self.robot, self.q) + 10 * eps * (1 + far)
+
+
+@st.composite
+def cases(draw: st.DrawFn, build: Build) -> Case:
+    robot = draw(drawn.robots())
+    balls = draw(strategies.scenes()).obstacles
+    last = len(robot.joints) - 1
+    centres = draw(st.lists(st.tuples(st.integers(-1, last), strategies.points()), max_size=5))
+    tip = (last, draw(strategies.points()))
+    model = place(build, robot, points=[*centres, tip], spheres=balls)
+    q = draw(drawn.batches(robot, build, draw(st.sampled_from([1, build.lanes + 1]))))
+    return Case(robot, balls, model, centres, tip, q, pinocchio_points.joint_frames(robot, q))
+
+
+def segment_distance(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
+    """Least distance from c to the points a + t (b - a), 0 <= t <= 1 [m]."""
+    if np.array_equal(a, b):
+        return float(np.linalg.norm(c - a))
+    t = min(max(float((c - a) @ (b - a)) / float((b - a) @ (b - a)), 0.0), 1.0)
+    return float(np.linalg.norm(c - (a + t * (b - a))))
+
+
+def at(frames: np.ndarray, rider: Point) -> np.ndarray:
+    return pinocchio_points.points(frames[np.newaxis], [rider])[0, 0]
+
+
+def shortfall(robot: Robot, frames: np.ndarray, balls: Sequence[Sphere], margin: float = 0.0) -> float:
+    """Eqs. (1) to (3), (10), (11): by how much links are too near obstacles, summed [m]."""
+    total = 0.0
+    for link in robot.capsules:
+        a, b = at(frames, (link.joint, link.a)), at(frames, (link.joint, link.b))
+        for ball in balls:
+            distance = segment_distance(a, b, np.array(ball.center))
+            total += max(0.0, link.radius + ball.radius + margin - distance)
+    return total
+
+
+def paper_terms(case: Case, frames: np.ndarray, goal: np.ndarray) -> tuple[float, float, float]:
+    f1 = 0.0
+    for centre in case.centres:
+        for ball in case.balls:
+            f1 += float(np.linalg.norm(at(frames, centre) - ball.center))  # eq. (5)
+    x, y, z = at(frames, case.tip)
+    xg, yg, zg = goal
+    f2 = ((x - xg) ** 2 + (y - yg) ** 2 + (z - zg) ** 2 + 1) ** 0.5  # eq. (6), z joined
+    f3 = float(np.linalg.norm([x - xg, y - yg, z - zg]))  # eq. (7)
+    return f1, f2, f3
+
+
+@settings(max_examples=40)
+@given(st.data(), strategies.points(), st.tuples(SHARES, SHARES, SHARES), TOLERANCES)
+@pytest.mark.parametrize("mode", ["literal", "goal"])
+def test_fitness_terms_and_violation_are_the_papers(
+    build: Build, mode: str, data: st.DataObject, goal: np.ndarray, weights: tuple[float, ...], tolerance: float
+) -> None:
+    case = data.draw(cases(build))
+    must_reach = mode == "goal"
+    objective = build.named("SeedObjective")(
+        case.model.native, case.centre_indices, case.tip_index, goal, np.array(weights), must_reach, tolerance
+    )
+    fitness, violation = objective.evaluate(case.q)
+    terms = objective.terms(case.q)
+    assert fitness.shape == violation.shape == (len(case.q),)
+    assert terms.shape == (len(case.q), 3)
+    one = case.error(build)
+    distances = len(case.centres) * len(case.balls)
+    for row, frames in enumerate(case.frames):
+        f1, f2, f3 = paper_terms(case, frames, goal)
+        F = weights[0] * f1 + weights[1] * f2 + weights[2] * f3  # eq. (4)
+        broken = shortfall(case.robot, frames, case.balls)
+        if must_reach:
+            broken += max(0.0, f3 - tolerance)
+        # Each distance may be off by `one`, and a sum of k numbers rounds k times.
+        eps = float(np.finfo(build.scalar).eps)
+        near = (distances + 2) * (one + eps * (1 + f1))
+        assert terms[row] == pytest.approx([f1, f2, f3], rel=0, abs=near)
+        assert fitness[row] == pytest.approx(F, rel=0, abs=2 * near)
+        pairs = len(case.robot.capsules) * len(case.balls) + 1
+        assert violation[row] == pytest.approx(broken, rel=0, abs=pairs * (one + eps * (1 + broken)))
+        assert violation[row] >= 0
+
+
+@pytest.mark.parametrize("precision", [64, 32])
+@pytest.mark.parametrize("radius", [0.0, 0.05])
+def test_the_papers_arm_has_the_papers_fitness(precision: int, radius: float) -> None:
+    """Through make_kernel_model, as the product calls it, with link radii and without."""
+    build = Build("default", precision)
+    robot = load_robot("zhang2022")
+    robot = replace(robot, capsules=tuple(replace(capsule, radius=radius) for capsule in robot.capsules))
+    balls = [Sphere((0.5, 0.5, 0.0), 0.1), Sphere((0.4, 0.7, 0.0), 0.1), Sphere((0.2, 0.8, 0.0), 0.1)]
+    model = make_kernel_model(robot, Scene(balls), precision=precision)
+    goal, weights = np.array([0.7, 0.3, 0.0]), np.array([0.5, 0.25, 0.25])
+    objective = native_class("SeedObjective", precision)(
+        model.native, np.array(model.centres, dtype=np.int32), model.tip, goal, weights, True, 1e-3
+    )
+    q = build.array(np.random.default_rng(0).uniform(robot.lower, robot.upper, (50, robot.dof)))
+    centres = list(joint_centres(robot))
+    case = Case(robot, balls, Placed(None, ()), centres, centres[-1], q, pinocchio_points.joint_frames(robot, q))
+    fitness, violation = objective.evaluate(q)
+    error = 20 * case.error(build)
+    for row, frames in enumerate(case.frames):
+        f1, f2, f3 = paper_terms(case, frames, goal)
+        assert fitness[row] == pytest.approx(0.5 * f1 + 0.25 * f2 + 0.25 * f3, rel=0, abs=error)
+        broken = shortfall(robot, frames, balls) + max(0.0, f3 - 1e-3)
+        assert violation[row] == pytest.approx(broken, rel=0, abs=error)
+
+
+def test_the_stretched_arm_has_the_fitness_that_a_ruler_gives(build: Build) -> None:
+    """q = 0: centres at y = 0, 0.668, 1.0808, 1.336, one obstacle beside each of two of them."""
+    robot = load_robot("zhang2022")
+    centres = list(joint_centres(robot))
+    balls = [Sphere((1.0, 0.0, 0.0), 0.1), Sphere((0.0, 1.336, 0.0), 0.25)]
+    model = place(build, robot, points=centres, spheres=balls)
+    goal = np.array([0.0, 0.336, 0.0])
+    objective = build.named("SeedObjective")(
+        model.native, np.arange(4, dtype=np.int32), 3, goal, np.array([0.5, 0.25, 0.25]), True, 0.25
+    )
+    heights = np.array([0.0, 0.668, 1.0808, 1.336])
+    f1 = np.sum(np.hypot(1.0, heights)) + np.sum(1.336 - heights)
+    fitness, violation = objective.evaluate(build.array(np.zeros((1, 7))))
+    eps = 50 * float(np.finfo(build.scalar).eps)
+    np.testing.assert_allclose(objective.terms(build.array(np.zeros((1, 7)))), [[f1, 2**0.5, 1.0]], rtol=eps)
+    assert fitness[0] == pytest.approx(0.5 * f1 + 0.25 * 2**0.5 + 0.25, rel=eps)
+    # The ball at the hand is entered by every link without thickness that comes within 0.25 of it.
+    nearest = [0.668, 1.336 - 1.0808, 0.0]
+    broken = sum(max(0.0, 0.25 - d) for d in nearest) + 0.75
+    assert violation[0] == pytest.approx(broken, rel=eps)
+
+
+@settings(max_examples=25)
+@given(st.data(), strategies.points(), TOLERANCES, st.sampled_from([0.0, 0.05, 1.0]))
+def test_reaching_a_point_costs_the_way_from_home(
+    build: Build, data: st.DataObject, goal: np.ndarray, tolerance: float, margin: float
+) -> None:
+    case = data.draw(cases(build))
+    home = np.asarray(data.draw(drawn.batches(case.robot, build, 1))[0], dtype=np.float64)
+    objective = build.named("ReachObjective")(case.model.native, case.tip_index, goal, tolerance, margin, home)
+    fitness, violation = objective.evaluate(case.q)
+    eps = float(np.finfo(build.scalar).eps)
+    pairs = len(case.robot.capsules) * len(case.balls) + 1
+    for row, frames in enumerate(case.frames):
+        way = float(np.linalg.norm(case.q[row].astype(np.float64) - home))
+        left = float(np.linalg.norm(at(frames, case.tip) - goal))
+        broken = shortfall(case.robot, frames, case.balls, margin) + max(0.0, left - tolerance)
+        assert fitness[row] == pytest.approx(way, rel=10 * eps, abs=1e-30)
+        assert violation[row] == pytest.approx(broken, rel=0, abs=pairs * (case.error(build) + eps * (1 + broken)))
+
+
+# ---- motions ---------------------------------------------------------------------------------------------------------
+
+
+def clamped_quintic(interior: int) -> np.ndarray:
+    """Knots of a clamped quintic spline with interior + 6 control points on [0, 1]."""
+    spans = interior + 1
+    return np.concatenate([np.zeros(6), np.arange(1, spans) / spans, np.ones(6)])
+
+
+def summed_basis(interior: int, samples: np.ndarray) -> np.ndarray:
+    """The basis' values (samples, interior + 2), those of the three first and three last control points summed."""
+    whole = BSpline.design_matrix(samples, clamped_quintic(interior), 5).toarray()
+    inner = whole[:, 3:-3]
+    return np.column_stack([whole[:, :3].sum(axis=1), inner, whole[:, -3:].sum(axis=1)])
+
+
+@settings(max_examples=15)
+@given(st.data(), st.integers(0, 3), st.sampled_from([1, 2, 9]), st.sampled_from([0.0, 0.05, 1.0]), SHARES)
+def test_a_motions_length_and_shortfall_are_those_of_its_spline(
+    build: Build, data: st.DataObject, interior: int, count: int, margin: float, weight: float
+) -> None:
+    robot = data.draw(drawn.robots(max_joints=7))
+    balls = data.draw(strategies.scenes(3)).obstacles
+    n, rows = robot.dof, data.draw(st.sampled_from([1, build.lanes + 1]))
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    start, goal = build.array(rng.uniform(-3, 3, (2, n))).astype(np.float64)
+    x = build.array(rng.uniform(-3, 3, (rows, interior * n)))
+    samples = np.linspace(0, 1, count)
+    model = place(build, robot, spheres=balls)
+    objective: Any = build.named("MotionObjective")(
+        model.native, start, goal, np.ascontiguousarray(summed_basis(interior, samples)), margin, weight
+    )
+    fitness, violation = objective.evaluate(x)
+    eps = float(np.finfo(build.scalar).eps)
+    for row in range(rows):
+        inner = x[row].astype(np.float64).reshape(interior, n)
+        control = np.concatenate([[start] * 3, inner, [goal] * 3])
+        q = BSpline(clamped_quintic(interior), control, 5)(samples)
+        length = sum(float(np.linalg.norm(b - a)) for a, b in zip(q[:-1], q[1:], strict=True))
+        frames = pinocchio_points.joint_frames(robot, q)
+        broken = sum(shortfall(robot, T, balls, margin) for T in frames) / count
+        # A joint value is off by some roundings of the control points it is summed from.
+        joints = 10 * eps * 3 * n
+        place_error = accuracy.placement_error(build, robot, q) + joints * accuracy.reach(robot, q) + 40 * eps
+        assert fitness[row] == pytest.approx(weight * length, rel=0, abs=2 * count * joints)
+        pairs = len(robot.capsules) * len(balls) + 1
+        assert violation[row] == pytest.approx(broken, rel=0, abs=pairs * (place_error + count * eps * (1 + broken)))
+
+
+def test_a_motion_without_interior_control_points_is_the_straight_way(build: Build) -> None:
+    """Its length is the distance, however it is sampled; its only variables are none."""
+    robot = load_robot("zhang2022")
+    start, goal = np.zeros(7), np.linspace(-1, 1, 7)
+    for count in (2, 5, 33):
+        basis = np.ascontiguousarray(summed_basis(0, np.linspace(0, 1, count)))
+        objective = build.named("MotionObjective")(place(build, robot).native, start, goal, basis, 0.0, 2.0)
+        fitness, violation = objective.evaluate(build.array(np.zeros((3, 0))))
+        np.testing.assert_allclose(fitness, 2 * np.linalg.norm(goal), rtol=count * np.finfo(build.scalar).eps)
+        np.testing.assert_array_equal(violation, 0)

@@ -1,0 +1,138 @@
+"""The kernel's swarm, step by step, against the equations, and the laws that it keeps whatever it is told."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from kernel.builds import Build
+from oracles.swarm_equations import DEFAULTS, EquationSwarm, Merit
+
+VARIANTS = ("pso", "symbiotic", "cooperative", "evolving")
+IPSO = {"inertia_start": 0.9, "inertia_end": 0.4, "velocity_clamp": 0.2, "particles": 30, "evaluations": 240}
+EVOLVING = {**IPSO, "variant": "evolving", "evolving_share": 1 / 3, "shrink_to": 4}
+
+
+def told(build: Build, rng: np.random.Generator, n: int, *, odd: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """Fitness and violation of n particles: ties, negative and, if odd values are asked for, infinite or no number."""
+    fitness = rng.choice([rng.uniform(0.1, 5, n), np.round(rng.uniform(-1, 3, n)), rng.normal(size=n)])
+    violation = np.where(rng.random(n) < 0.5, 0.0, np.round(rng.exponential(size=n), 1))
+    if odd:
+        fitness[rng.random(n) < 0.04] = np.nan
+        violation[rng.random(n) < 0.04] = np.nan
+        fitness[rng.random(n) < 0.04] = np.inf
+    return build.array(fitness), build.array(violation)
+
+
+def rows(state: dict[str, Any], name: str, dims: int, n: int) -> np.ndarray:
+    """One of the state's arrays as (particles, d)."""
+    return state[name].reshape(dims, -1)[:, :n].T
+
+
+# ---- against the equations ------------------------------------------------------------------------------------------
+
+
+@st.composite
+def swarm_settings(draw: st.DrawFn) -> dict[str, Any]:
+    start, rise = draw(st.floats(0, 3)), draw(st.sampled_from([0.0, 0.5]))
+    return {
+        "variant": draw(st.sampled_from(VARIANTS)),
+        "particles": draw(st.integers(3, 40)),
+        "evaluations": draw(st.integers(40, 400)),
+        "inertia_start": draw(st.floats(0.4, 1)),
+        "inertia_end": draw(st.floats(0, 0.9)),
+        "cognitive": draw(st.floats(0, 2.5)),
+        "social": draw(st.floats(0, 2.5)),
+        "cooperation": draw(st.floats(0, 2.5)),
+        "velocity_clamp": draw(st.sampled_from([0.0, 0.2, 1.0])),
+        "start_velocity": draw(st.sampled_from([0.0, 0.2, 2.0])),
+        "ring": draw(st.integers(0, 4)),
+        "bounds": draw(st.sampled_from(["absorb", "reflect", "periodic"])),
+        "constraints": draw(st.sampled_from(["feasible_first", "penalty"])),
+        "penalty_start": start,
+        "penalty_end": start + draw(st.floats(0, 100)),
+        "penalty_rise": rise,
+        "tolerance_share": draw(st.sampled_from([0.0, 0.3, 1.0])),
+        "tolerance_until": draw(st.sampled_from([0.3, 0.8, 1.0])),
+        "tolerance_power": draw(st.integers(1, 5)),
+        "evolving_share": draw(st.sampled_from([1.0, 1 / 3, 0.6])),
+        "elite_share": draw(st.floats(0.05, 1)),
+        "memory": draw(st.integers(1, 5)),
+        "shrink_to": draw(st.sampled_from([0, 4, 8])),
+    }
+
+
+@st.composite
+def boxes(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds of 1 to 13 dimensions anywhere, some of no width."""
+    dims = draw(st.sampled_from([1, 2, 3, 4, 5, 7, 8, 13]))
+    lower = np.array(draw(st.lists(st.floats(-4, 4), min_size=dims, max_size=dims)))
+    width = st.one_of(st.just(0.0), st.floats(0.01, 10))
+    return lower, lower + draw(st.lists(width, min_size=dims, max_size=dims))
+
+
+def only_where_it_belongs(drawn: dict[str, Any]) -> dict[str, Any]:
+    """Only population 3 of the evolving variant shrinks."""
+    return drawn if drawn["variant"] == "evolving" else {**drawn, "shrink_to": 0}
+
+
+def assert_steps_agree(
+    build: Build, chosen: dict[str, Any], box: tuple[np.ndarray, np.ndarray], seed: int, rounds: int = 4
+) -> None:
+    """Ask and tell both; every number of theirs is the same, to the last bit."""
+    trial = seed % 7
+    kernel = build.swarm(chosen, *box, seed=seed, trial=trial)
+    equations = EquationSwarm(build, chosen, *box, seed=seed, trial=trial)
+    rng, dims = np.random.default_rng(seed), len(box[0])
+    for round_ in range(rounds):
+        kernel.ask()
+        np.testing.assert_array_equal(kernel.positions(), equations.ask())
+        # What failures in the first round and infinite violations do is not right yet: test_open_bugs.py.
+        fitness, violation = told(build, rng, kernel.active, odd=round_ > 0)
+        kernel.tell(fitness, violation)
+        equations.tell(fitness, violation)
+        n, state = equations.active, kernel.state()
+        assert kernel.active == n
+        np.testing.assert_array_equal(rows(state, "personal_best", dims, n), equations.p[:n])
+        np.testing.assert_array_equal(state["best_fitness"][:n], equations.pf[:n])
+        np.testing.assert_array_equal(state["best_violation"][:n], equations.pc[:n])
+        flying = n - len(equations.evolving)
+        np.testing.assert_array_equal(rows(state, "velocity", dims, flying), equations.v[:flying])
+        np.testing.assert_array_equal(state["archive"], np.ravel(equations.history.archive))
+        np.testing.assert_array_equal(state["factor_memory"], equations.history.M_F)
+        np.testing.assert_array_equal(state["crossover_memory"], equations.history.M_CR)
+        assert (kernel.best_violation, kernel.best_fitness) == equations.best
+        np.testing.assert_array_equal(kernel.best_position, equations.best_x)
+        assert (kernel.round, kernel.evaluations) == (equations.round, equations.used)
+        assert kernel.failed_evaluations == equations.failed
+
+
+TABLE_1 = {"particles": 33, "evaluations": 330}
+BOX_7 = (np.linspace(-3, -0.2, 7), np.linspace(0.1, 3, 7))
+
+
+@settings(max_examples=25)
+@given(swarm_settings().map(only_where_it_belongs), boxes(), st.integers(0, 2**64 - 1))
+@example(TABLE_1, BOX_7, 1)
+@example({**TABLE_1, "ring": 2}, BOX_7, 2)
+@example({**IPSO, "variant": "symbiotic"}, BOX_7, 3)
+@example({**IPSO, "variant": "cooperative"}, BOX_7, 4)
+@example(EVOLVING, BOX_7, 5)
+@example({**EVOLVING, "constraints": "penalty", "penalty_start": 1.5, "penalty_end": 100.0}, BOX_7, 6)
+def test_every_step_is_the_equations(
+    build: Build, chosen: dict[str, Any], box: tuple[np.ndarray, np.ndarray], seed: int
+) -> None:
+    assert_steps_agree(build, chosen, box, seed)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_steps_agree_until_the_budget_is_spent(build: Build, variant: str) -> None:
+    """Long enough that the archive fills up, population 3 shrinks to its least, and forgiveness ends."""
+    chosen = {**EVOLVING, "variant": variant, "tolerance_share": 0.3, "memory": 3}
+    if variant != "evolving":
+        chosen["shrink_to"] = 0
+    assert_steps_agree(build, chosen, (np.full(4, -1.0), np.full(4, 2.0)), seed=9, rounds=14)
