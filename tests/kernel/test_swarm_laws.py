@@ -181,17 +181,15 @@ def one_step(build: Build, settings_: dict[str, Any], fitness: np.ndarray, *, di
 PULLED = {"inertia_start": 0.0, "inertia_end": 0.0, "cognitive": 0.0, "social": 1.0, "velocity_clamp": 0.0}
 
 
-def pulled_towards(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Which particle each one moved towards: in every coordinate, by a share in [0, 1]; -1 if none fits."""
-    out = np.full(len(before), -1)
-    for i in range(len(before)):
-        for j in range(len(before)):
-            gap = before[j] - before[i]
-            share = np.divide(after[i] - before[i], gap, out=np.zeros_like(gap), where=gap != 0)
-            if (share >= 0).all() and (share <= 1).all() and np.allclose(before[i] + share * gap, after[i], atol=1e-5):
-                # Of several that fit, the one that is named; with 6 dimensions chance fits are rare.
-                out[i] = j if out[i] < 0 or not np.any(after[i] != before[i]) else -2
-    return np.where((after == before).all(axis=1), np.arange(len(before)), out)
+def pulled_towards(before: np.ndarray, after: np.ndarray) -> list[int]:
+    """Whom each particle moved towards: by a share in [0, 1] of the way, in every coordinate; itself if it stayed."""
+    found = []
+    for i, (x, y) in enumerate(zip(before, after, strict=True)):
+        others = [j for j in range(len(before)) if j != i]
+        share = (y - x) / (before[others] - x)
+        fits = ((share > -1e-3) & (share < 1 + 1e-3)).all(axis=1)
+        found.append(i if np.array_equal(x, y) else others[int(np.flatnonzero(fits).item())])
+    return found
 
 
 def test_all_are_pulled_towards_the_swarms_best(build: Build) -> None:
@@ -272,9 +270,8 @@ def replaced(build: Build, settings_: dict[str, Any], first: tuple[float, float]
     swarm = build.swarm({"particles": 20, "evaluations": 200, **settings_}, *BOX_3)
     for fitness, violation in (first, then):
         swarm.ask()
-        # The others make the violations' quantiles: 0, 1, 2, ... of which the first is overwritten.
         f, c = build.array(np.full(20, 50.0)), build.array(np.arange(20.0))
-        f[7], c[7] = fitness, violation
+        c[0], f[7], c[7] = 7, fitness, violation  # with 0 for the one, the violations are still 0, 1, ..., 19
         swarm.tell(f, c)
     return swarm.state()["best_fitness"][7] == build.scalar(then[0])
 

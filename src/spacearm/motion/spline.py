@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,6 +39,10 @@ class Motion(Frozen):
     """
 
     control_points: Array
+
+    if TYPE_CHECKING:  # what is taken is wider than what is kept
+
+        def __init__(self, control_points: ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
         points = as_readonly("control_points", self.control_points, (None, None), ProblemError)
@@ -163,7 +168,7 @@ def _hull_matrix(interior: int, derivative: int, bisections: int) -> tuple[Array
     bernstein = binomial * nodes[:, None] ** i * (1 - nodes[:, None]) ** (degree - i)
     at = ends[:-1, None] + nodes * np.diff(ends)[:, None]
     values = basis(at.ravel(), interior, derivative=derivative).reshape(pieces, degree + 1, interior + 2)
-    matrix = np.linalg.solve(bernstein, values)
+    matrix: Array = np.linalg.solve(bernstein, values).astype(np.float64)
     for array in (ends, matrix):
         array.setflags(write=False)
     return ends, matrix

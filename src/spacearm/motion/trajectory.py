@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,6 +47,12 @@ class Trajectory(Frozen):
     _: KW_ONLY
     duration: float = None  # type: ignore[assignment]  # filled in below
     base: Literal["fixed"] = "fixed"
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, robot: Robot, motion: Motion, *, duration: float | None = None, base: Literal["fixed"] = "fixed"
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if self.motion.dof != self.robot.dof:

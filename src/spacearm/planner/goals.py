@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import Frozen, as_name, as_number, as_readonly
 from spacearm.errors import ProblemError
@@ -24,6 +24,10 @@ class ConfigurationGoal(Frozen):
     """
 
     q: NDArray[np.float64]
+
+    if TYPE_CHECKING:  # what is taken is wider than what is kept
+
+        def __init__(self, q: ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "q", as_readonly("the goal configuration", self.q, (None,), ProblemError))
@@ -46,6 +50,10 @@ class PositionGoal(Frozen):
     _: KW_ONLY
     tolerance: float = 1e-3
     frame: str | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(self, position: ArrayLike, *, tolerance: float = 1e-3, frame: str | None = None) -> None: ...
 
     def __post_init__(self) -> None:
         position = as_readonly("the goal position", self.position, (3,), ProblemError)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,7 @@ from spacearm.checks import Frozen, as_readonly, shown
 from spacearm.errors import ProblemError, nearest
 from spacearm.planner.goals import ConfigurationGoal, Goal, PositionGoal
 from spacearm.robot.model import Robot
-from spacearm.scene import Scene
+from spacearm.scene import Obstacle, Scene
 
 _ROUNDING = 1e-9  # [rad or m] this far beyond a limit is a file's last digit, and is set onto the limit
 
@@ -43,6 +43,18 @@ class Problem(Frozen):
     start: NDArray[np.float64]
     goal: Goal
     base: Literal["fixed"] = "fixed"
+
+    if TYPE_CHECKING:  # what is taken is wider than what is kept
+
+        def __init__(
+            self,
+            robot: Robot,
+            scene: Scene | Iterable[Obstacle],
+            *,
+            start: ArrayLike,
+            goal: Goal | ArrayLike,
+            base: Literal["fixed"] = "fixed",
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, Robot):

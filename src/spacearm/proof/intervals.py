@@ -9,7 +9,7 @@ otherwise it is halved. Distances are 1-Lipschitz, so nothing between the instan
 from __future__ import annotations
 
 import time
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,7 +81,7 @@ class _Intervals:
         self.evaluations = 0
         self._closest: tuple[float, int, int, float] | None = None
 
-    def run(self) -> str:
+    def run(self) -> Literal["holds", "fails", "undecided"]:
         if not self._anything:
             return "holds"
         open_intervals = np.arange(self._motion.interior + 1)

@@ -20,8 +20,9 @@ class Witness:
     """
 
     def __init__(self, robot: Robot, scene: Scene) -> None:
-        import coal
-        import pinocchio
+        # Both install into a folder of their own that type checkers do not look into.
+        import coal  # pyright: ignore[reportMissingImports]
+        import pinocchio  # pyright: ignore[reportMissingImports]
 
         self._robot, self._coal, self._pinocchio = robot, coal, pinocchio
         self.name = f"pinocchio {pinocchio.__version__}, coal {coal.__version__}"

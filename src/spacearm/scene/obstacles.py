@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import Frozen, as_number, as_readonly, shown
 from spacearm.errors import SceneError
@@ -27,6 +27,10 @@ class Sphere(Frozen):
 
     center: NDArray[np.float64]
     radius: float
+
+    if TYPE_CHECKING:  # what is taken is wider than what is kept
+
+        def __init__(self, center: ArrayLike, radius: float) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", as_readonly("the sphere's center", self.center, (3,), SceneError))
@@ -51,6 +55,10 @@ class Scene(Frozen):
     """
 
     obstacles: tuple[Obstacle, ...] = ()
+
+    if TYPE_CHECKING:  # what is taken is wider than what is kept
+
+        def __init__(self, obstacles: Iterable[Obstacle] = ()) -> None: ...
 
     def __post_init__(self) -> None:
         given: Any = self.obstacles

@@ -11,8 +11,19 @@ from spacearm.motion import Trajectory
 from spacearm.planner.kernel_model import make_kernel_model
 from spacearm.proof import Certificate
 from spacearm.scene import Scene
-from spacearm.show.style import BLACK, COLUMN, CYCLE, GREY, VERMILION
-from spacearm.show.style import figure_of, label_right, legend_below, look, new_figure, tidy
+from spacearm.show.style import (
+    BLACK,
+    COLUMN,
+    CYCLE,
+    GREY,
+    VERMILION,
+    figure_of,
+    label_right,
+    legend_below,
+    look,
+    new_figure,
+    tidy,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

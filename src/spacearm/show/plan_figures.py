@@ -25,10 +25,7 @@ def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
     problem = plan.problem
     robot, scene, goal = problem.robot, problem.scene, problem.goal
     start = problem.start
-    if isinstance(goal, PositionGoal):
-        target = goal.position
-    else:
-        target = forward_kinematics(robot, goal.q)[:3, 3]
+    target = goal.position if isinstance(goal, PositionGoal) else forward_kinematics(robot, goal.q)[:3, 3]
     title = robot.name if plan.found else f"{robot.name}: not proven"
     figures = {
         "path_2d": figure_path_2d(trajectory, robot, scene, start=start, goal=target, title=title),

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 _FORMAT = "spacearm swarm checkpoint"
 _VERSION = 1
-_KINDS = {kind.__name__: kind for kind in (PSO, IPSO, FeasibleFirst, Penalty)}
+_KINDS: dict[str, Any] = {kind.__name__: kind for kind in (PSO, IPSO, FeasibleFirst, Penalty)}
 _WHAT = "a swarm's checkpoint"
 
 

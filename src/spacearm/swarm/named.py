@@ -7,10 +7,12 @@ goal, and ends where it never does.
 
 from __future__ import annotations
 
+from typing import Any
+
 from spacearm.errors import SettingsError, nearest
 from spacearm.swarm.settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
 
-_CONSTRICTION = {"inertia": 0.7298, "cognitive": 1.49618, "social": 1.49618}  # Clerc and Kennedy 2002
+_CONSTRICTION: dict[str, Any] = {"inertia": 0.7298, "cognitive": 1.49618, "social": 1.49618}  # Clerc and Kennedy 2002
 _RISING = Penalty(weight=1.5, final_weight=100.0, rise_from=0.5)
 
 NAMED_SETTINGS: dict[str, SwarmSettings] = {
