@@ -16,6 +16,7 @@ over the feasible runs. The best known value of a drawn scene is the least of wh
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import time
 from dataclasses import asdict, dataclass, replace
@@ -24,8 +25,8 @@ from pathlib import Path
 import numpy as np
 
 from best_known import find_best
-from instances import MODES, RADII, Instance, drawn_instances, paper_instance
-from spacearm.paper import NEAR, paper_robot
+from instances import ARM, MODES, RADII, Instance, drawn_instances, paper_instance
+from spacearm.paper import NEAR
 from spacearm.paper.best_known import BEST_KNOWN
 from spacearm.swarm import NAMED_SETTINGS, SwarmSettings, named_settings, run_trials
 
@@ -58,15 +59,14 @@ def measure(
     settings: SwarmSettings, instance: Instance, best_known: float, *, runs: int, seed: int = SEED, threads: int = 1
 ) -> Row:
     """Run a setting on an instance many times."""
-    robot = paper_robot()
     batches = [len(part) for part in np.array_split(np.arange(runs), min(BATCHES, runs))]
     values, seconds, first = [], [], 0
     for trials in batches:
         begun = time.perf_counter()
         results = run_trials(
             instance.objective,
-            robot.lower,
-            robot.upper,
+            ARM.lower,
+            ARM.upper,
             settings,
             seed=seed,
             first_trial=first,
@@ -90,13 +90,10 @@ def measure(
 
 def known_value(instance: Instance, *, starts: int = 100) -> float:
     """The best known value of a drawn scene: the least that descents and long runs find."""
-    robot = paper_robot()
-    long = run_trials(instance.objective, robot.lower, robot.upper, LONG, seed=SEED, trials=20, threads=1)
+    long = run_trials(instance.objective, ARM.lower, ARM.upper, LONG, seed=SEED, trials=20, threads=1)
     values = [run.fitness for run in long if run.success]
-    try:
+    with contextlib.suppress(RuntimeError):  # no descent ended feasible
         values.append(find_best(instance, starts=starts).fitness)
-    except RuntimeError:  # no descent ended feasible
-        pass
     return min(values)
 
 

@@ -23,8 +23,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
-from instances import MODES, RADII, SETTINGS, Instance, paper_instance
-from spacearm.paper import paper_robot
+from instances import ARM, MODES, RADII, SETTINGS, Instance, paper_instance
 
 ALLOWED = 1e-9  # violation of a descent's end [m]
 MARGINS = (1e-12, 1e-11, 1e-10, 1e-9)  # how far inside the last descent aims [m], the least that gives violation 0
@@ -37,7 +36,7 @@ class Descent:
     """SLSQP on one instance. Values and gradients of a configuration come from one call of the kernel."""
 
     def __init__(self, instance: Instance) -> None:
-        self.instance, self.robot = instance, paper_robot()
+        self.instance = instance
         self.goal = np.array(instance.goal) if instance.mode == "goal" else None
         self.around = np.vstack([np.zeros(7), STEP * np.eye(7), -STEP * np.eye(7)])  # (15, 7)
         self._at: bytes = b""
@@ -79,11 +78,11 @@ class Descent:
             q,
             jac=lambda q: self.gradients(q)[0],
             method="SLSQP",
-            bounds=list(zip(self.robot.lower, self.robot.upper, strict=True)),
+            bounds=list(zip(ARM.lower, ARM.upper, strict=True)),
             constraints={"type": "ineq", "fun": constraints, "jac": slopes},
             options={"maxiter": 300, "ftol": 1e-13},
         )
-        return np.clip(found.x, self.robot.lower, self.robot.upper)
+        return np.clip(found.x, ARM.lower, ARM.upper)
 
     def judge(self, q: np.ndarray) -> tuple[float, float]:
         """The kernel's fitness and violation."""
@@ -128,7 +127,7 @@ def find_best(instance: Instance, *, starts: int, seed: int = 0) -> BestKnown:
     rng = np.random.default_rng(seed)
     kept = []
     for _ in range(starts):
-        q = descent.run(rng.uniform(descent.robot.lower, descent.robot.upper))
+        q = descent.run(rng.uniform(ARM.lower, ARM.upper))
         fitness, violation = descent.judge(q)
         if violation <= ALLOWED:
             kept.append((fitness, q))

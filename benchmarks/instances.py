@@ -14,6 +14,7 @@ from spacearm.scene import Scene, Sphere
 
 RADII = (0.06, 0.10, 0.15)
 MODES = ("goal", "literal")
+ARM = paper_robot()
 SETTINGS = PaperSettings()  # weights, tolerance and link radius of every instance
 
 
@@ -38,7 +39,7 @@ class Instance:
     @cached_property
     def model(self) -> KernelModel:
         """The kernel's model, float64."""
-        return make_kernel_model(paper_robot(), self._scene)
+        return make_kernel_model(ARM, self._scene)
 
     @cached_property
     def objective(self) -> Any:
@@ -46,7 +47,7 @@ class Instance:
         return self.make_objective(64)
 
     def make_objective(self, precision: int) -> Any:
-        model = make_kernel_model(paper_robot(), self._scene, precision=precision)
+        model = make_kernel_model(ARM, self._scene, precision=precision)
         return native_class("SeedObjective", precision)(
             model.native,
             np.array(model.centres, dtype=np.int32),
@@ -80,7 +81,6 @@ def drawn_instances(count: int, *, seed: int = 2022) -> list[Instance]:
     the end effector's place at a configuration drawn within the limits, every link at least 1 cm clear.
     """
     rng = np.random.default_rng(seed)
-    robot = paper_robot()
     instances = []
     while len(instances) < count:
         k = int(rng.integers(3, 7))
@@ -88,7 +88,7 @@ def drawn_instances(count: int, *, seed: int = 2022) -> list[Instance]:
         direction /= np.linalg.norm(direction, axis=1, keepdims=True)
         centers = direction * rng.uniform(0.3, 1.2, (k, 1))
         radii = rng.uniform(0.06, 0.20, k)
-        q = rng.uniform(robot.lower, robot.upper, (1, robot.dof))
+        q = rng.uniform(ARM.lower, ARM.upper, (1, ARM.dof))
         drawn = Instance(
             name=f"drawn {len(instances) + 1}",
             mode="goal",

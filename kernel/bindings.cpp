@@ -32,25 +32,24 @@ void require(bool condition, const char* what) {
     if (!condition) throw nb::value_error(what);
 }
 
-// Rows of q into packs, a pack of rows at a time; f(first_row, rows_in_pack, packs). Rows beyond the last repeat it.
+// Rows of q into packs, a pack of rows at a time; f(first_row, rows_in_pack, packs). Rows beyond the last repeat it. Rows
+// are turned into columns a block at a time, so that no pack is read back while its numbers are still being written.
 template <class T, class F> void for_packs(const in2<T>& q, F&& f) {
+    constexpr std::size_t W = lanes_of<T>, block = 32 * W;
     const std::size_t rows = q.shape(0), dims = q.shape(1);
     const std::ptrdiff_t row = q.stride(0), column = q.stride(1);
+    std::vector<T> columns(dims * block);
     std::vector<pack<T>> packs(dims);
-    constexpr std::size_t W = lanes_of<T>;
-    T lane[W];
-    for (std::size_t first = 0; first < rows; first += W) {
-        const std::size_t filled = std::min(W, rows - first);
-        for (std::size_t d = 0; d < dims; ++d) {
-            const T* from = q.data() + static_cast<std::ptrdiff_t>(first) * row + static_cast<std::ptrdiff_t>(d) * column;
-            if (row == 1 && filled == W) {
-                packs[d] = pack<T>::load(from);
-            } else {
-                for (std::size_t i = 0; i < W; ++i) lane[i] = from[static_cast<std::ptrdiff_t>(std::min(i, filled - 1)) * row];
-                packs[d] = pack<T>::load(lane);
-            }
+    for (std::size_t begin = 0; begin < rows; begin += block) {
+        const std::size_t filled = std::min(block, rows - begin), padded = (filled + W - 1) / W * W;
+        for (std::size_t i = 0; i < padded; ++i) {
+            const T* from = q.data() + static_cast<std::ptrdiff_t>(begin + std::min(i, filled - 1)) * row;
+            for (std::size_t d = 0; d < dims; ++d) columns[d * block + i] = from[static_cast<std::ptrdiff_t>(d) * column];
         }
-        f(first, filled, packs.data());
+        for (std::size_t i = 0; i < padded; i += W) {
+            for (std::size_t d = 0; d < dims; ++d) packs[d] = pack<T>::load(&columns[d * block + i]);
+            f(begin + i, std::min(W, filled - i), packs.data());
+        }
     }
 }
 
@@ -66,7 +65,14 @@ model<T> make_model(in1<std::int32_t> parent, in1<std::int32_t> kind, in1<std::i
                     in1<std::int32_t> point_joint, in2c<double> point_local, in1<std::int32_t> capsule_a, in1<std::int32_t> capsule_b,
                     in1<double> capsule_radius, in2c<double> sphere_center, in1<double> sphere_radius) {
     model<T> m;
-    const std::size_t n = parent.shape(0);
+    const std::size_t n = parent.shape(0), points = point_joint.shape(0), links = capsule_a.shape(0), balls = sphere_radius.shape(0);
+    require(kind.shape(0) == n && dof.shape(0) == n && multiplier.shape(0) == n && offset.shape(0) == n && rotation.shape(0) == n
+                && rotation.shape(1) == 3 && rotation.shape(2) == 3 && translation.shape(0) == n && translation.shape(1) == 3,
+            "the joints' arrays do not fit each other");
+    require(point_local.shape(0) == points && point_local.shape(1) == 3, "the points' arrays do not fit each other");
+    require(capsule_b.shape(0) == links && capsule_radius.shape(0) == links, "the capsules' arrays do not fit each other");
+    require(sphere_center.shape(0) == balls && sphere_center.shape(1) == 3, "the spheres' arrays do not fit each other");
+    require(dofs >= 1, "no degree of freedom");
     m.robot.dofs = dofs;
     for (std::size_t j = 0; j < n; ++j) {
         require(parent(j) < static_cast<int>(j) && parent(j) >= -1, "parents come before children");
@@ -108,7 +114,12 @@ model<T> make_model(in1<std::int32_t> parent, in1<std::int32_t> kind, in1<std::i
     return m;
 }
 
+template <class T> void require_columns(const model<T>& m, const in2<T>& q) {
+    require(static_cast<int>(q.shape(1)) == m.robot.dofs, "wrong number of dimensions");
+}
+
 template <class T> nb::object joint_frames(const model<T>& m, in2<T> q) {
+    require_columns(m, q);
     const std::size_t rows = q.shape(0), n = m.robot.joints.size();
     tree<T> whole = m.robot;
     for (auto& joint : whole.joints) joint.needed = 7;
@@ -134,6 +145,7 @@ template <class T> nb::object joint_frames(const model<T>& m, in2<T> q) {
 }
 
 template <class T> nb::object point_positions(const model<T>& m, in2<T> q) {
+    require_columns(m, q);
     const std::size_t rows = q.shape(0), n = m.points.size();
     std::vector<T> out(rows * n * 3);
     workspace<T> w(m);
@@ -153,6 +165,7 @@ template <class T> nb::object point_positions(const model<T>& m, in2<T> q) {
 }
 
 template <class T> nb::object clearances(const model<T>& m, in2<T> q) {
+    require_columns(m, q);
     const std::size_t rows = q.shape(0), links = m.capsules.size(), balls = m.spheres.size();
     std::vector<T> out(rows * links * balls);
     workspace<T> w(m);
@@ -203,7 +216,7 @@ template <class T> nb::object seed_terms(const seed_objective<T>& objective, in2
 }
 
 template <class T> swarm<T> make_swarm(const swarm_settings& settings, in1<double> lower, in1<double> upper, std::uint64_t seed, std::uint32_t trial) {
-    require(lower.shape(0) == upper.shape(0), "bounds of different lengths");
+    require(lower.shape(0) == upper.shape(0) && lower.shape(0) >= 1, "bounds of different lengths, or of none");
     return swarm<T>(settings, std::vector<T>(lower.data(), lower.data() + lower.shape(0)),
                     std::vector<T>(upper.data(), upper.data() + upper.shape(0)), seed, trial);
 }
@@ -238,12 +251,26 @@ template <class T> nb::dict get_state(swarm<T>& s) {
 }
 
 template <class T> void set_state(swarm<T>& s, nb::dict state) {
+    constexpr const char* other = "a checkpoint of another swarm";
+    in1<std::int64_t> counters;
+    require(nb::try_cast(state["counters"], counters), other);
+    const std::vector<std::int64_t> counted(counters.data(), counters.data() + counters.shape(0));
+    require(s.fits(counted), other);
+    // All is checked before anything is changed.
+    std::vector<std::vector<T>> saved;
     s.visit_state([&](const char* name, std::vector<T>& values) {
-        const auto saved = nb::cast<in1<T>>(state[name]);
-        values.assign(saved.data(), saved.data() + saved.shape(0));
+        in1<T> array;
+        require(nb::try_cast(state[name], array), other);
+        const std::string key = name;
+        const std::size_t size = array.shape(0), dims = static_cast<std::size_t>(s.dims());
+        if (key == "archive") require(size % dims == 0, other);
+        else if (key == "gain" || key == "drawn_factor" || key == "drawn_crossover") require(size <= static_cast<std::size_t>(s.stride()), other);
+        else require(size == values.size(), other);
+        saved.emplace_back(array.data(), array.data() + size);
     });
-    const auto counters = nb::cast<in1<std::int64_t>>(state["counters"]);
-    s.restore_counters(std::vector<std::int64_t>(counters.data(), counters.data() + counters.shape(0)));
+    std::size_t next = 0;
+    s.visit_state([&](const char*, std::vector<T>& values) { values = saved[next++]; });
+    s.restore_counters(counted);
 }
 
 template <class T, class Objective>
@@ -255,13 +282,16 @@ nb::list search(const Objective& objective, in1<double> lower, in1<double> upper
     bool interrupted = false;
     const tick tell_caller = [&](std::uint64_t done) {
         nb::gil_scoped_acquire hold;
+        if (interrupted) return false;
         if (PyErr_CheckSignals() != 0) {
             interrupted = true;
             return false;
         }
         if (progress.is_none()) return true;
         nb::object answer = progress(done);
-        return answer.is_none() || nb::cast<bool>(answer);
+        if (answer.is_none()) return true;
+        if (!PyBool_Check(answer.ptr())) throw nb::type_error("progress answers with None, True or False");
+        return answer.is(nb::bool_(true));
     };
     auto start_swarm = [&](int trial) {
         return make_swarm<T>(settings, lower, upper, seed, first_trial + static_cast<std::uint32_t>(trial));
@@ -316,6 +346,11 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
     nb::class_<SM> seed(m, named("SeedObjective").c_str());
     seed.def("__init__", [](SM* self, const model<T>& scene, in1<std::int32_t> centers, int tip, in1<double> goal, in1<double> weights,
                             bool must_reach, double tolerance) {
+            require(tip >= 0 && tip < static_cast<int>(scene.points.size()) && goal.shape(0) == 3 && weights.shape(0) == 3,
+                    "the objective's arrays do not fit");
+            for (std::size_t i = 0; i < centers.shape(0); ++i) {
+                require(centers(i) >= 0 && centers(i) < static_cast<int>(scene.points.size()), "a centre is no point");
+            }
             auto* o = new (self) SM{};
             o->scene = scene;
             o->tip = tip;
@@ -345,6 +380,8 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
 
     nb::class_<RM> reach(m, named("ReachObjective").c_str());
     reach.def("__init__", [](RM* self, const model<T>& scene, int tip, in1<double> goal, double tolerance, double margin, in1<double> home) {
+        require(tip >= 0 && tip < static_cast<int>(scene.points.size()) && goal.shape(0) == 3, "the objective's arrays do not fit");
+        require(home.shape(0) == static_cast<std::size_t>(scene.robot.dofs), "home has another length");
         auto* o = new (self) RM{};
         o->scene = scene;
         o->tip = tip;
@@ -352,14 +389,13 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
         o->tolerance = static_cast<T>(tolerance);
         o->margin = static_cast<T>(margin);
         o->home.assign(home.data(), home.data() + home.shape(0));
-        require(home.shape(0) == static_cast<std::size_t>(scene.robot.dofs), "home has another length");
     });
     bind_search<T>(reach);
 
     nb::class_<MM> motion(m, named("MotionObjective").c_str());
     motion.def("__init__", [](MM* self, const model<T>& scene, in1<double> start, in1<double> goal, in2c<double> basis, double margin,
                             double length_weight) {
-            require(basis.shape(1) >= 2 && start.shape(0) == static_cast<std::size_t>(scene.robot.dofs) && goal.shape(0) == start.shape(0),
+            require(basis.shape(0) >= 1 && basis.shape(1) >= 2 && start.shape(0) == static_cast<std::size_t>(scene.robot.dofs) && goal.shape(0) == start.shape(0),
                     "a motion's arrays do not fit");
             auto* o = new (self) MM{};
             o->scene = scene;
@@ -380,6 +416,7 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
         .def("positions", &position_rows<T>)
         .def("place_first", [](swarm<T>& s, in2<T> rows) { s.place_first(rows_of<T>(rows, s.dims())); })
         .def("tell", [](swarm<T>& s, in1<T> f, in1<T> c) {
+            require(s.asked(), "told without having asked");
             require(f.shape(0) == static_cast<std::size_t>(s.active()) && c.shape(0) == f.shape(0), "wrong number of values");
             s.tell(f.data(), c.data());
         })
@@ -423,11 +460,16 @@ template <class E> E chosen(const std::string& name, std::initializer_list<std::
     throw nb::value_error("an unknown choice");
 }
 
+// Takes a setting out of the dictionary, so that what is left is unknown.
 template <class V> void field(nb::dict& d, const char* key, V& value) {
-    if (d.contains(key)) value = nb::cast<V>(d[key]);
+    if (!d.contains(key)) return;
+    if (!nb::try_cast(d[key], value)) throw nb::type_error(key);
+    nb::del(d[key]);
 }
 
-swarm_settings settings_from(nb::dict d) {
+swarm_settings settings_from(const nb::dict& given) {
+    nb::dict d;
+    d.update(given);
     swarm_settings s;
     std::string variant = "pso", bounds = "absorb", constraints = "feasible_first";
     field(d, "variant", variant);
@@ -459,7 +501,10 @@ swarm_settings settings_from(nb::dict d) {
     field(d, "elite_share", s.elite_share);
     field(d, "memory", s.memory);
     field(d, "shrink_to", s.shrink_to);
+    require(d.size() == 0, "an unknown setting");
     require(s.particles >= 1 && s.memory >= 1 && s.evaluations >= 1, "settings out of range");
+    require(s.evolving_share > 0 && s.evolving_share <= 1 && s.elite_share > 0 && s.elite_share <= 1, "shares out of range");
+    require(s.tolerance_share >= 0 && s.tolerance_share <= 1 && s.tolerance_until > 0 && s.ring >= 0 && s.shrink_to >= 0, "settings out of range");
     return s;
 }
 

@@ -7,6 +7,7 @@
 // lately led to improvements. x_r2 may come from an archive of replaced parents.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -18,7 +19,6 @@ template <class T> struct evolver {
     std::vector<T> factor, crossover;    // the history
     std::vector<T> archive;              // rows of replaced parents
     int next = 0;                        // history entry to be written
-    std::int64_t replaced = 0;
     std::vector<T> drawn_factor, drawn_crossover, gain;   // of this round's candidates; gain 0: no improvement
 
     explicit evolver(int entries) : factor(entries, T(0.5)), crossover(entries, T(0.5)) {}
@@ -66,7 +66,6 @@ template <class T> struct evolver {
         if (static_cast<int>(archive.size()) / dims >= most) {
             draws<T> draw(key, static_cast<std::uint32_t>(round), static_cast<std::uint32_t>(particle));
             slot = static_cast<std::size_t>(draw.below(most)) * dims;
-            ++replaced;
         } else {
             archive.resize(archive.size() + dims);
         }
@@ -79,8 +78,12 @@ template <class T> struct evolver {
     // One entry of the history becomes the weighted means (Lehmer's for F) of what improved, weights by the gain.
     void learn() {
         T weights = 0, f1 = 0, f2 = 0, cr = 0;
+        const T most = gain.empty() ? T(0) : *std::max_element(gain.begin(), gain.end());
+        if (!(most > T(0))) return;
+        int exponent = 0;
+        std::frexp(most, &exponent);
         for (std::size_t i = 0; i < gain.size(); ++i) {
-            const T g = gain[i];
+            const T g = std::ldexp(gain[i], -exponent);   // exact, and no sum overflows
             weights += g;
             f1 += g * drawn_factor[i];
             f2 += g * drawn_factor[i] * drawn_factor[i];

@@ -130,9 +130,18 @@ std::vector<trial_result<T>> run_trials(const Objective& objective, MakeSwarm ma
     {
         std::unique_lock<std::mutex> hold(lock);
         while (!ended.wait_for(hold, std::chrono::milliseconds(40), [&] { return running == 0; })) {
+            if (stop || !tell_caller) continue;
             hold.unlock();
-            if (tell_caller && !tell_caller(rounds_done)) stop = true;
+            // Nothing may be thrown past threads that still run.
+            std::exception_ptr thrown;
+            try {
+                if (!tell_caller(rounds_done)) stop = true;
+            } catch (...) {
+                thrown = std::current_exception();
+                stop = true;
+            }
             hold.lock();
+            if (thrown && !failure) failure = thrown;
         }
     }
     for (std::thread& t : pool) t.join();

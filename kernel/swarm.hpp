@@ -64,7 +64,9 @@ template <class T> class swarm {
     void ask() {
         if (round_ == 0) start();
         else step();
+        asked_ = true;
     }
+    bool asked() const { return asked_; }
 
     // Known good positions, in place of the first random ones.
     void place_first(const std::vector<std::vector<T>>& rows) {
@@ -86,8 +88,9 @@ template <class T> class swarm {
         crown();
         remember();
         find_leaders();
-        if (settings_.shrink_to > 0) shrink();
+        if (settings_.variant == swarm_variant::evolving && settings_.shrink_to > 0) shrink();
         ++round_;
+        asked_ = false;
     }
 
     // ---- checkpoints: everything that a later round depends on -------------------------------------------------------
@@ -104,13 +107,20 @@ template <class T> class swarm {
         visit("archive", evolver_.archive);
         visit("factor_memory", evolver_.factor);
         visit("crossover_memory", evolver_.crossover);
+        visit("drawn_factor", evolver_.drawn_factor);
+        visit("drawn_crossover", evolver_.drawn_crossover);
+        visit("gain", evolver_.gain);
         std::vector<T> scalars = {best_.violation, best_.fitness, first_tolerance_};
         visit("scalars", scalars);
         best_ = {scalars[0], scalars[1]};
         first_tolerance_ = scalars[2];
     }
     std::vector<std::int64_t> counters() const {
-        return {round_, used_, failed_, active(), evolver_.next, evolver_.replaced};
+        return {round_, used_, failed_, active(), evolver_.next, asked_ ? 1 : 0};
+    }
+    bool fits(const std::vector<std::int64_t>& c) const {
+        const bool whole = settings_.variant == swarm_variant::evolving ? c.size() == 6 && c[3] > first_[2] : c.size() == 6 && c[3] == first_[3];
+        return whole && c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[3] <= settings_.particles && c[4] >= 0 && c[4] < settings_.memory;
     }
     void restore_counters(const std::vector<std::int64_t>& c) {
         round_ = static_cast<int>(c[0]);
@@ -118,10 +128,9 @@ template <class T> class swarm {
         failed_ = c[2];
         first_[3] = static_cast<int>(c[3]);
         evolver_.next = static_cast<int>(c[4]);
-        evolver_.replaced = c[5];
+        asked_ = c[5] != 0;
         apply_schedule();
         judge_personal_bests();
-        for (int p = 0; p < populations_; ++p) leader_[p] = -1;
         find_leaders();
     }
 
@@ -138,9 +147,9 @@ template <class T> class swarm {
         } else if (settings_.variant == swarm_variant::evolving) {
             each = static_cast<int>((1 - settings_.evolving_share) * n / 2 + 1e-9);
         } else {
-            each = n / 3;
+            each = std::max(1, n / 3);
         }
-        first_[1] = each;
+        first_[1] = std::min(n, each);
         first_[2] = std::min(n, 2 * each);
         first_[3] = n;
         evolving_from_ = settings_.variant == swarm_variant::evolving ? first_[2] : n;
@@ -214,6 +223,10 @@ template <class T> class swarm {
     // The best of all is judged feasible first and never with forgiveness, whatever the swarm goes by.
     void crown() {
         int found = -1;
+        if (round_ == 0) {   // someone is best even if every evaluation failed
+            best_ = {violation_[0], fitness_[0]};
+            found = 0;
+        }
         for (int i = 0; i < active(); i += W) {
             const pack<T> f = pack<T>::load(&fitness_[i]), c = pack<T>::load(&violation_[i]);
             if (!any((c < best_.violation) | ((c <= best_.violation) & (f < best_.fitness)))) continue;
@@ -231,6 +244,13 @@ template <class T> class swarm {
     // Personal bests, a pack at a time.
     void remember() {
         const int n = active();
+        if (round_ == 0) {   // the first position is the best so far, also where it could not be evaluated
+            px_ = x_;
+            best_fitness_ = fitness_;
+            best_violation_ = violation_;
+            judge_personal_bests();
+            return;
+        }
         for (int i = 0; i < n; i += W) {
             const judged_packs now = judge(&fitness_[i], &violation_[i]), old = judge(&best_fitness_[i], &best_violation_[i]);
             const pack_mask<T> improved =
@@ -264,7 +284,6 @@ template <class T> class swarm {
         for (int k = 0; k < W; ++k) {
             const int particle = i + k;
             if (hit[k] == T(0) || particle < evolving_from_ || particle >= active()) continue;
-            if (round_ == 0) continue;   // the first positions replace nobody
             evolver_.succeeded(particle - evolving_from_, nc[k] < oc[k] ? oc[k] - nc[k] : of[k] - nf[k]);
             evolver_.keep(key, round_, particle, px_, stride_, dims_, static_cast<int>(archive_share * (active() - evolving_from_)));
         }
@@ -272,9 +291,10 @@ template <class T> class swarm {
     static constexpr double archive_share = 1.4;
 
     void find_leaders() {
-        for (int p = 0; p < populations_; ++p) {
-            if (first_[p] == first_[p + 1]) continue;
-            int best = first_[p];
+        int first = first_[1] > 0 ? 0 : first_[2] > 0 ? 1 : 2;   // a population that has members
+        for (int k = 0; k < populations_; ++k) {
+            const int p = (first + k) % populations_;
+            int best = first_[p] < first_[p + 1] ? first_[p] : leader_[first];   // an empty one borrows a leader
             for (int i = first_[p] + 1; i < first_[p + 1]; ++i) {
                 if (personal(i).better_than(personal(best))) best = i;
             }
@@ -478,6 +498,7 @@ template <class T> class swarm {
     std::uint64_t seed_;
     std::uint32_t trial_;
     int round_ = 0;
+    bool asked_ = false;
     std::int64_t used_ = 0, failed_ = 0;
     T tolerance_ = 0, first_tolerance_ = 0, penalty_ = 0;
     merit<T> best_{infinity, infinity};

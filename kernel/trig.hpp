@@ -12,12 +12,10 @@ namespace SPACEARM_NAMESPACE {
 template <class T> struct trig_constants;
 template <> struct trig_constants<double> {
     static constexpr double pi[2] = {0x1.921fb544p+1, 0x1.0b4611a626331p-33};
-    static constexpr double sin[8] = {-0.16666666666666666633,   0.0083333333333333158444,  -0.00019841269841254955987,
-                                      2.7557319219158430571e-6,  -2.5052107616384595278e-8, 1.605897727281550607e-10,
-                                      -7.6439690310527690427e-13, 2.7314289861226158535e-15};
-    static constexpr double cos[8] = {-0.49999999999999999361,   0.041666666666666335198,  -0.0013888888888860676008,
-                                      0.000024801587292437113097, -2.7557317776161879747e-7, 2.0876630792310254187e-9,
-                                      -1.1464687487845909354e-11, 4.6276460895436344779e-14};
+    static constexpr double sin[8] = {-0x1.5555555555555p-3,  0x1.1111111111107p-7,  -0x1.a01a01a018aa6p-13, 0x1.71de3a54562a8p-19,
+                                      -0x1.ae6455a1a9e7ep-26, 0x1.6124014cbe2fcp-33, -0x1.ae513415aadccp-41, 0x1.89a3f16388edcp-49};
+    static constexpr double cos[8] = {-0x1.0p-1,              0x1.5555555555526p-5,  -0x1.6c16c16c13944p-10, 0x1.a01a019d86aa7p-16,
+                                      -0x1.27e4fa70ebb1bp-22, 0x1.1eed1d54d6a10p-29, -0x1.9360b97f25b66p-37, 0x1.a0d240fc1c26bp-45};
 };
 template <> struct trig_constants<float> {
     static constexpr float pi[2] = {0x1.92p+1f, 0x1.fb5444p-11f};

@@ -54,8 +54,8 @@ def _seed(name: str, mode: seed_numpy.Mode, best_known: float) -> Problem:
 PROBLEMS = {
     problem.name: problem
     for problem in (
-        _seed("seed", "goal", 2.984974),
-        _seed("seed-literal", "literal", 2.561027),
+        _seed("seed", "goal", 2.984974500),
+        _seed("seed-literal", "literal", 2.561027421),
         _classic("sphere", _sphere, 5.12, shifted=True),
         _classic("rastrigin", _rastrigin, 5.12, shifted=True),
         _classic("rosenbrock", _rosenbrock, 2.048, shifted=False),

@@ -14,7 +14,7 @@ import platform
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from typing import Any, Literal
 
@@ -23,7 +23,7 @@ import numpy as np
 import seed_numpy
 from contenders.problems import PROBLEMS, Problem
 
-Handling = Literal["penalty", "feasible first"]
+Handling = Literal["penalty", "feasible first", "rising penalty"]  # the last is judged feasible first
 Solver = Callable[["Task"], None]
 
 
@@ -93,8 +93,17 @@ class Task:
         return self  # some libraries copy the problem they are given; the count must stay one
 
 
-def serve(library: str, methods: dict[tuple[str, Handling], Solver], *, distribution: str | None = None) -> None:
-    """Run every method on the problems named on the command line and print the report."""
+def serve(
+    library: str,
+    methods: dict[tuple[str, Handling], Solver],
+    *,
+    distribution: str | None = None,
+    problems: Sequence[str] = tuple(PROBLEMS),
+) -> None:
+    """Run every method on the problems named on the command line and print the report.
+
+    `problems` are those that the contender can solve; the others are left out.
+    """
     parser = argparse.ArgumentParser(description=f"contender: {library}")
     parser.add_argument("--problems", nargs="+", default=["seed"], choices=sorted(PROBLEMS))
     parser.add_argument("--seeds", type=int, default=20)
@@ -109,7 +118,7 @@ def serve(library: str, methods: dict[tuple[str, Handling], Solver], *, distribu
         "results": [],
     }
     with contextlib.redirect_stdout(sys.stderr):  # some libraries print
-        for name in args.problems:
+        for name in (asked for asked in args.problems if asked in problems):
             problem = PROBLEMS[name]
             for (method, handling), solve in methods.items():
                 if handling == "feasible first" and not problem.constrained and (method, "penalty") in methods:

@@ -15,7 +15,7 @@ from spacearm.robot.kinematics import tree_arrays
 from spacearm.scene import Sphere
 
 LEVELS = ("x86-64-v4", "x86-64-v3", "x86-64-v2", "generic")
-Point = tuple[int, Sequence[float]]
+Point = tuple[int, Sequence[float] | np.ndarray]
 """A joint's index, -1 for the base, and a point (3,) in its moving frame [m]."""
 
 
@@ -40,6 +40,11 @@ class Build:
     @property
     def lanes(self) -> int:
         return getattr(self.module, f"lanes{self.bits}")
+
+    @property
+    def drawn_together(self) -> int:
+        """How many particles' random numbers `uniforms` draws at once."""
+        return self.module.lanes32
 
     def named(self, name: str) -> Any:
         """The module's class or function of that name for this scalar."""

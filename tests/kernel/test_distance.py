@@ -177,8 +177,8 @@ def test_the_papers_two_or_three_control_points_give_the_same_distance(
     # Beside drawn centres, one off each link's middle and ends: where the cases meet.
     shares = st.sampled_from([-0.5, 0.0, 0.5, 1.0, 1.5])
     centres = centres + [C + data.draw(shares) * (D - C) + [0, 0, 0.3] for C, D in ends]
-    found = on_bench(build, [capsule(C, D, 0.0) for C, D in ends], [Sphere(O, 0.125) for O in centres])
-    expected = [[by_cases(C, D, O) - 0.125 for O in centres] for C, D in ends]
+    found = on_bench(build, [capsule(C, D, 0.0) for C, D in ends], [Sphere(A_O, 0.125) for A_O in centres])
+    expected = [[by_cases(C, D, A_O) - 0.125 for A_O in centres] for C, D in ends]
     np.testing.assert_allclose(found, expected, rtol=0, atol=rounding(build, 8.0))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -235,7 +236,7 @@ def test_a_motions_length_and_shortfall_are_those_of_its_spline(
         inner = x[row].astype(np.float64).reshape(interior, n)
         control = np.concatenate([[start] * 3, inner, [goal] * 3])
         q = BSpline(clamped_quintic(interior), control, 5)(samples)
-        length = sum(float(np.linalg.norm(b - a)) for a, b in zip(q[:-1], q[1:], strict=True))
+        length = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(q))
         frames = pinocchio_points.joint_frames(robot, q)
         broken = sum(shortfall(robot, T, balls, margin) for T in frames) / count
         # A joint value is off by some roundings of the control points it is summed from.

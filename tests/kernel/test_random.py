@@ -36,7 +36,7 @@ def expected(build: Build, word: np.ndarray) -> np.ndarray:
 def sample(build: Build, particles: int, *, seed: int = 0, trial: int = 0, purpose: int = 2, iteration: int = 0) -> np.ndarray:
     """The four numbers of each particle (4, particles) of block 0."""
     draw = build.named("uniforms")
-    packs = [draw(seed, trial, purpose, iteration, first, 0) for first in range(0, particles, build.lanes)]
+    packs = [draw(seed, trial, purpose, iteration, first, 0) for first in range(0, particles, build.drawn_together)]
     return np.concatenate(packs, axis=1)[:, :particles]
 
 
@@ -56,10 +56,10 @@ def test_every_word_is_threefrys(
     build: Build, seed: int, trial: int, purpose: int, iteration: int, first: int, block: int
 ) -> None:
     found = build.named("uniforms")(seed, trial, purpose, iteration, first, block)
-    assert found.shape == (4, build.lanes)
+    assert found.shape == (4, build.drawn_together)
     assert found.dtype == build.scalar
     key = [seed % 2**32, seed >> 32, trial, purpose]
-    for lane in range(build.lanes):
+    for lane in range(build.drawn_together):
         words = threefry.words(key, [(first + lane) % 2**32, iteration, block, 0])
         np.testing.assert_array_equal(as_words(build, found[:, lane]), expected(build, words))
 
@@ -73,9 +73,9 @@ def test_all_ones_are_no_exception(build: Build) -> None:
 
 def test_a_particles_numbers_do_not_depend_on_the_pack_it_is_in(build: Build) -> None:
     draw = build.named("uniforms")
-    whole = np.concatenate([draw(5, 1, 2, 3, first, 4) for first in range(0, 64, build.lanes)], axis=1)
-    for first in range(64 - build.lanes):
-        np.testing.assert_array_equal(draw(5, 1, 2, 3, first, 4), whole[:, first : first + build.lanes])
+    whole = np.concatenate([draw(5, 1, 2, 3, first, 4) for first in range(0, 64, build.drawn_together)], axis=1)
+    for first in range(64 - build.drawn_together):
+        np.testing.assert_array_equal(draw(5, 1, 2, 3, first, 4), whole[:, first : first + build.drawn_together])
 
 
 def test_numbers_are_in_the_half_open_unit_interval(build: Build) -> None:

@@ -309,9 +309,7 @@ def test_the_penaltys_weight_rises_with_the_square_of_time(build: Build, iterati
 
 
 @pytest.mark.parametrize(("share", "power", "until"), [(0.5, 5, 0.8), (0.25, 1, 0.5), (0.25, 2, 1.0)])
-def test_forgiveness_begins_at_a_quantile_and_falls_as_a_power(
-    build: Build, share: float, power: int, until: float
-) -> None:
+def test_forgiveness_begins_at_a_quantile_and_falls_as_a_power(build: Build, share: float, power: int, until: float) -> None:
     """A violation below the tolerance counts as none, so fitness decides."""
     settings_ = {"tolerance_share": share, "tolerance_power": power, "tolerance_until": until}
     quantile = 20 * share  # of the violations 0, 1, ..., 19
@@ -327,9 +325,7 @@ def test_nothing_is_forgiven_at_the_end(build: Build) -> None:
 
 @settings(max_examples=25)
 @given(st.sampled_from(VARIANTS), st.sampled_from(["feasible_first", "penalty"]), st.integers(0, 999))
-def test_the_best_is_the_least_of_all_told_violation_first(
-    build: Build, variant: str, constraints: str, seed: int
-) -> None:
+def test_the_best_is_the_least_of_all_told_violation_first(build: Build, variant: str, constraints: str, seed: int) -> None:
     """Whatever the swarm goes by; so it never gets worse, and its position is where it was found."""
     rule = {"constraints": constraints, "penalty_start": 0.1, "penalty_end": 1.0, "tolerance_share": 0.5}
     swarm = build.swarm(chosen(variant, **rule), *BOX_3, seed=seed)
@@ -445,9 +441,7 @@ def test_the_history_stays_within_its_range(build: Build) -> None:
 
 @settings(max_examples=25)
 @given(st.sampled_from(VARIANTS), st.integers(1, 9), st.integers(0, 999), st.data())
-def test_a_restored_swarm_goes_on_bit_for_bit(
-    build: Build, variant: str, rounds: int, seed: int, data: st.DataObject
-) -> None:
+def test_a_restored_swarm_goes_on_bit_for_bit(build: Build, variant: str, rounds: int, seed: int, data: st.DataObject) -> None:
     rule = {"constraints": data.draw(st.sampled_from(["feasible_first", "penalty"])), "tolerance_share": 0.4}
     settings_ = chosen(variant, ring=data.draw(st.integers(0, 2)), penalty_start=1.0, penalty_end=9.0, **rule)
     whole, restored = (build.swarm(settings_, *BOX_3, seed=seed) for _ in range(2))

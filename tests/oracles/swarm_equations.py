@@ -58,7 +58,7 @@ class Dice:
         self._drawn: dict[tuple[int, ...], np.ndarray] = {}
 
     def number(self, purpose: int, round_: int, particle: int, block: int, word: int) -> Any:
-        first = particle // self._build.lanes * self._build.lanes
+        first = particle // self._build.drawn_together * self._build.drawn_together
         at = (purpose, round_, first, block)
         if at not in self._drawn:
             self._drawn[at] = self._build.named("uniforms")(*self._key, *at)

@@ -10,8 +10,16 @@ import os
 from dataclasses import dataclass
 from types import ModuleType
 
-from spacearm._kernel import _processor
+from spacearm.checks import shown_error
 from spacearm.errors import KernelError, nearest
+
+try:
+    from spacearm._kernel import _processor
+except ImportError as missing:
+    raise KernelError(
+        f"the compiled kernel cannot be loaded ({shown_error(missing)}), expected one built for this Python; "
+        "install spacearm again"
+    ) from None
 
 ENVIRONMENT_VARIABLE = "SPACEARM_KERNEL"
 _MODULE_OF_LEVEL = {
@@ -45,7 +53,10 @@ def load_level(level: str) -> ModuleType:
         KernelError: the level is unknown, or this processor cannot run it.
     """
     if level not in _MODULE_OF_LEVEL:
-        raise KernelError(f"{ENVIRONMENT_VARIABLE}={level!r} is not a kernel level; {nearest(level, _MODULE_OF_LEVEL)}")
+        raise KernelError(
+            f"{ENVIRONMENT_VARIABLE}={level!r} is not a kernel level, expected one or none set; "
+            f"{nearest(level, available_levels())}"
+        )
     if level not in available_levels():
         raise KernelError(
             f"{ENVIRONMENT_VARIABLE}={level!r} asks for instructions this processor lacks; "

@@ -1,11 +1,14 @@
 """The command line: thin, one module a command.
 
-Exit codes: 0 done, 1 no plan found, 2 wrong input, 130 interrupted. Results go to stdout, everything else to stderr.
+Exit codes: 0 done, 1 no plan found, 2 wrong input, 3 an error of spacearm itself, 130 interrupted. Results go to stdout,
+everything else to stderr.
 """
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 
@@ -14,6 +17,8 @@ COMMANDS = {
     "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, figures",
 }
 """Each command, a module of this room, and what it does."""
+
+_OPTIONS = ("-h", "--help", "--version")
 
 _HELP = """usage: spacearm COMMAND [options]
 
@@ -25,6 +30,8 @@ commands:
 options:
   -h, --help  show this help, or a command's: spacearm COMMAND --help
   --version   show the version and the kernel's build
+
+exit codes: 0 done, 1 no plan found, 2 wrong input, 3 an error of spacearm itself, 130 interrupted
 """
 
 
@@ -34,30 +41,47 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: without the program's name; None takes those of this process.
     """
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    from spacearm.errors import SpacearmError
+
+    try:
+        code = _run(list(sys.argv[1:] if arguments is None else arguments))
+        sys.stdout.flush()  # here, where a full disk or a closed pipe can still be told
+    except SystemExit as stopped:  # help was asked for
+        return int(stopped.code or 0)
+    except SpacearmError as error:
+        return _refused(str(error))
+    except KeyboardInterrupt as interrupt:
+        print(f"spacearm: interrupted; {interrupt.args[0] if interrupt.args else 'nothing was written'}", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # whoever read our output has gone, as `head` does; nothing is wrong
+        _drop_output()
+        return 0
+    except OSError as error:  # files' errors are told by those who write them, so this is the output's
+        _drop_output()
+        return _refused(f"the output cannot be written ({error.strerror or error}); free space there or send it elsewhere")
+    except Exception:
+        _print_error()
+        return 3
+    return code
+
+
+def _run(given: list[str]) -> int:
     if not given or given[0] in ("-h", "--help"):
         width = max(map(len, COMMANDS))
         listed = "\n".join(f"  {name.ljust(width)}  {text}" for name, text in COMMANDS.items())
-        print(_HELP.format(commands=listed), end="")
+        print(_HELP.format(commands=listed), end="", file=sys.stdout if given else sys.stderr)
         return 0 if given else 2
-    if given[0] == "--version":
+    name = given[0]
+    if name == "--version":
         return _version()
-    from spacearm.errors import SpacearmError, nearest
+    from spacearm.checks import shown
+    from spacearm.errors import SettingsError, nearest
 
-    try:
-        if given[0] not in COMMANDS:
-            raise SpacearmError(f"there is no command '{given[0]}'; {nearest(given[0], COMMANDS)}")
-        return importlib.import_module(f"spacearm.cli.{given[0]}").run(given[1:])
-    except SpacearmError as error:
-        print(f"spacearm: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("spacearm: interrupted; nothing was written", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        # Whoever read our output has gone, as `head` does; nothing is wrong, and nothing can be told.
-        sys.stderr.close()
-        return 0
+    if name.startswith("-"):
+        raise SettingsError(f"there is no option {shown(name)}; {nearest(name, _OPTIONS)}; a command's options follow its name")
+    if name not in COMMANDS:
+        raise SettingsError(f"there is no command {shown(name)}; {nearest(name, (*COMMANDS, *_OPTIONS))}")
+    return importlib.import_module(f"spacearm.cli.{name}").run(given[1:])
 
 
 def _version() -> int:
@@ -67,3 +91,22 @@ def _version() -> int:
     kernel = kernel_info()
     print(f"spacearm {version()} (kernel {kernel.level}, {kernel.compiler})")
     return 0
+
+
+def _refused(sentence: str) -> int:
+    print(f"spacearm: {' '.join(sentence.splitlines())}", file=sys.stderr)  # a path may hold a line break
+    return 2
+
+
+def _print_error() -> None:
+    """Show the traceback, since only we can do something about it; Python's exit code for it would say "no plan"."""
+    import traceback
+
+    traceback.print_exc()
+    print("spacearm: this is an error of spacearm itself; please report it with the lines above", file=sys.stderr)
+
+
+def _drop_output() -> None:
+    """Send what is still to be printed nowhere, or Python would fail once more as it exits."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

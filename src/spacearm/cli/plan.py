@@ -5,33 +5,37 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
-
-import tyro
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.terminal import progress_bar, show_table
-from spacearm.output import make_new_folder
+from spacearm.cli.folder import results_folder
+from spacearm.cli.terminal import progress_bar, show_list
 from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory
-from spacearm.show import save_plan_figures
+from spacearm.settings import whole
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What to plan, and where the results go."""
+    """What to plan, and where the results go.
 
-    problem: tyro.conf.Positional[Path]
-    """The problem file, YAML."""
-    output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
-    """New or empty folder for plan.json, trajectory.csv and figures."""
+    Attributes:
+        problem: a problem file (YAML): robot, scene, start and goal; the planner's settings are in it too.
+        output: a new or empty folder for plan.json, trajectory.csv and figures.
+        seed: repeats a plan; none: drawn, and recorded in plan.json.
+        figures: draw the path, the joints over time and the clearance.
+        json: print plan.json's content instead of the summary.
+    """
+
+    problem: Path = field(metadata={"name": "PROBLEM.YAML"})
+    output: Path = field(metadata={"name": "FOLDER", "flag": "-o"})
     seed: int | None = None
-    """Repeats a plan; drawn and recorded if not given."""
     figures: bool = True
-    """Draw the path, the joints over time and the clearance."""
     json: bool = False
-    """Print plan.json's content instead of the summary."""
+
+    def __post_init__(self) -> None:
+        if self.seed is not None:
+            whole("seed", self.seed, at_least=0, at_most=2**63 - 1)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -40,36 +44,54 @@ def run(arguments: Sequence[str]) -> int:
         Options,
         arguments,
         command="plan",
-        description="Plan a collision-free motion within all limits, prove it, and write it down.",
+        description="Plan a collision-free motion within all limits, prove it, and write it down. Where none is found the "
+        "best one seen is in plan.json, and the exit code is 1.",
     )
     file = load_problem_file(options.problem)
-    folder = make_new_folder(options.output)
-    with progress_bar("planning") as bar:
-        found = plan(file.problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 1, what))
-    save_plan(found, folder / "plan.json")
-    if found.trajectory is not None:
-        save_trajectory(found.trajectory, folder / "trajectory.csv")
-        if options.figures:
-            with progress_bar("figures"):
-                save_plan_figures(found, folder)
+    with results_folder(options.output) as folder:
+        with progress_bar("planning") as bar:
+            found = plan(file.problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
+        written = _save(found, folder, figures=options.figures)
     if options.json:
         print(json.dumps(plan_as_dict(found), indent=2))
     else:
-        _show(found, folder)
+        show_list(_summary(found, folder, written))
     if not found.found:
         print(f"spacearm: {found.message}", file=sys.stderr)
     return 0 if found.found else 1
 
 
-def _show(found: Plan, folder: Path) -> None:
+def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
+    """Write the plan's files; return their names. An unproven motion is no trajectory for anyone to execute."""
+    save_plan(found, folder / "plan.json")
+    written = ["plan.json"]
+    if found.found and found.trajectory is not None:
+        save_trajectory(found.trajectory, folder / "trajectory.csv")
+        written.append("trajectory.csv")
+    if figures and found.trajectory is not None:
+        from spacearm.show import save_plan_figures
+
+        with progress_bar("figures") as bar:
+            bar(0, 0, "path, joints and clearance")
+            written += [path.name for path in save_plan_figures(found, folder) if path.suffix == ".png"]
+    return written
+
+
+def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[str, str]]:
     rows = [("status", found.status), ("seed", str(found.seed)), ("goal configurations", str(len(found.goals)))]
     if found.trajectory is not None:
         rows += [
-            ("joint path length", f"{found.fitness['length']:.4f}"),
+            ("joint path length", f"{found.fitness['length']:.4f} {_unit(found)}"),
             ("duration", f"{found.trajectory.duration:.3f} s"),
         ]
     if found.certificate is not None:
         rows.append(("certificate", f"{found.certificate.status}: {found.certificate.message}"))
     rows.append(("time", ", ".join(f"{name} {seconds * 1e3:.0f} ms" for name, seconds in found.timings.items())))
-    rows.append(("written to", str(folder)))
-    show_table("plan", ("", ""), rows)
+    rows.append(("written", f"{', '.join(written)} in {folder}"))
+    return rows
+
+
+def _unit(found: Plan) -> str:
+    robot = found.problem.robot
+    slides = [robot.is_prismatic(i) for i in range(robot.dof)]
+    return "m" if all(slides) else "rad and m" if any(slides) else "rad"

@@ -73,7 +73,7 @@ class Motion(Frozen):
             (..., n) [rad or m].
         """
         at = np.clip(np.asarray(s, dtype=np.float64), 0.0, 1.0)
-        rows = basis(at.ravel(), self.interior, derivative=derivative) @ self.control_points
+        rows = basis(at.ravel(), self.interior, derivative=derivative) @ self._moved(derivative)
         return rows.reshape(*at.shape, self.dof)
 
     def length(self, samples: int = 513) -> float:
@@ -81,19 +81,29 @@ class Motion(Frozen):
         speed = np.linalg.norm(self.sample(np.linspace(0.0, 1.0, samples), 1), axis=1)
         return float((speed.sum() - (speed[0] + speed[-1]) / 2) / (samples - 1))
 
-    def hulls(self, derivative: int, *, bisections: int = _BISECTIONS) -> tuple[Array, Array, Array]:
+    def hulls(
+        self, derivative: int, *, bisections: int = _BISECTIONS, pieces: NDArray[np.int64] | None = None
+    ) -> tuple[Array, Array, Array]:
         """Bound a derivative on every piece, for *every* s of it, by the hull of its Bezier points.
 
         Args:
             derivative: 0 to 3.
             bisections: how often the spline's own pieces are halved first; each quarters the bounds' excess.
+            pieces: (p,) indices of those wanted, of (K + 1) 2^bisections; None: all.
 
         Returns:
-            The pieces' ends (p + 1,), and the least and greatest values on each, (p, n) [rad or m].
+            The pieces' ends (p, 2), and the least and greatest values on each, (p, n) [rad or m].
         """
-        ends, matrix = _hull_matrix(self.interior, derivative, bisections)
-        points = np.einsum("pbk,kn->pbn", matrix, self.control_points)
+        if pieces is None:
+            ends, matrix = _all_hulls(self.interior, derivative, bisections)
+        else:
+            ends, matrix = _hull_matrix(self.interior, derivative, bisections, np.asarray(pieces))
+        points = np.einsum("pbk,kn->pbn", matrix, self._moved(derivative))
         return ends, points.min(axis=1), points.max(axis=1)
+
+    def _moved(self, derivative: int) -> Array:
+        """Return the control points; for a derivative relative to the start, so that what rests has exactly none."""
+        return self.control_points - self.control_points[0] if derivative else self.control_points
 
 
 def basis(s: Array, interior: int, *, derivative: int = 0) -> Array:
@@ -153,25 +163,28 @@ def _cox_de_boor(s: Array, knots: Array, degree: int) -> Array:
 
 
 @lru_cache(maxsize=64)
-def _hull_matrix(interior: int, derivative: int, bisections: int) -> tuple[Array, Array]:
-    """Map the control points to the Bezier points of every piece of a derivative: (p, degree + 1, K + 2).
+def _all_hulls(interior: int, derivative: int, bisections: int) -> tuple[Array, Array]:
+    ends, matrix = _hull_matrix(interior, derivative, bisections, np.arange((interior + 1) * 2**bisections))
+    for array in (ends, matrix):
+        array.setflags(write=False)
+    return ends, matrix
+
+
+def _hull_matrix(interior: int, derivative: int, bisections: int, pieces: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Map the control points to the Bezier points of some pieces of a derivative: (p, degree + 1, K + 2).
 
     Knot insertion in matrix form: a polynomial of that degree is recovered exactly from its values at as many nodes.
     """
     degree = DEGREE - derivative
-    pieces = (interior + 1) * 2**bisections
-    ends = np.linspace(0.0, 1.0, pieces + 1)
+    ends = (pieces[:, None] + np.arange(2)) / ((interior + 1) * 2**bisections)
     # Chebyshev nodes, for which solving costs no more than the last digit or two.
     nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
     binomial = np.array([_choose(degree, i) for i in range(degree + 1)])
     i = np.arange(degree + 1)
     bernstein = binomial * nodes[:, None] ** i * (1 - nodes[:, None]) ** (degree - i)
-    at = ends[:-1, None] + nodes * np.diff(ends)[:, None]
-    values = basis(at.ravel(), interior, derivative=derivative).reshape(pieces, degree + 1, interior + 2)
-    matrix: Array = np.linalg.solve(bernstein, values).astype(np.float64)
-    for array in (ends, matrix):
-        array.setflags(write=False)
-    return ends, matrix
+    at = ends[:, :1] + nodes * np.diff(ends, axis=1)
+    values = basis(at.ravel(), interior, derivative=derivative).reshape(len(pieces), degree + 1, interior + 2)
+    return ends, np.linalg.solve(bernstein, values).astype(np.float64)
 
 
 def _choose(n: int, k: int) -> int:

@@ -24,18 +24,29 @@ BEST_KNOWN = {
 """By mode and obstacle radius [m], for the default weights, tolerance and link radius."""
 
 
-def best_known_value(settings: PaperSettings, mode: str, radius: float, feasible: Sequence[float]) -> tuple[float, str]:
-    """Return the best known value and how it was found; the runs' own best where it is better or none is known."""
+def best_known_value(settings: PaperSettings, mode: str, radius: float, feasible: Sequence[float]) -> tuple[float | None, str]:
+    """Return the best known value and how it was found; the runs' own best where it is better or none is known.
+
+    Args:
+        settings: of the experiment.
+        mode: "goal" or "literal".
+        radius: of the obstacles A_R [m].
+        feasible: the fitness of each feasible run.
+
+    Returns:
+        The value, None if no run was feasible and none is recorded, and the sentence.
+    """
     default = PaperSettings()
-    ours = min(feasible, default=float("inf"))
     as_recorded = (settings.weights, settings.tolerance, settings.link_radius) == (
         default.weights,
         default.tolerance,
         default.link_radius,
     )
     recorded = BEST_KNOWN.get((mode, radius)) if as_recorded else None
+    if recorded is None and not feasible:
+        return None, "no run was feasible, and none is recorded for these settings"
     if recorded is None:
-        return ours, "the best of these runs; none is recorded for these settings"
-    if ours < recorded:
-        return ours, "the best of these runs, better than the recorded one"
+        return min(feasible), "the best of these runs; none is recorded for these settings"
+    if feasible and min(feasible) < recorded:
+        return min(feasible), "the best of these runs, better than the recorded one"
     return recorded, _FOUND_BY

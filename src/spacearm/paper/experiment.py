@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,6 +18,7 @@ from spacearm.planner import ConfigurationGoal, Plan, Problem, plan
 from spacearm.swarm import FeasibleFirst, Penalty, SwarmResult, SwarmSettings, named_settings, run_trials
 
 PENALTY_WEIGHT = 100.0  # of the weighted penalty option
+_PATH_STEPS = 1_000_000  # a planned path takes about as long as so many evaluations; for the progress only
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,7 +32,7 @@ class MethodRuns:
         settings: of the swarm.
         runs: the results, with the best position of every iteration in their history.
         summary: the row of Table 3.
-        path: the planned motion to the best run's configuration; None in the literal mode, or if no run was feasible.
+        path: the planned motion to the best run's configuration; None if no run was feasible, or that one is in contact.
         path_note: why there is no path, or no proven one.
         seconds: all runs took.
     """
@@ -59,13 +60,13 @@ class Experiment:
     Attributes:
         settings: what was run.
         cells: one for each radius, mode and method, in this order.
-        best_known: for each (mode, radius), the best known value and how it was found.
+        best_known: for each (mode, radius), the best known value, None without one, and how it was found.
         seconds: it took.
     """
 
     settings: PaperSettings
     cells: tuple[MethodRuns, ...]
-    best_known: dict[tuple[str, float], tuple[float, str]]
+    best_known: dict[tuple[str, float], tuple[float | None, str]]
     seconds: float
 
     def cell(self, method: str, mode: str, radius: float) -> MethodRuns:
@@ -78,7 +79,7 @@ def run_experiment(settings: PaperSettings, *, progress: Callable[[int, int, str
 
     Args:
         settings: what to run.
-        progress: called with the evaluations done, those in all, and what is being run.
+        progress: called with the steps done (about an evaluation each), those in all, and what is being done.
 
     Raises:
         KeyboardInterrupt: Ctrl-C.
@@ -86,23 +87,24 @@ def run_experiment(settings: PaperSettings, *, progress: Callable[[int, int, str
     begun = time.perf_counter()
     combinations = [(radius, mode) for radius in settings.radii for mode in settings.modes]
     swarms = {method: _swarm(method, settings) for method in settings.methods}
-    total = len(combinations) * settings.runs * sum(s.particles * s.iterations for s in swarms.values())
+    evaluations = settings.runs * sum(swarm.particles * swarm.iterations for swarm in swarms.values())
+    total = len(combinations) * (evaluations + len(swarms) * _PATH_STEPS)
     done = 0
     cells: list[MethodRuns] = []
-    known: dict[tuple[str, float], tuple[float, str]] = {}
+    known: dict[tuple[str, float], tuple[float | None, str]] = {}
+
+    def tell(steps: int, what: str) -> None:
+        if progress:
+            progress(min(steps, total), total, what)
+
     for radius, mode in combinations:
         objective = seed_objective(settings, mode, radius)
-        found = {}
+        robot = paper_robot(settings.link_radius)
+        found: dict[str, _Found] = {}
         for method, swarm in swarms.items():
-            cost, name = swarm.particles, f"{method}, {mode} mode, A_R {radius:g} m"
-
-            def tell(rounds: int, done: int = done, cost: int = cost, name: str = name) -> None:
-                if progress:
-                    progress(min(done + rounds * cost, total), total, name)
-
-            tell(0)
+            name = f"{method}, {mode}, A_R {radius:g} m"
+            tell(done, name)
             started = time.perf_counter()
-            robot = paper_robot(settings.link_radius)
             runs = run_trials(
                 objective,
                 robot.lower,
@@ -112,17 +114,28 @@ def run_experiment(settings: PaperSettings, *, progress: Callable[[int, int, str
                 trials=settings.runs,
                 threads=settings.threads,
                 keep_positions=True,
-                progress=tell,
+                progress=lambda rounds, done=done, swarm=swarm, name=name: tell(done + rounds * swarm.particles, name),
             )
-            found[method] = (tuple(runs), time.perf_counter() - started)
+            seconds = time.perf_counter() - started
             done += settings.runs * swarm.particles * swarm.iterations
+            tell(done, f"{name}: path")
+            path, note = _path(settings, runs, radius)
+            found[method] = _Found(runs=tuple(runs), seconds=seconds, path=path, path_note=note)
+            done += _PATH_STEPS
         known[mode, radius] = best_known_value(
-            settings, mode, radius, [run.fitness for runs, _ in found.values() for run in runs if run.success]
+            settings, mode, radius, [run.fitness for one in found.values() for run in one.runs if run.success]
         )
         cells += _cells(settings, swarms, found, mode, radius, known[mode, radius][0])
-    if progress:
-        progress(total, total, "done")
+    tell(total, "done")
     return Experiment(settings=settings, cells=tuple(cells), best_known=known, seconds=time.perf_counter() - begun)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Found:
+    runs: tuple[SwarmResult, ...]
+    seconds: float
+    path: Plan | None
+    path_note: str
 
 
 def _swarm(method: str, settings: PaperSettings) -> SwarmSettings:
@@ -135,39 +148,38 @@ def _swarm(method: str, settings: PaperSettings) -> SwarmSettings:
 def _cells(
     settings: PaperSettings,
     swarms: dict[str, SwarmSettings],
-    found: dict[str, tuple[tuple[SwarmResult, ...], float]],
+    found: dict[str, _Found],
     mode: str,
     radius: float,
-    best_known: float,
+    best_known: float | None,
 ) -> list[MethodRuns]:
-    reference = found[settings.methods[0]][0]
+    reference = found[settings.methods[0]].runs
     cells = []
-    for method, (runs, seconds) in found.items():
+    for method, one in found.items():
         summary = summarise(
-            runs,
+            one.runs,
             threshold=THRESHOLD,
             best_known=best_known,
             near=NEAR,
-            reference=None if runs is reference else reference,
+            reference=None if one.runs is reference else reference,
         )
-        path, note = _path(settings, runs, radius)
         cells.append(
             MethodRuns(
                 method=method,
                 mode=mode,
                 radius=radius,
                 settings=swarms[method],
-                runs=runs,
+                runs=one.runs,
                 summary=summary,
-                path=path,
-                path_note=note,
-                seconds=seconds,
+                path=one.path,
+                path_note=one.path_note,
+                seconds=one.seconds,
             )
         )
     return cells
 
 
-def _path(settings: PaperSettings, runs: tuple[SwarmResult, ...], radius: float) -> tuple[Plan | None, str]:
+def _path(settings: PaperSettings, runs: Sequence[SwarmResult], radius: float) -> tuple[Plan | None, str]:
     """Plan from the stretched arm to the best configuration found."""
     best = min(runs, key=lambda run: (run.violation, run.fitness))
     if not best.success:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from spacearm._kernel import kernel_info
-from spacearm.output import write_atomically
+from spacearm.output import make_new_folder, write_atomically
 from spacearm.paper.experiment import Experiment, MethodRuns
 from spacearm.paper.figures import save_figures
 from spacearm.paper.readings import READINGS
@@ -31,7 +32,14 @@ _PAPER = (
     "Swarm Optimization, Symmetry 2022, 14(5), 938, doi 10.3390/sym14050938"
 )
 
-HEADER = ("method", "worst", "best", "mean", f"to {THRESHOLD}", "within 1 %", "feasible", "p", "planned path")
+HEADER = ("method", "worst", "best", "mean", f"to {THRESHOLD}", f"within {NEAR:.0%}", "feasible", "p", "planned path")
+LEGEND = (
+    "worst, best, mean: F, eq. (4), of the feasible runs",
+    f"to {THRESHOLD}: share of all runs that are feasible and reach the paper's threshold",
+    f"within {NEAR:.0%}: share of all runs that are feasible and that near to the best known value",
+    "p: of the rank-sum test against the first method",
+    "planned path: to the best run's configuration; proven is free of collision at every instant",
+)
 
 
 def table_rows(experiment: Experiment) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
@@ -52,12 +60,21 @@ def table_rows(experiment: Experiment) -> list[tuple[str, tuple[str, ...], list[
                 )
                 for name, r in REPORTED.items()
             ]
-        title = (
-            f"Table 3, {mode} mode, A_R = {radius:g} m, {experiment.settings.runs} runs each; "
-            f"best known {best_known:.5f} ({found_by})"
-        )
-        tables.append((title, HEADER, rows))
+        runs = experiment.settings.runs
+        title = f"Table 3, {mode} mode, A_R = {radius:g} m, {runs} run{'s' if runs > 1 else ''} of each method"
+        known = f"best known {best_known:.5f}: {found_by}" if best_known is not None else f"no best known value: {found_by}"
+        tables.append((f"{title}; {known}", HEADER, rows))
     return tables
+
+
+def path_notes(experiment: Experiment) -> list[str]:
+    """Tell why a cell has no proven path, a line for each reason."""
+    reasons: dict[str, list[str]] = {}
+    for cell in experiment.cells:
+        if cell.path is None or not cell.path.found:
+            where = f"{cell.method} ({cell.mode}, A_R {cell.radius:g} m)"
+            reasons.setdefault(cell.path_note, []).append(where)
+    return [f"no proven path for {', '.join(cells)}: {note}" for note, cells in reasons.items()]
 
 
 def _row(cell: MethodRuns) -> tuple[str, ...]:
@@ -65,9 +82,7 @@ def _row(cell: MethodRuns) -> tuple[str, ...]:
     path = "none" if cell.path is None else "proven" if cell.path.found else "not proven"
     return (
         cell.method,
-        f"{s.worst:.4f}",
-        f"{s.best:.4f}",
-        f"{s.mean:.4f}",
+        *(f"{value:.4f}" if math.isfinite(value) else "-" for value in (s.worst, s.best, s.mean)),
         f"{s.threshold_share:.0%}",
         f"{s.near_share:.0%}",
         f"{s.feasible_share:.0%}",
@@ -150,6 +165,11 @@ def _number(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def _text(experiment: Experiment) -> str:
+    tables = [_text_table(*entry) for entry in table_rows(experiment)]
+    return "\n".join([*tables, *(f"- {line}" for line in (*LEGEND, *path_notes(experiment)))]) + "\n"
+
+
 def _text_table(title: str, header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
     lines = [header, ("---", *("---:" for _ in header[1:])), *rows]
     return f"**{title}**\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
@@ -157,19 +177,20 @@ def _text_table(title: str, header: tuple[str, ...], rows: list[tuple[str, ...]]
 
 def save_report(
     experiment: Experiment,
-    folder: Path,
+    folder: str | os.PathLike[str],
     *,
     figures: bool = True,
     progress: Callable[[int, int, str], Any] | None = None,
 ) -> list[Path]:
-    """Write report.json, table3.md, timings.json and the figures into an empty folder; return what was written.
+    """Write report.json, table3.md, timings.json and the figures into a new or empty folder; return what was written.
 
     Raises:
-        OutputError: the folder cannot be written.
+        OutputError: the folder is not empty, or cannot be written.
     """
+    folder = make_new_folder(folder)
     report, table, timings = folder / "report.json", folder / "table3.md", folder / "timings.json"
     write_atomically(report, json.dumps(report_as_dict(experiment), indent=1, allow_nan=False) + "\n")
-    write_atomically(table, "\n".join(_text_table(*entry) for entry in table_rows(experiment)))
+    write_atomically(table, _text(experiment))
     write_atomically(timings, json.dumps(_timings(experiment), indent=1) + "\n")
     drawn = save_figures(experiment, folder / "figures", progress=progress) if figures else []
     return [report, table, timings, *drawn]

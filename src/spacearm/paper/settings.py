@@ -8,7 +8,7 @@ from typing import Literal
 from spacearm.checks import as_number, shown
 from spacearm.errors import SettingsError
 from spacearm.settings import one_of, settings, whole
-from spacearm.swarm import NAMED_SETTINGS, named_settings
+from spacearm.swarm import NAMED_SETTINGS
 
 MODES = ("goal", "literal")
 THRESHOLD = 4.33
@@ -40,16 +40,18 @@ class PaperSettings:
     """What of the experiment is run.
 
     Attributes:
-        runs: of each method.
-        methods: names of swarm settings; the first is what the others are compared with.
-        modes: "goal" (reaching the goal is a constraint), "literal" (only eq. (4)).
-        radii: obstacle radii A_R [m].
-        tolerance: of reaching the goal, in the goal mode [m].
-        weights: omega_1, omega_2, omega_3 of eq. (4), each in [0, 1], sum 1.
-        link_radius: of the cylinders round the links [m].
-        constraints: "feasible-first", or "penalty" for the weighted sum, in the methods that do not set their own.
-        seed: of all runs.
-        threads: None for one a processor core; the numbers do not depend on it.
+        runs: runs of each method.
+        methods: swarm settings to compare, the first with each of the others: pso, ipso-m, ipso-s (the paper's, with either
+            reading of its population 3), constriction, ring, ring-small, ring-forgiving, ring-rising, evolving-rising,
+            ipso-e.
+        modes: goal (reaching the goal is a constraint), literal (eq. (4) alone), or both.
+        radii: one or more obstacle radii A_R [m].
+        tolerance: distance at which the goal counts as reached, in the goal mode [m].
+        weights: omega_1, omega_2, omega_3 of eq. (4), each from 0 to 1, their sum 1.
+        link_radius: radius of the cylinders round the links [m].
+        constraints: feasible-first, or penalty for the weighted sum, in the methods that do not set their own.
+        seed: seed of all runs.
+        threads: processor threads; none: one a core. The numbers do not depend on it.
     """
 
     runs: int = 20
@@ -71,7 +73,7 @@ class PaperSettings:
             if len(set(values)) < len(values):
                 raise SettingsError(f"{name} is {shown(values)}, expected each value once; leave the others out")
         for method in self.methods:
-            named_settings(method)
+            one_of("method", method, tuple(NAMED_SETTINGS))
         for mode in self.modes:
             one_of("mode", mode, MODES)
         for radius in self.radii:
@@ -92,7 +94,7 @@ def _check_weights(weights: tuple[float, ...]) -> None:
         if not 0 <= as_number(f"weights[{i}]", weight, SettingsError) <= 1:
             raise SettingsError(f"weights[{i}] is {weight:g}, expected a weight from 0 to 1, eq. (4)")
     if abs(sum(weights) - 1) > 1e-9:
-        raise SettingsError(f"weights sum to {sum(weights):g}, expected 1, eq. (4); scale them")
+        raise SettingsError(f"weights sum to {sum(weights):.12g}, expected 1, eq. (4); scale them")
 
 
 assert set(REPORTED_FOR) <= set(NAMED_SETTINGS)

@@ -37,19 +37,20 @@ def summarise(
     runs: Sequence[SwarmResult],
     *,
     threshold: float,
-    best_known: float,
+    best_known: float | None,
     near: float,
     reference: Sequence[SwarmResult] | None = None,
 ) -> Summary:
     """Return the row of Table 3 for a method's runs, tested against those of the reference method, if any."""
     feasible = [run.fitness for run in runs if run.success]
+    near_enough = -math.inf if best_known is None else best_known * (1 + near)
     values = np.array(feasible or [math.nan])
     return Summary(
         worst=float(values.max()),
         best=float(values.min()),
         mean=float(values.mean()),
         threshold_share=sum(f <= threshold for f in feasible) / len(runs),
-        near_share=sum(f <= best_known * (1 + near) for f in feasible) / len(runs),
+        near_share=sum(f <= near_enough for f in feasible) / len(runs),
         feasible_share=len(feasible) / len(runs),
         p_value=None if reference is None else rank_sum(_ranked(runs), _ranked(reference)),
     )

@@ -2,7 +2,8 @@
 
 Keys: `spacearm-plan` (version), `status`, `message`, `problem` (robot, start, goal, obstacles, as plain values; and a
 SHA-256 `hash` of them), `seed`, `settings`, `motion` (`control_points` of the clamped quintic spline and `duration_s`),
-`fitness`, `goals`, `history`, `certificate`. Timings are left out: the same search gives the same bytes.
+`fitness`, `goals`, `history`, `certificate`. What is infinite, as a clearance without obstacles, is null. Timings are left
+out: the same search gives the same bytes.
 """
 
 from __future__ import annotations
@@ -87,7 +88,7 @@ def save_plan(plan: Plan, path: str | os.PathLike[str]) -> None:
     """
     if Path(path).exists():
         raise OutputError(f"{path} exists, expected a new file; choose another name")
-    write_atomically(path, json.dumps(plan_as_dict(plan), indent=2) + "\n")
+    write_atomically(path, json.dumps(plan_as_dict(plan), indent=2, allow_nan=False) + "\n")
 
 
 def save_trajectory(trajectory: Trajectory, path: str | os.PathLike[str], *, samples: int = _SAMPLES) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.checks import shown
-from spacearm.errors import ProblemError
+from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion, Trajectory, basis
 from spacearm.planner.ends import goal_configurations, require_free, search_bounds
 from spacearm.planner.kernel_model import KernelModel, make_kernel_model, native_class
@@ -50,10 +50,13 @@ def plan(
 
     Raises:
         ProblemError: the start or the goal configuration is in collision, or the goal position is out of reach.
+        SettingsError: settings of something else.
     """
     if not isinstance(problem, Problem):
         raise ProblemError(f"problem is {shown(problem)}, expected a Problem; make one with Problem(...) or load_problem(...)")
-    settings = settings or PlannerSettings()
+    settings = PlannerSettings() if settings is None else settings
+    if not isinstance(settings, PlannerSettings):
+        raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
     seed = seed_of(rng)
     tell = progress or (lambda _: None)
     begun = time.perf_counter()

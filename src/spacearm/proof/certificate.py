@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
+
+from numpy.typing import NDArray
 
 from spacearm.motion import LimitMargins
 
@@ -71,12 +74,15 @@ class Certificate:
         return f"clearance is at least {(self.clearance or 0) * 1e3:.4g} mm for all t; closest measured: {where}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the certificate as plain values, without the time it took: the same proof gives the same values."""
+        """Return the certificate as plain values, None for what is infinite.
+
+        The time it took is left out: the same proof gives the same values.
+        """
         near = self.closest
         return {
             "status": self.status,
             "message": self.message,
-            "clearance_m": self.clearance,
+            "clearance_m": None if self.clearance is None or math.isinf(self.clearance) else self.clearance,
             "closest": None
             if near is None
             else {
@@ -86,11 +92,16 @@ class Certificate:
                 "clearance_m": near.clearance,
             },
             "limits": {
-                "position_margin": self.limits.position.tolist(),
-                "velocity_share": self.limits.velocity.tolist(),
-                "acceleration_share": self.limits.acceleration.tolist(),
+                "position_margin": _finite(self.limits.position),
+                "velocity_share": _finite(self.limits.velocity),
+                "acceleration_share": _finite(self.limits.acceleration),
             },
             "resolution": self.resolution,
             "evaluations": self.evaluations,
             "witness": self.witness,
         }
+
+
+def _finite(values: NDArray[Any]) -> list[float | None]:
+    """Return numbers as JSON knows them: a joint that turns without end has no margin."""
+    return [value if math.isfinite(value) else None for value in values.tolist()]

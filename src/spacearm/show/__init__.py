@@ -4,7 +4,8 @@ from spacearm.show.clearance import figure_clearance
 from spacearm.show.convergence import figure_convergence
 from spacearm.show.joints import figure_joints, figure_joints_over_iterations
 from spacearm.show.overview import ComparedMethod, figure_comparison
-from spacearm.show.path import figure_path_2d, figure_path_3d
+from spacearm.show.path import figure_path_2d
+from spacearm.show.path_space import figure_path_3d
 from spacearm.show.plan_figures import save_plan_figures
 from spacearm.show.save import save_figure
 

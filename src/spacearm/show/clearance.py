@@ -16,7 +16,6 @@ from spacearm.show.style import (
     COLUMN,
     CYCLE,
     GREY,
-    VERMILION,
     figure_of,
     label_right,
     legend_below,
@@ -64,7 +63,7 @@ def figure_clearance(
         if values.size:
             low, high = min(0.0, float(values.min())), float(values.max())
             ax.set_ylim(low - 0.07 * (high - low), high + 0.07 * (high - low))
-            ax.axhspan(ax.get_ylim()[0], 0.0, color=VERMILION, alpha=0.12, linewidth=0)
+            ax.axhspan(ax.get_ylim()[0], 0.0, color=GREY, alpha=0.18, linewidth=0)
             _bound(ax, certificate)
         else:
             ax.text(0.5, 0.5, "nothing is in the way", transform=ax.transAxes, ha="center", color=GREY)
@@ -94,7 +93,7 @@ def _curves(ax: Axes, t: Array, values: Array) -> list[tuple[float, str, str]]:
 
 def _bound(ax: Axes, certificate: Certificate | None) -> None:
     """Draw what contact is, what was measured and what is proven, and say so under the axes."""
-    ax.axhline(0.0, color=VERMILION, linewidth=0.8, label="contact")
+    ax.axhline(0.0, color=GREY, linewidth=0.8, label="contact")
     if certificate is not None:
         near = certificate.closest
         if near is not None:

@@ -69,7 +69,7 @@ def figure_convergence(
         best = min(range(len(runs)), key=lambda i: (runs[i].violation, runs[i].fitness))
         for row in range(len(runs)):
             if row != best:
-                _curve(ax, x, fitness[row], feasible[row], GREY, 0.5, alpha=0.55, label="a run")
+                _curve(ax, x, fitness[row], feasible[row], GREY, 0.5, alpha=0.6, label="a run")
         if len(runs) > 2:
             _quartiles(ax, x, np.where(feasible, fitness, np.inf))
         _curve(ax, x, fitness[best], feasible[best], BLUE, 1.6, label="best run")
@@ -79,8 +79,16 @@ def figure_convergence(
         ax.set_xlabel("iteration")
         ax.set_ylabel("fitness $F$ of the swarm's best")
         ax.set_title(title, loc="left")
-        _legend(ax)
+        _legend(ax, infeasible=not feasible.all())
         return figure_of(ax)
+
+
+def iteration_axis(ax: Axes, iterations: int, *, ticks: int) -> None:
+    """Set the x axis to whole iterations, from the first to the last, with about so many ticks."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax.set_xlim((0.5, 1.5) if iterations == 1 else (1, iterations))
+    ax.xaxis.set_major_locator(MaxNLocator(ticks, integer=True, steps=[1, 2, 2.5, 5, 10]))
 
 
 def carried_on(values: Array, length: int) -> Array:
@@ -117,7 +125,7 @@ def _curve(
 ) -> None:
     marker = "o" if len(x) == 1 else ""
     common: dict[str, Any] = {"drawstyle": "steps-post", "color": color, "marker": marker, "markersize": 3}
-    pale = {"linestyle": DASHED, "alpha": alpha * 0.7, "linewidth": min(width, 1.0), "label": "_"}
+    pale = {"linestyle": DASHED, "alpha": alpha * 0.6 if alpha < 1 else 0.8, "linewidth": min(width, 1.0), "label": "_"}
     ax.plot(x, infeasible_part(y, feasible), **common, **pale)
     ax.plot(x, np.where(feasible, y, np.nan), alpha=alpha, linewidth=width, label=label, **common)
 
@@ -136,7 +144,7 @@ def _limits(
     feasible: NDArray[np.bool_],
     references: Sequence[float | None],
 ) -> None:
-    ax.set_xlim((0.5, 1.5) if len(x) == 1 else (1, len(x)))
+    iteration_axis(ax, len(x), ticks=6)
     begun = fitness[~feasible & np.isfinite(fitness)]  # the first iterations leap; they need not all be in the picture
     ends = np.quantile(begun, [0.02, 0.98]) if begun.size else []
     shown = np.concatenate([fitness[feasible], ends, [value for value in references if value is not None]])
@@ -159,11 +167,12 @@ def _references(ax: Axes, *, reported: float | None, best_known: float | None, t
     label_right(ax, labels)
 
 
-def _legend(ax: Axes) -> None:
+def _legend(ax: Axes, *, infeasible: bool) -> None:
     from matplotlib.lines import Line2D
 
     handles, names = ax.get_legend_handles_labels()
     unique = dict(reversed(list(zip(names, handles, strict=True))))
     shown = [unique[name] for name in ("best run", "a run", "median", "quartiles") if name in unique]
-    shown.append(Line2D([], [], color=GREY, linestyle=DASHED, linewidth=0.9, label="not feasible yet"))
+    if infeasible:
+        shown.append(Line2D([], [], color=GREY, linestyle=DASHED, linewidth=0.9, label="not feasible yet"))
     legend_below(ax, 3, handles=shown)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from spacearm.errors import RobotError, SettingsError
 from spacearm.motion import Trajectory
 from spacearm.robot import Robot
-from spacearm.show.convergence import DASHED, infeasible_part
+from spacearm.show.convergence import DASHED, infeasible_part, iteration_axis
 from spacearm.show.style import BLUE, GREY, LIGHT, PAGE, VERMILION, look, new_figure, tidy
 from spacearm.swarm import SwarmResult
 
@@ -58,10 +58,10 @@ def figure_joints_over_iterations(run: SwarmResult, robot: Robot, *, title: str 
         for dof, ax in enumerate(cells):
             scale, unit = _print_unit(robot, dof)
             _joint_curve(ax, x, positions[:, dof] * scale, feasible)
-            _limits(ax, robot.lower[dof] * scale, robot.upper[dof] * scale)
+            _limits(ax, robot.lower[dof] * scale, robot.upper[dof] * scale, unit)
             ax.set_title(robot.dof_names[dof], loc="left", fontsize=7.5)
             ax.set_ylabel(f"$q_{{{dof + 1}}}$ [{unit}]", labelpad=1)
-            ax.set_xlim((0.5, 1.5) if len(x) == 1 else (1, len(x)))
+            iteration_axis(ax, len(x), ticks=4)
         for ax in grid[-1]:
             ax.set_xlabel("iteration")
         _suptitle(figure, title)
@@ -88,7 +88,7 @@ def figure_joints(trajectory: Trajectory, *, title: str = "") -> Figure:
             for column, (values, (low, high), per) in enumerate(zip(state, bounds, ("", "/s", "/s²"), strict=True)):
                 ax = grid[dof, column]
                 ax.plot(t, values[:, dof] * scale, color=BLUE, linewidth=1.3)
-                _limits(ax, low[dof] * scale, high[dof] * scale)
+                _limits(ax, low[dof] * scale, high[dof] * scale, unit)
                 ax.set_xlim(0.0, trajectory.duration or 1.0)
                 letters = ("q", r"\dot q", r"\ddot q")[column]
                 ax.set_ylabel(f"${letters}_{{{dof + 1}}}$ [{unit}{per}]", labelpad=3)
@@ -112,12 +112,13 @@ def _joint_curve(ax: Axes, x: NDArray[np.int64], y: Array, feasible: NDArray[np.
     ax.plot(x, np.where(feasible, y, np.nan), color=BLUE, linewidth=1.3, **common)
 
 
-def _limits(ax: Axes, lower: float, upper: float) -> None:
+def _limits(ax: Axes, lower: float, upper: float, unit: str) -> None:
     """Draw the limits that there are, and the band between them."""
     from matplotlib.ticker import MaxNLocator
 
     tidy(ax)
-    ax.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 1.5, 2, 3, 4.5, 6, 9, 10], min_n_ticks=3))
+    steps = [1, 1.5, 2, 3, 4.5, 6, 9, 10] if unit == "deg" else [1, 2, 5, 10]
+    ax.yaxis.set_major_locator(MaxNLocator(5, steps=steps, min_n_ticks=3))
     finite = [limit for limit in (lower, upper) if np.isfinite(limit)]
     for limit in finite:
         ax.axhline(limit, color=VERMILION, linewidth=0.8, linestyle=(0, (4, 2)))

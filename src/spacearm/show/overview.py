@@ -77,20 +77,7 @@ def figure_comparison(
         ax = new_figure(COLUMN * 1.4, 1.0 + 0.46 * len(rows)).add_subplot() if ax is None else ax
         for y, row in enumerate(rows):
             _row(ax, y, row)
-        for value, text, color in ((best_known, "best known", GREEN), (threshold, "threshold", VERMILION)):
-            if value is not None:
-                ax.axvline(value, color=color, linewidth=0.9, linestyle=(0, (5, 2)), zorder=1.5)
-                ax.annotate(
-                    f"{text} {value:.4g}",
-                    (value, 1.0),
-                    xycoords=("data", "axes fraction"),
-                    xytext=(0, 2),
-                    textcoords="offset points",
-                    color=color,
-                    fontsize=SMALL,
-                    ha="center",
-                    va="bottom",
-                )
+        _references(ax, best_known, threshold)
         tidy(ax, grid="x")
         ax.set_ylim(len(rows) - 0.5, -0.5)
         ax.set_yticks(range(len(rows)), [row.name for row in rows])
@@ -127,6 +114,26 @@ def _row(ax: Axes, y: int, row: ComparedMethod) -> None:
         at = y + 0.31
         ax.plot([best, worst], [at, at], color=ORANGE, linewidth=1.2, marker="|", markersize=5, zorder=2.2)
         ax.plot(mean, at, "D", color=ORANGE, markersize=3.6, zorder=2.3)
+
+
+def _references(ax: Axes, best_known: float | None, threshold: float | None) -> None:
+    """Draw the lines with their labels above; the lesser's to the left, the greater's to the right, so that both fit."""
+    given = [(value, name) for value, name in ((best_known, "best known"), (threshold, "threshold")) if value is not None]
+    sides = ["center"] if len(given) == 1 else ["right", "left"]
+    for (value, name), side in zip(sorted(given), sides, strict=False):
+        color = GREEN if name == "best known" else VERMILION
+        ax.axvline(value, color=color, linewidth=0.9, linestyle=(0, (5, 2)), zorder=1.5)
+        ax.annotate(
+            f"{name} {value:.4g}",
+            (value, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=({"right": 12, "center": 0, "left": -12}[side], 2),
+            textcoords="offset points",
+            color=color,
+            fontsize=SMALL,
+            ha=side,
+            va="bottom",
+        )
 
 
 def _legend(ax: Axes, *, reported: bool) -> None:

@@ -117,8 +117,8 @@ def extent(drawing: PathDrawing, scene: Scene, dims: int, *, pad: float = 0.06) 
     return low - margin, high + margin
 
 
-def legend_handles(drawing: PathDrawing, scene: Scene) -> list[Any]:
-    """Return the legend's entries, only of what is there."""
+def legend_handles(drawing: PathDrawing, scene: Scene, dims: int) -> list[Any]:
+    """Return the legend's entries, only of what is there; in the plane, a link over a circle may be above or below it."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -132,8 +132,9 @@ def legend_handles(drawing: PathDrawing, scene: Scene) -> list[Any]:
     if drawing.goal is not None:
         handles.append(Line2D([], [], label="target", **_TARGET))
     if scene.obstacles:
-        handles.append(Patch(facecolor=SKY, edgecolor=BLUE, alpha=OBSTACLE_ALPHA, linewidth=0.6, label="obstacle"))
-    text = "arm, grey to black"
+        text = "obstacle, seen along z" if dims == 2 else "obstacle"
+        handles.append(Patch(facecolor=SKY, edgecolor=BLUE, alpha=OBSTACLE_ALPHA, linewidth=0.6, label=text))
+    text = "arm, grey at the start" if len(drawing.poses) > 1 else "arm"
     handles.append(Line2D([], [], color=BLACK, linewidth=1.8, marker="o", markersize=3, label=text))
     return handles
 

@@ -8,7 +8,8 @@ from spacearm.planner import Plan, PositionGoal
 from spacearm.robot import forward_kinematics
 from spacearm.show.clearance import figure_clearance
 from spacearm.show.joints import figure_joints
-from spacearm.show.path import figure_path_2d, figure_path_3d
+from spacearm.show.path import figure_path_2d
+from spacearm.show.path_space import figure_path_3d
 from spacearm.show.save import save_figure
 from spacearm.version import version
 

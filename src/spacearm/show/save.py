@@ -15,7 +15,9 @@ from spacearm.show.style import look
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DPI = 300  # of the PNG
+DPI = 300  # of the PNG, and of what is not drawn as lines in the PDF
+
+_PDF_FIELDS = ("Title", "Author", "Subject")
 
 
 def save_figure(figure: Figure, path_stem: str | os.PathLike[str], *, provenance: Mapping[str, str]) -> tuple[Path, Path]:
@@ -46,8 +48,9 @@ def save_figure(figure: Figure, path_stem: str | os.PathLike[str], *, provenance
 
 def _settle(figure: Figure) -> None:
     """Lay the figure out once, so that both files show the same layout, however often they are written."""
-    with look():
-        figure.draw_without_rendering()
+    if figure.get_layout_engine() is not None:
+        with look():
+            figure.draw_without_rendering()
         figure.set_layout_engine("none")
 
 
@@ -59,10 +62,11 @@ def _png(figure: Figure, provenance: Mapping[str, str]) -> bytes:
 
 
 def _pdf(figure: Figure, provenance: Mapping[str, str]) -> bytes:
-    """Write the PDF, whose metadata has fixed fields: the provenance is in its keywords."""
+    """Write the PDF, whose metadata has fixed fields: what of the provenance has none is in its keywords."""
     buffer = io.BytesIO()
-    keywords = "; ".join(f"{key}: {value}" for key, value in provenance.items())
-    metadata = {"Creator": "spacearm", "Producer": None, "CreationDate": None, "Keywords": keywords}
+    fields = {key: value for key, value in provenance.items() if key in _PDF_FIELDS}
+    keywords = "; ".join(f"{key}: {value}" for key, value in provenance.items() if key not in _PDF_FIELDS)
+    metadata = {"Creator": "spacearm", "Producer": None, "CreationDate": None, "Keywords": keywords or None, **fields}
     with look():
-        figure.savefig(buffer, format="pdf", metadata=metadata)
+        figure.savefig(buffer, format="pdf", dpi=DPI, metadata=metadata)
     return buffer.getvalue()

@@ -65,7 +65,7 @@ def look() -> AbstractContextManager[None]:
     from matplotlib import rc_context, rcParamsDefault
 
     defaults = {key: value for key, value in rcParamsDefault.items() if key not in _GLOBAL}
-    return rc_context({**defaults, **_LOOK})
+    return rc_context({**defaults, **_LOOK})  # type: ignore[dict-item, arg-type]
 
 
 _GLOBAL = ("backend", "backend_fallback", "interactive", "toolbar", "timezone", "datapath")  # not a matter of looks

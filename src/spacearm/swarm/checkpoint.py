@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -93,17 +92,15 @@ def read(path: str | os.PathLike[str]) -> Checkpoint:
             initial=arrays.pop("initial", None),
             state={name.removeprefix("state_"): value for name, value in arrays.items()},
         )
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        TypeError,
-        AttributeError,
-        EOFError,
-        zipfile.BadZipFile,
-        SyntaxError,
-    ):
-        raise FileFormatError(f"{path} cannot be read, expected {_WHAT}; it is broken or something else") from None
+    except FileFormatError:
+        raise
+    except Exception:  # zipfile, NumPy's and our own readers have many for what is broken
+        raise broken(path) from None
+
+
+def broken(path: str | os.PathLike[str]) -> FileFormatError:
+    """Return the error for a file that cannot be used."""
+    return FileFormatError(f"{path} cannot be read, expected {_WHAT}; it is broken or something else")
 
 
 def _settings(saved: dict[str, Any]) -> Any:

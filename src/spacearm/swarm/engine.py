@@ -191,15 +191,23 @@ class Swarm:
             FileFormatError: the file is missing, broken, or no checkpoint of ours.
         """
         saved = checkpoint.read(path)
-        swarm = cls(
-            saved.lower,
-            saved.upper,
-            saved.settings,
-            rng=saved.seed,
-            initial=saved.initial,
-            keep_positions=saved.positions is not None,
-        )
-        swarm._native.restore(saved.state)
+        try:
+            swarm = cls(
+                saved.lower,
+                saved.upper,
+                saved.settings,
+                rng=saved.seed,
+                initial=saved.initial,
+                keep_positions=saved.positions is not None,
+            )
+            if saved.state.keys() != swarm._native.state().keys():
+                raise checkpoint.broken(path)
+            swarm._native.restore(saved.state)
+        except (SettingsError, ValueError, TypeError, KeyError):  # the kernel's own for a state of another shape
+            raise checkpoint.broken(path) from None
+        n = swarm.iteration
+        if saved.rows.shape != (n, 3) or (saved.positions is not None and saved.positions.shape != (n, swarm.dims)):
+            raise checkpoint.broken(path)
         swarm._rows = [(float(f), float(c), int(n)) for f, c, n in saved.rows]
         swarm._positions = [] if saved.positions is None else list(saved.positions)
         return swarm
@@ -246,12 +254,15 @@ def as_values(name: str, values: Any, n: int, dims: int) -> Array:
         SwarmError: another shape, or not numbers; both shapes are named.
     """
     try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SwarmError(f"{name} is {shown(values)}, expected {n} numbers, one a particle") from None
-    if array.shape != (n,) or np.ndim(values) != 1:
+        given = np.asarray(values)
+    except (TypeError, ValueError):  # rows of different lengths
+        given = np.array(None)
+    # Kinds are asked for because NumPy would turn None into NaN and drop an imaginary part.
+    if given.dtype.kind not in "biuf":
+        raise SwarmError(f"{name} is {shown(values)}, expected {n} numbers, one a particle")
+    if given.shape != (n,):
         raise SwarmError(
-            f"{name} has shape {np.shape(values)}, expected ({n},): f is given all particles at once, as ({n}, {dims}), and "
+            f"{name} has shape {given.shape}, expected ({n},): f is given all particles at once, as ({n}, {dims}), and "
             "returns one number for each; for an f of a single position pass vectorized=False"
         )
-    return array
+    return np.ascontiguousarray(given, dtype=np.float64)

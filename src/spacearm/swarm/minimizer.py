@@ -73,29 +73,26 @@ def minimize(
     """
     if not callable(f):
         raise SettingsError(f"f is {shown(f)}, expected a function of positions (particles, d)")
+    if callback is not None and not callable(callback):
+        raise SettingsError(f"callback is {shown(callback)}, expected a function of the swarm")
     stop = _Stop(target=target, stall_iterations=stall_iterations, max_seconds=max_seconds)
     one_of("history", history, ("best", "positions"))
     whole("checkpoint_every", checkpoint_every, at_least=1)
     swarm = Swarm(lower, upper, settings, rng=rng, initial=initial, keep_positions=history == "positions")
     if checkpoint is not None:
-        swarm = _opened(checkpoint, swarm, resume=resume, rng=rng)
+        swarm = _opened(checkpoint, swarm, resume=resume, rng=rng, initial=initial)
     elif resume:
         raise SettingsError("resume is True without a checkpoint, expected the file to go on from; pass checkpoint=...")
     evaluate = f if vectorized else _row_by_row(f)
-    status = "budget"
+    status = stop.caught_up(swarm) or "budget"
     try:
-        while not swarm.done:
+        while status == "budget" and not swarm.done:
             x = swarm.ask()
             swarm.tell(*_told(evaluate(x), len(x), swarm.dims))
             if checkpoint is not None and swarm.iteration % checkpoint_every == 0:
                 swarm.save(checkpoint)
-            if callback is not None and _asks_to_stop(callback, swarm):
-                status = "callback"
-                break
-            reason = stop.reason(swarm)
-            if reason:
-                status = reason
-                break
+            stopped = callback is not None and _asks_to_stop(callback, swarm)
+            status = "callback" if stopped else stop.reason(swarm) or "budget"
     except KeyboardInterrupt:
         if swarm.iteration == 0:
             raise
@@ -116,17 +113,28 @@ class _Stop:
         self._best = (np.inf, np.inf)
         self._improved = 0
 
+    def caught_up(self, swarm: Swarm) -> str | None:
+        """Look at the iterations that a resumed swarm has behind it; return why it would have stopped after the last."""
+        reason = None
+        history = swarm.result().history
+        for i, now in enumerate(zip(history.violation, history.fitness, strict=True)):
+            reason = self._after(i + 1, (float(now[0]), float(now[1])))
+        return reason
+
     def reason(self, swarm: Swarm) -> str | None:
-        now = (swarm.best_violation, swarm.best_fitness)
+        return self._after(swarm.iteration, (swarm.best_violation, swarm.best_fitness)) or self._late()
+
+    def _after(self, iteration: int, now: tuple[float, float]) -> str | None:
         if self.target is not None and now[0] <= 0 and now[1] <= self.target:
             return "target"
         if now < self._best:
-            self._best, self._improved = now, swarm.iteration
-        if self.stall is not None and swarm.iteration - self._improved >= self.stall:
+            self._best, self._improved = now, iteration
+        if self.stall is not None and iteration - self._improved >= self.stall:
             return "stalled"
-        if self.deadline is not None and time.perf_counter() > self.deadline:
-            return "time"
         return None
+
+    def _late(self) -> str | None:
+        return "time" if self.deadline is not None and time.perf_counter() > self.deadline else None
 
 
 def _told(returned: Any, n: int, dims: int) -> tuple[Any, ...]:
@@ -142,23 +150,39 @@ def _told(returned: Any, n: int, dims: int) -> tuple[Any, ...]:
 def _row_by_row(f: Objective) -> Objective:
     def evaluate(x: Any) -> Any:
         values = [f(row) for row in x]
-        if values and isinstance(values[0], tuple):
-            fitness, violation = zip(*values, strict=True)
-            return np.array(fitness, dtype=np.float64), np.array(violation, dtype=np.float64)
-        return np.array(values, dtype=np.float64)
+        pairs = isinstance(values[0], tuple)
+        for value in values:
+            if isinstance(value, tuple) is not pairs or (pairs and len(value) != 2) or not all(map(_is_number, _parts(value))):
+                raise SwarmError(
+                    f"f returned {shown(value)} for a single position, expected a number, or always a pair of numbers: "
+                    "fitness and violation"
+                )
+        columns = np.array([_parts(value) for value in values], dtype=np.float64).T
+        return tuple(columns) if pairs else columns[0]
 
     return evaluate
 
 
+def _parts(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _is_number(value: Any) -> bool:
+    return np.ndim(value) == 0 and np.asarray(value).dtype.kind in "biuf"
+
+
 def _asks_to_stop(callback: Callable[[Swarm], Any], swarm: Swarm) -> bool:
     try:
-        return callback(swarm) is True
+        answer = callback(swarm)
+        return isinstance(answer, (bool, np.bool_)) and bool(answer)
     except StopIteration:
         return True
 
 
-def _opened(path: str | os.PathLike[str], fresh: Swarm, *, resume: bool, rng: Rng) -> Swarm:
+def _opened(path: str | os.PathLike[str], fresh: Swarm, *, resume: bool, rng: Rng, initial: ArrayLike | None) -> Swarm:
     """Return the swarm of an existing checkpoint, or the fresh one if there is none."""
+    if not isinstance(path, (str, os.PathLike)) or not str(path):
+        raise SettingsError(f"checkpoint is {shown(path)}, expected the path of a file")
     if not Path(path).exists():
         return fresh
     if not resume:
@@ -174,6 +198,8 @@ def _opened(path: str | os.PathLike[str], fresh: Swarm, *, resume: bool, rng: Rn
         raise SettingsError(f"{path} was made with other bounds, expected the same; resume with those it was begun with")
     if isinstance(rng, (int, np.integer)) and saved.seed != rng:
         raise SettingsError(f"{path} was made with seed {saved.seed}, not {rng}; resume with the same rng, or with None")
+    if initial is not None and not np.array_equal(fresh._initial, saved._initial):  # type: ignore[arg-type]
+        raise SettingsError(f"{path} was made with another `initial`, expected the same; resume with it, or with None")
     if fresh._keep_positions != saved._keep_positions:
         raise SettingsError(f"{path} was made with another `history`, expected the same")
     return saved

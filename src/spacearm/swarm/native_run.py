@@ -74,7 +74,7 @@ def run_trials(
     )
     seconds = time.perf_counter() - begun
     return [
-        _result(run, settings, seed, first_trial + i, seconds / max(trials, 1), stop_when_feasible)
+        _result(run, settings, seed, first_trial + i, seconds / max(trials, 1), stop_when_feasible, bool(max_seconds))
         for i, run in enumerate(found)
         if run["rounds"]
     ]
@@ -87,6 +87,7 @@ def _result(
     trial: int,
     seconds: float,
     stop_when_feasible: bool,
+    timed: bool,
 ) -> SwarmResult:
     budget = settings.particles * settings.iterations
     spent = run["evaluations"] + settings.particles > budget
@@ -96,7 +97,7 @@ def _result(
         x=run["position"].astype(np.float64),
         fitness=run["fitness"],
         violation=run["violation"],
-        status="feasible" if feasible else "budget" if spent else "time",
+        status="feasible" if feasible else "budget" if spent else "time" if timed else "callback",
         iterations=run["rounds"],
         evaluations=run["evaluations"],
         failed_evaluations=0,

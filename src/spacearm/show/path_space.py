@@ -1,0 +1,153 @@
+"""The path of the end effector and the arm on its way, in space (the paper's Figs. 6b and 9b)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.motion import Trajectory
+from spacearm.robot import Robot
+from spacearm.scene import Scene
+from spacearm.show.path_drawing import OBSTACLE_ALPHA, PathDrawing, draw_lines, extent, legend_handles, make_drawing
+from spacearm.show.style import BLUE, COLUMN, GREY, LIGHT, SKY, figure_of, look, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+
+def figure_path_3d(
+    trajectory: Trajectory | None,
+    robot: Robot,
+    scene: Scene,
+    *,
+    start: ArrayLike,
+    goal: ArrayLike | None = None,
+    trace: ArrayLike | None = None,
+    title: str = "",
+    view: tuple[float, float] = (32.0, -58.0),
+    ax: Any = None,
+) -> Figure:
+    """Draw the path in space, with equal scales, over its shadow on the floor of the picture.
+
+    Args:
+        trajectory, robot, scene, start, goal, trace, title: as for `figure_path_2d`.
+        view: elevation and azimuth of the eye [deg].
+        ax: three-dimensional axes to draw in; a new figure unless given.
+
+    Raises:
+        ProblemError: a start that is not one configuration, a goal that is not a point.
+        RobotError: configurations that are not the robot's.
+    """
+    drawing = make_drawing(trajectory, robot, start, goal, trace)
+    low, high = extent(drawing, scene, 3)
+    with look():
+        own = ax is None
+        if own:
+            ax = new_figure(COLUMN, COLUMN, layout=None).add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
+        _box(ax, low, high, view)
+        _shadow(ax, drawing, scene, float(low[2]))
+        _balls(ax, scene, view)
+        draw_lines(ax, drawing, 3)
+        figure, handles = figure_of(ax), legend_handles(drawing, scene, 3)
+        if own:
+            _fill(figure, ax, low, high)
+            figure.legend(handles=handles, loc="lower center", ncols=2)
+            figure.text(0.02, 0.99, title, va="top", fontsize=8)
+        else:
+            ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2)
+            ax.set_title(title, loc="left")
+        return figure
+
+
+def _box(ax: Any, low: Array, high: Array, view: tuple[float, float]) -> None:
+    """Set limits, equal scales, the viewpoint and light axes."""
+    from matplotlib.ticker import MultipleLocator
+
+    step = _tick_step(float((high - low).max()))
+    for name, a, b, pad in zip("xyz", low, high, (-5, -2, -4), strict=True):
+        getattr(ax, f"set_{name}lim")(a, b)
+        getattr(ax, f"set_{name}label")(f"{name} [m]", labelpad=pad)
+        axis = getattr(ax, f"{name}axis")
+        axis.set_major_locator(MultipleLocator(step))
+        axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
+        axis.pane.set_edgecolor(LIGHT)
+        axis.line.set_linewidth(0.6)
+        axis._axinfo["grid"].update(color=LIGHT, linewidth=0.4)
+        axis._axinfo["tick"].update(inward_factor=0.0, outward_factor=0.15)
+    ax.tick_params(labelsize=6.5, pad=-2)
+    ax.set_box_aspect(high - low)
+    ax.view_init(elev=view[0], azim=view[1])
+
+
+def _tick_step(span: float) -> float:
+    """Return a round step that gives about six ticks on the longest axis; the same on all."""
+    wanted = span / 6
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda factor: abs(factor * power - wanted)))
+
+
+def _fill(figure: Figure, ax: Any, low: Array, high: Array) -> None:
+    """Zoom and place the axes so that the box fills the column, and give the figure the height that this takes."""
+    left, right, bottom, top = 0.15, 0.5, 0.84, 0.2  # [inch] for tick labels, axis labels, legend and title
+    ax.set_position((0.0, 0.0, 1.0, COLUMN / figure.get_figheight()))
+    least, most = _seen_box(ax, low, high)
+    zoom = float(min((COLUMN - left - right) / (most - least)[0], 3.2 / (most - least)[1]))
+    ax.set_box_aspect(high - low, zoom=zoom)
+    least, most = _seen_box(ax, low, high)
+    width, height = most - least
+    full = bottom + float(height) + top
+    at = np.array([left + (COLUMN - left - right - width) / 2, bottom]) - least
+    figure.set_size_inches(COLUMN, full)
+    ax.set_position((at[0] / COLUMN, at[1] / full, 1.0, COLUMN / full))
+
+
+def _seen_box(ax: Any, low: Array, high: Array) -> tuple[Array, Array]:
+    """Return the corners of the rectangle on the page that the axes' box takes, (2,) each [inch]."""
+    from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+    ax.apply_aspect()
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)
+    x, y, _ = proj_transform(corners[:, 0], corners[:, 1], corners[:, 2], ax.get_proj())
+    seen = ax.transData.transform(np.column_stack([x, y])) / ax.figure.dpi
+    return seen.min(axis=0), seen.max(axis=0)
+
+
+def _balls(ax: Any, scene: Scene, view: tuple[float, float]) -> None:
+    """Draw every obstacle as a transparent disc that faces the eye, with a soft light on it; the far ones first.
+
+    A ball's outline is a disc from everywhere; a mesh would show its seams.
+    """
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    elevation, azimuth = np.radians(view)
+    eye = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+    across = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    up = np.cross(eye, across)
+    turn = np.linspace(0, 2 * np.pi, 73)[:-1, None]
+    disc = np.cos(turn) * across + np.sin(turn) * up  # (72, 3)
+    for obstacle in sorted(scene.obstacles, key=lambda ball: float(ball.center @ eye)):
+        rim = obstacle.center + obstacle.radius * disc
+        ax.add_collection3d(Poly3DCollection([rim], facecolor=SKY, alpha=OBSTACLE_ALPHA + 0.1, linewidth=0, zorder=2))
+        ax.plot(*np.vstack([rim, rim[:1]]).T, color=BLUE, linewidth=0.6, zorder=2)
+        for share in np.linspace(0.8, 0.1, 15):
+            middle = obstacle.center + (1 - share) * 0.45 * obstacle.radius * (up - across)
+            lit = middle + share * obstacle.radius * disc
+            ax.add_collection3d(Poly3DCollection([lit], facecolor="white", alpha=0.045, linewidth=0, zorder=2))
+
+
+def _shadow(ax: Any, drawing: PathDrawing, scene: Scene, floor: float) -> None:
+    """Draw obstacles, path and last pose on the floor, grey: so the eye can tell heights."""
+    turn = np.linspace(0, 2 * np.pi, 49)
+    for obstacle in scene.obstacles:
+        x, y = (obstacle.center[i] + obstacle.radius * f(turn) for i, f in enumerate((np.cos, np.sin)))
+        ax.plot(x, y, floor, color=GREY, alpha=0.5, linewidth=0.5, zorder=1)
+    for segment in drawing.poses[-1].segments:
+        ax.plot(*segment.T[:2], floor, color=LIGHT, linewidth=1.4, zorder=1)
+    for end in drawing.ends:
+        ax.plot(end[[0, 0]], end[[1, 1]], [floor, end[2]], color=GREY, linewidth=0.6, linestyle=(0, (1, 2)), zorder=1.2)
+    if drawing.path is not None:
+        ax.plot(*drawing.path.T[:2], floor, color=GREY, alpha=0.6, linewidth=0.8, zorder=1.1)

@@ -1,0 +1,71 @@
+"""Commands run in this process: what they print, and how wrong input is held to one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+from snapshot import assert_refused
+from spacearm.cli import main
+from spacearm.errors import SpacearmError
+
+PROBLEM = """\
+spacearm: 1
+robot: zhang2022
+scene:
+  - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}
+start: [0, 0, 0, 0, 0, 0, 0]
+goal: {configuration: [1, 0, 0, 0, 0, 0, 0]}
+"""
+
+Told = Callable[[Sequence[object]], tuple[int, str, str]]
+Refused = Callable[..., None]
+
+
+@pytest.fixture
+def told(capsys: pytest.CaptureFixture[str]) -> Told:
+    """Run a command; return its exit code, stdout and stderr."""
+
+    def run(arguments: Sequence[object]) -> tuple[int, str, str]:
+        code = main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def refused(told: Told, tmp_path: Path) -> Refused:
+    """Hold a command to: exit code 2, the one sentence of the table on stderr, nothing on stdout or on disk."""
+
+    def check(case: str, *arguments: object) -> None:
+        before = _contents(tmp_path)
+
+        def run() -> NoReturn:
+            code, out, err = told(arguments)
+            assert (code, out) == (2, "")
+            start, line = err[:10], err[10:]
+            assert start == "spacearm: "
+            assert line.endswith("\n")
+            raise SpacearmError(line[:-1])
+
+        assert_refused("cli", case, SpacearmError, run, path=tmp_path)
+        assert _contents(tmp_path) == before
+
+    return check
+
+
+@pytest.fixture
+def problem(tmp_path: Path) -> Path:
+    """Return a problem file that is solved at once."""
+    path = tmp_path / "problem.yaml"
+    path.write_text(PROBLEM)
+    return path
+
+
+def _contents(folder: Path) -> dict[str, bytes | None]:
+    """Return all files with their bytes, and folders with None."""
+    return {str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None for path in folder.rglob("*")}

@@ -1,0 +1,242 @@
+"""Calls of the kernel that must be refused, each tried in a process of its own, for some would end it.
+
+`python -m kernel.misuse` tries them all and prints what came of each as JSON: the exception's name, "accepted", or the
+signal that ended the process.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kernel import objectives
+from kernel.builds import Build
+from spacearm._kernel import available_levels
+from spacearm.robot.kinematics import tree_arrays
+
+BUILD = Build(available_levels()[0], 64)
+ROBOT = objectives.paper_robot()
+BOUNDS = np.array(ROBOT.lower), np.array(ROBOT.upper)
+BOX = np.zeros(2), np.ones(2)
+SETTINGS: dict[str, Any] = {"particles": 20, "evaluations": 200}
+
+
+def model(**changes: Any) -> Any:
+    """A model of the paper's arm with one point, capsule and sphere, some of its arrays changed."""
+    arrays = {
+        **tree_arrays(ROBOT),
+        "point_joint": np.array([0, 6], dtype=np.int32),
+        "point_local": np.zeros((2, 3)),
+        "capsule_a": np.array([0], dtype=np.int32),
+        "capsule_b": np.array([1], dtype=np.int32),
+        "capsule_radius": np.array([0.1]),
+        "sphere_center": np.ones((1, 3)),
+        "sphere_radius": np.array([0.1]),
+    }
+    return BUILD.named("Model").make(**{**arrays, **changes})
+
+
+def ints(*values: int) -> np.ndarray:
+    return np.array(values, dtype=np.int32)
+
+
+def q(*shape: int) -> np.ndarray:
+    return np.zeros(shape)
+
+
+def seed(**changes: Any) -> Any:
+    """A seed objective with some of its arguments changed."""
+    given = {"centers": ints(0, 1), "tip": 1, "goal": np.zeros(3), "weights": np.ones(3), **changes}
+    return BUILD.named("SeedObjective")(model(), *given.values(), True, 1e-3)
+
+
+def evaluated(objective: Any, columns: int = 7) -> Any:
+    return objective.evaluate(q(1, columns))
+
+
+def motion(**changes: Any) -> Any:
+    given = {"start": np.zeros(7), "goal": np.ones(7), "basis": np.ones((4, 4)) / 4, **changes}
+    return BUILD.named("MotionObjective")(model(), *given.values(), 0.0, 1.0)
+
+
+def search(**changes: Any) -> Any:
+    bounds = changes.pop("bounds", BOUNDS)
+    return objectives.searched(BUILD, objectives.seed_objective(BUILD, ROBOT), bounds, SETTINGS, **changes)
+
+
+def swarm(rounds: int = 1, **settings: Any) -> Any:
+    """A swarm over a square after some rounds."""
+    made = BUILD.swarm({**SETTINGS, **settings}, *BOX)
+    for _ in range(rounds):
+        made.ask()
+        made.tell(np.ones(made.active), np.zeros(made.active))
+    return made
+
+
+def restore(particles: int = 20, **changes: Any) -> Any:
+    """Restore a changed state of 20 particles into a swarm of so many."""
+    state = {**swarm().state(), **changes}
+    target = swarm(particles=particles)
+    target.restore({name: values for name, values in state.items() if values is not None})
+    target.ask()
+    return target.positions()
+
+
+def counters(at: int, value: int) -> np.ndarray:
+    changed = swarm().state()["counters"].copy()
+    changed[at] = value
+    return changed
+
+
+def ask_told(made: Any) -> Any:
+    made.ask()
+    made.tell(np.ones(made.active), np.zeros(made.active))
+    made.ask()
+    return made.positions()
+
+
+Case = Callable[[], Any]
+REFUSED: dict[str, Case] = {
+    "evaluate: too few columns": lambda: evaluated(seed(), 6),
+    "evaluate: too many columns": lambda: evaluated(seed(), 8),
+    "evaluate: no columns": lambda: evaluated(seed(), 0),
+    "evaluate: one configuration without a batch": lambda: seed().evaluate(q(7)),
+    "evaluate: three axes": lambda: seed().evaluate(q(1, 1, 7)),
+    "evaluate: text": lambda: seed().evaluate("0000000"),
+    "evaluate: None": lambda: seed().evaluate(None),
+    "evaluate: complex numbers": lambda: seed().evaluate(q(1, 7) + 1j),
+    "terms: too few columns": lambda: seed().terms(q(1, 6)),
+    "motion: too few columns": lambda: evaluated(motion(), 13),
+    "motion: a start of another length": lambda: motion(start=np.zeros(6)),
+    "motion: a goal of another length": lambda: motion(goal=np.zeros(8)),
+    "motion: a basis without ends": lambda: motion(basis=np.ones((4, 1))),
+    "model: a child before its parent": lambda: model(parent=ints(1, 0, 1, 2, 3, 4, 5)),
+    "model: a parent below -1": lambda: model(parent=ints(-2, 0, 1, 2, 3, 4, 5)),
+    "model: a dof beyond the last": lambda: model(dof=ints(0, 1, 2, 3, 4, 5, 7)),
+    "model: a negative dof": lambda: model(dof=ints(-1, 1, 2, 3, 4, 5, 6)),
+    "model: a point on no joint": lambda: model(point_joint=ints(0, 7)),
+    "model: a capsule's end that is no point": lambda: model(capsule_b=ints(2)),
+    "model: a capsule's start below 0": lambda: model(capsule_a=ints(-1)),
+    "tell: too few values": lambda: swarm().tell(np.ones(19), np.ones(19)),
+    "tell: too many values": lambda: swarm().tell(np.ones(21), np.ones(21)),
+    "tell: fewer violations than fitnesses": lambda: swarm().tell(np.ones(20), np.ones(19)),
+    "tell: a column": lambda: swarm().tell(np.ones((20, 1)), np.ones((20, 1))),
+    "place_first: too few columns": lambda: swarm(0).place_first(q(2, 1)),
+    "swarm: bounds of different lengths": lambda: BUILD.swarm(SETTINGS, [0, 0], [1, 1, 1]),
+    "swarm: a negative seed": lambda: BUILD.swarm(SETTINGS, *BOX, seed=-1),
+    "swarm: a trial beyond 32 bits": lambda: BUILD.swarm(SETTINGS, *BOX, trial=2**32),
+    "search: bounds of too few dimensions": lambda: search(bounds=BOX),
+    "search: an upper bound of too few dimensions": lambda: search(bounds=(BOUNDS[0], BOX[1])),
+    "search: initial positions of too few columns": lambda: search(initial=q(1, 6)),
+    "settings: no particles": lambda: BUILD.settings(particles=0),
+    "settings: no budget": lambda: BUILD.settings(evaluations=0),
+    "settings: no memory": lambda: BUILD.settings(memory=0),
+    "settings: an unknown variant": lambda: BUILD.settings(variant="ipso"),
+    "settings: an unknown bounds rule": lambda: BUILD.settings(bounds="bounce"),
+    "settings: an unknown constraint rule": lambda: BUILD.settings(constraints="none"),
+    "seed: a centre that is no point": lambda: evaluated(seed(centers=ints(0, 2))),
+    "seed: a negative centre": lambda: evaluated(seed(centers=ints(-1))),
+    "restore: a value missing": lambda: restore(position=None),
+    "search: a negative number of trials": lambda: search(trials=-1),
+    "uniforms: a negative trial": lambda: BUILD.named("uniforms")(0, -1, 0, 0, 0, 0),
+}
+
+REFUSALS = {"ValueError", "TypeError", "IndexError", "KeyError"}
+
+# Refusals that are still to come: reading or writing beyond an array, or accepting what makes no sense.
+OPEN: dict[str, Case] = {
+    "joint_frames: too few columns": lambda: model().joint_frames(q(1, 6)),
+    "joint_frames: no columns": lambda: model().joint_frames(q(1, 0)),
+    "points: too few columns": lambda: model().points(q(1, 6)),
+    "clearances: too few columns": lambda: model().clearances(q(1, 6)),
+    "clearances: too many columns": lambda: model().clearances(q(1, 8)),
+    "model: fewer kinds than joints": lambda: model(kind=ints(0)),
+    "model: fewer dofs than joints": lambda: model(dof=ints(0)),
+    "model: fewer multipliers than joints": lambda: model(multiplier=np.ones(1)),
+    "model: fewer offsets than joints": lambda: model(offset=np.zeros(1)),
+    "model: fewer rotations than joints": lambda: model(rotation=np.ones((1, 3, 3))),
+    "model: rotations of another shape": lambda: model(rotation=np.ones((7, 2, 2))),
+    "model: fewer translations than joints": lambda: model(translation=np.ones((1, 3))),
+    "model: fewer places than points": lambda: model(point_local=np.zeros((1, 3))),
+    "model: places in the plane": lambda: model(point_local=np.zeros((2, 2))),
+    "model: fewer ends than starts": lambda: model(capsule_b=ints()),
+    "model: fewer radii than capsules": lambda: model(capsule_radius=np.zeros(0)),
+    "model: centres in the plane": lambda: model(sphere_center=np.ones((1, 2))),
+    "model: fewer radii than centres": lambda: model(sphere_radius=np.zeros(0)),
+    "seed: a tip that is no point": lambda: evaluated(seed(tip=10**6)),
+    "seed: a goal in the plane": lambda: evaluated(seed(goal=np.zeros(2))),
+    "seed: two weights": lambda: evaluated(seed(weights=np.ones(2))),
+    "motion: a basis without samples": lambda: evaluated(motion(basis=np.ones((0, 4))), 14),
+    "restore: the state of a smaller swarm": lambda: restore(particles=5000),
+    "restore: positions cut short": lambda: restore(position=np.zeros(3)),
+    "restore: positions in words": lambda: restore(position="everywhere"),
+    "restore: counters cut short": lambda: restore(counters=np.zeros(2, dtype=np.int64)),
+    "restore: more particles than there are": lambda: restore(counters=counters(3, 10**6)),
+    "restore: a history entry that is none": lambda: restore(counters=counters(4, 10**6)),
+    "tell: without having asked, evolving": lambda: ask_told(_told_twice(variant="evolving")),
+    "settings: a misspelt name": lambda: BUILD.settings(partickles=3),
+    "settings: a text for a number": lambda: BUILD.settings(particles="many"),
+    "settings: a negative evolving share": lambda: ask_told(swarm(variant="evolving", evolving_share=-3.0)),
+    "settings: an evolving share above 1": lambda: ask_told(swarm(variant="evolving", evolving_share=3.0)),
+    "settings: an elite of more than all": lambda: ask_told(swarm(variant="evolving", elite_share=100.0)),
+    "swarm: no dimensions": lambda: ask_told(BUILD.swarm({**SETTINGS, "variant": "evolving"}, [], [])),
+    "search: progress answers with a number": lambda: _slow_search(lambda done: 1),
+}
+
+
+def _told_twice(**settings: Any) -> Any:
+    made = swarm(**settings)
+    made.tell(np.zeros(20), np.zeros(20))
+    return made
+
+
+def _slow_search(progress: Case) -> Any:
+    objective = objectives.seed_objective(BUILD, ROBOT)
+    chosen = {**SETTINGS, "evaluations": 10**9}
+    return objectives.searched(BUILD, objective, BOUNDS, chosen, seconds=0.2, progress=progress)
+
+
+def tried(case: Case) -> str:
+    """What came of a call, made in a child of this process."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            case()
+            outcome = "accepted"
+        except BaseException as error:
+            outcome = type(error).__name__
+        os.write(writing, outcome.encode())
+        os._exit(0)
+    os.close(writing)
+    _, status = os.waitpid(child, 0)
+    said = os.read(reading, 1000).decode()
+    os.close(reading)
+    return signal.Signals(os.WTERMSIG(status)).name if os.WIFSIGNALED(status) else said
+
+
+@cache
+def outcomes() -> dict[str, str]:
+    """What came of every case, tried in a process without threads."""
+    done = subprocess.run(
+        [sys.executable, "-m", "kernel.misuse"],
+        cwd=Path(__file__).parents[1],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    return json.loads(done.stdout)
+
+
+if __name__ == "__main__":
+    print(json.dumps({name: tried(case) for name, case in {**REFUSED, **OPEN}.items()}))

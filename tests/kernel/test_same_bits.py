@@ -1,0 +1,167 @@
+"""The same bits from every instruction level, on any number of threads, and asked for one by one or searched natively."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import strategies
+from kernel import drawn, objectives
+from kernel.builds import LEVELS, Build, place
+from spacearm._kernel import available_levels
+from spacearm.scene import Scene
+
+ROBOT = objectives.paper_robot()
+BOUNDS = np.array(ROBOT.lower), np.array(ROBOT.upper)
+IPSO = {"inertia_start": 0.9, "inertia_end": 0.4, "velocity_clamp": 0.2, "particles": 33, "evaluations": 33 * 12}
+VARIANTS: dict[str, dict[str, Any]] = {
+    "pso": {**IPSO, "variant": "pso", "tolerance_share": 0.4},
+    "ring": {**IPSO, "variant": "pso", "ring": 2, "bounds": "reflect"},
+    "symbiotic": {**IPSO, "variant": "symbiotic", "bounds": "periodic"},
+    "cooperative": {**IPSO, "variant": "cooperative"},
+    "evolving": {**IPSO, "variant": "evolving", "evolving_share": 1 / 3, "shrink_to": 4, "ring": 2},
+    "all evolving": {**IPSO, "variant": "evolving", "evolving_share": 1.0, "constraints": "penalty", "penalty_start": 9.0},
+}
+
+
+@pytest.fixture(params=[64, 32])
+def bits(request: pytest.FixtureRequest) -> int:
+    return request.param
+
+
+def levels(bits: int) -> list[Build]:
+    """The builds that run here, at least two of them on any x86-64 machine."""
+    return [Build(level, bits) for level in LEVELS if level in available_levels()]
+
+
+def assert_same_runs(found: list[dict[str, Any]], expected: list[dict[str, Any]]) -> None:
+    assert len(found) == len(expected)
+    for one, other in zip(found, expected, strict=True):
+        assert one.keys() == other.keys()
+        for name in one:
+            np.testing.assert_array_equal(one[name], other[name], err_msg=name)
+
+
+# ---- levels ----------------------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=25)
+@given(strategies.scenes(), st.data())
+@pytest.mark.parametrize("bits", [64, 32])
+def test_every_level_computes_the_same_bits(bits: int, scene: Scene, data: st.DataObject) -> None:
+    robot = data.draw(drawn.robots())
+    q = data.draw(drawn.batches(robot, Build("generic", bits), 33))
+
+    def computed(build: Build) -> list[np.ndarray]:
+        model = place(build, robot, spheres=scene.obstacles).native
+        out = [model.joint_frames(q), model.points(q), model.clearances(q)]
+        for make in (objectives.seed_objective, objectives.reach_objective):
+            out += make(build, robot, scene.obstacles).evaluate(q)
+        out.append(objectives.seed_objective(build, robot, scene.obstacles).terms(q))
+        motion = objectives.motion_objective(build, robot, scene.obstacles)
+        return [*out, *motion.evaluate(np.hstack([q, q[:, ::-1]]))]
+
+    first, *others = levels(bits)
+    expected = computed(first)
+    for other in others:
+        for a, b in zip(computed(other), expected, strict=True):
+            np.testing.assert_array_equal(a, b, err_msg=str(other))
+
+
+def test_every_level_draws_and_turns_alike(bits: int) -> None:
+    first, *others = levels(bits)
+    x = first.array(np.random.default_rng(0).uniform(-1e5, 1e5, 5000))
+    for other in others:
+        for at in ((0, 0, 0, 0, 0, 0), (2**64 - 1, 3, 2, 99, 2**32 - 2, 0x10000)):
+            np.testing.assert_array_equal(other.named("uniforms")(*at), first.named("uniforms")(*at))
+        for a, b in zip(other.named("sincos")(x), first.named("sincos")(x), strict=True):
+            np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_every_level_searches_alike(bits: int, variant: str) -> None:
+    def runs(build: Build) -> list[dict[str, Any]]:
+        objective = objectives.seed_objective(build, ROBOT)
+        return objectives.searched(build, objective, BOUNDS, VARIANTS[variant], trials=3, keep_positions=True)
+
+    first, *others = levels(bits)
+    for other in others:
+        assert_same_runs(runs(other), runs(first))
+
+
+# ---- threads and trials ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_any_number_of_threads_gives_the_same_bits(bits: int, variant: str) -> None:
+    build = levels(bits)[0]
+    objective = objectives.seed_objective(build, ROBOT)
+
+    def runs(threads: int) -> list[dict[str, Any]]:
+        settings_ = {"trials": 20, "threads": threads, "keep_positions": True}
+        return objectives.searched(build, objective, BOUNDS, VARIANTS[variant], **settings_)
+
+    alone = runs(1)
+    assert len({run["fitness"] for run in alone}) == 20
+    for threads in (2, 5, 50):
+        assert_same_runs(runs(threads), alone)
+
+
+@pytest.mark.parametrize("variant", ["pso", "all evolving"])
+def test_a_trial_does_not_depend_on_those_before_it(bits: int, variant: str) -> None:
+    build = levels(bits)[0]
+    objective = objectives.seed_objective(build, ROBOT)
+    together = objectives.searched(build, objective, BOUNDS, VARIANTS[variant], trials=20, threads=2)
+    for trial in (0, 1, 19):
+        alone = objectives.searched(build, objective, BOUNDS, VARIANTS[variant], first_trial=trial)
+        assert_same_runs(alone, together[trial : trial + 1])
+
+
+# ---- by hand ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("problem", ["seed", "reach", "motion"])
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_native_search_is_ask_and_tell(build: Build, variant: str, problem: str) -> None:
+    objective = getattr(objectives, f"{problem}_objective")(build, ROBOT)
+    bounds = [np.tile(bound, 2) for bound in BOUNDS] if problem == "motion" else BOUNDS
+    chosen = VARIANTS[variant]
+    known = build.array(np.random.default_rng(0).uniform(*bounds, (2, len(bounds[0]))))
+    options = {"seed": 2**40 + 1, "first_trial": 3, "keep_positions": True, "initial": known}
+    (run,) = objectives.searched(build, objective, tuple(bounds), chosen, **options)
+    swarm = build.swarm(chosen, *bounds, seed=2**40 + 1, trial=3)
+    history = []
+    while not swarm.spent:
+        swarm.ask()
+        if not history:
+            swarm.place_first(known)
+        swarm.tell(*objective.evaluate(swarm.positions()))
+        history.append((swarm.best_fitness, swarm.best_violation, swarm.evaluations, *swarm.best_position))
+    f, c, spent, *x = np.array(history).T
+    np.testing.assert_array_equal(run["fitness_history"], f)
+    np.testing.assert_array_equal(run["violation_history"], c)
+    np.testing.assert_array_equal(run["evaluation_history"], spent)
+    np.testing.assert_array_equal(run["position_history"], np.transpose(x))
+    np.testing.assert_array_equal(run["position"], swarm.best_position)
+    assert (run["fitness"], run["violation"]) == (swarm.best_fitness, swarm.best_violation)
+    assert (run["rounds"], run["evaluations"]) == (swarm.round, swarm.evaluations)
+    feasible = np.flatnonzero(c <= 0)
+    assert run["first_feasible_round"] == (feasible[0] if len(feasible) else -1)
+
+
+def test_stopping_when_feasible_ends_at_the_first_such_round(build: Build) -> None:
+    objective = objectives.seed_objective(build, ROBOT)
+    chosen = {**VARIANTS["ring"], "evaluations": 33 * 300}
+    whole, stopped = (
+        objectives.searched(build, objective, BOUNDS, chosen, trials=4, stop_when_feasible=stop) for stop in (False, True)
+    )
+    assert any(run["first_feasible_round"] >= 0 for run in whole)
+    for long, short in zip(whole, stopped, strict=True):
+        rounds = long["first_feasible_round"] + 1 or long["rounds"]
+        assert short["rounds"] == rounds
+        np.testing.assert_array_equal(short["fitness_history"], long["fitness_history"][:rounds])
+        assert short["violation"] == long["violation_history"][rounds - 1]
