@@ -253,14 +253,16 @@ template <class T> nb::dict get_state(swarm<T>& s) {
 template <class T> void set_state(swarm<T>& s, nb::dict state) {
     constexpr const char* other = "a checkpoint of another swarm";
     in1<std::int64_t> counters;
-    require(nb::try_cast(state["counters"], counters), other);
+    const nb::object counters_given = state["counters"];   // a missing key raises here
+    require(nb::try_cast(counters_given, counters), other);
     const std::vector<std::int64_t> counted(counters.data(), counters.data() + counters.shape(0));
     require(s.fits(counted), other);
     // All is checked before anything is changed.
     std::vector<std::vector<T>> saved;
     s.visit_state([&](const char* name, std::vector<T>& values) {
         in1<T> array;
-        require(nb::try_cast(state[name], array), other);
+        const nb::object given = state[name];
+        require(nb::try_cast(given, array), other);
         const std::string key = name;
         const std::size_t size = array.shape(0), dims = static_cast<std::size_t>(s.dims());
         if (key == "archive") require(size % dims == 0, other);
@@ -463,7 +465,8 @@ template <class E> E chosen(const std::string& name, std::initializer_list<std::
 // Takes a setting out of the dictionary, so that what is left is unknown.
 template <class V> void field(nb::dict& d, const char* key, V& value) {
     if (!d.contains(key)) return;
-    if (!nb::try_cast(d[key], value)) throw nb::type_error(key);
+    const nb::object given = d[key];
+    if (!nb::try_cast(given, value)) throw nb::type_error(key);
     nb::del(d[key]);
 }
 

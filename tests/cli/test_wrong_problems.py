@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-import urdf_text
 from cli.conftest import PROBLEM, Refused, Told
 
 ROBOT = """\
@@ -59,19 +58,6 @@ CHANGES = {
     "shape unknown": (SPHERE, "spere: {center: [0.5, 0.5, 0.0], radius: 0.1}"),
 }
 
-TEXTS: dict[str, str | bytes] = {
-    "empty": "",
-    "only comments": "# to do\n",
-    "broken": PROBLEM.replace("[0.5, 0.5, 0.0]", "[0.5, 0.5, 0.0"),
-    "a list": "- 1\n- 2\n",
-    "a robot file": ROBOT,
-    "a MoveIt scene": "name: scene\nworld: {collision_objects: []}\nrobot_model_name: panda\n",
-    "a URDF": urdf_text.URDF if hasattr(urdf_text, "URDF") else "<robot name='arm'/>",
-    "an image": b"\x89PNG\r\n\x1a\n\x00\x00",
-    "JSON of a plan": json.dumps({"spacearm-plan": 1, "status": "found"}),
-    "of another version": PROBLEM.replace("spacearm: 1", "spacearm: 7"),
-}
-
 URDF = """<robot name="arm">
   <link name="base"/><link name="hand"/>
   <joint name="turn" type="revolute">
@@ -80,6 +66,19 @@ URDF = """<robot name="arm">
   </joint>
 </robot>
 """
+
+TEXTS: dict[str, str | bytes] = {
+    "empty": "",
+    "only comments": "# to do\n",
+    "broken": PROBLEM.replace("[0.5, 0.5, 0.0]", "[0.5, 0.5, 0.0"),
+    "a list": "- 1\n- 2\n",
+    "a robot file": ROBOT,
+    "a MoveIt scene": "name: scene\nworld: {collision_objects: []}\nrobot_model_name: panda\n",
+    "a URDF": URDF,
+    "an image": b"\x89PNG\r\n\x1a\n\x00\x00",
+    "JSON of a plan": json.dumps({"spacearm-plan": 1, "status": "found"}),
+    "of another version": PROBLEM.replace("spacearm: 1", "spacearm: 7"),
+}
 
 ROBOTS = {
     "robot with lower above upper": ("arm.yaml", ROBOT.replace("lower: -2, upper: 2", "lower: 2, upper: -2", 1)),

@@ -13,21 +13,43 @@ from kernel.builds import Build
 from spacearm.robot import Robot
 
 
+# Which coordinates of a point are kept; the kernel leaves out what zeros make needless.
+MASKS = st.sampled_from([(1, 1, 1), (0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 0), (1, 1, 0)]).map(np.array)
+
+
+def points() -> st.SearchStrategy[np.ndarray]:
+    """Points (3,), often on an axis or in a coordinate plane [m]."""
+    return st.builds(np.multiply, strategies.points(), MASKS)
+
+
+@st.composite
+def right_angled(draw: st.DrawFn) -> np.ndarray:
+    """Transforms (4, 4) that exchange and flip axes, without a rounding error, as most robots' do."""
+    T = np.eye(4)
+    order = draw(st.permutations(range(3)))
+    T[:3, :3] = np.eye(3)[order] * draw(st.tuples(*[st.sampled_from([1.0, -1.0])] * 3))
+    if np.linalg.det(T[:3, :3]) < 0:
+        T[:3, 0] *= -1
+    T[:3, 3] = draw(points())
+    return T
+
+
 @st.composite
 def robots(draw: st.DrawFn, min_joints: int = 2, max_joints: int = 12) -> Robot:
-    """The robots of strategies.robots, some joints of which follow an earlier one."""
+    """The robots of strategies.robots, some right-angled, some with joints that follow an earlier one."""
     robot = draw(strategies.robots(min_joints, max_joints))
-    if not draw(st.booleans()):
-        return robot
-    joints, leaders = [robot.joints[0]], [robot.joints[0].name]
-    for joint in robot.joints[1:]:
-        if draw(st.booleans()):
-            joints.append(replace(joint, dof=len(leaders)))
-            leaders.append(joint.name)
-        else:
+    given, mimics = robot.joints, draw(st.booleans())
+    if draw(st.booleans()):
+        given = [replace(joint, T_parent_joint=draw(right_angled())) for joint in given]
+    joints, leaders = [given[0]], [given[0].name]
+    for joint in given[1:]:
+        if mimics and draw(st.booleans()):
             leader = draw(st.integers(0, len(leaders) - 1))
             factor, offset = draw(st.floats(-2, 2)), draw(st.floats(-2, 2))
             joints.append(replace(joint, dof=leader, multiplier=factor, offset=offset))
+        else:
+            joints.append(replace(joint, dof=len(leaders)))
+            leaders.append(joint.name)
     names = ("lower", "upper", "velocity", "acceleration")
     limits = {name: getattr(robot, name)[: len(leaders)] for name in names}
     return replace(robot, joints=tuple(joints), dof_names=tuple(leaders), **limits)

@@ -57,8 +57,8 @@ def cases(draw: st.DrawFn, build: Build) -> Case:
     robot = draw(drawn.robots())
     balls = draw(strategies.scenes()).obstacles
     last = len(robot.joints) - 1
-    centres = draw(st.lists(st.tuples(st.integers(-1, last), strategies.points()), max_size=5))
-    tip = (last, draw(strategies.points()))
+    centres = draw(st.lists(st.tuples(st.integers(-1, last), drawn.points()), max_size=5))
+    tip = (last, draw(drawn.points()))
     model = place(build, robot, points=[*centres, tip], spheres=balls)
     q = draw(drawn.batches(robot, build, draw(st.sampled_from([1, build.lanes + 1]))))
     return Case(robot, balls, model, centres, tip, q, pinocchio_points.joint_frames(robot, q))

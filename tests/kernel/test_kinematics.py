@@ -11,9 +11,8 @@ from kernel import accuracy, drawn
 from kernel.builds import Build, place
 from oracles import pinocchio_points
 from spacearm.robot import load_robot
-from strategies import points
 
-RIDERS = st.lists(st.tuples(st.integers(-1, 12), points()), max_size=4)
+RIDERS = st.lists(st.tuples(st.integers(-1, 12), drawn.points()), max_size=4)
 
 
 def layouts(q: np.ndarray) -> dict[str, np.ndarray]:
@@ -30,7 +29,7 @@ def layouts(q: np.ndarray) -> dict[str, np.ndarray]:
     }
 
 
-@settings(max_examples=20)
+@settings(max_examples=30)
 @given(st.data())
 def test_frames_and_points_are_where_pinocchio_puts_them(build: Build, data: st.DataObject) -> None:
     robot = data.draw(drawn.robots())

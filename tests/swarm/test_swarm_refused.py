@@ -9,7 +9,7 @@ import pytest
 
 from snapshot import assert_refused
 from spacearm.errors import SettingsError, SpacearmError, SwarmError
-from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty, Swarm, minimize, named_settings, run_trials, seed_of
+from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty, Swarm, minimize, named_settings, seed_of
 
 BOX = np.array([3.0, -9.0]), np.array([5.0, -8.5])
 PLAIN = PSO(particles=4, iterations=3)
@@ -108,7 +108,6 @@ SETTINGS: dict[str, Any] = {
     "seed text": lambda: seed_of("0"),  # type: ignore[arg-type]
     "seed True": lambda: seed_of(True),
     "seed a float": lambda: seed_of(1.0),  # type: ignore[arg-type]
-    "seed of the old generator": lambda: seed_of(np.random.RandomState(0)),  # type: ignore[arg-type]
     "lower above upper": given(lower=[3.0, -8.0]),
     "lower NaN": given(lower=[3.0, np.nan]),
     "lower infinite": given(lower=[-np.inf, -9.0]),
@@ -135,7 +134,6 @@ SETTINGS: dict[str, Any] = {
     "checkpoint a number": given(checkpoint=3),
     "checkpoint empty": given(checkpoint=""),
     "checkpoint_every zero": given(checkpoint_every=0),
-    "run_trials on no threads": lambda: run_trials(None, *BOX, PLAIN, seed=0, threads=0),
 }
 
 DRIVEN: dict[str, Any] = {

@@ -12,6 +12,7 @@ from spacearm.cli.arguments import parsed
 from spacearm.cli.folder import results_folder
 from spacearm.cli.terminal import progress_bar, show_list
 from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory
+from spacearm.reading import located
 from spacearm.settings import whole
 
 
@@ -49,7 +50,7 @@ def run(arguments: Sequence[str]) -> int:
     )
     file = load_problem_file(options.problem)
     with results_folder(options.output) as folder:
-        with progress_bar("planning") as bar:
+        with progress_bar("planning") as bar, located(options.problem):
             found = plan(file.problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
         written = _save(found, folder, figures=options.figures)
     if options.json:

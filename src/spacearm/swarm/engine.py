@@ -241,9 +241,11 @@ def as_bounds(lower: ArrayLike, upper: ArrayLike) -> tuple[Array, Array]:
     if (low > high).any():
         i = int(np.argmax(low > high))
         raise SettingsError(f"lower[{i}] is {low[i]:g}, above upper[{i}] {high[i]:g}, expected at most it; swap them")
-    if not np.isfinite(high - low).all():
-        i = int(np.argmax(~np.isfinite(high - low)))
-        raise SettingsError(f"upper[{i}] - lower[{i}] is {high[i] - low[i]:g}, expected a finite range; narrow the bounds")
+    with np.errstate(over="ignore"):
+        width = high - low
+    if not np.isfinite(width).all():
+        i = int(np.argmax(~np.isfinite(width)))
+        raise SettingsError(f"upper[{i}] - lower[{i}] is {width[i]:g}, expected a finite range; narrow the bounds")
     return low, high
 
 
