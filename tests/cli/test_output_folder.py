@@ -8,9 +8,10 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import pytest
 
@@ -205,36 +206,38 @@ def test_a_folder_that_was_there_stays_when_nothing_is_written(tmp_path: Path) -
 
 
 def test_what_another_put_there_meanwhile_stays(tmp_path: Path) -> None:
-    with pytest.raises(ZeroDivisionError), results_folder(tmp_path / "out") as folder:
-        (folder / "theirs").touch()
-        (folder / "empty").mkdir()
-        raise ZeroDivisionError
-    assert [path.name for path in folder.iterdir()] == ["theirs"]
+    def work() -> None:
+        with results_folder(tmp_path / "out") as folder:
+            (folder / "theirs").touch()
+            (folder / "empty").mkdir()
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        work()
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["theirs"]
+
+
+# A shell may start us with Ctrl-C ignored, which children inherit.
+PROGRAM = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from spacearm.cli import main
+sys.exit(main())
+"""
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_sigint_ends_a_long_run_in_one_line(tmp_path: Path) -> None:
     folder = tmp_path / "out"
-    command = [sys.executable, "-m", "spacearm.cli", "paper", "--runs", "100000", "--threads", "1", "-o", str(folder)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **_own_group()) as running:
+    command = [sys.executable, "-c", PROGRAM, "paper", "--runs", "100000", "--threads", "1", "-o", str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         try:
-            wait_for_search(running, folder)
+            while not folder.exists() and running.poll() is None:
+                time.sleep(0.05)
+            time.sleep(0.5)  # into the search, which would take many minutes
             running.send_signal(signal.SIGINT)
-            out, err = running.communicate(timeout=60)  # hours without the signal
+            out, err = running.communicate(timeout=60)
         finally:
             running.kill()
     assert (running.returncode, out, err) == (130, "", "spacearm: interrupted; nothing was written\n")
     assert not folder.exists()
-
-
-def _own_group() -> dict[str, Any]:
-    return {"start_new_session": True}
-
-
-def wait_for_search(running: subprocess.Popen[str], folder: Path) -> None:
-    """Wait until the output folder is there, after which the search begins."""
-    import time
-
-    while not folder.exists() and running.poll() is None:
-        time.sleep(0.05)
-    time.sleep(0.5)

@@ -12,7 +12,6 @@ import strategies
 from kernel.builds import Build
 from spacearm.robot import Robot
 
-
 # Which coordinates of a point are kept; the kernel leaves out what zeros make needless.
 MASKS = st.sampled_from([(1, 1, 1), (0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 0), (1, 1, 0)]).map(np.array)
 

@@ -91,6 +91,16 @@ def restore(particles: int = 20, **changes: Any) -> Any:
     return target.positions()
 
 
+def restored_asked(**changes: Any) -> Any:
+    """Restore a changed state of an evolving swarm that waits to be told."""
+    asked = swarm(variant="evolving")
+    asked.ask()
+    target = swarm(0, variant="evolving")
+    target.restore({**asked.state(), **changes})
+    target.tell(np.zeros(20), np.zeros(20))
+    return ask_told(target)
+
+
 def counters(at: int, value: int) -> np.ndarray:
     changed = swarm().state()["counters"].copy()
     changed[at] = value
@@ -148,12 +158,6 @@ REFUSED: dict[str, Case] = {
     "restore: a value missing": lambda: restore(position=None),
     "search: a negative number of trials": lambda: search(trials=-1),
     "uniforms: a negative trial": lambda: BUILD.named("uniforms")(0, -1, 0, 0, 0, 0),
-}
-
-REFUSALS = {"ValueError", "TypeError", "IndexError", "KeyError"}
-
-# Refusals that are still to come: reading or writing beyond an array, or accepting what makes no sense.
-OPEN: dict[str, Case] = {
     "joint_frames: too few columns": lambda: model().joint_frames(q(1, 6)),
     "joint_frames: no columns": lambda: model().joint_frames(q(1, 0)),
     "points: too few columns": lambda: model().points(q(1, 6)),
@@ -190,7 +194,12 @@ OPEN: dict[str, Case] = {
     "settings: an elite of more than all": lambda: ask_told(swarm(variant="evolving", elite_share=100.0)),
     "swarm: no dimensions": lambda: ask_told(BUILD.swarm({**SETTINGS, "variant": "evolving"}, [], [])),
     "search: progress answers with a number": lambda: _slow_search(lambda done: 1),
+    "OPEN BUG: restore: gains cut short, asked": lambda: restored_asked(gain=np.zeros(0)),
+    "OPEN BUG: restore: drawn factors cut short, asked": lambda: restored_asked(drawn_factor=np.zeros(1)),
+    "restore: an archive of broken rows": lambda: restore(archive=np.zeros(3)),
 }
+
+REFUSALS = {"ValueError", "TypeError", "IndexError", "KeyError"}
 
 
 def _told_twice(**settings: Any) -> Any:
@@ -239,4 +248,4 @@ def outcomes() -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    print(json.dumps({name: tried(case) for name, case in {**REFUSED, **OPEN}.items()}))
+    print(json.dumps({name: tried(case) for name, case in REFUSED.items()}))

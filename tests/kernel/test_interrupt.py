@@ -27,11 +27,22 @@ AT_MOST = 30.0  # [s] a trial, should nothing stop it
 BUILD = next(build for build in BUILDS if build.level in available_levels())
 
 
+OBJECTIVE = objectives.seed_objective(BUILD, ROBOT)
+
+
 def endless(**options: Any) -> list[dict[str, Any]]:
     """A search that only its caller, a signal or AT_MOST ends."""
-    objective = objectives.seed_objective(BUILD, ROBOT)
-    return objectives.searched(BUILD, objective, BOUNDS, ENDLESS, **{"seconds": AT_MOST, **options})
+    return objectives.searched(BUILD, OBJECTIVE, BOUNDS, ENDLESS, **{"seconds": AT_MOST, **options})
 
+
+def run_alone(program: str) -> subprocess.CompletedProcess[str]:
+    """Run a program in a process of its own, which it may end."""
+    tests = Path(__file__).parents[1]
+    command = [sys.executable, "-c", program]
+    return subprocess.run(command, cwd=tests, capture_output=True, text=True, timeout=60, check=False)
+
+
+POSIX = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals and forked processes are POSIX's")
 
 # ---- Ctrl-C ----------------------------------------------------------------------------------------------------------
 
@@ -53,18 +64,69 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="signals are POSIX's")
-@pytest.mark.parametrize("progress", ["None", "print"])
+@POSIX
+@pytest.mark.parametrize("progress", ["None", "lambda done: None"])
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_ctrl_c_ends_a_search(threads: int, progress: str) -> None:
     """Within a tenth of a second, and the length of a round; the measured time is printed (pytest -rP)."""
-    program = INTERRUPTED.format(threads=threads, progress="None" if progress == "None" else "lambda done: None")
-    tests = Path(__file__).parents[1]
-    done = subprocess.run([sys.executable, "-c", program], cwd=tests, capture_output=True, text=True, timeout=60, check=False)
+    done = run_alone(INTERRUPTED.format(threads=threads, progress=progress))
     assert done.returncode == 0, done.stderr
     latency = float(done.stdout)
     print(f"interrupted after {1e3 * latency:.0f} ms with {threads} threads")
     assert latency < 1
+
+
+# Rounds of more than 40 ms, so that the calling thread waits for a helper after the search was stopped.
+LONG_ROUNDS = """
+import os, signal, threading
+import numpy as np
+from kernel import objectives
+from kernel.test_interrupt import BOUNDS, BUILD, ROBOT
+
+objective = objectives.motion_objective(BUILD, ROBOT)
+bounds = tuple(np.tile(bound, 2) for bound in BOUNDS)
+
+def search(progress):
+    settings = {"particles": 200_000, "evaluations": 10**12}
+    objectives.searched(BUILD, objective, bounds, settings, trials=2, threads=2, seconds=20.0, progress=progress)
+"""
+
+
+@POSIX
+def test_ctrl_c_in_a_search_on_threads_with_progress_does_not_end_the_process() -> None:
+    """Once interrupted, the thread that waits for the others leaves progress alone."""
+    program = """
+threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+try:
+    search(lambda done: None)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    done = run_alone(LONG_ROUNDS + program)
+    assert (done.returncode, done.stdout) == (0, "interrupted\n"), done.stderr
+
+
+def test_progress_that_raises_while_helpers_finish_does_not_end_the_process() -> None:
+    """The calling thread is through and waits; what its progress raises there must wait for the others too."""
+    program = """
+import time
+from kernel.test_interrupt import Mine, endless
+
+begun, slept = time.perf_counter(), []
+
+def progress(done):
+    if not slept:
+        slept.append(time.sleep(0.7))  # meanwhile the helper, through with its first trial, takes the third
+    elif time.perf_counter() > begun + 0.85:
+        raise Mine("mine")
+
+try:
+    endless(trials=3, threads=2, seconds=0.5, progress=progress)
+except Mine as error:
+    print(error)
+"""
+    done = run_alone(program)
+    assert (done.returncode, done.stdout) == (0, "mine\n"), done.stderr
 
 
 # ---- other threads ---------------------------------------------------------------------------------------------------
@@ -85,16 +147,16 @@ class Counter(threading.Thread):
 @pytest.mark.parametrize("what", ["search", "evaluate", "joint_frames", "points", "clearances"])
 def test_another_python_thread_goes_on_meanwhile(what: str) -> None:
     """A thread that waits for the interpreter's lock counts to next to nothing."""
-    q = np.random.default_rng(0).uniform(*BOUNDS, (100_000, 7))
+    q = np.random.default_rng(0).uniform(*BOUNDS, (50_000, 7))
+    same = np.broadcast_to(q[0], (2_000_000, 7))
     model = place(BUILD, ROBOT, points=[(6, (0, 0, 0))], spheres=objectives.OBSTACLES).native
-    objective = objectives.seed_objective(BUILD, ROBOT)
     # Each has to outlast Python's switch interval of 5 ms by far.
     calls = {
         "search": lambda: endless(seconds=0.2),
-        "evaluate": lambda: objective.evaluate(q),
+        "evaluate": lambda: OBJECTIVE.evaluate(same),
         "joint_frames": lambda: model.joint_frames(q),
-        "points": lambda: model.points(q),
-        "clearances": lambda: model.clearances(q),
+        "points": lambda: model.points(same[:400_000]),
+        "clearances": lambda: model.clearances(same[:400_000]),
     }
     counter = Counter()
     counter.start()
@@ -146,10 +208,9 @@ def test_progress_that_answers_nothing_lets_the_search_go_on() -> None:
 
 
 def test_progress_does_not_change_a_bit() -> None:
-    objective = objectives.seed_objective(BUILD, ROBOT)
     chosen = {"particles": 300, "evaluations": 300 * 3000}
     silent, told = (
-        objectives.searched(BUILD, objective, BOUNDS, chosen, progress=progress) for progress in (None, lambda done: None)
+        objectives.searched(BUILD, OBJECTIVE, BOUNDS, chosen, progress=progress) for progress in (None, lambda done: None)
     )
     np.testing.assert_array_equal(silent[0]["fitness_history"], told[0]["fitness_history"])
 
@@ -202,11 +263,8 @@ def chain(joints: int) -> Robot:
     )
 
 
-# The cooperative variant needs three particles: test_open_bugs.py.
-SIZES = [(variant, n) for variant in VARIANTS for n in (1, 2, 3, 17) if (variant, n > 2) != ("cooperative", False)]
-
-
-@pytest.mark.parametrize(("variant", "particles"), SIZES)
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("particles", [1, 2, 3, 17])
 @pytest.mark.parametrize("joints", [1, 2, 13])
 @pytest.mark.parametrize("obstacles", [(), (Sphere((0.1, 0.1, 0.1), 0.2),)], ids=["free", "one obstacle"])
 def test_the_smallest_problems_are_searched(
@@ -236,7 +294,7 @@ def test_more_known_positions_than_particles_are_no_harm(build: Build) -> None:
     np.testing.assert_array_equal(run["position_history"], np.zeros((1, 7)))
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="each case runs in a forked process")
+@POSIX
 @pytest.mark.parametrize("case", misuse.REFUSED)
 def test_wrong_arguments_are_refused(case: str) -> None:
     assert misuse.outcomes()[case] in misuse.REFUSALS

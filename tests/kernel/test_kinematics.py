@@ -100,6 +100,16 @@ def angles(build: Build, largest: float) -> np.ndarray:
     return np.concatenate([positive, -positive])
 
 
+@pytest.mark.parametrize("turns", ["near", "far"])
+def test_sine_and_cosine_are_within_their_bound(build: Build, turns: str) -> None:
+    bounds = accuracy.SINCOS_ERROR if turns == "near" else accuracy.SINCOS_ERROR_FAR
+    x = angles(build, 1e4 if turns == "near" else 1e5)
+    sine, cosine = build.named("sincos")(x)
+    exact = x.astype(np.longdouble)
+    assert float(np.abs(sine - np.sin(exact)).max()) <= bounds[build.bits]
+    assert float(np.abs(cosine - np.cos(exact)).max()) <= bounds[build.bits]
+
+
 def test_small_angles_keep_their_relative_accuracy(build: Build) -> None:
     x = build.array(np.logspace(-30, -2, 2000))
     sine, cosine = build.named("sincos")(x)

@@ -15,12 +15,12 @@ from kernel.test_swarm_steps import EVOLVING, IPSO, VARIANTS, rows, told
 BOX_3 = (np.array([1.0, -5.0, -0.5]), np.array([3.0, -4.0, 0.5]))
 
 
-def told_rounds(build: Build, swarm: Any, rounds: int, *, seed: int = 0) -> list[tuple[np.ndarray, ...]]:
+def told_rounds(build: Build, swarm: Any, rounds: int, *, seed: int = 0, odd: bool = True) -> list[tuple[np.ndarray, ...]]:
     """Positions, fitness and violation of each round."""
     rng, trace = np.random.default_rng(seed), []
     for _ in range(rounds):
         swarm.ask()
-        fitness, violation = told(build, rng, swarm.active, odd=bool(trace))
+        fitness, violation = told(build, rng, swarm.active, odd=odd)
         trace.append((swarm.positions(), fitness, violation))
         swarm.tell(fitness, violation)
     return trace
@@ -330,9 +330,9 @@ def test_the_best_is_the_least_of_all_told_violation_first(build: Build, variant
     rule = {"constraints": constraints, "penalty_start": 0.1, "penalty_end": 1.0, "tolerance_share": 0.5}
     swarm = build.swarm(chosen(variant, **rule), *BOX_3, seed=seed)
     rng, best = np.random.default_rng(seed), (np.inf, np.inf, -1.0)
-    for round_ in range(8):
+    for _ in range(8):
         swarm.ask()
-        f, c = told(build, rng, swarm.active, odd=round_ > 0)
+        f, c = told(build, rng, swarm.active)
         for i in range(swarm.active):
             if not (np.isnan(f[i]) or np.isnan(c[i])):
                 best = min(best, (c[i], f[i], *swarm.positions()[i]), key=lambda b: b[:2])
@@ -370,6 +370,28 @@ def test_a_swarm_that_is_told_nothing_but_failures_lives_on(build: Build, varian
     assert (swarm.best_fitness, swarm.best_violation) == (np.inf, np.inf)
 
 
+@pytest.mark.parametrize("variant", ["pso", "evolving"])
+def test_a_failed_first_evaluation_does_not_make_the_origin_a_personal_best(build: Build, variant: str) -> None:
+    """The box need not hold it. The first position is the best that is known."""
+    lower, upper = np.full(3, 10.0), np.full(3, 11.0)
+    swarm = build.swarm(chosen(variant, evolving_share=1.0, shrink_to=0), lower, upper)
+    swarm.ask()
+    first = swarm.positions()
+    fitness = build.array(np.arange(30.0))
+    fitness[::2] = np.nan
+    swarm.tell(fitness, np.zeros(30, build.scalar))
+    np.testing.assert_array_equal(rows(swarm.state(), "personal_best", 3, swarm.active), first[: swarm.active])
+    swarm.ask()
+    assert swarm.positions().min() >= 10
+
+
+def test_the_best_position_lies_in_the_box_even_if_every_evaluation_failed(build: Build) -> None:
+    swarm = build.swarm({"particles": 5}, [1.0], [2.0])
+    swarm.ask()
+    swarm.tell(np.full(5, np.nan, build.scalar), np.zeros(5, build.scalar))
+    assert 1 <= swarm.best_position[0] <= 2
+
+
 # ---- the budget ------------------------------------------------------------------------------------------------------
 
 
@@ -398,6 +420,14 @@ def test_population_three_shrinks_along_a_line_and_keeps_its_best(build: Build) 
         np.testing.assert_array_equal(np.sort(kept), np.sort(before)[: swarm.active])
         assert len(swarm.state()["archive"]) <= int(1.4 * swarm.active) * 3
     assert swarm.active < 10
+
+
+@pytest.mark.parametrize("variant", ["pso", "symbiotic", "cooperative"])
+def test_only_the_evolving_population_shrinks(build: Build, variant: str) -> None:
+    """A flying one would have its personal bests dealt out to other particles."""
+    swarm = build.swarm({**chosen(variant), "shrink_to": 4, "evaluations": 100}, *BOX_3)
+    told_rounds(build, swarm, 3)
+    assert swarm.active == 30
 
 
 # ---- evolving --------------------------------------------------------------------------------------------------------
@@ -436,6 +466,17 @@ def test_the_history_stays_within_its_range(build: Build) -> None:
         assert (memory != 0.5).all()  # every entry has been learnt
 
 
+def test_huge_improvements_do_not_spoil_the_success_history(build: Build) -> None:
+    """The sum of their gains must not overflow, or F is no number, nor are the positions."""
+    swarm = build.swarm(chosen("evolving", evolving_share=1.0, memory=2), *BOX_3)
+    swarm.ask()
+    # What an objective may well return for a candidate it cannot judge.
+    swarm.tell(np.full(30, np.finfo(build.scalar).max), np.zeros(30, build.scalar))
+    told_rounds(build, swarm, 3)
+    assert np.isfinite(swarm.state()["factor_memory"]).all()
+    assert np.isfinite(swarm.positions()).all()
+
+
 # ---- checkpoints -----------------------------------------------------------------------------------------------------
 
 
@@ -458,6 +499,24 @@ def test_a_restored_swarm_goes_on_bit_for_bit(build: Build, variant: str, rounds
         restored.tell(f, c)
     for name, values in whole.state().items():
         np.testing.assert_array_equal(restored.state()[name], values, err_msg=name)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("particles", [1, 2, 30])
+def test_a_swarm_may_be_restored_between_ask_and_tell(build: Build, variant: str, particles: int) -> None:
+    """Also one that is so small that some of its populations are empty."""
+    settings_ = chosen(variant, particles=particles, shrink_to=0)
+    whole, restored = (build.swarm(settings_, *BOX_3) for _ in range(2))
+    told_rounds(build, whole, 3)
+    whole.ask()
+    restored.restore(whole.state())
+    for going_on in range(3):
+        np.testing.assert_array_equal(restored.positions(), whole.positions())
+        f, c = told(build, np.random.default_rng(going_on), particles)
+        for swarm in (whole, restored):
+            swarm.tell(f, c)
+            swarm.ask()
+    np.testing.assert_array_equal(restored.positions(), whole.positions())
 
 
 def test_taking_the_state_changes_nothing(build: Build) -> None:

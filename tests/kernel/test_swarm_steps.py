@@ -22,9 +22,8 @@ def told(build: Build, rng: np.random.Generator, n: int, *, odd: bool = True) ->
     fitness = rng.choice([rng.uniform(0.1, 5, n), np.round(rng.uniform(-1, 3, n)), rng.normal(size=n)])
     violation = np.where(rng.random(n) < 0.5, 0.0, np.round(rng.exponential(size=n), 1))
     if odd:
-        fitness[rng.random(n) < 0.04] = np.nan
-        violation[rng.random(n) < 0.04] = np.nan
-        fitness[rng.random(n) < 0.04] = np.inf
+        for values, what in ((fitness, np.nan), (violation, np.nan), (fitness, np.inf), (violation, np.inf)):
+            values[rng.random(n) < 0.04] = what
     return build.array(fitness), build.array(violation)
 
 
@@ -41,7 +40,7 @@ def swarm_settings(draw: st.DrawFn) -> dict[str, Any]:
     start, rise = draw(st.floats(0, 3)), draw(st.sampled_from([0.0, 0.5]))
     return {
         "variant": draw(st.sampled_from(VARIANTS)),
-        "particles": draw(st.integers(3, 40)),
+        "particles": draw(st.integers(1, 40)),
         "evaluations": draw(st.integers(40, 400)),
         "inertia_start": draw(st.floats(0.4, 1)),
         "inertia_end": draw(st.floats(0, 0.9)),
@@ -75,11 +74,6 @@ def boxes(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray]:
     return lower, lower + draw(st.lists(width, min_size=dims, max_size=dims))
 
 
-def only_where_it_belongs(drawn: dict[str, Any]) -> dict[str, Any]:
-    """Only population 3 of the evolving variant shrinks."""
-    return drawn if drawn["variant"] == "evolving" else {**drawn, "shrink_to": 0}
-
-
 def assert_steps_agree(
     build: Build, chosen: dict[str, Any], box: tuple[np.ndarray, np.ndarray], seed: int, rounds: int = 4
 ) -> None:
@@ -88,11 +82,10 @@ def assert_steps_agree(
     kernel = build.swarm(chosen, *box, seed=seed, trial=trial)
     equations = EquationSwarm(build, chosen, *box, seed=seed, trial=trial)
     rng, dims = np.random.default_rng(seed), len(box[0])
-    for round_ in range(rounds):
+    for _ in range(rounds):
         kernel.ask()
         np.testing.assert_array_equal(kernel.positions(), equations.ask())
-        # What failures in the first round and infinite violations do is not right yet: test_open_bugs.py.
-        fitness, violation = told(build, rng, kernel.active, odd=round_ > 0)
+        fitness, violation = told(build, rng, kernel.active)
         kernel.tell(fitness, violation)
         equations.tell(fitness, violation)
         n, state = equations.active, kernel.state()
@@ -116,7 +109,7 @@ BOX_7 = (np.linspace(-3, -0.2, 7), np.linspace(0.1, 3, 7))
 
 
 @settings(max_examples=25)
-@given(swarm_settings().map(only_where_it_belongs), boxes(), st.integers(0, 2**64 - 1))
+@given(swarm_settings(), boxes(), st.integers(0, 2**64 - 1))
 @example(TABLE_1, BOX_7, 1)
 @example({**TABLE_1, "ring": 2}, BOX_7, 2)
 @example({**IPSO, "variant": "symbiotic"}, BOX_7, 3)

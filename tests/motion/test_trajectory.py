@@ -21,6 +21,7 @@ from spacearm.robot import Robot, forward_kinematics, load_robot
 
 ARM = load_robot("zhang2022")
 STRAIGHT = Motion([np.zeros(7), np.full(7, 0.1)])
+FEWER = settings(max_examples=40)  # robots take their time to draw
 SHAPES = pytest.mark.parametrize("shape", [(), (1,), (3, 2), (0,)])
 
 
@@ -30,6 +31,7 @@ def trajectories(draw: st.DrawFn) -> Trajectory:
     return Trajectory(robot, draw(motions_of(robot)))
 
 
+@FEWER
 @given(trajectories(), st.integers(0, 2**32 - 1))
 def test_no_limit_is_broken_at_any_of_10000_instants(trajectory: Trajectory, seed: int) -> None:
     robot = trajectory.robot
@@ -42,6 +44,7 @@ def test_no_limit_is_broken_at_any_of_10000_instants(trajectory: Trajectory, see
     assert trajectory.limits.holds
 
 
+@FEWER
 @given(trajectories())
 def test_some_joint_comes_within_a_percent_of_a_limit(trajectory: Trajectory) -> None:
     assume(trajectory.duration > 1e-6)
@@ -50,6 +53,7 @@ def test_some_joint_comes_within_a_percent_of_a_limit(trajectory: Trajectory) ->
     assert max(share.max() for share in used) >= 0.99
 
 
+@FEWER
 @given(trajectories())
 def test_rates_and_accelerations_are_those_of_the_positions(trajectory: Trajectory) -> None:
     assume(trajectory.duration > 1e-3)
@@ -60,6 +64,7 @@ def test_rates_and_accelerations_are_those_of_the_positions(trajectory: Trajecto
     np.testing.assert_allclose((after.dq - before.dq) / (2 * h), now.ddq, rtol=0, atol=1e-4 * robot.acceleration.max())
 
 
+@FEWER
 @given(trajectories(), st.floats(1.0, 50.0))
 def test_a_longer_duration_is_the_same_path_slower(trajectory: Trajectory, factor: float) -> None:
     slow = Trajectory(trajectory.robot, trajectory.motion, duration=factor * trajectory.duration)
@@ -71,6 +76,7 @@ def test_a_longer_duration_is_the_same_path_slower(trajectory: Trajectory, facto
     np.testing.assert_allclose(slowed.ddq * factor**2, quick.ddq, rtol=0, atol=1e-9 * trajectory.robot.acceleration.max())
 
 
+@FEWER
 @given(trajectories())
 def test_the_way_back_takes_as_long(trajectory: Trajectory) -> None:
     back = Trajectory(trajectory.robot, Motion(trajectory.motion.control_points[::-1]))
@@ -79,6 +85,7 @@ def test_the_way_back_takes_as_long(trajectory: Trajectory) -> None:
     np.testing.assert_allclose(back.sample(trajectory.duration - t).q, trajectory.sample(t).q, rtol=0, atol=1e-8)
 
 
+@FEWER
 @given(st.data(), st.integers(0, 6))
 def test_a_motion_that_does_not_move_takes_no_time_and_can_be_sampled(data: st.DataObject, interior: int) -> None:
     robot = data.draw(strategies.robots(max_joints=4))
@@ -105,6 +112,7 @@ def test_samples_keep_the_batchs_shape(shape: tuple[int, ...]) -> None:
         assert (position.shape, q_wxyz.shape) == ((*shape, 3), (*shape, 4))
 
 
+@FEWER
 @given(trajectories())
 def test_before_and_after_the_arm_rests_at_the_ends(trajectory: Trajectory) -> None:
     state = trajectory.sample([-1.0, trajectory.duration + 1.0])
@@ -113,7 +121,7 @@ def test_before_and_after_the_arm_rests_at_the_ends(trajectory: Trajectory) -> N
     np.testing.assert_allclose(state.ddq, 0, atol=1e-9 * trajectory.robot.acceleration.max())
 
 
-@settings(max_examples=30)
+@FEWER
 @given(trajectories())
 def test_the_tip_is_where_forward_kinematics_puts_it(trajectory: Trajectory) -> None:
     t = np.linspace(0, trajectory.duration, 6).reshape(3, 2)
@@ -148,6 +156,7 @@ def test_margins_tell_how_far_a_joint_stays_inside() -> None:
     assert not limit_margins(robot, Motion([[0, 0], [1.25, -1.5]]), 100.0).holds
 
 
+@FEWER
 @given(trajectories())
 def test_a_trajectory_survives_pickle(trajectory: Trajectory) -> None:
     again = pickle.loads(pickle.dumps(trajectory))

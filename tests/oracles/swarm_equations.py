@@ -95,8 +95,9 @@ class EquationSwarm:
         variant = self.set["variant"]
         if variant == "pso":
             return [range(n)]
-        each = int((1 - self.set["evolving_share"]) * n / 2 + 1e-9) if variant == "evolving" else n // 3
-        return [range(each), range(each, 2 * each), range(2 * each, n)]
+        each = int((1 - self.set["evolving_share"]) * n / 2 + 1e-9) if variant == "evolving" else max(1, n // 3)
+        second, third = min(n, each), min(n, 2 * each)
+        return [range(second), range(second, third), range(third, n)]
 
     @property
     def active(self) -> int:
@@ -133,14 +134,15 @@ class EquationSwarm:
         self.used += n
         self._schedule(n)
         for i in range(n):
-            if Merit(self.c[i], self.f[i]) < self.best:
+            if Merit(self.c[i], self.f[i]) < self.best or (self.round, i) == (0, 0):
                 self.best, self.best_x = Merit(self.c[i], self.f[i]), self.x[i].copy()
         if self.round == 0:
-            self.p = self.x.copy()  # whatever it is worth, no other position is known
+            # Whatever they are worth, no other positions are known yet.
+            self.p, self.pf, self.pc = self.x.copy(), self.f.copy(), self.c.copy()
         for i in range(n):
             now, old = self.judged(self.f[i], self.c[i]), self.personal(i)
             if now < old:
-                if i in self.evolving and self.round > 0:
+                if i in self.evolving:
                     self.history.succeeded(i, now, old)
                 self.p[i], self.pf[i], self.pc[i] = self.x[i], self.f[i], self.c[i]
         self.history.learn()
@@ -200,7 +202,7 @@ class EquationSwarm:
         w0, w1 = self.set["inertia_start"], self.set["inertia_end"]
         w = T(w0 - (w0 - w1) * self.progress())  # eq. (14)
         c1, c2 = T(self.set["cognitive"]), T(self.set["social"])
-        phi, slave = self._phi() if variant == "symbiotic" else (1.0, 0)
+        phi, slave = self._phi() if variant == "symbiotic" and self.populations[2] else (1.0, 0)
         carried = self.v.copy()
         if variant == "cooperative":
             self._carry(carried)
@@ -227,7 +229,7 @@ class EquationSwarm:
         k, size = self.set["ring"], len(population)
         if k <= 0 or 2 * k + 1 >= size:
             shared = self.populations if self.set["variant"] == "cooperative" else [population]
-            return min((self.leader(p) for p in shared), key=self.personal)
+            return min((self.leader(p) for p in shared if p), key=self.personal)
         neighbours = [population.start + (i - population.start + o) % size for o in range(-k, k + 1)]
         best = min(neighbours, key=self.personal)
         return best if self.personal(best) < self.personal(i) else i
@@ -338,9 +340,11 @@ class Evolution:
         if not self.gains:
             return
         T = self.swarm.T
+        # Only the gains' ratios matter: as shares of a power of 2 about the largest, their sums do not overflow.
+        _, exponent = np.frexp(max(self.gains.values()))
         total = sum_F = sum_F2 = sum_CR = T(0)
         for i in sorted(self.gains):
-            g, F, CR = self.gains[i], self.F[i], self.CR[i]
+            g, F, CR = np.ldexp(self.gains[i], -exponent), self.F[i], self.CR[i]
             total, sum_F, sum_F2, sum_CR = total + g, sum_F + g * F, sum_F2 + g * F * F, sum_CR + g * CR
         self.M_F[self.next] = sum_F2 / sum_F  # Lehmer's mean
         self.M_CR[self.next] = sum_CR / total

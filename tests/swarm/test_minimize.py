@@ -84,9 +84,7 @@ def test_f_is_asked_inside_the_bounds_only_and_gives_the_result(
 
 @DRAWN
 @given(boxes(), swarms(), SEEDS)
-def test_the_budget_is_spent_exactly_and_a_shrinking_swarm_never_exceeds_it(
-    box: Box, chosen: SwarmSettings, seed: int
-) -> None:
+def test_the_budget_is_spent_exactly_and_a_shrinking_swarm_never_exceeds_it(box: Box, chosen: SwarmSettings, seed: int) -> None:
     f = Hills(*box)
     run = minimize(f, *box, chosen, rng=seed)
     budget = chosen.particles * chosen.iterations
@@ -152,9 +150,7 @@ def test_an_f_that_writes_into_its_argument_does_not_move_the_swarm() -> None:
 
 @DRAWN
 @given(boxes(), swarms(), SEEDS, st.booleans())
-def test_an_f_of_single_positions_makes_the_same_run(
-    box: Box, chosen: SwarmSettings, seed: int, constrained: bool
-) -> None:
+def test_an_f_of_single_positions_makes_the_same_run(box: Box, chosen: SwarmSettings, seed: int, constrained: bool) -> None:
     whole = Hills(*box, constrained=constrained)
 
     def single(x: np.ndarray) -> Any:
@@ -163,9 +159,7 @@ def test_an_f_of_single_positions_makes_the_same_run(
         return (told[0][0], float(told[1][0])) if constrained else told[0]
 
     by_row = lambda x: tuple(np.array(v) for v in zip(*map(single, x), strict=True)) if constrained else [*map(single, x)]  # noqa: E731
-    assert_same_run(
-        minimize(single, *box, chosen, rng=seed, vectorized=False), minimize(by_row, *box, chosen, rng=seed)
-    )
+    assert_same_run(minimize(single, *box, chosen, rng=seed, vectorized=False), minimize(by_row, *box, chosen, rng=seed))
 
 
 @DRAWN

@@ -49,9 +49,7 @@ def test_initial_positions_go_the_same_way() -> None:
 @pytest.mark.parametrize("precision", [32, 64])
 def test_any_number_of_threads_gives_the_same_bits(precision: int) -> None:
     chosen = replace(SMALL_NAMED["ring"], iterations=10)
-    one, two, five = (
-        run(reach(precision), chosen, trials=7, threads=threads, keep_positions=True) for threads in (1, 2, 5)
-    )
+    one, two, five = (run(reach(precision), chosen, trials=7, threads=threads, keep_positions=True) for threads in (1, 2, 5))
     assert [entry.trial for entry in one] == list(range(7))
     for other in (two, five):
         assert len(other) == 7

@@ -28,9 +28,7 @@ def assert_is_the_beginning(run: Any, whole: Any) -> None:
 
 @settings(max_examples=60)
 @given(boxes(), swarms(), SEEDS)
-def test_a_target_stops_the_run_at_the_first_iteration_that_reaches_it(
-    box: Box, chosen: SwarmSettings, seed: int
-) -> None:
+def test_a_target_stops_the_run_at_the_first_iteration_that_reaches_it(box: Box, chosen: SwarmSettings, seed: int) -> None:
     whole = minimize(Hills(*box), *box, chosen, rng=seed)
     for target in (whole.history.fitness[0], whole.fitness):
         run = minimize(Hills(*box), *box, chosen, rng=seed, target=float(target))

@@ -46,9 +46,7 @@ def crashing(f: Any, after: int) -> Any:
 def checkpointed(path: Path, chosen: SwarmSettings = PLAIN, after: int = 7, **options: Any) -> Path:
     """A checkpoint of a run that crashed after so many iterations."""
     with pytest.raises(Crash):
-        minimize(
-            crashing(Hills(*BOX), after), *BOX, chosen, **{"rng": 3, "checkpoint": path, "checkpoint_every": 1, **options}
-        )
+        minimize(crashing(Hills(*BOX), after), *BOX, chosen, **{"rng": 3, "checkpoint": path, "checkpoint_every": 1, **options})
     return path
 
 
@@ -60,9 +58,7 @@ def test_a_resumed_run_is_the_uninterrupted_one(name: str, constrained: bool, tm
     whole = minimize(f, *BOX, chosen, **options)
     for crash in (5, 9, 7):  # again and again, on the same file
         with pytest.raises(Crash):
-            minimize(
-                crashing(f, crash), *BOX, chosen, **options, checkpoint=tmp_path / "swarm.npz", resume=True
-            )
+            minimize(crashing(f, crash), *BOX, chosen, **options, checkpoint=tmp_path / "swarm.npz", resume=True)
     assert_same_run(minimize(f, *BOX, chosen, **options, checkpoint=tmp_path / "swarm.npz", resume=True), whole)
 
 
@@ -97,9 +93,7 @@ def test_resuming_what_was_finished_evaluates_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("limit", [{"target": 1.02}, {"stall_iterations": 3}])
-def test_what_stopped_a_run_stops_it_where_it_would_have_when_it_is_resumed(
-    limit: dict[str, Any], tmp_path: Path
-) -> None:
+def test_what_stopped_a_run_stops_it_where_it_would_have_when_it_is_resumed(limit: dict[str, Any], tmp_path: Path) -> None:
     chosen = PSO(particles=6, iterations=60)
     whole = minimize(Hills(*BOX), *BOX, chosen, rng=1, **limit)
     assert whole.status != "budget"
@@ -228,9 +222,11 @@ def test_a_checkpoint_of_another_version_says_so(tmp_path: Path) -> None:
 BROKEN: dict[str, dict[str, Any]] = {
     "no header": {"header": None},
     "header no JSON": {"header": np.zeros(5, dtype=np.uint8)},
-    "header without a seed": {"header": lambda content: np.frombuffer(
-        json.dumps({k: v for k, v in json.loads(content.tobytes()).items() if k != "seed"}).encode(), dtype=np.uint8
-    )},
+    "header without a seed": {
+        "header": lambda content: np.frombuffer(
+            json.dumps({k: v for k, v in json.loads(content.tobytes()).items() if k != "seed"}).encode(), dtype=np.uint8
+        )
+    },
     "seed below 0": {"header": header(seed=-1)},
     "settings unknown": {"header": header(settings={"kind": "PSO", "partickles": 3})},
     "settings of no kind": {"header": header(settings={"particles": 3})},
@@ -280,9 +276,7 @@ def test_a_truncated_checkpoint_is_refused(written: Path, tmp_path: Path, data: 
 
 @settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_a_checkpoint_with_a_wrong_byte_is_refused_or_harmless(
-    written: Path, tmp_path: Path, data: st.DataObject
-) -> None:
+def test_a_checkpoint_with_a_wrong_byte_is_refused_or_harmless(written: Path, tmp_path: Path, data: st.DataObject) -> None:
     content = bytearray(written.read_bytes())
     content[data.draw(st.integers(0, len(content) - 1))] ^= data.draw(st.integers(1, 255))
     path = tmp_path / "spoiled.npz"
@@ -301,9 +295,7 @@ OTHER: dict[str, Any] = {
     "resume: other iterations": {"settings": PSO(particles=10, iterations=30)},
     "resume: another swarm": {"settings": IPSO(particles=10, iterations=20)},
     "resume: other constraints": {"settings": PSO(particles=10, iterations=20, constraints=Penalty())},
-    "resume: other forgiveness": {
-        "settings": PSO(particles=10, iterations=20, constraints=FeasibleFirst(forgiven=0.1))
-    },
+    "resume: other forgiveness": {"settings": PSO(particles=10, iterations=20, constraints=FeasibleFirst(forgiven=0.1))},
     "resume: other bounds": {"upper": BOX[1] + 1},
     "resume: more dimensions": {"lower": np.zeros(3), "upper": np.ones(3)},
     "resume: another seed": {"rng": 4},
@@ -350,9 +342,7 @@ def full(*_: Any) -> Any:
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
-def test_a_full_disk_leaves_the_last_checkpoint_as_it_was(
-    step: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_leaves_the_last_checkpoint_as_it_was(step: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "swarm.npz"
 
     def callback(swarm: Swarm) -> None:

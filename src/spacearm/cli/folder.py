@@ -48,7 +48,8 @@ def _require_writable(folder: Path) -> None:
 
 def _tidied(folder: Path, made: list[Path]) -> str:
     """Remove the folders that are empty and ours; return what remains, in words."""
-    files = sorted(str(file.relative_to(folder)) for file in folder.rglob("*") if not file.is_dir())
+    found = [file.relative_to(folder) for file in folder.rglob("*") if not file.is_dir()]
+    files = [str(file) for file in sorted(found, key=lambda file: (len(file.parts), file))]
     inside = sorted((inner for inner in folder.rglob("*") if inner.is_dir()), reverse=True)
     for empty in (*inside, *made):
         with contextlib.suppress(OSError):

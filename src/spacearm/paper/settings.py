@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Literal
 
@@ -66,35 +67,37 @@ class PaperSettings:
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        whole("runs", self.runs, at_least=1, at_most=100_000)
+        keep = functools.partial(object.__setattr__, self)  # plain numbers, also where NumPy's were given
+        keep("runs", whole("runs", self.runs, at_least=1, at_most=100_000))
         for name, values in (("methods", self.methods), ("modes", self.modes), ("radii", self.radii)):
             if not isinstance(values, tuple) or not values:
-                raise SettingsError(f"{name} is {shown(values)}, expected one or more values")
-            if len(set(values)) < len(values):
+                raise SettingsError(f"{name} is {shown(values)}, expected a tuple of one or more values")
+            if any(value in values[:i] for i, value in enumerate(values)):
                 raise SettingsError(f"{name} is {shown(values)}, expected each value once; leave the others out")
         for method in self.methods:
             one_of("method", method, tuple(NAMED_SETTINGS))
         for mode in self.modes:
             one_of("mode", mode, MODES)
-        for radius in self.radii:
-            as_number("radius", radius, SettingsError, above=0, unit="m")
-        as_number("tolerance", self.tolerance, SettingsError, above=0, unit="m")
-        as_number("link_radius", self.link_radius, SettingsError, at_least=0, unit="m")
+        keep("radii", tuple(as_number("radius", radius, SettingsError, above=0, unit="m") for radius in self.radii))
+        keep("tolerance", as_number("tolerance", self.tolerance, SettingsError, above=0, unit="m"))
+        keep("link_radius", as_number("link_radius", self.link_radius, SettingsError, at_least=0, unit="m"))
         one_of("constraints", self.constraints, ("feasible-first", "penalty"))
-        _check_weights(self.weights)
-        whole("seed", self.seed, at_least=0, at_most=2**63 - 1)
+        keep("weights", _weights(self.weights))
+        keep("seed", whole("seed", self.seed, at_least=0, at_most=2**63 - 1))
         if self.threads is not None:
-            whole("threads", self.threads, at_least=1)
+            keep("threads", whole("threads", self.threads, at_least=1))
 
 
-def _check_weights(weights: tuple[float, ...]) -> None:
-    if len(weights) != 3:
-        raise SettingsError(f"weights is {shown(weights)}, expected three: omega_1, omega_2, omega_3")
+def _weights(given: tuple[float, ...]) -> tuple[float, ...]:
+    if not isinstance(given, tuple) or len(given) != 3:
+        raise SettingsError(f"weights is {shown(given)}, expected a tuple of three: omega_1, omega_2, omega_3")
+    weights = tuple(as_number(f"weights[{i}]", weight, SettingsError) for i, weight in enumerate(given))
     for i, weight in enumerate(weights):
-        if not 0 <= as_number(f"weights[{i}]", weight, SettingsError) <= 1:
+        if not 0 <= weight <= 1:
             raise SettingsError(f"weights[{i}] is {weight:g}, expected a weight from 0 to 1, eq. (4)")
     if abs(sum(weights) - 1) > 1e-9:
         raise SettingsError(f"weights sum to {sum(weights):.12g}, expected 1, eq. (4); scale them")
+    return weights
 
 
 assert set(REPORTED_FOR) <= set(NAMED_SETTINGS)

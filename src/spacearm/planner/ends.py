@@ -30,7 +30,7 @@ def require_free(problem: Problem, q: Array, what: str) -> float:
     if not found.size:
         return float("inf")
     link, obstacle = np.unravel_index(int(np.argmin(found)), found.shape)
-    depth = -float(found[link, obstacle])
+    depth = 0.0 - float(found[link, obstacle])  # not -0.0 where they touch
     if depth >= 0:
         raise ProblemError(
             f"the {what} is in collision: link '{problem.robot.capsules[link].name}' and obstacle {obstacle} penetrate by "

@@ -68,7 +68,7 @@ class Certificate:
             return "nothing is in the way, and the joint limits hold for all t"
         where = f"link '{near.link}' and obstacle {near.obstacle} at t = {near.time:.4g} s"
         if self.status == "fails":
-            return f"{where} penetrate by {-near.clearance * 1e3:.3g} mm"
+            return f"{where} penetrate by {0.0 - near.clearance * 1e3:.3g} mm"
         if self.status == "undecided":
             return f"{where} come within {near.clearance * 1e3:.3g} mm, too close to be told from contact"
         return f"clearance is at least {(self.clearance or 0) * 1e3:.4g} mm for all t; closest measured: {where}"

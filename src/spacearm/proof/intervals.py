@@ -106,6 +106,8 @@ class _Intervals:
                 least = self._note(clearance, middle)
                 if least <= 0:
                     return "fails"
+                if least <= _GUARD:
+                    return "undecided"  # no interval around this instant could ever be proven
                 way = self._reach @ np.maximum(high - q, q - low)  # (capsules,)
                 left = float((clearance - way[:, None]).min()) - _GUARD
                 if left > (0.0 if level == _BISECTIONS else _WORTH * least):
