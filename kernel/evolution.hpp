@@ -9,11 +9,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "random.hpp"
 
 namespace SPACEARM_NAMESPACE {
+
+template <class Better> std::vector<int> ranked_by(int from, int to, Better&& better) {
+    std::vector<int> order(to - from);
+    std::iota(order.begin(), order.end(), from);
+    std::stable_sort(order.begin(), order.end(), better);
+    return order;
+}
+
+// Puts the entries that `order` names, which follow one another from its least on, into that order.
+template <class T> void reorder(T* row, const std::vector<int>& order) {
+    std::vector<T> sorted;
+    for (int i : order) sorted.push_back(row[i]);
+    std::copy(sorted.begin(), sorted.end(), row + *std::min_element(order.begin(), order.end()));
+}
 
 template <class T> struct evolver {
     std::vector<T> factor, crossover;    // the history

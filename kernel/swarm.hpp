@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <vector>
 
 #include "evolution.hpp"
@@ -84,7 +83,8 @@ template <class T> class swarm {
         std::fill(violation_.begin() + n, violation_.end(), infinity);
         sort_out_failures();
         used_ += n;
-        schedule();
+        if (round_ == 0) start_tolerance();
+        apply_schedule();
         crown();
         remember();
         find_leaders();
@@ -161,10 +161,6 @@ template <class T> class swarm {
     }
     T inertia() const {   // eq. (14)
         return static_cast<T>(settings_.inertia_start - (settings_.inertia_start - settings_.inertia_end) * progress());
-    }
-    void schedule() {
-        if (round_ == 0) start_tolerance();
-        apply_schedule();
     }
     void apply_schedule() {
         // Forgiven violation, falling as (1 - t/T)^power (Takahama and Sakai 2006).
@@ -316,15 +312,7 @@ template <class T> class swarm {
         leader_[2] = first_[2];
     }
     std::vector<int> ranked(int from, int to) const {
-        std::vector<int> order(to - from);
-        std::iota(order.begin(), order.end(), from);
-        std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return personal(a).better_than(personal(b)); });
-        return order;
-    }
-    void reorder(T* row, const std::vector<int>& order) {
-        std::vector<T> sorted(order.size());
-        for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = row[order[i]];
-        std::copy(sorted.begin(), sorted.end(), row + first_[2]);
+        return ranked_by(from, to, [&](int i, int k) { return personal(i).better_than(personal(k)); });
     }
 
     // ---- moving ------------------------------------------------------------------------------------------------------

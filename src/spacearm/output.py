@@ -26,10 +26,12 @@ def write_atomically(path: str | os.PathLike[str], content: bytes | str) -> None
             os.fsync(file.fileno())
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, target)
-    except OSError as error:
+    except BaseException as error:  # Ctrl-C too must leave nothing behind
         if temporary:
             Path(temporary).unlink(missing_ok=True)
-        raise OutputError(_sentence(target, error)) from None
+        if isinstance(error, OSError):
+            raise OutputError(_sentence(target, error)) from None
+        raise
 
 
 def make_new_folder(path: str | os.PathLike[str]) -> Path:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import permutations, product
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +12,8 @@ from hypothesis import strategies as st
 from kernel import accuracy, drawn
 from kernel.builds import Build, place
 from oracles import pinocchio_points
-from spacearm.robot import load_robot
+from spacearm.robot import Frame, Joint, Robot, load_robot
+from spacearm.robot.model import JOINT_KINDS
 
 RIDERS = st.lists(st.tuples(st.integers(-1, 12), drawn.points()), max_size=4)
 
@@ -50,6 +53,40 @@ def test_frames_and_points_are_where_pinocchio_puts_them(build: Build, data: st.
         rtol=0,
         atol=error,
     )
+
+
+RIGHT_ANGLED = [
+    np.eye(3)[list(order)] * signs
+    for order in permutations(range(3))
+    for signs in product((1.0, -1.0), repeat=3)
+    if np.linalg.det(np.eye(3)[list(order)] * signs) > 0
+]
+
+
+@pytest.mark.parametrize("kind", JOINT_KINDS)
+def test_what_a_single_point_needs_is_computed(build: Build, kind: str) -> None:
+    """Columns of a frame that nothing asks for are left out: here one point alone asks, through two joints."""
+    q = build.array([[0.7, -0.4], [2.0, 1.0]])
+    for R, local in product(RIGHT_ANGLED, np.vstack([np.zeros(3), np.eye(3)])):
+        T_first_second = np.eye(4)
+        T_first_second[:3, :3] = R
+        robot = Robot(
+            name="two",
+            joints=(
+                Joint(name="first", kind="revolute", parent=-1, T_parent_joint=np.eye(4)),
+                Joint(name="second", kind=kind, parent=0, T_parent_joint=T_first_second),
+            ),
+            frames=(Frame(name="tip", joint=1, T_joint_frame=np.eye(4)),),
+            tip="tip",
+            lower=np.full(2, -3.0),
+            upper=np.full(2, 3.0),
+            velocity=np.ones(2),
+            acceleration=np.ones(2),
+        )
+        model = place(build, robot, points=[(1, local)])
+        expected = pinocchio_points.points(pinocchio_points.joint_frames(robot, q), model.points)
+        error = accuracy.placement_error(build, robot, q)
+        np.testing.assert_allclose(model.native.points(q), expected, rtol=0, atol=error)
 
 
 def test_memory_order_and_batch_size_do_not_change_a_bit(build: Build) -> None:

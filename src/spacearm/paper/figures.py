@@ -43,7 +43,7 @@ def save_figures(experiment: Experiment, folder: Path, *, progress: Callable[[in
     mode = "goal" if "goal" in settings.modes else settings.modes[0]
     drawings: list[tuple[str, Draw]] = []
     for radius in settings.radii:
-        suffix = "" if len(settings.radii) == 1 else f"_radius-{radius * 1000:.0f}mm"
+        suffix = "" if len(settings.radii) == 1 else f"_radius-{radius:g}m"
         cells = [experiment.cell(method, mode, radius) for method in settings.methods]
         for i, cell in enumerate(cells):
             numbers = (4, 5, 6) if i == 0 else (7, 8, 9)
