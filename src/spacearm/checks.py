@@ -152,7 +152,8 @@ def shown_error(error: Exception) -> str:
 
 
 def _shape_text(shape: tuple[int | None, ...]) -> str:
-    lengths = ["n" if length is None else str(length) for length in shape]
+    letters = iter("nmkl" if shape.count(None) > 1 else "n")
+    lengths = [next(letters) if length is None else str(length) for length in shape]
     return f"({', '.join(lengths)}{',' if len(lengths) == 1 else ''})"
 
 

@@ -69,8 +69,13 @@ def as_dict(record: Any) -> dict[str, Any]:
         value = getattr(record, name)
         if dataclasses.is_dataclass(value) and not isinstance(value, type):
             value = {"kind": type(value).__name__, **as_dict(value)}
-        out[name] = list(value) if isinstance(value, tuple) else value
+        out[name] = [_plain(item) for item in value] if isinstance(value, tuple) else _plain(value)
     return out
+
+
+def _plain(value: Any) -> Any:
+    """Return Python's own number for NumPy's, which no file format takes."""
+    return value.item() if hasattr(value, "item") and hasattr(value, "dtype") else value
 
 
 def whole(name: str, value: Any, *, at_least: int, at_most: int | None = None) -> int:

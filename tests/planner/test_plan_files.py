@@ -84,7 +84,6 @@ def test_every_outcome_is_strict_json(case: str, tmp_path: Path) -> None:
         assert load_plan(tmp_path / "plan.json", made.problem) == made.trajectory
 
 
-@pytest.mark.xfail(strict=True, reason="settings.as_dict hands NumPy's numbers on, which json does not take")
 def test_settings_in_numpys_numbers_are_written(tmp_path: Path) -> None:
     save_plan(plan(turn(scene=[]), replace(SMALL, restarts=np.int64(1)), rng=0), tmp_path / "plan.json")
 

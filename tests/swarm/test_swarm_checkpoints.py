@@ -138,7 +138,6 @@ def test_after_ctrl_c_the_last_checkpoint_goes_on_to_the_same_end(tmp_path: Path
     assert_same_run(resumed, minimize(Hills(*BOX), *BOX, PLAIN, rng=0))
 
 
-@pytest.mark.xfail(strict=True, reason="settings.as_dict hands NumPy's numbers on, which json does not take")
 def test_settings_in_numpys_numbers_are_kept(tmp_path: Path) -> None:
     chosen = PSO(particles=np.int64(10), iterations=np.int32(20), inertia=np.float32(0.5))  # type: ignore[arg-type]
     swarm = Swarm(*BOX, chosen, rng=0)

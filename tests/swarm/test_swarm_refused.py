@@ -90,8 +90,8 @@ SETTINGS: dict[str, Any] = {
     "evolving_share above 1": lambda: IPSO(evolving_share=1.2),
     "elite_share text": lambda: IPSO(elite_share="few"),  # type: ignore[arg-type]
     "memory zero": lambda: IPSO(memory=0),
-    "shrink_to too few": lambda: IPSO(shrink_to=3),
-    "shrink_to more than there are": lambda: IPSO(particles=30, shrink_to=31),
+    "shrink_to too few": lambda: IPSO(variant="evolving", shrink_to=3),
+    "shrink_to more than there are": lambda: IPSO(variant="evolving", particles=30, shrink_to=31),
     "cooperative without a clamp": lambda: IPSO(variant="cooperative", velocity_clamp=None),
     "penalty weight zero": lambda: Penalty(weight=0),
     "penalty that falls": lambda: Penalty(weight=10.0, final_weight=1.0),

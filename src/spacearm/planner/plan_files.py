@@ -24,6 +24,7 @@ from spacearm.planner.goals import ConfigurationGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Plan
 from spacearm.reading import read_bytes
+from spacearm.robot import Robot
 from spacearm.settings import as_dict
 
 _KEY = "spacearm-plan"
@@ -65,14 +66,18 @@ def plan_as_dict(plan: Plan) -> dict[str, Any]:
 
 
 def problem_as_dict(problem: Problem) -> dict[str, Any]:
-    """Return a problem as plain values; the robot by its source and its joints' names."""
+    """Return a problem as plain values; the robot by its name, its joints' names and a digest of its numbers."""
     goal = problem.goal
     if isinstance(goal, ConfigurationGoal):
         wanted: dict[str, Any] = {"configuration": goal.q.tolist()}
     else:
         wanted = {"position": goal.position.tolist(), "tolerance": goal.tolerance, "frame": goal.frame}
     return {
-        "robot": {"name": problem.robot.name, "joints": list(problem.robot.dof_names)},
+        "robot": {
+            "name": problem.robot.name,
+            "joints": list(problem.robot.dof_names),
+            "digest": _robot_digest(problem.robot),
+        },
         "base": problem.base,
         "start": problem.start.tolist(),
         "goal": wanted,
@@ -140,6 +145,19 @@ def load_plan(path: str | os.PathLike[str], problem: Problem) -> Trajectory:
     if saved_hash != _hash(problem_as_dict(problem)):
         raise FileFormatError(f"{path} is a plan of another problem, expected one of this; give the problem it was made for")
     return Trajectory(problem.robot, Motion(points), duration=duration)
+
+
+def _robot_digest(robot: Robot) -> str:
+    """Return a SHA-256 of everything that decides where the robot's links are and how fast they may move."""
+    parts: list[Any] = [robot.tip, robot.lower, robot.upper, robot.velocity, robot.acceleration]
+    for joint in robot.joints:
+        parts += [joint.kind, joint.parent, joint.T_parent_joint, joint.dof, joint.multiplier, joint.offset]
+    for capsule in robot.capsules:
+        parts += [capsule.name, capsule.joint, capsule.a, capsule.b, capsule.radius]
+    for frame in robot.frames:
+        parts += [frame.name, frame.joint, frame.T_joint_frame]
+    plain = [part.tolist() if isinstance(part, np.ndarray) else part for part in parts]
+    return hashlib.sha256(json.dumps(plain).encode()).hexdigest()
 
 
 def _hash(values: dict[str, Any]) -> str:

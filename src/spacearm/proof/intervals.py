@@ -139,21 +139,26 @@ class _Intervals:
 def _reaches(robot: Robot, motion: Motion) -> Array:
     """Return r, (capsules, n): a point of a capsule's axis moves at most r @ |dq|, for any configurations of the motion.
 
-    A point at most r from a revolute joint's origin moves at most r |dq| with it, one on a prismatic joint |dq|. Going
-    towards the base, r grows by each joint's offset from its parent, and by a slide's greatest extension.
+    A point at most r from a revolute joint's axis moves at most r |dq| with it, one on a prismatic joint |dq|. Going
+    towards the base, the distance from a joint's origin grows by each offset and by a slide's greatest extension; the
+    distance from its axis only by what of the offset is across.
     """
     _, low, high = motion.hulls(0)
     furthest = np.maximum(np.abs(low.min(axis=0)), np.abs(high.max(axis=0)))
     out = np.zeros((len(robot.capsules), robot.dof))
     for row, capsule in zip(out, robot.capsules, strict=True):
-        radius, at = max(float(np.linalg.norm(capsule.a)), float(np.linalg.norm(capsule.b))), capsule.joint
+        at = capsule.joint
+        from_origin = max(float(np.linalg.norm(end)) for end in (capsule.a, capsule.b))
+        from_axis = max(float(np.hypot(end[0], end[1])) for end in (capsule.a, capsule.b))
         while at >= 0:
             joint = robot.joints[at]
             if joint.kind == "revolute":
-                row[joint.dof] += abs(joint.multiplier) * radius
+                row[joint.dof] += abs(joint.multiplier) * from_axis
             else:
                 row[joint.dof] += abs(joint.multiplier)
-                radius += abs(joint.multiplier) * furthest[joint.dof] + abs(joint.offset)
-            radius += float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
+                from_origin += abs(joint.multiplier) * furthest[joint.dof] + abs(joint.offset)
+            offset = joint.T_parent_joint[:3, 3]
+            from_axis = from_origin + float(np.hypot(offset[0], offset[1]))
+            from_origin += float(np.linalg.norm(offset))
             at = joint.parent
     return out

@@ -59,7 +59,7 @@ def minimize(
         callback: called after each iteration with the swarm (its `iteration`, `best_x`, `best_fitness`,
             `best_violation`, ...); returning True or raising StopIteration stops.
         history: "positions" also keeps the best position of every iteration.
-        checkpoint: a file written every `checkpoint_every` iterations and at the end.
+        checkpoint: a file written at the start, every `checkpoint_every` iterations, and at the end.
         checkpoint_every: iterations between two checkpoints.
         resume: go on from the checkpoint if it exists; the result is the same, bit for bit, as without the stop.
 
@@ -81,6 +81,7 @@ def minimize(
     swarm = Swarm(lower, upper, settings, rng=rng, initial=initial, keep_positions=history == "positions")
     if checkpoint is not None:
         swarm = _opened(checkpoint, swarm, resume=resume, rng=rng, initial=initial)
+        swarm.save(checkpoint)  # so that a place that cannot be written is found before the work
     elif resume:
         raise SettingsError("resume is True without a checkpoint, expected the file to go on from; pass checkpoint=...")
     evaluate = f if vectorized else _row_by_row(f)

@@ -140,6 +140,11 @@ class IPSO:
         share("elite_share", self.elite_share, above_zero=True)
         whole("memory", self.memory, at_least=1)
         if self.shrink_to is not None:
+            if self.variant != "evolving":
+                raise SettingsError(
+                    f"shrink_to is {shown(self.shrink_to)} with the {self.variant} variant, expected None: only the evolving "
+                    "population 3 shrinks; leave it out"
+                )
             whole("shrink_to", self.shrink_to, at_least=4, at_most=self.particles)
         if self.variant == "cooperative" and self.velocity_clamp is None:
             raise SettingsError(
