@@ -1,4 +1,4 @@
-"""Drawn inputs of the kernel: robots with mimic joints, batches of configurations."""
+"""Drawn inputs of the kernel: robots with mimic joints, batches of configurations, obstacles by their links."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 
 import strategies
 from kernel.builds import Build
+from oracles import coal_shapes
 from spacearm.robot import Robot
+from spacearm.scene import Sphere
 
 # Which coordinates of a point are kept; the kernel leaves out what zeros make needless.
 MASKS = st.sampled_from([(1, 1, 1), (0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 0), (1, 1, 0)]).map(np.array)
@@ -64,3 +66,18 @@ def batches(draw: st.DrawFn, robot: Robot, build: Build, rows: int) -> np.ndarra
     distance = draw(st.sampled_from([0.0, 1e-12, 1e-6, 1e-3, 1.0, math.pi]))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     return build.array(centre + distance * rng.uniform(-1, 1, (rows, robot.dof)))
+
+
+@st.composite
+def balls_near(draw: st.DrawFn, robot: Robot, frames: np.ndarray) -> tuple[Sphere, ...]:
+    """Spheres anywhere, and some placed by a link: on its axis, beyond its ends, touching it, deep inside it."""
+    balls = list(draw(strategies.scenes(3)).obstacles)
+    for link in draw(st.lists(st.sampled_from(robot.capsules), max_size=3)) if robot.capsules else ():
+        T = np.eye(4) if link.joint < 0 else frames[link.joint]
+        along = draw(st.sampled_from([0.0, 0.5, 1.0, -0.7, 1.8]))
+        radius = draw(st.floats(0.01, 0.5))
+        away = draw(st.sampled_from([0.0, 1e-9, link.radius, link.radius + radius, 2.0]))
+        side = coal_shapes.frame_along(link.b - link.a)[:, 0] if np.any(link.a != link.b) else np.eye(3)[0]
+        centre = link.a + along * (link.b - link.a) + away * side
+        balls.append(Sphere(T[:3, :3] @ centre + T[:3, 3], radius))
+    return tuple(balls)

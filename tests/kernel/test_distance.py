@@ -56,7 +56,7 @@ def test_clearances_are_coals(build: Build, data: st.DataObject) -> None:
     robot = data.draw(drawn.robots())
     q = data.draw(drawn.batches(robot, build, data.draw(st.sampled_from([1, 3]))))
     frames = pinocchio_points.joint_frames(robot, q)
-    balls = data.draw(balls_near(robot, frames[0]))
+    balls = data.draw(drawn.balls_near(robot, frames[0]))
     model = place(build, robot, spheres=balls, share_ends=data.draw(st.booleans()))
     far = max((float(np.linalg.norm(ball.center)) for ball in balls), default=0.0)
     np.testing.assert_allclose(
@@ -65,21 +65,6 @@ def test_clearances_are_coals(build: Build, data: st.DataObject) -> None:
         rtol=0,
         atol=accuracy.placement_error(build, robot, q) + rounding(build, far),
     )
-
-
-@st.composite
-def balls_near(draw: st.DrawFn, robot: Robot, frames: np.ndarray) -> tuple[Sphere, ...]:
-    """Spheres anywhere, and some placed by a link: on its axis, beyond its ends, touching it, deep inside it."""
-    balls = list(draw(strategies.scenes(3)).obstacles)
-    for link in draw(st.lists(st.sampled_from(robot.capsules), max_size=3)) if robot.capsules else ():
-        T = np.eye(4) if link.joint < 0 else frames[link.joint]
-        along = draw(st.sampled_from([0.0, 0.5, 1.0, -0.7, 1.8]))
-        radius = draw(st.floats(0.01, 0.5))
-        away = draw(st.sampled_from([0.0, 1e-9, link.radius, link.radius + radius, 2.0]))
-        side = coal_shapes.frame_along(link.b - link.a)[:, 0] if np.any(link.a != link.b) else np.eye(3)[0]
-        centre = link.a + along * (link.b - link.a) + away * side
-        balls.append(Sphere(T[:3, :3] @ centre + T[:3, 3], radius))
-    return tuple(balls)
 
 
 @settings(max_examples=50)

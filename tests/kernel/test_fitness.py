@@ -55,13 +55,14 @@ class Case:
 @st.composite
 def cases(draw: st.DrawFn, build: Build) -> Case:
     robot = draw(drawn.robots())
-    balls = draw(strategies.scenes()).obstacles
+    q = draw(drawn.batches(robot, build, draw(st.sampled_from([1, build.lanes + 1]))))
+    frames = pinocchio_points.joint_frames(robot, q)
+    balls = draw(drawn.balls_near(robot, frames[0]))  # which other rows keep clear of
     last = len(robot.joints) - 1
     centres = draw(st.lists(st.tuples(st.integers(-1, last), drawn.points()), max_size=5))
     tip = (last, draw(drawn.points()))
     model = place(build, robot, points=[*centres, tip], spheres=balls)
-    q = draw(drawn.batches(robot, build, draw(st.sampled_from([1, build.lanes + 1]))))
-    return Case(robot, balls, model, centres, tip, q, pinocchio_points.joint_frames(robot, q))
+    return Case(robot, balls, model, centres, tip, q, frames)
 
 
 def segment_distance(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:

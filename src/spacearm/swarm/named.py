@@ -13,6 +13,7 @@ from spacearm.errors import SettingsError, nearest
 from spacearm.swarm.settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
 
 _CONSTRICTION: dict[str, Any] = {"inertia": 0.7298, "cognitive": 1.49618, "social": 1.49618}  # Clerc and Kennedy 2002
+_KEPT_INSIDE: dict[str, Any] = {"velocity_clamp": 0.2, "bounds": "reflect"}
 _RISING = Penalty(weight=1.5, final_weight=100.0, rise_from=0.5)
 
 NAMED_SETTINGS: dict[str, SwarmSettings] = {
@@ -25,7 +26,8 @@ NAMED_SETTINGS: dict[str, SwarmSettings] = {
     "ring-forgiving": PSO(
         **_CONSTRICTION, neighbours=3, particles=100, iterations=300, constraints=FeasibleFirst(forgiven=0.1)
     ),
-    "ring-rising": PSO(**_CONSTRICTION, neighbours=3, particles=100, iterations=300, constraints=_RISING),
+    "ring-unclamped": PSO(**_CONSTRICTION, neighbours=3, particles=100, iterations=300, constraints=_RISING),
+    "ring-rising": PSO(**_CONSTRICTION, **_KEPT_INSIDE, neighbours=3, particles=100, iterations=300, constraints=_RISING),
     "evolving-rising": IPSO(
         variant="evolving",
         evolving_share=1.0,
@@ -37,7 +39,7 @@ NAMED_SETTINGS: dict[str, SwarmSettings] = {
     "ipso-e": IPSO(
         variant="evolving",
         **_CONSTRICTION,
-        velocity_clamp=None,
+        **_KEPT_INSIDE,
         neighbours=3,
         shrink_to=4,
         particles=100,
