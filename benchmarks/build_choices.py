@@ -51,7 +51,7 @@ def build(level: str, size: int, contraction: str, program: Path) -> None:
 def measure(program: Path) -> list[float]:
     """Nanoseconds in the order of COLUMNS."""
     lines = subprocess.run([str(program)], capture_output=True, text=True, check=True).stdout.split("\n")
-    (double, random_double), (single, random_single) = (map(float, line.split()[:2]) for line in lines[:2])
+    (double, random_double), (single, random_single) = (map(float, line.split()) for line in lines[:2])
     return [double, single, random_double, random_single]
 
 

@@ -266,7 +266,7 @@ template <class T> void set_state(swarm<T>& s, nb::dict state) {
         const std::string key = name;
         const std::size_t size = array.shape(0), dims = static_cast<std::size_t>(s.dims());
         if (key == "archive") require(size % dims == 0, other);
-        else if (key == "gain" || key == "drawn_factor" || key == "drawn_crossover") require(size <= static_cast<std::size_t>(s.stride()), other);
+        else if (key == "gain" || key == "drawn_factor" || key == "drawn_crossover") require(s.fits_candidates(counted, size), other);
         else require(size == values.size(), other);
         saved.emplace_back(array.data(), array.data() + size);
     });

@@ -1,7 +1,8 @@
 // Differential evolution with a success history (SHADE: Tanabe and Fukunaga 2013; the shrinking population of L-SHADE,
 // 2014, is in swarm.hpp): the moves of a population that recombines personal bests instead of flying.
 //
-// A candidate is its parent, moved towards one of the elite and by the difference of two others,
+// A candidate is its parent, moved towards one of the elite and by the difference of two members drawn at random (which may
+// coincide with it or each other, unlike in the papers: rare, and a draw less to repeat),
 //   y = x + F (x_elite - x) + F (x_r1 - x_r2),
 // and crossed with the parent: each coordinate is y's with probability CR. F and CR are drawn around values that have
 // lately led to improvements. x_r2 may come from an archive of replaced parents.

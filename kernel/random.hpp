@@ -100,7 +100,13 @@ template <class T> class draws {
     int below(int n) { return std::min(n - 1, static_cast<int>(uniform() * static_cast<T>(n))); }
 
     // Bell-shaped with mean 0 and deviation 1: four uniforms summed. No logarithm, so the same bits everywhere.
-    T bell() { return (uniform() + uniform() + uniform() + uniform() - T(2)) * T(1.7320508075688772); }
+    T bell() {
+        T sum = uniform();   // one after the other: a sum's order is the compiler's to choose
+        sum += uniform();
+        sum += uniform();
+        sum += uniform();
+        return (sum - T(2)) * T(1.7320508075688772);
+    }
 
     // Cauchy: the ratio of the coordinates of a point drawn in the half disc.
     T cauchy() {

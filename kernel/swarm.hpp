@@ -69,9 +69,9 @@ template <class T> class swarm {
 
     // Known good positions, in place of the first random ones.
     void place_first(const std::vector<std::vector<T>>& rows) {
-        for (std::size_t i = 0; i < rows.size() && i < static_cast<std::size_t>(settings_.particles); ++i) {
-            for (int d = 0; d < dims_; ++d) x_[at(d, static_cast<int>(i))] = rows[i][d];
-        }
+        const int n = static_cast<int>(std::min<std::size_t>(rows.size(), settings_.particles));
+        for (int i = 0; i < n; ++i)
+            for (int d = 0; d < dims_; ++d) x_[at(d, i)] = rows[i][d];
     }
 
     // Fitness and violation of the positions asked for. A NaN counts as the worst there is.
@@ -119,8 +119,13 @@ template <class T> class swarm {
         return {round_, used_, failed_, active(), evolver_.next, asked_ ? 1 : 0};
     }
     bool fits(const std::vector<std::int64_t>& c) const {
-        const bool whole = settings_.variant == swarm_variant::evolving ? c.size() == 6 && c[3] > first_[2] : c.size() == 6 && c[3] == first_[3];
-        return whole && c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[3] <= settings_.particles && c[4] >= 0 && c[4] < settings_.memory;
+        const bool shrinks = settings_.variant == swarm_variant::evolving;
+        return c.size() == 6 && (shrinks ? c[3] > first_[2] : c[3] == first_[3]) && c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[3] <= settings_.particles && c[4] >= 0 && c[4] < settings_.memory;
+    }
+    // Between an ask and its tell, population 3's candidates are waiting to be judged.
+    bool fits_candidates(const std::vector<std::int64_t>& c, std::size_t drawn) const {
+        const std::int64_t waiting = c[5] != 0 && c[0] > 0 && evolving_from_ < settings_.particles ? c[3] - evolving_from_ : 0;
+        return static_cast<std::int64_t>(drawn) >= waiting && drawn <= static_cast<std::size_t>(stride_);
     }
     void restore_counters(const std::vector<std::int64_t>& c) {
         round_ = static_cast<int>(c[0]);
@@ -133,7 +138,6 @@ template <class T> class swarm {
         judge_personal_bests();
         find_leaders();
     }
-
   private:
     std::size_t at(int d, int i) const { return static_cast<std::size_t>(d) * stride_ + i; }
 
@@ -181,9 +185,7 @@ template <class T> class swarm {
     }
 
     // ---- judging -----------------------------------------------------------------------------------------------------
-    struct judged_packs {
-        pack<T> violation, fitness;
-    };
+    struct judged_packs { pack<T> violation, fitness; };
     SPACEARM_INLINE judged_packs judge(const T* fitness, const T* violation) const {
         const pack<T> f = pack<T>::load(fitness), c = pack<T>::load(violation);
         if (settings_.constraints == constraint_rule::penalty) {
@@ -212,7 +214,7 @@ template <class T> class swarm {
             if (!any(pack<T>(T(0)) < failed)) continue;
             T one[W];
             failed.store(one);
-            for (int k = 0; k < W; ++k) failed_ += one[k] != T(0);
+            failed_ += W - std::count(one, one + W, T(0));
         }
     }
 
@@ -233,8 +235,7 @@ template <class T> class swarm {
                 found = k;
             }
         }
-        if (found < 0) return;
-        for (int d = 0; d < dims_; ++d) best_x_[d] = x_[at(d, found)];
+        for (int d = 0; found >= 0 && d < dims_; ++d) best_x_[d] = x_[at(d, found)];
     }
 
     // Personal bests, a pack at a time.
@@ -285,7 +286,6 @@ template <class T> class swarm {
         }
     }
     static constexpr double archive_share = 1.4;
-
     void find_leaders() {
         int first = first_[1] > 0 ? 0 : first_[2] > 0 ? 1 : 2;   // a population that has members
         for (int k = 0; k < populations_; ++k) {
@@ -411,7 +411,7 @@ template <class T> class swarm {
         const random_key key(seed_, trial_, stream::velocity);
         const pack<T> w(inertia()), c1(T(settings_.cognitive)), c2(T(settings_.social));
         const bool symbiotic = settings_.variant == swarm_variant::symbiotic;
-        const std::vector<T>& momentum = settings_.variant == swarm_variant::cooperative ? carried_ : v_;
+        const std::vector<T>& momentum = carried_.empty() ? v_ : carried_;
         for (int i = 0; i < std::min(active(), evolving_from_); i += word_lanes) {
             uniform_block<T> r3;
             for (int d = 0; d < dims_; d += 2) {
