@@ -43,8 +43,8 @@ class PaperSettings:
     Attributes:
         runs: runs of each method.
         methods: swarm settings to compare, the first with each of the others: pso, ipso-m, ipso-s (the paper's, with either
-            reading of its population 3), constriction, ring, ring-small, ring-forgiving, ring-rising, evolving-rising,
-            ipso-e.
+            reading of its population 3), constriction, ring, ring-small, ring-forgiving, ring-unclamped, ring-rising,
+            evolving-rising, ipso-e.
         modes: goal (reaching the goal is a constraint), literal (eq. (4) alone), or both.
         radii: one or more obstacle radii A_R [m].
         tolerance: distance at which the goal counts as reached, in the goal mode [m].
