@@ -35,7 +35,7 @@ class Rounds:
 
 
 def take_turns(contestants: dict[str, Callable[[], object]], *, rounds: int, block: float = 2e-3) -> Rounds:
-    """Time each contestant once a round, called as often as fills `block` seconds; the first call is not timed.
+    """Time each contestant once a round, called as often as fills `block` seconds, after one call that is not timed.
 
     A contestant that returns a float tells its own seconds (it runs elsewhere, or not all of it counts).
     """
@@ -46,6 +46,7 @@ def take_turns(contestants: dict[str, Callable[[], object]], *, rounds: int, blo
     seconds: dict[str, list[float]] = {name: [] for name in contestants}
     for _ in range(rounds):
         for name, call in contestants.items():
+            call()  # wakes the core and fills the caches that the one before left cold
             seconds[name].append(_mean(call, calls[name]))
     return Rounds({name: np.array(values) for name, values in seconds.items()})
 
