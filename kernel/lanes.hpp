@@ -33,7 +33,7 @@ template <class T> struct reg;
 template <class T> struct mask;
 
 #if SPACEARM_LEVEL == 4
-#define SPACEARM_REG(T, V, M, S, I, ABS)                                                                               \
+#define SPACEARM_REG(T, V, M, S)                                                                                       \
     template <> struct mask<T> { M m; };                                                                               \
     template <> struct reg<T> {                                                                                        \
         V v;                                                                                                           \
@@ -59,8 +59,8 @@ template <class T> struct mask;
     SPACEARM_INLINE mask<T> either(mask<T> a, mask<T> b) { return {static_cast<M>(a.m | b.m)}; }                       \
     SPACEARM_INLINE bool any(mask<T> a) { return a.m != 0; }                                                           \
     SPACEARM_INLINE reg<T> select(mask<T> m, reg<T> a, reg<T> b) { return {_mm512_mask_blend_##S(m.m, b.v, a.v)}; }
-SPACEARM_REG(float, __m512, __mmask16, ps, epi32, 0x7fffffff)
-SPACEARM_REG(double, __m512d, __mmask8, pd, epi64, 0x7fffffffffffffff)
+SPACEARM_REG(float, __m512, __mmask16, ps)
+SPACEARM_REG(double, __m512d, __mmask8, pd)
 #undef SPACEARM_REG
 
 #elif SPACEARM_LEVEL == 3 || SPACEARM_LEVEL == 2

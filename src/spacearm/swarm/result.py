@@ -56,7 +56,7 @@ class SwarmResult:
         trial: which of the seed's independent runs this is.
         settings: of the swarm.
         history: over the iterations.
-        seconds: wall time.
+        seconds: wall time; for one of several native trials, an even share of what all took.
     """
 
     x: Array
