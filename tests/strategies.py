@@ -7,7 +7,7 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
-from spacearm.robot import Capsule, Frame, Joint, Robot
+from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Scene, Sphere
 
 # Quarter turns, their neighbourhoods and anything between.
@@ -81,13 +81,13 @@ def robots(draw: st.DrawFn, min_joints: int = 2, max_joints: int = 12) -> Robot:
 
 
 @st.composite
-def capsules(draw: st.DrawFn, joints: int) -> Capsule:
+def capsules(draw: st.DrawFn, joints: int) -> LinkCapsule:
     """A capsule on the base or on one of so many joints; some are spheres, some have no thickness."""
     joint = draw(st.integers(-1, joints - 1))
     a = draw(points(0.5))
     b = draw(st.one_of(st.just(a), points(0.5)))
     radius = draw(st.one_of(st.just(0.0), st.floats(1e-3, 0.3)))
-    return Capsule(name=f"link_{joint}", joint=joint, a=a, b=b, radius=radius)
+    return LinkCapsule(name=f"link_{joint}", joint=joint, a=a, b=b, radius=radius)
 
 
 @st.composite

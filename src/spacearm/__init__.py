@@ -25,8 +25,8 @@ if TYPE_CHECKING:
         save_plan,
     )
     from spacearm.proof import Certificate, certify
-    from spacearm.robot import Capsule, Frame, Joint, Robot, builtin_robots, forward_kinematics, load_robot
-    from spacearm.scene import Scene, Sphere
+    from spacearm.robot import Frame, Joint, LinkCapsule, Robot, builtin_robots, forward_kinematics, load_robot
+    from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
     from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty, Swarm, SwarmResult, minimize, named_settings
 
 _ROOM_OF = {
@@ -46,8 +46,8 @@ _ROOM_OF = {
         "plan",
         "save_plan",
     ),
-    "robot": ("Capsule", "Frame", "Joint", "Robot", "builtin_robots", "forward_kinematics", "load_robot"),
-    "scene": ("Scene", "Sphere"),
+    "robot": ("LinkCapsule", "Frame", "Joint", "Robot", "builtin_robots", "forward_kinematics", "load_robot"),
+    "scene": ("Box", "Capsule", "Cylinder", "HalfSpace", "Scene", "Sphere", "SphereSet", "pose"),
     "swarm": ("IPSO", "PSO", "FeasibleFirst", "Penalty", "Swarm", "SwarmResult", "minimize", "named_settings"),
 }
 _ROOMS = {name: room for room, names in _ROOM_OF.items() for name in names}
@@ -55,13 +55,17 @@ _ROOMS = {name: room for room, names in _ROOM_OF.items() for name in names}
 __all__ = [  # a plain list for type checkers, in the order of ruff
     "IPSO",
     "PSO",
+    "Box",
     "Capsule",
     "Certificate",
     "ConfigurationGoal",
+    "Cylinder",
     "FeasibleFirst",
     "Frame",
+    "HalfSpace",
     "Joint",
     "KernelInfo",
+    "LinkCapsule",
     "Motion",
     "Penalty",
     "Plan",
@@ -72,6 +76,7 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "Scene",
     "SpacearmError",
     "Sphere",
+    "SphereSet",
     "Swarm",
     "SwarmResult",
     "Trajectory",
@@ -86,6 +91,7 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "minimize",
     "named_settings",
     "plan",
+    "pose",
     "save_plan",
 ]
 

@@ -14,13 +14,13 @@ from kernel import accuracy, drawn
 from kernel.builds import Build, place
 from oracles import coal_shapes, pinocchio_points
 from spacearm.planner.kernel_model import make_kernel_model
-from spacearm.robot import Capsule, Frame, Joint, Robot
+from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Scene, Sphere
 
 RADII = st.one_of(st.just(0.0), st.floats(1e-3, 0.5))
 
 
-def bench(*capsules: Capsule) -> Robot:
+def bench(*capsules: LinkCapsule) -> Robot:
     """A robot whose capsules stay on the base, so that their ends are known exactly."""
     return Robot(
         name="bench",
@@ -35,11 +35,11 @@ def bench(*capsules: Capsule) -> Robot:
     )
 
 
-def capsule(a: np.ndarray, b: np.ndarray, radius: float) -> Capsule:
-    return Capsule(name="link", joint=-1, a=np.asarray(a, float), b=np.asarray(b, float), radius=radius)
+def capsule(a: np.ndarray, b: np.ndarray, radius: float) -> LinkCapsule:
+    return LinkCapsule(name="link", joint=-1, a=np.asarray(a, float), b=np.asarray(b, float), radius=radius)
 
 
-def on_bench(build: Build, capsules: list[Capsule], balls: list[Sphere]) -> np.ndarray:
+def on_bench(build: Build, capsules: list[LinkCapsule], balls: list[Sphere]) -> np.ndarray:
     """Clearances (capsules, balls) [m]."""
     model = place(build, bench(*capsules), spheres=balls)
     return model.native.clearances(build.array([[0.0]]))[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import coal
 import numpy as np
 
-from spacearm.robot import Capsule
+from spacearm.robot import LinkCapsule
 from spacearm.scene import Sphere
 
 
@@ -31,7 +31,7 @@ def capsule_clearance(a: np.ndarray, b: np.ndarray, radius: float, ball: Sphere)
     )
 
 
-def clearances(frames: np.ndarray, capsules: tuple[Capsule, ...], balls: tuple[Sphere, ...]) -> np.ndarray:
+def clearances(frames: np.ndarray, capsules: tuple[LinkCapsule, ...], balls: tuple[Sphere, ...]) -> np.ndarray:
     """Signed distances (rows, capsules, balls) [m]; frames (rows, joints, 4, 4) are the moving frames."""
     out = np.empty((len(frames), len(capsules), len(balls)))
     for row, T in enumerate(frames):

@@ -33,7 +33,7 @@ from spacearm.planner import (
 )
 from spacearm.planner.result import STATUSES
 from spacearm.proof import certify
-from spacearm.robot import Capsule, forward_kinematics
+from spacearm.robot import LinkCapsule, forward_kinematics
 from spacearm.scene import Scene, Sphere
 
 PAPER = load_problem_file(Path(__file__).parents[2] / "examples" / "problem.yaml")
@@ -148,7 +148,7 @@ def turntable() -> Any:
     """A joint that turns without end, and an arm of 1 m on it."""
     joint = urdf_text.joint("wheel", "link_0", "link_1", kind="continuous")
     robot = urdf_text.loaded(urdf_text.chain(joint))
-    capsule = Capsule(name="link_1", joint=0, a=np.zeros(3), b=np.array([1.0, 0, 0]), radius=0.05)
+    capsule = LinkCapsule(name="link_1", joint=0, a=np.zeros(3), b=np.array([1.0, 0, 0]), radius=0.05)
     return replace(robot, capsules=(capsule,))
 
 
@@ -166,7 +166,7 @@ def slide() -> Any:
         urdf_text.joint("swing", "link_1", "link_2", kind="continuous"),
     )
     robot = urdf_text.loaded(text)
-    capsule = Capsule(name="link_2", joint=1, a=np.zeros(3), b=np.array([0.5, 0, 0]), radius=0.02)
+    capsule = LinkCapsule(name="link_2", joint=1, a=np.zeros(3), b=np.array([0.5, 0, 0]), radius=0.02)
     return replace(robot, capsules=(capsule,))
 
 

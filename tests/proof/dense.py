@@ -12,7 +12,7 @@ from motion.drawn import motions_of
 from oracles.coal_shapes import clearances
 from oracles.pinocchio_points import joint_frames
 from spacearm.motion import Motion, Trajectory
-from spacearm.robot import Capsule, Frame, Joint, Robot
+from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Scene, Sphere
 
 
@@ -146,7 +146,7 @@ def planar(**changes: object) -> Robot:
             Joint(name="elbow", kind="revolute", parent=0, T_parent_joint=shift),
         ),
         "capsules": tuple(
-            Capsule(name=name, joint=i, a=np.zeros(3), b=np.array([1.0, 0, 0]), radius=0.05)
+            LinkCapsule(name=name, joint=i, a=np.zeros(3), b=np.array([1.0, 0, 0]), radius=0.05)
             for i, name in enumerate(("upper", "fore"))
         ),
         "frames": (

@@ -19,7 +19,7 @@ from spacearm.motion import Motion, Trajectory
 from spacearm.proof import certify
 from spacearm.proof.certificate import Certificate
 from spacearm.proof.intervals import _BISECTIONS, _reaches
-from spacearm.robot import Capsule
+from spacearm.robot import LinkCapsule
 from spacearm.scene import Scene, Sphere
 
 INSTANTS = 20_000
@@ -154,7 +154,7 @@ def test_lasting_contact_ends_soon_too(gap: float) -> None:
     setting = stretched(gap, 0.4)
     still = Trajectory(setting.robot, swing(0.4, 0.4))
     assert certify(setting, still).status != "holds"
-    bolted = planar(capsules=(Capsule(name="foot", joint=-1, a=np.zeros(3), b=np.array([0, 0, -1.0]), radius=0.1),))
+    bolted = planar(capsules=(LinkCapsule(name="foot", joint=-1, a=np.zeros(3), b=np.array([0, 0, -1.0]), radius=0.1),))
     below = Setting(bolted, Scene([Sphere((0, 0, -1.3 - gap), 0.2)]))
     certificate = certify(below, Trajectory(bolted, swing(-1, 1)))
     assert certificate.status != "holds"
@@ -171,13 +171,13 @@ def test_an_arm_at_rest_is_proven() -> None:
 @pytest.mark.parametrize(
     "capsule",
     [
-        Capsule(name="point", joint=1, a=np.zeros(3), b=np.zeros(3), radius=0.0),
-        Capsule(name="ball", joint=1, a=np.zeros(3), b=np.zeros(3), radius=0.05),
-        Capsule(name="line", joint=0, a=np.zeros(3), b=np.array([1.0, 0, 0]), radius=0.0),
+        LinkCapsule(name="point", joint=1, a=np.zeros(3), b=np.zeros(3), radius=0.0),
+        LinkCapsule(name="ball", joint=1, a=np.zeros(3), b=np.zeros(3), radius=0.05),
+        LinkCapsule(name="line", joint=0, a=np.zeros(3), b=np.array([1.0, 0, 0]), radius=0.0),
     ],
     ids=lambda capsule: capsule.name,
 )
-def test_links_without_length_or_thickness_are_links(capsule: Capsule) -> None:
+def test_links_without_length_or_thickness_are_links(capsule: LinkCapsule) -> None:
     """Each ends at the elbow, which swings on a circle of 1 m."""
     robot = planar(capsules=(capsule,))
     trajectory = Trajectory(robot, swing(-1, 1))

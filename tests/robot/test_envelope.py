@@ -14,7 +14,7 @@ from hypothesis.extra import numpy as hnp
 
 import strategies
 import urdf_text
-from spacearm.robot import Capsule, load_urdf
+from spacearm.robot import LinkCapsule, load_urdf
 from spacearm.robot.envelope import box_capsule, points_capsule
 
 ROUNDING = 1e-12  # [m] sums of a few products of lengths of about one metre
@@ -33,7 +33,7 @@ def corners(size: tuple[float, float, float]) -> np.ndarray:
     return np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.array(size) / 2
 
 
-def the_capsule(shape: str, **pose: str) -> Capsule:
+def the_capsule(shape: str, **pose: str) -> LinkCapsule:
     text = urdf_text.robot(
         urdf_text.link("base"),
         urdf_text.link("arm", urdf_text.collision(shape, **pose)),

@@ -16,7 +16,7 @@ import strategies
 from kinematics import joint_transforms
 from snapshot import assert_refused
 from spacearm.errors import RobotError
-from spacearm.robot import Capsule, Frame, Joint, Robot, joint_centres, load_robot
+from spacearm.robot import Frame, Joint, LinkCapsule, Robot, joint_centres, load_robot
 
 COINCIDENT = 1e-8  # [m] what is listed as one centre within 1e-9 stays together through a few rotations
 
@@ -160,10 +160,10 @@ REFUSED: dict[str, Any] = {
     "transform with NaN": lambda: following(T_parent_joint=np.full((4, 4), np.nan)),
     "multiplier no number": lambda: following(multiplier="2"),
     "offset infinite": lambda: following(offset=np.inf),
-    "capsule radius negative": lambda: Capsule(name="arm", joint=0, a=(0, 0, 0), b=(0, 0, 1), radius=-0.1),
-    "capsule end NaN": lambda: Capsule(name="arm", joint=0, a=(0, np.nan, 0), b=(0, 0, 1), radius=0.1),
-    "capsule end in a plane": lambda: Capsule(name="arm", joint=0, a=(0, 0), b=(0, 0, 1), radius=0.1),
-    "capsule on no joint": lambda: two_link(capsules=[Capsule(name="arm", joint=2, a=(0, 0, 0), b=(0, 0, 1), radius=0.1)]),
+    "capsule radius negative": lambda: LinkCapsule(name="arm", joint=0, a=(0, 0, 0), b=(0, 0, 1), radius=-0.1),
+    "capsule end NaN": lambda: LinkCapsule(name="arm", joint=0, a=(0, np.nan, 0), b=(0, 0, 1), radius=0.1),
+    "capsule end in a plane": lambda: LinkCapsule(name="arm", joint=0, a=(0, 0), b=(0, 0, 1), radius=0.1),
+    "capsule on no joint": lambda: two_link(capsules=[LinkCapsule(name="arm", joint=2, a=(0, 0, 0), b=(0, 0, 1), radius=0.1)]),
     "frame on no joint": lambda: two_link(frames=[Frame(name="hand", joint=5, T_joint_frame=np.eye(4))]),
     "child before parent": lambda: two_link(joints=two_link().joints[::-1]),
     "joint name twice": lambda: two_link(joints=(two_link().joints[0], following(name="shoulder", dof=-1))),

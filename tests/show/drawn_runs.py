@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from spacearm.motion import Motion, Trajectory
-from spacearm.robot import Capsule, Frame, Joint, Robot
+from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Scene, Sphere
 from spacearm.swarm import PSO, SwarmResult
 from spacearm.swarm.result import SwarmHistory
@@ -62,8 +62,8 @@ def two_joints(*, prismatic: bool = False, radius: float = 0.03, endless: bool =
             Joint(name="slide", kind="prismatic" if prismatic else "revolute", parent=0, T_parent_joint=translation(0.6)),
         ),
         capsules=(
-            Capsule(name="upper", joint=0, a=np.zeros(3), b=np.array([0.6, 0, 0]), radius=radius),
-            Capsule(name="lower", joint=1, a=np.zeros(3), b=np.array([0.6, 0, 0]), radius=radius),
+            LinkCapsule(name="upper", joint=0, a=np.zeros(3), b=np.array([0.6, 0, 0]), radius=radius),
+            LinkCapsule(name="lower", joint=1, a=np.zeros(3), b=np.array([0.6, 0, 0]), radius=radius),
         ),
         frames=(Frame(name="tip", joint=1, T_joint_frame=translation(0.6)),),
         tip="tip",

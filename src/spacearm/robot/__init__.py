@@ -3,13 +3,13 @@
 from spacearm.robot.centres import joint_centres
 from spacearm.robot.kinematics import forward_kinematics, joint_frames
 from spacearm.robot.load import builtin_robots, load_robot
-from spacearm.robot.model import Capsule, Frame, Joint, Robot
+from spacearm.robot.model import Frame, Joint, LinkCapsule, Robot
 from spacearm.robot.urdf import load_urdf
 
 __all__ = [
-    "Capsule",
     "Frame",
     "Joint",
+    "LinkCapsule",
     "Robot",
     "builtin_robots",
     "forward_kinematics",

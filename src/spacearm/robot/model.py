@@ -65,7 +65,7 @@ class Joint(Frozen):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Capsule(Frozen):
+class LinkCapsule(Frozen):
     """All points within a radius of a segment; a sphere has a = b.
 
     Attributes:
@@ -136,6 +136,7 @@ class Robot(Frozen):
         lower, upper: (n,) limits of q [rad or m]; -inf and inf where a joint turns without end.
         velocity: (n,) limits of |dq| [rad/s or m/s], above 0.
         acceleration: (n,) limits of |ddq| [rad/s^2 or m/s^2], above 0.
+        self_pairs: names of links that must keep clear of each other, two by two; empty if none need to.
         source: the file or built-in name it came from.
         notes: what was assumed in reading it, a sentence each.
 
@@ -145,7 +146,7 @@ class Robot(Frozen):
 
     name: str
     joints: tuple[Joint, ...]
-    capsules: tuple[Capsule, ...] = ()
+    capsules: tuple[LinkCapsule, ...] = ()
     frames: tuple[Frame, ...]
     tip: str
     dof_names: tuple[str, ...] = ()
@@ -153,6 +154,7 @@ class Robot(Frozen):
     upper: Array
     velocity: Array
     acceleration: Array
+    self_pairs: tuple[tuple[str, str], ...] = ()
     source: str = ""
     notes: tuple[str, ...] = ()
 
@@ -160,7 +162,7 @@ class Robot(Frozen):
         as_name("a robot's name", self.name, RobotError)
         joints = _number_dofs(_members("joints", self.joints, Joint))
         frames = _members("frames", self.frames, Frame)
-        capsules = _members("capsules", self.capsules, Capsule)
+        capsules = _members("capsules", self.capsules, LinkCapsule)
         if not joints:
             raise RobotError(f"robot '{self.name}' has no moving joint, expected at least one; nothing can be planned")
         _require_unique("joint", [joint.name for joint in joints])
@@ -169,7 +171,10 @@ class Robot(Frozen):
         names = tuple(self.dof_names) or _own_names(joints)
         _require_unique("dof", [as_name("a dof's name", name, RobotError) for name in names])
         _require_dofs_used(joints, names)
-        _freeze(self, joints=joints, frames=frames, capsules=capsules, dof_names=names, notes=tuple(self.notes))
+        pairs = _checked_pairs(self.self_pairs, {capsule.name for capsule in capsules})
+        _freeze(
+            self, joints=joints, frames=frames, capsules=capsules, dof_names=names, notes=tuple(self.notes), self_pairs=pairs
+        )
         _freeze(self, **_checked_limits(self))
         self.frame(self.tip)
 
@@ -251,7 +256,7 @@ def _require_unique(what: str, names: list[str]) -> None:
         raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
 
 
-def _require_tree(joints: tuple[Joint, ...], frames: tuple[Frame, ...], capsules: tuple[Capsule, ...]) -> None:
+def _require_tree(joints: tuple[Joint, ...], frames: tuple[Frame, ...], capsules: tuple[LinkCapsule, ...]) -> None:
     for i, joint in enumerate(joints):
         if joint.parent >= i:
             raise RobotError(
@@ -274,6 +279,19 @@ def _require_dofs_used(joints: tuple[Joint, ...], names: tuple[str, ...]) -> Non
         kinds = {joint.kind for joint in joints if joint.dof == dof}
         if len(kinds) > 1 and not any(joint.name == name for joint in joints):
             raise RobotError(f"dof '{name}' moves revolute and prismatic joints; name it after the one it measures")
+
+
+def _checked_pairs(given: Any, links: set[str]) -> tuple[tuple[str, str], ...]:
+    """Return the pairs once each, their names and themselves in order."""
+    out: set[tuple[str, str]] = set()
+    for pair in given:
+        if isinstance(pair, str) or len(tuple(pair)) != 2 or pair[0] == pair[1]:
+            raise RobotError(f"self_pairs holds {shown(pair)}, expected the names of two links with an envelope")
+        for name in pair:
+            if name not in links:
+                raise RobotError(f"self_pairs names '{name}', which has no envelope; {nearest(str(name), links)}")
+        out.add((min(pair), max(pair)))
+    return tuple(sorted(out))
 
 
 def _checked_limits(robot: Robot) -> dict[str, Array]:

@@ -15,7 +15,7 @@ from spacearm.checks import as_number, shown
 from spacearm.errors import RobotError, nearest
 from spacearm.robot.limits import joint_limits
 from spacearm.robot.links import LinkJoint, LinkTree, Mimic
-from spacearm.robot.model import Capsule, Frame, Joint, Robot
+from spacearm.robot.model import Frame, Joint, LinkCapsule, Robot
 
 Array = NDArray[np.float64]
 
@@ -199,9 +199,9 @@ def _placed(
     return joints, {link: places[link] for link in tree.links}
 
 
-def _carried(link: str, place: tuple[int, Array], a: Array, b: Array, radius: float) -> Capsule:
+def _carried(link: str, place: tuple[int, Array], a: Array, b: Array, radius: float) -> LinkCapsule:
     joint, T = place
-    return Capsule(name=link, joint=joint, a=T[:3, :3] @ a + T[:3, 3], b=T[:3, :3] @ b + T[:3, 3], radius=radius)
+    return LinkCapsule(name=link, joint=joint, a=T[:3, :3] @ a + T[:3, 3], b=T[:3, :3] @ b + T[:3, 3], radius=radius)
 
 
 def _tip(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> str:

@@ -1,5 +1,6 @@
 """What is in the way: obstacles, and the scene they make up."""
 
-from spacearm.scene.obstacles import Obstacle, Scene, Sphere
+from spacearm.scene.obstacles import Obstacle, Scene
+from spacearm.scene.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere, SphereSet, pose
 
-__all__ = ["Obstacle", "Scene", "Sphere"]
+__all__ = ["Box", "Capsule", "Cylinder", "HalfSpace", "Obstacle", "Scene", "Sphere", "SphereSet", "pose"]

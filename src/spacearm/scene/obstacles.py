@@ -1,4 +1,4 @@
-"""Obstacles and scenes. All coordinates are in the base frame at the start, [m]."""
+"""Scenes: the obstacles around the arm."""
 
 from __future__ import annotations
 
@@ -6,41 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from spacearm.checks import Frozen, as_number, as_readonly, shown
+from spacearm.checks import Frozen, shown
 from spacearm.errors import SceneError
+from spacearm.scene.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere, SphereSet
 
+Obstacle: TypeAlias = Sphere | Capsule | Box | Cylinder | HalfSpace | SphereSet
+"""Any shape a scene may hold."""
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sphere(Frozen):
-    """A ball, the paper's enclosure of an obstacle.
-
-    Attributes:
-        center: (3,) [m].
-        radius: [m], above 0.
-
-    Raises:
-        SceneError: a centre that is not three finite numbers, or a radius that is not above 0.
-    """
-
-    center: NDArray[np.float64]
-    radius: float
-
-    if TYPE_CHECKING:  # what is taken is wider than what is kept
-
-        def __init__(self, center: ArrayLike, radius: float) -> None: ...
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "center", as_readonly("the sphere's center", self.center, (3,), SceneError))
-        object.__setattr__(self, "radius", as_number("the sphere's radius", self.radius, SceneError, above=0, unit="m"))
-
-
-Obstacle: TypeAlias = Sphere
-"""Any shape a scene may hold; further shapes join here as a union."""
-
-_SHAPES = (Sphere,)
+_SHAPES = (Sphere, Capsule, Box, Cylinder, HalfSpace, SphereSet)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,3 +43,8 @@ class Scene(Frozen):
                 names = ", ".join(shape.__name__ for shape in _SHAPES)
                 raise SceneError(f"obstacles[{i}] is {shown(item)}, expected an obstacle: {names}")
         object.__setattr__(self, "obstacles", obstacles)
+
+    def called(self, index: int) -> str:
+        """Return what a message calls an obstacle: its name, or its place in the list."""
+        name = self.obstacles[index].name
+        return f"'{name}'" if name else f"{index}"

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.motion import Trajectory
-from spacearm.robot import Capsule, Robot, forward_kinematics, joint_frames
+from spacearm.robot import LinkCapsule, Robot, forward_kinematics, joint_frames
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def outlines(robot: Robot, q: ArrayLike, *, points: int = 24) -> list[Array]:
     return [_stadium(capsule, frames, points) for capsule in robot.capsules if capsule.radius > 0]
 
 
-def _stadium(capsule: Capsule, frames: Array, points: int) -> Array:
+def _stadium(capsule: LinkCapsule, frames: Array, points: int) -> Array:
     T = np.eye(4) if capsule.joint < 0 else frames[capsule.joint]
     a, b = ((T[:3, :3] @ end + T[:3, 3])[:2] for end in (capsule.a, capsule.b))
     along = np.arctan2(*(b - a)[::-1])
