@@ -1,189 +1,12 @@
-// Translation between Python's arrays and the kernel's types; no idea of its own. Arrays come checked from Python, so what
-// is wrong here is a defect of ours and raises ValueError.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
-#include <nanobind/stl/function.h>
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/vector.h>
-
+// Translation between Python's arrays and the kernel's types; no idea of its own.
 #include <chrono>
 
+#include "bindings_model.hpp"
+#include "bindings_motion.hpp"
 #include "fitness.hpp"
-#include "motion.hpp"
 #include "search.hpp"
 
-namespace nb = nanobind;
-using namespace nb::literals;
-
 namespace SPACEARM_NAMESPACE {
-
-template <class T> using in1 = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-template <class T> using in2 = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;   // any strides
-template <class T> using in2c = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-
-template <class T> nb::object array_of(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
-    auto* owned = new std::vector<T>(std::move(values));
-    nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
-}
-
-void require(bool condition, const char* what) {
-    if (!condition) throw nb::value_error(what);
-}
-
-// Rows of q into packs, a pack of rows at a time; f(first_row, rows_in_pack, packs). Rows beyond the last repeat it. Rows
-// are turned into columns a block at a time, so that no pack is read back while its numbers are still being written.
-template <class T, class F> void for_packs(const in2<T>& q, F&& f) {
-    constexpr std::size_t W = lanes_of<T>, block = 32 * W;
-    const std::size_t rows = q.shape(0), dims = q.shape(1);
-    const std::ptrdiff_t row = q.stride(0), column = q.stride(1);
-    std::vector<T> columns(dims * block);
-    std::vector<pack<T>> packs(dims);
-    for (std::size_t begin = 0; begin < rows; begin += block) {
-        const std::size_t filled = std::min(block, rows - begin), padded = (filled + W - 1) / W * W;
-        for (std::size_t i = 0; i < padded; ++i) {
-            const T* from = q.data() + static_cast<std::ptrdiff_t>(begin + std::min(i, filled - 1)) * row;
-            for (std::size_t d = 0; d < dims; ++d) columns[d * block + i] = from[static_cast<std::ptrdiff_t>(d) * column];
-        }
-        for (std::size_t i = 0; i < padded; i += W) {
-            for (std::size_t d = 0; d < dims; ++d) packs[d] = pack<T>::load(&columns[d * block + i]);
-            f(begin + i, std::min(W, filled - i), packs.data());
-        }
-    }
-}
-
-template <class T> void store_lanes(const pack<T>& p, T* to, std::size_t filled, std::size_t stride = 1) {
-    T lane[lanes_of<T>];
-    p.store(lane);
-    for (std::size_t i = 0; i < filled; ++i) to[i * stride] = lane[i];
-}
-
-template <class T>
-model<T> make_model(in1<std::int32_t> parent, in1<std::int32_t> kind, in1<std::int32_t> dof, in1<double> multiplier, in1<double> offset,
-                    nb::ndarray<const double, nb::ndim<3>, nb::c_contig> rotation, in2c<double> translation, int dofs,
-                    in1<std::int32_t> point_joint, in2c<double> point_local, in1<std::int32_t> capsule_a, in1<std::int32_t> capsule_b,
-                    in1<double> capsule_radius, in2c<double> sphere_center, in1<double> sphere_radius) {
-    model<T> m;
-    const std::size_t n = parent.shape(0), points = point_joint.shape(0), links = capsule_a.shape(0), balls = sphere_radius.shape(0);
-    require(kind.shape(0) == n && dof.shape(0) == n && multiplier.shape(0) == n && offset.shape(0) == n && rotation.shape(0) == n
-                && rotation.shape(1) == 3 && rotation.shape(2) == 3 && translation.shape(0) == n && translation.shape(1) == 3,
-            "the joints' arrays do not fit each other");
-    require(point_local.shape(0) == points && point_local.shape(1) == 3, "the points' arrays do not fit each other");
-    require(capsule_b.shape(0) == links && capsule_radius.shape(0) == links, "the capsules' arrays do not fit each other");
-    require(sphere_center.shape(0) == balls && sphere_center.shape(1) == 3, "the spheres' arrays do not fit each other");
-    require(dofs >= 1, "no degree of freedom");
-    m.robot.dofs = dofs;
-    for (std::size_t j = 0; j < n; ++j) {
-        require(parent(j) < static_cast<int>(j) && parent(j) >= -1, "parents come before children");
-        require(dof(j) >= 0 && dof(j) < dofs, "a joint's degree of freedom is out of range");
-        m.robot.joints.push_back(make_joint<T>(parent(j), kind(j) == 0 ? joint_kind::revolute : joint_kind::prismatic, dof(j),
-                                               multiplier(j), offset(j), rotation.data() + 9 * j, translation.data() + 3 * j));
-    }
-    std::vector<unsigned> used(n, 0);
-    for (std::size_t i = 0; i < point_joint.shape(0); ++i) {
-        const int joint = point_joint(i);
-        require(joint >= -1 && joint < static_cast<int>(n), "a point's joint is out of range");
-        point<T> p{joint, {}};
-        for (int k = 0; k < 3; ++k) {
-            p.local[k] = static_cast<T>(point_local(i, k));
-            if (joint >= 0 && p.local[k] != T(0)) used[joint] |= 1u << k;
-        }
-        m.points.push_back(p);
-    }
-    mark_needed(m.robot, used);
-    for (std::size_t i = 0; i < capsule_a.shape(0); ++i) {
-        const int a = capsule_a(i), b = capsule_b(i), points = static_cast<int>(m.points.size());
-        require(a >= 0 && a < points && b >= 0 && b < points, "a capsule's point is out of range");
-        // Both ends move with one body, though possibly named by two joints whose origins coincide: measure at q = 0.
-        m.capsules.push_back({a, b, static_cast<T>(capsule_radius(i)), T(0)});
-    }
-    workspace<T> w(m);
-    std::vector<pack<T>> zero(std::max(dofs, 1), pack<T>(T(0)));
-    place(m, zero.data(), w);
-    for (std::size_t i = 0; i < m.capsules.size(); ++i) {
-        T squared[lanes_of<T>];
-        dot(w.axis[i], w.axis[i]).store(squared);
-        m.capsules[i].inverse_squared_length = squared[0] > T(0) ? T(1) / squared[0] : T(0);
-    }
-    for (std::size_t i = 0; i < sphere_center.shape(0); ++i) {
-        sphere<T> s{{}, static_cast<T>(sphere_radius(i))};
-        for (int k = 0; k < 3; ++k) s.center[k] = static_cast<T>(sphere_center(i, k));
-        m.spheres.push_back(s);
-    }
-    return m;
-}
-
-template <class T> void require_columns(const model<T>& m, const in2<T>& q) {
-    require(static_cast<int>(q.shape(1)) == m.robot.dofs, "wrong number of dimensions");
-}
-
-template <class T> nb::object joint_frames(const model<T>& m, in2<T> q) {
-    require_columns(m, q);
-    const std::size_t rows = q.shape(0), n = m.robot.joints.size();
-    tree<T> whole = m.robot;
-    for (auto& joint : whole.joints) joint.needed = 7;
-    std::vector<T> out(rows * n * 16, T(0));
-    std::vector<frame<T>> frames(n);
-    {
-        nb::gil_scoped_release free;
-        for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
-            forward_kinematics(whole, packs, frames.data());
-            for (std::size_t j = 0; j < n; ++j) {
-                T* to = &out[(first * n + j) * 16];
-                const vec3<T>* columns[4] = {&frames[j].column[0], &frames[j].column[1], &frames[j].column[2], &frames[j].origin};
-                for (int k = 0; k < 4; ++k) {
-                    store_lanes(columns[k]->x, to + k, filled, n * 16);
-                    store_lanes(columns[k]->y, to + 4 + k, filled, n * 16);
-                    store_lanes(columns[k]->z, to + 8 + k, filled, n * 16);
-                }
-                for (std::size_t i = 0; i < filled; ++i) to[i * n * 16 + 15] = T(1);
-            }
-        });
-    }
-    return array_of(std::move(out), {rows, n, 4, 4});
-}
-
-template <class T> nb::object point_positions(const model<T>& m, in2<T> q) {
-    require_columns(m, q);
-    const std::size_t rows = q.shape(0), n = m.points.size();
-    std::vector<T> out(rows * n * 3);
-    workspace<T> w(m);
-    {
-        nb::gil_scoped_release free;
-        for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
-            place(m, packs, w);
-            for (std::size_t i = 0; i < n; ++i) {
-                T* to = &out[(first * n + i) * 3];
-                store_lanes(w.points[i].x, to, filled, n * 3);
-                store_lanes(w.points[i].y, to + 1, filled, n * 3);
-                store_lanes(w.points[i].z, to + 2, filled, n * 3);
-            }
-        });
-    }
-    return array_of(std::move(out), {rows, n, 3});
-}
-
-template <class T> nb::object clearances(const model<T>& m, in2<T> q) {
-    require_columns(m, q);
-    const std::size_t rows = q.shape(0), links = m.capsules.size(), balls = m.spheres.size();
-    std::vector<T> out(rows * links * balls);
-    workspace<T> w(m);
-    {
-        nb::gil_scoped_release free;
-        for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
-            place(m, packs, w);
-            for (std::size_t i = 0; i < links; ++i) {
-                for (std::size_t k = 0; k < balls; ++k) {
-                    const capsule<T>& link = m.capsules[i];
-                    const pack<T> d = capsule_sphere_clearance(w.points[link.a], w.points[link.b], link, m.spheres[k]);
-                    store_lanes(d, &out[(first * links + i) * balls + k], filled, links * balls);
-                }
-            }
-        });
-    }
-    return array_of(std::move(out), {rows, links, balls});
-}
 
 template <class T, class Objective> nb::object evaluate(const Objective& objective, in2<T> x) {
     require(static_cast<int>(x.shape(1)) == objective.dims(), "wrong number of dimensions");
@@ -334,7 +157,6 @@ template <class T, class Objective> void bind_search(nb::class_<Objective>& c) {
 template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
     using SM = seed_objective<T>;
     using RM = reach_objective<T>;
-    using MM = motion_objective<T>;
     const auto named = [&](const char* name) { return std::string(name) + suffix; };
 
     nb::class_<model<T>>(m, named("Model").c_str())
@@ -343,7 +165,11 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
                     "sphere_radius"_a)
         .def("joint_frames", &joint_frames<T>)
         .def("points", &point_positions<T>)
-        .def("clearances", &clearances<T>);
+        .def("clearances", &clearances<T>)
+        .def("surrounded", &surrounded<T>, "joint"_a, "link"_a, "a"_a, "b"_a, "radius"_a, "pairs"_a, "obstacle_kind"_a, "obstacle_numbers"_a)
+        .def("obstacle_clearances", &obstacle_clearances<T>)
+        .def("pair_clearances", &pair_clearances<T>)
+        .def("shortfalls", &shortfalls<T>);
 
     nb::class_<SM> seed(m, named("SeedObjective").c_str());
     seed.def("__init__", [](SM* self, const model<T>& scene, in1<std::int32_t> centers, int tip, in1<double> goal, in1<double> weights,
@@ -381,35 +207,26 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
     bind_search<T>(seed);
 
     nb::class_<RM> reach(m, named("ReachObjective").c_str());
-    reach.def("__init__", [](RM* self, const model<T>& scene, int tip, in1<double> goal, double tolerance, double margin, in1<double> home) {
-        require(tip >= 0 && tip < static_cast<int>(scene.points.size()) && goal.shape(0) == 3, "the objective's arrays do not fit");
+    reach.def("__init__", [](RM* self, const model<T>& scene, in1<std::int32_t> points, in2c<double> targets, in1<double> tolerances,
+                             double margin, in1<double> home) {
+        const std::size_t count = points.shape(0);
+        require(count >= 1 && targets.shape(0) == count && targets.shape(1) == 3 && tolerances.shape(0) == count,
+                "the objective's arrays do not fit");
         require(home.shape(0) == static_cast<std::size_t>(scene.robot.dofs), "home has another length");
         auto* o = new (self) RM{};
         o->scene = scene;
-        o->tip = tip;
-        for (int k = 0; k < 3; ++k) o->goal[k] = static_cast<T>(goal(k));
-        o->tolerance = static_cast<T>(tolerance);
+        for (std::size_t i = 0; i < count; ++i) {
+            require(points(i) >= 0 && points(i) < static_cast<int>(scene.points.size()), "a target's point is none");
+            typename RM::target to{points(i), {}, static_cast<T>(tolerances(i))};
+            take3(targets.data() + 3 * i, to.position);
+            o->targets.push_back(to);
+        }
         o->margin = static_cast<T>(margin);
         o->home.assign(home.data(), home.data() + home.shape(0));
     });
     bind_search<T>(reach);
 
-    nb::class_<MM> motion(m, named("MotionObjective").c_str());
-    motion.def("__init__", [](MM* self, const model<T>& scene, in1<double> start, in1<double> goal, in2c<double> basis, double margin,
-                            double length_weight) {
-            require(basis.shape(0) >= 1 && basis.shape(1) >= 2 && start.shape(0) == static_cast<std::size_t>(scene.robot.dofs) && goal.shape(0) == start.shape(0),
-                    "a motion's arrays do not fit");
-            auto* o = new (self) MM{};
-            o->scene = scene;
-            o->start.assign(start.data(), start.data() + start.shape(0));
-            o->goal.assign(goal.data(), goal.data() + goal.shape(0));
-            o->basis.assign(basis.data(), basis.data() + basis.size());
-            o->samples = static_cast<int>(basis.shape(0));
-            o->interior = static_cast<int>(basis.shape(1)) - 2;
-            o->margin = static_cast<T>(margin);
-            o->length_weight = static_cast<T>(length_weight);
-        });
-    bind_search<T>(motion);
+    bind_motion_search<T>(m, suffix);
 
     nb::class_<swarm<T>>(m, named("Swarm").c_str())
         .def("__init__", [](swarm<T>* self, const swarm_settings& settings, in1<double> lower, in1<double> upper, std::uint64_t seed,
@@ -516,6 +333,7 @@ NB_MODULE(SPACEARM_MODULE, m) {
     nb::class_<swarm_settings>(m, "SwarmSettings").def_static("make", &settings_from);
     bind_scalar<double>(m, "64");
     bind_scalar<float>(m, "32");
+    m.def("spline_values", &spline_values);
     m.attr("level") = SPACEARM_LEVEL_NAME;
     m.attr("lanes32") = lanes_of<float>;
     m.attr("lanes64") = lanes_of<double>;

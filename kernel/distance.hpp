@@ -17,6 +17,8 @@ template <class T> struct capsule {
     T inverse_squared_length; // 0 for a sphere (a == b)
 };
 
+template <class T> SPACEARM_INLINE vec3<T> constant(const T* p) { return {pack<T>(p[0]), pack<T>(p[1]), pack<T>(p[2])}; }
+
 // Squared distance from a sphere's centre to a capsule's axis: with the projection clamped to the segment this is the
 // smaller of the joint-centre distances of eq. (1) and, when eq. (2) puts the projection on the link, that of eq. (3).
 // ac runs from the axis' start a to the centre, ab from a to its end b.

@@ -43,27 +43,34 @@ template <class T> struct seed_objective {
     }
 };
 
-// Configurations that reach a point: the seed's constraints with a margin, the way from home as fitness.
+// Configurations that bring points of the robot to given places: the seed's constraints with a margin, the way from home as
+// fitness. One point asks for a position; two or three of one frame for an axis or a pose.
 template <class T> struct reach_objective {
+    struct target {
+        int point;
+        T position[3];
+        T tolerance;            // [m]
+    };
+    struct memory {
+        workspace<T> points;
+        body_memory<T> body;
+    };
     model<T> scene;
-    int tip = 0;
-    T goal[3] = {};
-    T tolerance = 0;            // [m]
+    std::vector<target> targets;
     T margin = 0;               // [m] clearance asked for
     std::vector<T> home;        // (n,)
 
     int dims() const { return scene.robot.dofs; }
-    workspace<T> make_workspace() const { return workspace<T>(scene); }
+    memory make_workspace() const { return {workspace<T>(scene), body_memory<T>(scene.envelope)}; }
 
-    SPACEARM_INLINE void operator()(const pack<T>* q, workspace<T>& w, pack<T>& fitness, pack<T>& violation) const {
-        place(scene, q, w);
-        pack<T> broken(T(0)), squared(T(0));
-        for (const sphere<T>& ball : scene.spheres) {
-            point_to(scene, ball, w);
-            broken += shortfall_to(scene, ball, margin, w);
+    SPACEARM_INLINE void operator()(const pack<T>* q, memory& w, pack<T>& fitness, pack<T>& violation) const {
+        place(scene, q, w.points);
+        pack<T> squared(T(0));
+        violation = shortfall(scene.envelope, w.points.frames.data(), scene.obstacles, margin, w.body, false);
+        for (const target& to : targets) {
+            const vec3<T> left = constant(to.position) - w.points.points[to.point];
+            violation += max(sqrt(dot(left, left)) - to.tolerance, pack<T>(T(0)));
         }
-        const vec3<T> left = constant(goal) - w.points[tip];
-        violation = broken + max(sqrt(dot(left, left)) - tolerance, pack<T>(T(0)));
         for (int d = 0; d < dims(); ++d) {
             const pack<T> step = q[d] - home[d];
             squared += step * step;

@@ -1,7 +1,9 @@
 // What is evaluated: a robot's tree, the points it carries, the capsules between them, and the obstacles around it.
 #pragma once
 
-#include "distance.hpp"
+#include <array>
+
+#include "body.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
@@ -14,7 +16,11 @@ template <class T> struct model {
     tree<T> robot;
     std::vector<point<T>> points;
     std::vector<capsule<T>> capsules;
-    std::vector<sphere<T>> spheres;
+    std::vector<sphere<T>> spheres;       // the seed's obstacles: none where there are other shapes
+    body<T> envelope;                     // the same capsules, arranged
+    obstacle_set<T> obstacles;            // all of them, arranged
+    std::vector<std::pair<shape, int>> obstacle_order;        // as they were given
+    std::vector<std::array<T, 3>> obstacle_centers;           // likewise
 };
 
 // Memory for one evaluation, made once a thread.
@@ -26,8 +32,6 @@ template <class T> struct workspace {
     explicit workspace(const model<T>& m)
         : frames(m.robot.joints.size()), points(m.points.size()), to_center(m.points.size()), axis(m.capsules.size()) {}
 };
-
-template <class T> SPACEARM_INLINE vec3<T> constant(const T* p) { return {pack<T>(p[0]), pack<T>(p[1]), pack<T>(p[2])}; }
 
 // Frames, points and capsule axes for one pack of configurations.
 template <class T> SPACEARM_INLINE void place(const model<T>& m, const pack<T>* q, workspace<T>& w) {

@@ -1,57 +1,269 @@
-// The objective of the planner's swarm: one particle is the interior control points of a spline motion, sampled.
+// A spline motion, looked at: lengths and other terms of its fitness, and its clearance at many instants.
+//
+// The lanes are instants of one motion. So each motion stops the moment its fate is known: one that is longer than what is
+// to be beaten costs no kinematics, one that collides mostly a single pack.
 #pragma once
 
 #include "model.hpp"
+#include "spline.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
-// Control points: the start three times, K interior ones (the decision variables, row by row), the goal three times. The
-// basis' values at the samples come from outside, with those of the repeated ends summed.
-template <class T> struct motion_objective {
+// A motion's control points: K rows of n between start and goal.
+template <class T> struct motion {
+    int interior = 0;
+    int goal = 0;               // which of the problem's goals
+    std::vector<T> points;      // (K, n)
+};
+
+template <class T> struct motion_weights {
+    T length = 1;               // joint path length, integral of |q'| [rad or m]
+    T duration = 0;             // the fastest uniform time within the limits, by samples [s]
+    T tip = 0;                  // path length of the end effector [m]
+    T clearance = 0;            // mean of what the clearance lacks to the comfortable distance, summed over pairs [m]
+    T smoothness = 0;           // mean of |q'''|^2 [rad^2 or m^2]
+    T seed[3] = {0, 0, 0};      // the seed's f1, f2, f3, means over the samples
+    bool carried() const { return tip > 0 || clearance > 0 || seed[0] > 0 || seed[1] > 0 || seed[2] > 0; }
+};
+
+template <class T> struct motion_problem {
     model<T> scene;
-    std::vector<T> start, goal;      // configurations (n,)
-    std::vector<T> basis;            // (samples, K + 2): start, interior, goal
-    int samples = 0, interior = 0;
-    T margin = 0;                    // [m] clearance asked for at the samples
-    T length_weight = 1;
+    std::vector<T> start, goals;             // (n,), (g, n)
+    std::vector<T> lower, upper;             // (n,) where control points may be
+    std::vector<T> velocity, acceleration;   // (n,) limits, for the duration
+    std::vector<T> jerk;                     // (n,) or empty
+    T margin = 0;                            // [m] clearance asked for at the instants
+    T comfort = 0;                           // [m] for the clearance term
+    int tip = 0;                             // the end effector's point
+    std::vector<int> centers;                // points of the seed's f1
+    motion_weights<T> weight;
 
-    int dims() const { return interior * scene.robot.dofs; }
+    int dofs() const { return scene.robot.dofs; }
+    int goal_count() const { return static_cast<int>(goals.size()) / dofs(); }
+    const T* goal(int i) const { return &goals[static_cast<std::size_t>(i) * dofs()]; }
+    // The straight motion's control point k of K.
+    T straight(int g, int k, int K, int d) const { return start[d] + (goal(g)[d] - start[d]) * T(k + 1) / T(K + 1); }
+};
 
-    struct memory {
-        workspace<T> body;
-        std::vector<pack<T>> q, before;
-    };
-    memory make_workspace() const {
-        const std::size_t n = scene.robot.dofs;
-        return {workspace<T>(scene), std::vector<pack<T>>(n), std::vector<pack<T>>(n)};
+template <class T> SPACEARM_INLINE T sum_of(const pack<T>& x) {
+    T lane[lanes_of<T>], sum = 0;
+    x.store(lane);
+    for (int i = 0; i < lanes_of<T>; ++i) sum += lane[i];
+    return sum;
+}
+template <class T> SPACEARM_INLINE T greatest_of(const pack<T>& x) {
+    T lane[lanes_of<T>];
+    x.store(lane);
+    return *std::max_element(lane, lane + lanes_of<T>);
+}
+
+// The names and order of the terms, as `terms` fills them.
+enum term { term_length, term_duration, term_tip, term_clearance, term_smoothness, term_f1, term_f2, term_f3, term_count };
+
+template <class T> class motion_checker {
+  public:
+    explicit motion_checker(const motion_problem<T>& problem)
+        : p_(problem), body_(problem.scene.envelope), work_(problem.scene), q_(problem.dofs()) {}
+
+    std::int64_t configurations = 0;   // looked at so far
+
+    // Instants that a proof stumbled over, looked at from now on as well: packs of lanes around each.
+    void add_instant(double s, double spread) {
+        std::vector<double> instants;
+        for (int i = 0; i < lanes_of<T>; ++i) {
+            instants.push_back(std::min(1.0, std::max(0.0, s + spread * (2.0 * i / (lanes_of<T> - 1) - 1.0))));
+        }
+        extra_.push_back(instants);
+        extra_tables_.clear();
     }
 
-    // fitness: joint path length, the sum over the samples of the Euclidean step [rad or m]; violation: the mean over the
-    // samples of the clearance's shortfall [m].
-    SPACEARM_INLINE void operator()(const pack<T>* x, memory& w, pack<T>& fitness, pack<T>& violation) const {
-        const int n = scene.robot.dofs;
-        pack<T> length(T(0)), broken(T(0));
-        for (int s = 0; s < samples; ++s) {
-            const T* b = &basis[static_cast<std::size_t>(s) * (interior + 2)];
+    // Terms that need no kinematics, and the others with `carried`; those without a weight are 0 unless `all`.
+    T fitness(const motion<T>& m, bool all = false, T* terms = nullptr) {
+        const motion_weights<T>& w = p_.weight;
+        const spline_table<T>& t = table(m.interior);
+        T value[term_count] = {};
+        if (all || w.length > 0) value[term_length] = length(m, t);
+        if (all || w.duration > 0) value[term_duration] = duration(m, t);
+        if (all || w.smoothness > 0) value[term_smoothness] = smoothness(m, t);
+        if (all || w.carried()) carried(m, t, value);
+        if (terms) std::copy(value, value + term_count, terms);
+        const T weights[term_count] = {w.length, w.duration, w.tip, w.clearance, w.smoothness, w.seed[0], w.seed[1], w.seed[2]};
+        T sum = 0;
+        for (int i = 0; i < term_count; ++i) sum += weights[i] > 0 ? weights[i] * value[i] : T(0);
+        return sum;
+    }
+
+    // Sum over the coarse instants of the clearance's shortfall [m]; given up beyond `limit`. With limit 0 it says only
+    // whether there is any.
+    T violation(const motion<T>& m, T limit) {
+        const spline_table<T>& t = table(m.interior);
+        T sum = 0;
+        for (int l = 0; l < sample_packs_coarse && !(sum > limit); ++l) {
+            const pack<T> s = shortfall_at(m, &t.value[0][pack_offset(l, m.interior)], limit <= T(0));
+            if (any(pack<T>(T(0)) < s)) sum += sum_of(s);
+        }
+        return sum;
+    }
+    // Whether the finer instants, and those of failed proofs, are free as well.
+    bool finely_free(const motion<T>& m) {
+        const spline_table<T>& t = table(m.interior);
+        for (int l = sample_packs_coarse; l < sample_packs_fine; ++l) {
+            if (!free_at(m, &t.value[0][pack_offset(l, m.interior)])) return false;
+        }
+        if (extra_.empty()) return true;
+        std::vector<T>& values = extra_tables_[m.interior];
+        if (values.empty()) {
+            for (const auto& instants : extra_) append_instants(values, m.interior, 0, instants);
+        }
+        for (std::size_t i = 0; i < extra_.size(); ++i) {
+            if (!free_at(m, &values[pack_offset(static_cast<int>(i), m.interior)])) return false;
+        }
+        return true;
+    }
+    bool free(const motion<T>& m) { return violation(m, T(0)) <= T(0) && finely_free(m); }
+
+    // Whether the straight way between two configurations is free at one pack of instants, the second end included.
+    bool edge_free(const T* from, const T* to) {
+        static const pack<T> share = [] {
+            T lane[lanes_of<T>];
+            for (int i = 0; i < lanes_of<T>; ++i) lane[i] = T(i + 1) / T(lanes_of<T>);
+            return pack<T>::load(lane);
+        }();
+        for (int d = 0; d < p_.dofs(); ++d) q_[d] = share * (to[d] - from[d]) + from[d];
+        return !any(pack<T>(T(0)) < look(true));
+    }
+
+    const spline_table<T>& table(int interior) {
+        if (interior >= static_cast<int>(tables_.size())) tables_.resize(interior + 1);
+        if (!tables_[interior]) tables_[interior] = spline_table_of<T>(interior);
+        return *tables_[interior];
+    }
+    const motion_problem<T>& problem() const { return p_; }
+
+  private:
+    static std::size_t pack_offset(int l, int interior) { return static_cast<std::size_t>(l) * (interior + 2) * lanes_of<T>; }
+
+    // One coordinate of the spline, or of a derivative, at a pack of instants.
+    SPACEARM_INLINE pack<T> coordinate(const motion<T>& m, const T* basis, int d) const {
+        const int K = m.interior, n = p_.dofs(), W = lanes_of<T>;
+        pack<T> value = pack<T>::load(basis) * p_.start[d] + pack<T>::load(basis + static_cast<std::size_t>(K + 1) * W) * p_.goal(m.goal)[d];
+        for (int k = 0; k < K; ++k) value += pack<T>::load(basis + static_cast<std::size_t>(k + 1) * W) * m.points[static_cast<std::size_t>(k) * n + d];
+        return value;
+    }
+    pack<T> look(bool stop_early) {
+        configurations += lanes_of<T>;
+        forward_kinematics(p_.scene.robot, q_.data(), work_.frames.data());
+        return shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.margin, body_, stop_early);
+    }
+    pack<T> shortfall_at(const motion<T>& m, const T* basis, bool stop_early) {
+        for (int d = 0; d < p_.dofs(); ++d) q_[d] = coordinate(m, basis, d);
+        return look(stop_early);
+    }
+    bool free_at(const motion<T>& m, const T* basis) { return !any(pack<T>(T(0)) < shortfall_at(m, basis, true)); }
+
+    T length(const motion<T>& m, const spline_table<T>& t) const {
+        pack<T> sum(T(0));
+        for (int l = 0; l < sample_packs_coarse; ++l) {
             pack<T> squared(T(0));
-            for (int d = 0; d < n; ++d) {
-                pack<T> value(b[0] * start[d] + b[interior + 1] * goal[d]);
-                for (int k = 0; k < interior; ++k) value += x[k * n + d] * b[k + 1];
-                w.q[d] = value;
-                const pack<T> step = value - w.before[d];
-                squared += step * step;
-                w.before[d] = value;
+            for (int d = 0; d < p_.dofs(); ++d) {
+                const pack<T> v = coordinate(m, &t.value[1][pack_offset(l, m.interior)], d);
+                squared += v * v;
             }
-            if (s > 0) length += sqrt(squared);
-            place(scene, w.q.data(), w.body);
-            for (const sphere<T>& ball : scene.spheres) {
-                point_to(scene, ball, w.body);
-                broken += shortfall_to(scene, ball, margin, w.body);
+            sum += sqrt(squared);
+        }
+        return sum_of(sum) / T(sample_packs_coarse * lanes_of<T>);
+    }
+    T duration(const motion<T>& m, const spline_table<T>& t) const {
+        T out = 0;
+        const std::vector<T>* limits[4] = {nullptr, &p_.velocity, &p_.acceleration, &p_.jerk};
+        for (int k = 1; k < 4; ++k) {
+            if (limits[k]->empty()) continue;
+            pack<T> most(T(0));
+            for (int l = 0; l < sample_packs_coarse; ++l) {
+                for (int d = 0; d < p_.dofs(); ++d) {
+                    most = max(most, abs(coordinate(m, &t.value[k][pack_offset(l, m.interior)], d)) * (T(1) / (*limits[k])[d]));
+                }
+            }
+            const T share = greatest_of(most);
+            out = std::max(out, k == 1 ? share : k == 2 ? std::sqrt(share) : std::cbrt(share));
+        }
+        return out;
+    }
+    T smoothness(const motion<T>& m, const spline_table<T>& t) const {
+        pack<T> sum(T(0));
+        for (int l = 0; l < sample_packs_coarse; ++l) {
+            for (int d = 0; d < p_.dofs(); ++d) {
+                const pack<T> v = coordinate(m, &t.value[3][pack_offset(l, m.interior)], d);
+                sum += v * v;
             }
         }
-        fitness = length * length_weight;
-        violation = broken / T(samples);
+        return sum_of(sum) / T(sample_packs_coarse * lanes_of<T>);
     }
+
+    // What depends on where the arm is.
+    void carried(const motion<T>& m, const spline_table<T>& t, T* value) {
+        constexpr int W = lanes_of<T>, samples = sample_packs_coarse * W;
+        static_assert(sample_packs_coarse == 2);
+        T tip[3][samples];
+        pack<T> comfort(T(0)), f[3] = {pack<T>(T(0)), pack<T>(T(0)), pack<T>(T(0))};
+        vec3<T> end = tip_at(p_.goal(m.goal));
+        for (int l = 0; l < sample_packs_coarse; ++l) {
+            for (int d = 0; d < p_.dofs(); ++d) q_[d] = coordinate(m, &t.value[0][pack_offset(l, m.interior)], d);
+            configurations += W;
+            place(p_.scene, q_.data(), work_);
+            if (p_.comfort > T(0)) {
+                comfort += shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.comfort, body_, false);
+            }
+            const vec3<T>& at = work_.points[p_.tip];
+            at.x.store(&tip[0][l * W]);
+            at.y.store(&tip[1][l * W]);
+            at.z.store(&tip[2][l * W]);
+            const vec3<T> left = end - at;
+            const pack<T> d2 = dot(left, left);
+            f[1] += sqrt(d2 + T(1));                                                        // eq. (6)
+            f[2] += sqrt(d2);                                                               // eq. (7)
+            for (int i : p_.centers) {
+                for (const auto& o : p_.scene.obstacle_centers) {
+                    const vec3<T> r = work_.points[i] - constant(o.data());
+                    f[0] += sqrt(dot(r, r));                                                // eq. (5)
+                }
+            }
+        }
+        value[term_clearance] = sum_of(comfort) / T(samples);
+        for (int i = 0; i < 3; ++i) value[term_f1 + i] = sum_of(f[i]) / T(samples);
+        // The packs interleave: pack 1 holds the instants before those of pack 0. The goal closes the path.
+        T before[3], now[3], sum = 0, last[3];
+        T lane[W];
+        const pack<T>* ends[3] = {&end.x, &end.y, &end.z};
+        for (int k = 0; k < 3; ++k) {
+            ends[k]->store(lane);
+            last[k] = lane[0];
+            before[k] = tip[k][W];
+        }
+        for (int i = 1; i <= samples; ++i) {
+            T squared = 0;
+            for (int k = 0; k < 3; ++k) {
+                now[k] = i == samples ? last[k] : tip[k][(i % 2 ? 0 : W) + i / 2];
+                squared += (now[k] - before[k]) * (now[k] - before[k]);
+                before[k] = now[k];
+            }
+            sum += std::sqrt(squared);
+        }
+        value[term_tip] = sum;
+    }
+    vec3<T> tip_at(const T* q) {
+        for (int d = 0; d < p_.dofs(); ++d) q_[d] = pack<T>(q[d]);
+        place(p_.scene, q_.data(), work_);
+        return work_.points[p_.tip];
+    }
+
+    const motion_problem<T>& p_;
+    body_memory<T> body_;
+    workspace<T> work_;
+    std::vector<pack<T>> q_;
+    std::vector<std::shared_ptr<const spline_table<T>>> tables_;
+    std::vector<std::vector<double>> extra_;
+    std::map<int, std::vector<T>> extra_tables_;
 };
 
 }  // namespace SPACEARM_NAMESPACE

@@ -10,7 +10,7 @@
 namespace SPACEARM_NAMESPACE {
 
 // What a number is drawn for; a key of its own for each keeps the streams apart.
-enum class stream : std::uint32_t { start_position = 0, start_velocity = 1, velocity = 2, evolution = 3, archive = 4 };
+enum class stream : std::uint32_t { start_position = 0, start_velocity = 1, velocity = 2, evolution = 3, archive = 4, probing = 5, refining = 6 };
 
 struct random_key {
     std::uint32_t word[4];

@@ -56,6 +56,7 @@ template <class T> class swarm {
     bool spent() const { return used_ + active() > settings_.evaluations; }
     const T* positions() const { return x_.data(); }   // row d, particle i: positions()[d * stride() + i]
     merit<T> best() const { return best_; }
+    merit<T> personal_best(int i) const { return {best_violation_[i], best_fitness_[i]}; }
     const std::vector<T>& best_position() const { return best_x_; }
     std::int64_t failed_evaluations() const { return failed_; }
 

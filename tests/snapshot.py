@@ -27,6 +27,11 @@ def assert_refused(
     sentence = str(caught.value)
     if path is not None:
         sentence = sentence.replace(str(path), "<path>")
+    assert_sentence(room, case, sentence)
+
+
+def assert_sentence(room: str, case: str, sentence: str) -> None:
+    """Compare a one-line sentence with the room's table."""
     assert "\n" not in sentence
     file = _DIRECTORY / f"{room}.json"
     table = json.loads(file.read_text()) if file.exists() else {}

@@ -25,7 +25,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("scene", "robot"),
     ("_kernel",),
     ("strict_model",),
-    ("reading", "output", "settings"),
+    ("reading", "output", "settings", "records"),
     ("checks",),
     ("errors", "version"),
 )
@@ -35,12 +35,12 @@ ALLOWED_UPWARD: frozenset[tuple[str, str]] = frozenset()
 """Exceptions, as (importing room, imported room), each with its reason beside it. There are none."""
 
 HEAVY = frozenset(
-    {"coal", "dask", "lxml", "matplotlib", "pinocchio", "pydantic", "rich", "scipy", "trimesh", "tyro", "viser"}
-    | {"yaml", "yourdfpy"}
+    {"coal", "dask", "lxml", "matplotlib", "pinocchio", "pydantic", "rich", "scipy", "toppra", "trimesh", "tyro"}
+    | {"viser", "yaml", "yourdfpy"}
 )
 """Slow to import: only inside the leaf that needs them, so that `import spacearm` stays quick."""
 
-COMPARISON_ONLY = frozenset(["cma", "mealpy", "ompl", "pygmo", "pymoo", "pyswarms", "scipy"])
+COMPARISON_ONLY = frozenset(["cma", "mealpy", "ompl", "pygmo", "pymoo", "pyswarms"])
 """Beside us in benchmarks, oracles in tests, never part of the product."""
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import copy
+import json
 import math
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,10 +18,10 @@ import strategies
 import urdf_text
 from snapshot import assert_refused
 from spacearm.errors import ProblemError, SceneError
-from spacearm.planner.goals import ConfigurationGoal, PositionGoal
-from spacearm.planner.problem import Problem
-from spacearm.robot import load_robot
-from spacearm.scene import Scene, Sphere
+from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, goal_as_dict, goal_from_dict
+from spacearm.planner.problem import Problem, nearest_turns
+from spacearm.robot import Joint, joint_frames, load_robot
+from spacearm.scene import Scene, Sphere, pose
 
 ARM = load_robot("zhang2022")
 GOAL = PositionGoal((0.7, 0.3, 0.0))
@@ -52,10 +54,59 @@ def test_numbers_are_taken_as_a_configuration_goal_whatever_holds_them() -> None
         assert isinstance(problem(goal=goal).goal, ConfigurationGoal)
 
 
+def test_rows_of_numbers_are_taken_as_several_configurations_whatever_holds_them() -> None:
+    rows = np.arange(21).reshape(3, 7) / 100
+    for goal in (rows, rows.tolist(), tuple(map(tuple, rows)), list(rows), iter(rows), ConfigurationsGoal(rows)):
+        assert problem(goal=goal).goal == ConfigurationsGoal(rows)
+    assert problem(goal=rows[:1]).goal == ConfigurationsGoal(rows[:1])
+
+
 def test_a_position_goals_frame_is_filled_in() -> None:
     assert problem().goal.frame == "end_effector"
     assert problem(goal=PositionGoal((0, 1, 0), frame="forearm", tolerance=0.1)).goal.frame == "forearm"
     assert GOAL.frame is None
+    assert problem(goal=PoseGoal(np.eye(4))).goal.frame == "end_effector"
+    assert problem(goal=PoseGoal(np.eye(4), frame="forearm")).goal.frame == "forearm"
+
+
+def test_a_free_axis_is_a_direction_of_length_one() -> None:
+    for axis, kept in (("x", (1, 0, 0)), ("y", (0, 1, 0)), ("z", (0, 0, 1)), ((0, 3, -4), (0, 0.6, -0.8))):
+        np.testing.assert_array_equal(PoseGoal(np.eye(4), free_axis=axis).free_axis, kept)
+    assert PoseGoal(np.eye(4)).free_axis is None
+
+
+SMALL = st.floats(1e-6, 10, allow_subnormal=False)
+
+
+@st.composite
+def goals(draw: st.DrawFn) -> Any:
+    """Goals of every kind, for a robot of three joints."""
+    each = st.one_of(st.floats(0, 1, allow_subnormal=False), st.lists(st.floats(0, 1), min_size=3, max_size=3))
+    kind = draw(st.sampled_from(["configuration", "configurations", "position", "pose"]))
+    frame = draw(st.sampled_from([None, "tip"]))
+    if kind == "position":
+        return PositionGoal(draw(strategies.points()), tolerance=draw(SMALL), frame=frame)
+    if kind == "pose":
+        direction = strategies.points().filter(lambda v: np.linalg.norm(v) > 1e-3)
+        return PoseGoal(
+            draw(strategies.transforms()),
+            position_tolerance=draw(SMALL),
+            orientation_tolerance=draw(SMALL),
+            frame=frame,
+            free_axis=draw(st.one_of(st.none(), st.sampled_from("xyz"), direction)),
+        )
+    rows = np.array(draw(st.lists(strategies.points(), min_size=1, max_size=4)))
+    options = {"tolerance": draw(each), "shortest": draw(st.booleans())}
+    return ConfigurationGoal(rows[0], **options) if kind == "configuration" else ConfigurationsGoal(rows, **options)
+
+
+@given(goals())
+def test_a_goal_comes_back_from_its_plain_values_and_from_pickle(goal: Any) -> None:
+    text = json.dumps(goal_as_dict(goal), allow_nan=False)
+    assert goal_from_dict(json.loads(text)) == goal
+    assert hash(goal_from_dict(json.loads(text))) == hash(goal)
+    assert pickle.loads(pickle.dumps(goal)) == goal
+    assert copy.deepcopy(goal) == goal
 
 
 def test_a_list_of_obstacles_is_taken_as_a_scene() -> None:
@@ -72,6 +123,39 @@ def test_a_joint_without_limits_starts_anywhere() -> None:
     text = urdf_text.chain(urdf_text.joint("wheel", "link_0", "link_1", kind="continuous"))
     robot = urdf_text.loaded(text)
     assert Problem(robot, [], start=[100.0], goal=[-100.0]).start[0] == 100.0  # type: ignore[arg-type]
+
+
+def test_the_shortest_way_ends_whole_turns_away_where_the_start_is_nearest() -> None:
+    text = urdf_text.chain(urdf_text.joint("wheel", "link_0", "link_1", kind="continuous"))
+    robot = urdf_text.loaded(text)
+    for start, goal, end in ((-3.0, 3.0, 3.0 - math.tau), (100.0, 0.5, 0.5 + 16 * math.tau), (0.0, 3.0, 3.0)):
+        made = Problem(robot, Scene([]), start=[start], goal=ConfigurationGoal([goal], shortest=True))
+        np.testing.assert_allclose(made.goal.q, [end], rtol=0, atol=1e-12)
+        assert abs(made.goal.q[0] - start) <= math.pi + 1e-9
+        several = Problem(robot, Scene([]), start=[start], goal=ConfigurationsGoal([[goal], [goal + 1]], shortest=True))
+        assert (np.abs(several.goal.q - start) <= math.pi + 1e-9).all()
+        assert pickle.loads(pickle.dumps(made)) == made
+
+
+@given(st.data())
+def test_whole_turns_move_no_link_and_joints_with_limits_stay(data: st.DataObject) -> None:
+    """Followers at another pace would move, so what they follow is left alone."""
+    drawn = data.draw(strategies.robots())
+    endless = data.draw(st.lists(st.booleans(), min_size=drawn.dof, max_size=drawn.dof))
+    pace = data.draw(st.sampled_from([1.0, -2.0, 0.5]))
+    follower = Joint(name="follower", kind="revolute", parent=-1, T_parent_joint=np.eye(4), dof=0, multiplier=pace)
+    robot = replace(
+        drawn,
+        joints=(*drawn.joints, follower),
+        lower=np.where(endless, -np.inf, drawn.lower),
+        upper=np.where(endless, np.inf, drawn.upper),
+    )
+    q, near = (data.draw(strategies.configurations(robot)) * 7 for _ in range(2))
+    turned = nearest_turns(robot, q, near)
+    np.testing.assert_allclose(joint_frames(robot, turned), joint_frames(robot, q), rtol=0, atol=1e-9)
+    for i in range(robot.dof):
+        free = endless[i] and not robot.is_prismatic(i) and (i > 0 or pace != 0.5)
+        assert abs(turned[i] - near[i]) <= math.pi + 1e-9 if free else turned[i] == q[i]
 
 
 def sliding() -> Any:
@@ -102,7 +186,31 @@ REFUSED: dict[str, Any] = {
     "goal None": lambda: problem(goal=None),
     "goal a number": lambda: problem(goal=1.0),
     "goal infinite": lambda: problem(goal=at("elbow", math.inf)),
-    "goal of two rows": lambda: problem(goal=np.zeros((2, 7))),
+    "goal of short rows": lambda: problem(goal=np.zeros((2, 6))),
+    "goal of uneven rows": lambda: problem(goal=[[0] * 7, [0] * 6]),
+    "goal of three axes": lambda: problem(goal=np.zeros((2, 2, 7))),
+    "goal of no numbers": lambda: problem(goal=[]),
+    "goal of no rows": lambda: problem(goal=ConfigurationsGoal(np.zeros((0, 7)))),
+    "goal of a row above its limit": lambda: problem(goal=[np.zeros(7), at("elbow", 3.2)]),
+    "goal a pose": lambda: problem(goal=pose((0.7, 0.3, 0.0))),
+    "goal tolerance below 0": lambda: ConfigurationGoal(np.zeros(7), tolerance=-0.1),
+    "goal tolerance of a joint below 0": lambda: ConfigurationGoal(np.zeros(2), tolerance=[0.1, -0.1]),
+    "goal tolerance of other joints": lambda: ConfigurationsGoal(np.zeros((2, 7)), tolerance=[0.1, 0.1]),
+    "goal tolerance None": lambda: ConfigurationGoal(np.zeros(7), tolerance=None),
+    "goal shortest a word": lambda: ConfigurationGoal(np.zeros(7), shortest="yes"),
+    "goal pose a point": lambda: PoseGoal((0.7, 0.3, 0.0)),
+    "goal pose not rigid": lambda: PoseGoal(np.diag([1, 1, 2, 1])),
+    "goal pose position tolerance": lambda: PoseGoal(np.eye(4), position_tolerance=0),
+    "goal pose orientation tolerance": lambda: PoseGoal(np.eye(4), orientation_tolerance=-1.0),
+    "goal pose axis by name": lambda: PoseGoal(np.eye(4), free_axis="w"),
+    "goal pose axis of length 0": lambda: PoseGoal(np.eye(4), free_axis=(0, 0, 0)),
+    "goal pose axis in a plane": lambda: PoseGoal(np.eye(4), free_axis=(0, 1)),
+    "goal pose frame mistyped": lambda: problem(goal=PoseGoal(np.eye(4), frame="forarm")),
+    "goal pose frame on the base": lambda: problem(goal=PoseGoal(np.eye(4), frame="base")),
+    "goal values of no kind": lambda: goal_from_dict({"tolerance": 0.1}),
+    "goal values of two kinds": lambda: goal_from_dict({"position": [0, 0, 0], "pose": np.eye(4).tolist()}),
+    "goal values mistyped": lambda: goal_from_dict({"position": [0, 0, 0], "tolerence": 0.1}),
+    "goal values a list": lambda: goal_from_dict([0, 0, 0]),
     "goal frame mistyped": lambda: problem(goal=PositionGoal((0, 1, 0), frame="forarm")),
     "goal frame on the base": lambda: problem(goal=PositionGoal((0, 1, 0), frame="base")),
     "goal position in a plane": lambda: PositionGoal((0.7, 0.3)),

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 
 DEGREE = 5
 REPEATED = 3  # how often each end is repeated: at rest, without acceleration
+_BATCH = 16  # motions whose Bezier points fit into the cache together
 _BISECTIONS = 5  # hulls are taken on pieces cut into 2^5: within 0.1 % of the true extremes of the quintic
 
 
@@ -62,6 +63,16 @@ class Motion(Frozen):
         """Number of interior control points K."""
         return len(self.control_points) - 2
 
+    @property
+    def pieces(self) -> int:
+        """Number of polynomial pieces, K + 1."""
+        return self.interior + 1
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Where s begins and ends."""
+        return 0.0, 1.0
+
     def sample(self, s: ArrayLike, derivative: int = 0) -> Array:
         """Return q(s), or a derivative with respect to s.
 
@@ -98,12 +109,41 @@ class Motion(Frozen):
             ends, matrix = _all_hulls(self.interior, derivative, bisections)
         else:
             ends, matrix = _hull_matrix(self.interior, derivative, bisections, np.asarray(pieces))
-        points = np.einsum("pbk,kn->pbn", matrix, self._moved(derivative))
+        points = matrix @ self._moved(derivative)
         return ends, points.min(axis=1), points.max(axis=1)
+
+    def bezier(self, derivative: int = 0) -> Array:
+        """Return the Bezier points of each polynomial piece of a derivative, (K + 1, 6 - derivative, n)."""
+        return _all_hulls(self.interior, derivative, 0)[1] @ self._moved(derivative)
 
     def _moved(self, derivative: int) -> Array:
         """Return the control points; for a derivative relative to the start, so that what rests has exactly none."""
         return self.control_points - self.control_points[0] if derivative else self.control_points
+
+
+def greatest_entries(control_points: Array, derivative: int, *, bisections: int = _BISECTIONS) -> Array:
+    """Bound the entries of a derivative of many motions, for every s, by the hulls of their Bezier points.
+
+    Args:
+        control_points: (m, K + 2, n) of each motion.
+        derivative: 0 to 5.
+        bisections: how often the spline's own pieces are halved first.
+
+    Returns:
+        (m,) no |d^k q_i / ds^k| of any joint i is greater.
+    """
+    count = control_points.shape[1]
+    _, matrix = _all_hulls(count - 2, derivative, bisections)
+    moved = control_points - control_points[:, :1] if derivative else control_points
+    rows = matrix.reshape(-1, count)
+    if len(moved) == 1:
+        return np.abs(rows @ moved[0]).max(initial=0.0)[None]
+    out = np.zeros(len(moved))
+    for i in range(0, len(moved), _BATCH):
+        some = moved[i : i + _BATCH]
+        values = rows @ some.swapaxes(0, 1).reshape(count, -1)
+        out[i : i + _BATCH] = np.maximum(values.max(axis=0), -values.min(axis=0)).reshape(len(some), -1).max(axis=1)
+    return out
 
 
 def basis(s: Array, interior: int, *, derivative: int = 0) -> Array:
@@ -120,7 +160,7 @@ def basis(s: Array, interior: int, *, derivative: int = 0) -> Array:
     degree = DEGREE - derivative
     columns = _differences(interior, derivative)
     knots = _knots(interior)[derivative : len(_knots(interior)) - derivative]
-    return _cox_de_boor(np.asarray(s, dtype=np.float64), knots, degree) @ columns
+    return cox_de_boor(np.asarray(s, dtype=np.float64), knots, degree) @ columns
 
 
 def _knots(interior: int) -> Array:
@@ -145,8 +185,14 @@ def _differences(interior: int, derivative: int) -> Array:
     return columns
 
 
-def _cox_de_boor(s: Array, knots: Array, degree: int) -> Array:
-    """Return the B-spline basis functions at s, (m, number of control points)."""
+def cox_de_boor(s: Array, knots: Array, degree: int) -> Array:
+    """Return the B-spline basis functions at s, (m, number of control points).
+
+    Args:
+        s: (m,).
+        knots: never falling, each end degree + 1 times.
+        degree: 0 or more.
+    """
     count = len(knots) - degree - 1
     span = np.clip(np.searchsorted(knots, s, side="right") - 1, degree, count - 1)
     values = np.ones((len(s), 1))

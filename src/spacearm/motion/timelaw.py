@@ -1,66 +1,165 @@
-"""The time law: how fast a motion may be run within the limits, at every instant."""
+"""The time law: where on its path a motion is at each share of its duration."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import reduce
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from spacearm.motion.spline import Motion
-from spacearm.robot import Robot
+from spacearm.checks import Frozen, as_readonly
+from spacearm.errors import ProblemError
+from spacearm.motion.bernstein import after, cuts, times, weights
+from spacearm.motion.piecewise import PiecewisePath
+from spacearm.motion.spline import DEGREE, Motion
 
 Array = NDArray[np.float64]
 
-# Bezier points carry rounding of about 1e-14 of the control points' size; the duration makes up for it.
-_ROUNDING = 1e-12
+_SLIVER = 1e-6  # pieces this short are not cut: the spline's pieces differ by the fifth power of it
+_HALVINGS = 54
+_ROUNDING = 1e-14
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LimitMargins:
-    """How far a trajectory stays inside each joint's limits, for all t, by its hulls.
+@dataclass(frozen=True, slots=True, eq=False)
+class TimeLaw(Frozen):
+    """A law s(x), x = t/T in [0, 1]: a piecewise polynomial that rises from 0 to 1 without a corner.
+
+    It need not begin or end at rest, for motions do.
 
     Attributes:
-        position: (n,) least distance to a position limit [rad or m]; negative where it may be broken.
-        velocity: (n,) greatest |dq| as a share of the limit; at most 1 if kept.
-        acceleration: (n,) greatest |ddq| as a share of the limit.
+        breaks: (m + 1,) from 0 to 1, increasing.
+        coefficients: (m, d + 1) Bernstein coefficients of each piece, never falling.
+
+    Raises:
+        ProblemError: a law that falls, jumps, has a corner, or does not run from 0 to 1.
     """
 
-    position: Array
-    velocity: Array
-    acceleration: Array
+    breaks: Array
+    coefficients: Array
+
+    if TYPE_CHECKING:
+
+        def __init__(self, breaks: ArrayLike, coefficients: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
+        coefficients = as_readonly("coefficients", self.coefficients, (None, None), ProblemError)
+        path = PiecewisePath(self.breaks, coefficients[:, :, None])
+        if path.domain != (0.0, 1.0):
+            raise ProblemError(
+                f"breaks runs from {path.domain[0]:g} to {path.domain[1]:g}, expected 0 to 1: shares of the duration"
+            )
+        if (coefficients[0, 0], coefficients[-1, -1]) != (0.0, 1.0):
+            raise ProblemError(
+                f"the time law runs from {coefficients[0, 0]:.6g} to {coefficients[-1, -1]:.6g}, "
+                "expected 0 to 1: the whole motion"
+            )
+        if (np.diff(coefficients, axis=1) < -_ROUNDING).any():
+            raise ProblemError("the time law's coefficients fall within a piece, expected a law that never turns back")
+        for derivative, what in enumerate(("jumps", "has a corner")):
+            if path.jumps(derivative).any():
+                worst = int(np.argmax(np.abs(path.jumps(derivative))))
+                raise ProblemError(
+                    f"the time law {what} at {path.breaks[worst + 1]:.6g} of the duration, expected one without: "
+                    "no arm can follow it"
+                )
+        object.__setattr__(self, "breaks", path.breaks)
+        object.__setattr__(self, "coefficients", coefficients)
+
+    @classmethod
+    def uniform(cls) -> TimeLaw:
+        """Return s = x."""
+        return cls([0.0, 1.0], [[0.0, 1.0]])
 
     @property
-    def holds(self) -> bool:
-        """Whether all limits are kept for all t."""
-        kept = (self.velocity <= 1).all() and (self.acceleration <= 1).all()
-        return bool(kept and (self.position >= -_ROUNDING).all())
+    def path(self) -> PiecewisePath:
+        """The law as a path of one joint."""
+        return PiecewisePath(self.breaks, self.coefficients[:, :, None])
+
+    def sample(self, x: ArrayLike, derivative: int = 0) -> Array:
+        """Return s, or a derivative with respect to x; beyond [0, 1], the ends.
+
+        Args:
+            x: (...,) share of the duration.
+            derivative: 0 or more.
+
+        Returns:
+            (...,).
+        """
+        return self.path.sample(x, derivative)[..., 0]
+
+    def inverse(self, s: ArrayLike) -> Array:
+        """Return at which share x of the duration s is reached, (...,); s in [0, 1]."""
+        wanted = np.clip(np.asarray(s, dtype=np.float64), 0.0, 1.0)
+        starts, degree = self.coefficients[:, 0], self.coefficients.shape[1] - 1
+        piece = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, len(starts) - 1)
+        points = self.coefficients[piece]
+        low, high = np.zeros_like(wanted), np.ones_like(wanted)
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            above = (weights(degree, middle) * points).sum(axis=-1) >= wanted
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        x = self.breaks[piece] + high * (self.breaks[piece + 1] - self.breaks[piece])
+        return np.where(wanted >= 1, 1.0, np.where(wanted <= 0, 0.0, x))
 
 
-def greatest(motion: Motion, derivative: int) -> Array:
-    """Return a bound (n,) of |d^k q / ds^k| that holds for every s."""
-    _, low, high = motion.hulls(derivative)
-    return np.maximum(-low.min(axis=0), high.max(axis=0)).clip(min=0.0)
+def over_time(motion: Motion, law: TimeLaw, duration: float, derivative: int = 0) -> PiecewisePath:
+    """Return q(s(t/T)), or a derivative with respect to t, as a polynomial in t on each piece.
 
+    The derivatives are composed by the chain rule rather than differentiated, so that short pieces cost no digits.
 
-def fastest_duration(robot: Robot, motion: Motion) -> float:
-    """Return the least duration of a uniform time law q(t/T) that keeps velocity and acceleration limits [s].
+    Args:
+        motion: q(s), of degree 5.
+        law: s(x), of degree d.
+        duration: T [s], above 0.
+        derivative: 0 to 3.
 
-    With s = t/T, dq/dt = q'/T and d2q/dt2 = q''/T^2, so T is the greatest of |q'|/limit and sqrt(|q''|/limit), with the
-    bounds of q' and q'' by their hulls: it holds between any samples too. 0 for a motion that does not move.
+    Returns:
+        A path over [0, T] of degree 5 d - derivative, which need not be continuous where the law's derivatives are not.
     """
-    velocity = greatest(motion, 1) / robot.velocity
-    acceleration = greatest(motion, 2) / robot.acceleration
-    duration = max(float(velocity.max()), float(np.sqrt(acceleration.max())))
-    return duration * (1 + _ROUNDING)
+    x, piece, cut = _cut_at_knots(motion, law)
+    degree = law.coefficients.shape[1] - 1
+    s = np.einsum("pkl,pl->pk", cut(degree), law.coefficients[piece])
+    span = np.clip(((s[:, 0] + s[:, -1]) / 2 * motion.pieces).astype(np.int64), 0, motion.interior)
+    local = s * motion.pieces - span[:, None]  # from 0 to 1 on the spline's own piece
+
+    def rate(k: int) -> Array:
+        """The k-th derivative of s."""
+        path = law.path.derivative(k)
+        return np.einsum("pkl,pl->pk", cut(path.degree), path.coefficients[piece, :, 0])
+
+    def term(k: int, *factors: Array) -> Array:
+        """The k-th derivative of q at s(x), times polynomials of x."""
+        factor = reduce(times, factors, np.ones((len(s), 1)))
+        rows = times(np.moveaxis(after(DEGREE - k, local), 2, 1), factor[:, None, :])  # (p, 6 - k, degree + 1)
+        return rows.swapaxes(1, 2) @ motion.bezier(k)[span]
+
+    if derivative == 0:
+        points = term(0)
+    elif derivative == 1:
+        points = term(1, rate(1))
+    elif derivative == 2:
+        points = term(2, rate(1), rate(1))
+        points = points + term(1, rate(2)) if degree >= 2 else points
+    else:
+        points = term(3, rate(1), rate(1), rate(1))
+        points = points + 3 * term(2, rate(1), rate(2)) if degree >= 2 else points
+        points = points + term(1, rate(3)) if degree >= 3 else points
+    return PiecewisePath(x * duration, points / duration**derivative)
 
 
-def limit_margins(robot: Robot, motion: Motion, duration: float) -> LimitMargins:
-    """Return how far a motion run in this time stays inside the limits, for all t."""
-    _, low, high = motion.hulls(0)
-    time = duration if duration > 0 else np.inf
-    return LimitMargins(
-        position=np.minimum(low.min(axis=0) - robot.lower, robot.upper - high.max(axis=0)),
-        velocity=greatest(motion, 1) / time / robot.velocity,
-        acceleration=greatest(motion, 2) / time**2 / robot.acceleration,
-    )
+def _cut_at_knots(motion: Motion, law: TimeLaw) -> tuple[Array, NDArray[np.int64], Callable[[int], Array]]:
+    """Cut the law's pieces where it passes the spline's knots.
+
+    Returns:
+        The ends (p + 1,) of what results; (p,) which piece of the law each is; and for a degree the cuts (p, d + 1, d + 1).
+    """
+    knots = law.inverse(np.arange(1, motion.pieces) / motion.pieces)
+    near = np.abs(knots[:, None] - law.breaks).min(axis=1, initial=1.0)
+    x = np.sort(np.concatenate([law.breaks, knots[near > _SLIVER]]))
+    piece = np.searchsorted(law.breaks, x[:-1], side="right") - 1
+    origin, length = law.breaks[piece], np.diff(law.breaks)[piece]
+    begin, end = (x[:-1] - origin) / length, np.minimum((x[1:] - origin) / length, 1.0)
+    return x, piece, lambda degree: cuts(degree, begin, end)

@@ -10,8 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import Frozen, as_number, shown
 from spacearm.errors import ProblemError
+from spacearm.motion.margins import LimitMargins, fastest_duration, limit_margins, position_margins
+from spacearm.motion.piecewise import PiecewisePath
+from spacearm.motion.retimed import fastest_duration_of_law, law_margins
 from spacearm.motion.spline import Motion
-from spacearm.motion.timelaw import LimitMargins, fastest_duration, limit_margins
+from spacearm.motion.timelaw import TimeLaw, over_time
 from spacearm.robot import Robot, forward_kinematics
 
 Array = NDArray[np.float64]
@@ -35,7 +38,9 @@ class Trajectory(Frozen):
         robot: whose joints move.
         motion: the path.
         duration: [s]; None: the least that keeps the velocity and acceleration limits for all t.
+        time_law: where on the path the motion is at each share of the duration; None: s = t/T.
         base: "fixed".
+        notes: how the time law came about, a sentence each.
 
     Raises:
         ProblemError: the motion is for another number of joints, leaves the position limits, or the duration is too
@@ -46,12 +51,21 @@ class Trajectory(Frozen):
     motion: Motion
     _: KW_ONLY
     duration: float = None  # type: ignore[assignment]  # filled in below
+    time_law: TimeLaw | None = None
     base: Literal["fixed"] = "fixed"
+    notes: tuple[str, ...] = ()
 
     if TYPE_CHECKING:
 
         def __init__(
-            self, robot: Robot, motion: Motion, *, duration: float | None = None, base: Literal["fixed"] = "fixed"
+            self,
+            robot: Robot,
+            motion: Motion,
+            *,
+            duration: float | None = None,
+            time_law: TimeLaw | None = None,
+            base: Literal["fixed"] = "fixed",
+            notes: tuple[str, ...] = (),
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -61,7 +75,12 @@ class Trajectory(Frozen):
             )
         if self.base != "fixed":
             raise ProblemError(f"base is {shown(self.base)}, expected 'fixed'")
-        fastest = fastest_duration(self.robot, self.motion)
+        if self.time_law is None:
+            fastest = fastest_duration(self.robot, self.motion)
+        elif isinstance(self.time_law, TimeLaw):
+            fastest = fastest_duration_of_law(self.robot, self.motion, self.time_law)
+        else:
+            raise ProblemError(f"time_law is {shown(self.time_law)}, expected a TimeLaw, or None for a uniform one")
         if self.duration is None:
             object.__setattr__(self, "duration", fastest)
         duration = as_number("duration", self.duration, ProblemError, at_least=0, unit="s")
@@ -71,12 +90,49 @@ class Trajectory(Frozen):
                 "limit; leave it out for the fastest"
             )
         object.__setattr__(self, "duration", max(duration, fastest))
+        object.__setattr__(self, "notes", tuple(self.notes))
         self._require_positions()
+
+    @property
+    def curve(self) -> Motion:
+        """The path as what it is geometrically, over s in [0, 1]: collisions do not depend on the time law."""
+        return self.motion
+
+    @property
+    def path(self) -> PiecewisePath:
+        """The trajectory as one piecewise polynomial over time [s].
+
+        Raises:
+            ProblemError: it takes no time.
+        """
+        if self.duration == 0:
+            raise ProblemError("the trajectory takes 0 s, expected a duration; give one, as in Trajectory(..., duration=1)")
+        return over_time(self.motion, self.time_law or TimeLaw.uniform(), self.duration)
 
     @property
     def limits(self) -> LimitMargins:
         """How far it stays inside the joints' limits, for all t."""
-        return limit_margins(self.robot, self.motion, self.duration)
+        return self.margins()
+
+    def margins(self, robot: Robot | None = None, *, jerk_limit: ArrayLike | None = None) -> LimitMargins:
+        """Return how far it stays inside the joints' limits, for all t.
+
+        Args:
+            robot: whose limits; None: its own.
+            jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: none.
+
+        Raises:
+            ProblemError: a jerk limit that is no positive number.
+        """
+        robot = robot or self.robot
+        if self.time_law is None:
+            return limit_margins(robot, self.motion, self.duration, jerk_limit=jerk_limit)
+        return law_margins(robot, self.motion, self.time_law, self.duration, jerk_limit=jerk_limit)
+
+    def time_at(self, s: ArrayLike) -> Array:
+        """Return when the path's parameter s in [0, 1] is reached, (...,) [s]."""
+        share = np.clip(np.asarray(s, dtype=np.float64), 0.0, 1.0)
+        return self.duration * (share if self.time_law is None else self.time_law.inverse(share))
 
     def sample(self, t: ArrayLike) -> JointState:
         """Return positions, rates and accelerations.
@@ -91,12 +147,16 @@ class Trajectory(Frozen):
         if self.duration == 0:
             q = np.broadcast_to(self.motion.control_points[0], (*time.shape, self.robot.dof)).copy()
             return JointState(q, np.zeros_like(q), np.zeros_like(q))
-        s = time / self.duration
-        return JointState(
-            self.motion.sample(s),
-            self.motion.sample(s, 1) / self.duration,
-            self.motion.sample(s, 2) / self.duration**2,
-        )
+        share = time / self.duration
+        if self.time_law is None:
+            return JointState(
+                self.motion.sample(share),
+                self.motion.sample(share, 1) / self.duration,
+                self.motion.sample(share, 2) / self.duration**2,
+            )
+        s, v, a = (self.time_law.sample(share, k)[..., None] / self.duration**k for k in (0, 1, 2))
+        q, first, second = (self.motion.sample(s[..., 0], k) for k in (0, 1, 2))
+        return JointState(q, first * v, second * v**2 + first * a)
 
     def tip(self, t: ArrayLike, *, frame: str | None = None) -> Array:
         """Return where a frame is, the end effector unless named: T_w_tip (..., 4, 4), inertial frame [m]."""
@@ -104,14 +164,22 @@ class Trajectory(Frozen):
 
     def base_pose(self, t: ArrayLike) -> tuple[Array, Array]:
         """Return the base's position (..., 3) [m] and attitude q_wxyz (..., 4) in the inertial frame; fixed: at rest."""
-        shape = np.shape(t)
-        return np.zeros((*shape, 3)), np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*shape, 4)).copy()
+        return resting_base(t)
 
     def _require_positions(self) -> None:
-        margin = limit_margins(self.robot, self.motion, self.duration).position
+        points = self.motion.control_points
+        if ((points >= self.robot.lower) & (points <= self.robot.upper)).all():
+            return  # and so is their hull
+        margin = position_margins(self.robot, self.motion)
         worst = int(np.argmin(margin))
         if margin[worst] < -_SLACK:
             raise ProblemError(
                 f"joint '{self.robot.dof_names[worst]}' may pass its limit by {-margin[worst]:.4g}, expected all control "
                 "points within the limits; move them inside"
             )
+
+
+def resting_base(t: ArrayLike) -> tuple[Array, Array]:
+    """Return the position (..., 3) [m] and attitude q_wxyz (..., 4) of a base that stays where it is."""
+    shape = np.shape(t)
+    return np.zeros((*shape, 3)), np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*shape, 4)).copy()

@@ -2,7 +2,16 @@
 
 from spacearm.planner.clearance import clearance, clearances
 from spacearm.planner.files import ProblemFile, load_problem, load_problem_file
-from spacearm.planner.goals import ConfigurationGoal, Goal, PositionGoal
+from spacearm.planner.goals import (
+    ConfigurationGoal,
+    ConfigurationsGoal,
+    Goal,
+    PoseGoal,
+    PositionGoal,
+    goal_as_dict,
+    goal_from_dict,
+)
+from spacearm.planner.held import hold
 from spacearm.planner.plan_files import load_plan, plan_as_dict, save_plan, save_trajectory
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Improvement, Plan
@@ -11,15 +20,20 @@ from spacearm.planner.settings import PlannerSettings
 
 __all__ = [
     "ConfigurationGoal",
+    "ConfigurationsGoal",
     "Goal",
     "Improvement",
     "Plan",
     "PlannerSettings",
+    "PoseGoal",
     "PositionGoal",
     "Problem",
     "ProblemFile",
     "clearance",
     "clearances",
+    "goal_as_dict",
+    "goal_from_dict",
+    "hold",
     "load_plan",
     "load_problem",
     "load_problem_file",

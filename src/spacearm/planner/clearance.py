@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.planner.kernel_model import make_kernel_model
+from spacearm.planner.kernel_model import make_kernel_model, self_capsule_pairs
 from spacearm.planner.problem import Problem
 from spacearm.robot.kinematics import as_configurations
 
@@ -13,35 +13,63 @@ Array = NDArray[np.float64]
 
 
 def clearances(problem: Problem, q: ArrayLike) -> Array:
-    """Return the clearance of every link's capsule and every obstacle.
+    """Return the clearance of every link's capsule and every obstacle: the least signed distance of the capsule's axis to
+    the obstacle, less the capsule's radius.
 
     Args:
         problem: the robot, with c capsules, and the scene, with k obstacles.
         q: (..., n) configurations [rad or m].
 
     Returns:
-        (..., c, k) signed distances [m]; negative is penetration.
+        (..., c, k) [m]; negative is penetration.
 
     Raises:
         RobotError: q does not fit the robot or is not finite.
     """
     array = as_configurations(problem.robot, q)
     model = make_kernel_model(problem.robot, problem.scene)
-    out = model.native.clearances(np.ascontiguousarray(array.reshape(-1, problem.robot.dof)))
-    return out.reshape(*array.shape[:-1], *out.shape[1:])
+    found = model.native.obstacle_clearances(np.ascontiguousarray(array.reshape(-1, problem.robot.dof)))
+    obstacles = len(problem.scene.obstacles)
+    if len(model.obstacle_of) != obstacles:  # sphere sets are several of the kernel's obstacles
+        out = np.full((*found.shape[:-1], obstacles), np.inf)
+        for kernels, ours in enumerate(model.obstacle_of):
+            np.minimum(out[..., ours], found[..., kernels], out=out[..., ours])
+        found = out
+    return found.reshape(*array.shape[:-1], *found.shape[1:])
+
+
+def self_clearances(problem: Problem, q: ArrayLike) -> Array:
+    """Return the clearance between the robot's own capsules.
+
+    Args:
+        problem: the robot, with p pairs of capsules that must keep clear (`self_capsule_pairs` lists them).
+        q: (..., n) configurations [rad or m].
+
+    Returns:
+        (..., p) signed distances [m]; negative is penetration.
+
+    Raises:
+        RobotError: q does not fit the robot or is not finite.
+    """
+    array = as_configurations(problem.robot, q)
+    pairs = self_capsule_pairs(problem.robot)
+    model = make_kernel_model(problem.robot, problem.scene)
+    rows = np.ascontiguousarray(array.reshape(-1, problem.robot.dof))
+    return model.native.pair_clearances(rows, pairs).reshape(*array.shape[:-1], len(pairs))
 
 
 def clearance(problem: Problem, q: ArrayLike) -> Array:
-    """Return the least clearance of each configuration, over all links and obstacles.
+    """Return the least clearance of each configuration: over all links and obstacles, and the robot's own pairs.
 
     Args:
         problem: the robot and the scene.
         q: (..., n) configurations [rad or m].
 
     Returns:
-        (...,) [m]; negative is penetration; infinite without obstacles.
+        (...,) [m]; negative is penetration; infinite without obstacles and pairs.
 
     Raises:
         RobotError: q does not fit the robot or is not finite.
     """
-    return clearances(problem, q).min(axis=(-2, -1), initial=np.inf)
+    scene = clearances(problem, q).min(axis=(-2, -1), initial=np.inf)
+    return np.minimum(scene, self_clearances(problem, q).min(axis=-1, initial=np.inf))

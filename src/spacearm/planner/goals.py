@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, as_name, as_number, as_readonly
-from spacearm.errors import ProblemError
+from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, shown
+from spacearm.errors import ProblemError, nearest
+
+Array = NDArray[np.float64]
+
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,19 +24,56 @@ class ConfigurationGoal(Frozen):
 
     Attributes:
         q: (n,) joint positions [rad or m].
+        tolerance: how far each joint may end from it [rad or m]: a number for all, or (n,). The configuration itself is
+            taken where it is free of collision, else one nearby.
+        shortest: whether joints that turn without end may end whole turns away from q, wherever the start is nearest, as
+            MoveIt has it. Otherwise q is taken at its word: 7 rad from the start is more than a turn.
 
     Raises:
-        ProblemError: not a row of finite numbers.
+        ProblemError: not a row of finite numbers, or a tolerance below 0.
     """
 
-    q: NDArray[np.float64]
+    q: Array
+    _: KW_ONLY
+    tolerance: float | Array = 0.0
+    shortest: bool = False
 
     if TYPE_CHECKING:  # what is taken is wider than what is kept
 
-        def __init__(self, q: ArrayLike) -> None: ...
+        def __init__(self, q: ArrayLike, *, tolerance: ArrayLike = 0.0, shortest: bool = False) -> None: ...
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "q", as_readonly("the goal configuration", self.q, (None,), ProblemError))
+        q = as_readonly("the goal configuration", self.q, (None,), ProblemError)
+        _keep(self, q=q, tolerance=_joint_tolerance(self.tolerance, len(q)), shortest=_yes_or_no("shortest", self.shortest))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConfigurationsGoal(Frozen):
+    """The motion ends in any of several configurations, whichever is reached best.
+
+    Attributes:
+        q: (g, n) joint positions [rad or m], a row for each.
+        tolerance: how far each joint may end from them [rad or m]: a number for all, or (n,).
+        shortest: whether joints that turn without end may end whole turns away, as in `ConfigurationGoal`.
+
+    Raises:
+        ProblemError: not rows of finite numbers, none at all, or a tolerance below 0.
+    """
+
+    q: Array
+    _: KW_ONLY
+    tolerance: float | Array = 0.0
+    shortest: bool = False
+
+    if TYPE_CHECKING:
+
+        def __init__(self, q: ArrayLike, *, tolerance: ArrayLike = 0.0, shortest: bool = False) -> None: ...
+
+    def __post_init__(self) -> None:
+        q = as_readonly("the table of goal configurations", self.q, (None, None), ProblemError, advice="give a row for each")
+        if not len(q):
+            raise ProblemError("the goal configurations are none, expected at least one; give a row for each")
+        _keep(self, q=q, tolerance=_joint_tolerance(self.tolerance, q.shape[1]), shortest=_yes_or_no("shortest", self.shortest))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +89,7 @@ class PositionGoal(Frozen):
         ProblemError: not three finite numbers, or a tolerance that is not above 0.
     """
 
-    position: NDArray[np.float64]
+    position: Array
     _: KW_ONLY
     tolerance: float = 1e-3
     frame: str | None = None
@@ -58,11 +101,147 @@ class PositionGoal(Frozen):
     def __post_init__(self) -> None:
         position = as_readonly("the goal position", self.position, (3,), ProblemError)
         tolerance = as_number("the goal's tolerance", self.tolerance, ProblemError, above=0, unit="m")
-        object.__setattr__(self, "position", position)
-        object.__setattr__(self, "tolerance", tolerance)
-        if self.frame is not None:
-            as_name("the goal's frame", self.frame, ProblemError)
+        _keep(self, position=position, tolerance=tolerance, frame=_frame(self.frame))
 
 
-Goal: TypeAlias = ConfigurationGoal | PositionGoal
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseGoal(Frozen):
+    """The motion ends with a frame at a position and in an orientation, or in any that differ by a turn about one axis.
+
+    Attributes:
+        pose: (4, 4), T_base_frame at the end, base frame at the start [m]. `spacearm.pose` makes one.
+        position_tolerance: the greatest distance of the origins that counts as reached [m], above 0.
+        orientation_tolerance: the greatest angle of turn between the orientations that counts as reached [rad], above 0;
+            with a free axis, between the two directions of that axis. From pi on, every orientation does.
+        frame: name of the frame; None is the robot's tip, and `Problem` fills it in.
+        free_axis: "x", "y", "z" or a direction (3,) in the frame about which it may be turned by any angle; kept as a
+            vector of length 1. None: no such axis.
+
+    Raises:
+        ProblemError: a pose that is none, tolerances that are not above 0, or an axis of length 0.
+    """
+
+    pose: Array
+    _: KW_ONLY
+    position_tolerance: float = 1e-3
+    orientation_tolerance: float = math.radians(0.5)
+    frame: str | None = None
+    free_axis: Array | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            pose: ArrayLike,
+            *,
+            position_tolerance: float = 1e-3,
+            orientation_tolerance: float = math.radians(0.5),
+            frame: str | None = None,
+            free_axis: Literal["x", "y", "z"] | ArrayLike | None = None,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        position = as_number("position_tolerance", self.position_tolerance, ProblemError, above=0, unit="m")
+        orientation = as_number("orientation_tolerance", self.orientation_tolerance, ProblemError, above=0, unit="rad")
+        _keep(
+            self,
+            pose=as_transform("the goal pose", self.pose, ProblemError),
+            position_tolerance=position,
+            orientation_tolerance=orientation,
+            frame=_frame(self.frame),
+            free_axis=None if self.free_axis is None else _axis(self.free_axis),
+        )
+
+    @property
+    def position(self) -> Array:
+        """Where the frame's origin is to be, (3,) in the base frame at the start [m]."""
+        return self.pose[:3, 3]
+
+
+Goal: TypeAlias = ConfigurationGoal | ConfigurationsGoal | PositionGoal | PoseGoal
 """Any of the goals."""
+
+
+def goal_as_dict(goal: Goal) -> dict[str, Any]:
+    """Return a goal as plain values, as plan files keep it; `goal_from_dict` makes the same goal of them again.
+
+    The first key tells the kind: `configuration` (n,), `configurations` (g, n), `position` (3,) or `pose` (4, 4); the
+    others are the goal's attributes.
+    """
+    if isinstance(goal, PositionGoal):
+        return {"position": goal.position.tolist(), "tolerance": goal.tolerance, "frame": goal.frame}
+    if isinstance(goal, PoseGoal):
+        return {
+            "pose": goal.pose.tolist(),
+            "position_tolerance": goal.position_tolerance,
+            "orientation_tolerance": goal.orientation_tolerance,
+            "frame": goal.frame,
+            "free_axis": None if goal.free_axis is None else goal.free_axis.tolist(),
+        }
+    tolerance = goal.tolerance.tolist() if isinstance(goal.tolerance, np.ndarray) else goal.tolerance
+    key = "configuration" if isinstance(goal, ConfigurationGoal) else "configurations"
+    return {key: goal.q.tolist(), "tolerance": tolerance, "shortest": goal.shortest}
+
+
+def goal_from_dict(values: dict[str, Any]) -> Goal:
+    """Make a goal of plain values; see `goal_as_dict` for the keys. Only the first, the kind's own, is needed.
+
+    Raises:
+        ProblemError: no kind or several, a key that the kind does not have, or values that its goal refuses.
+    """
+    if not isinstance(values, dict):
+        raise ProblemError(f"goal is {shown(values)}, expected a mapping with one of {', '.join(_KINDS)}")
+    given = [key for key in _KINDS if key in values]
+    if len(given) != 1:
+        raise ProblemError(f"goal has {' and '.join(given) or 'no target'}, expected one of {', '.join(_KINDS)}")
+    make, keys = _KINDS[given[0]]
+    for key in values:
+        if key not in (given[0], *keys):
+            raise ProblemError(f"goal has key {shown(key)}, which a goal {given[0]} does not take; {nearest(str(key), keys)}")
+    return make(values[given[0]], **{key: value for key, value in values.items() if key != given[0]})
+
+
+_KINDS: dict[str, tuple[Callable[..., Goal], tuple[str, ...]]] = {
+    "configuration": (ConfigurationGoal, ("tolerance", "shortest")),
+    "configurations": (ConfigurationsGoal, ("tolerance", "shortest")),
+    "position": (PositionGoal, ("tolerance", "frame")),
+    "pose": (PoseGoal, ("position_tolerance", "orientation_tolerance", "frame", "free_axis")),
+}
+
+
+def _keep(record: Any, **values: Any) -> None:
+    for name, value in values.items():
+        object.__setattr__(record, name, value)
+
+
+def _frame(name: Any) -> str | None:
+    return None if name is None else as_name("the goal's frame", name, ProblemError)
+
+
+def _yes_or_no(name: str, value: Any) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise ProblemError(f"{name} is {shown(value)}, expected True or False")
+    return bool(value)
+
+
+def _joint_tolerance(value: Any, dof: int) -> float | Array:
+    name = "the goal's tolerance"
+    if not isinstance(value, (list, tuple, np.ndarray)) or (isinstance(value, np.ndarray) and value.ndim == 0):
+        return as_number(name, value, ProblemError, at_least=0, unit="rad or m")
+    each = as_readonly(name, value, (dof,), ProblemError, advice="give one number, or one per joint")
+    if not (each >= 0).all():
+        worst = int(np.argmin(each))
+        raise ProblemError(f"{name}[{worst}] is {each[worst]:g}, expected a finite number, 0 or more [rad or m]")
+    return each
+
+
+def _axis(value: Any) -> Array:
+    if isinstance(value, str):
+        if value not in _AXES:
+            raise ProblemError(f"free_axis is {shown(value)}, expected 'x', 'y', 'z' or a direction (3,) in the frame")
+        value = _AXES[value]
+    axis = as_readonly("free_axis", value, (3,), ProblemError, advice="or give 'x', 'y' or 'z'")
+    length = float(np.linalg.norm(axis))
+    if not 1e-150 < length < 1e150:
+        raise ProblemError(f"free_axis is {axis.tolist()}, expected a direction; give 'x', 'y', 'z' or a vector")
+    return axis if abs(length - 1) <= 1e-15 else as_readonly("free_axis", axis / length, (3,), ProblemError)

@@ -1,16 +1,23 @@
-"""A robot and a scene as the kernel sees them: points, capsules between points, spheres."""
+"""A robot and a scene as the kernel sees them: points, an envelope of capsules, obstacles."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel import native
+from spacearm.errors import RobotError
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import tree_arrays
-from spacearm.scene import Scene
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
+
+
+_SHAPE = {"Sphere": 1, "Capsule": 2, "Box": 3, "Cylinder": 4, "HalfSpace": 5}
+_NUMBERS = 15  # an obstacle's row
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,7 +29,9 @@ class KernelModel:
         precision: 32 or 64, the bits of its numbers.
         centres: indices of the points that are the robot's distinct joint centres and its tip, eq. (5).
         tip: index of the point that is the end effector.
+        points: indices of the further points that were asked for.
         capsules: the names of the links, one for each capsule.
+        obstacle_of: (k,) which of the scene's obstacles each of the kernel's is; a sphere set is several.
         dof: number of degrees of freedom.
     """
 
@@ -30,7 +39,9 @@ class KernelModel:
     precision: int
     centres: tuple[int, ...]
     tip: int
+    points: tuple[int, ...]
     capsules: tuple[str, ...]
+    obstacle_of: NDArray[np.intp]
     dof: int
 
 
@@ -39,38 +50,122 @@ def native_class(name: str, precision: int) -> Any:
     return getattr(native, f"{name}{precision}")
 
 
-def make_kernel_model(robot: Robot, scene: Scene, *, precision: int = 64, frame: str | None = None) -> KernelModel:
+def make_kernel_model(
+    robot: Robot,
+    scene: Scene,
+    *,
+    precision: int = 64,
+    frame: str | None = None,
+    points: Iterable[tuple[int, ArrayLike]] = (),
+) -> KernelModel:
     """Translate robot and scene for the kernel.
 
     Args:
         robot: its capsules become pairs of points; points that coincide are carried once.
-        scene: its spheres.
+        scene: obstacles of any shape.
         precision: 32 or 64.
         frame: whose origin is the end effector's point; `robot.tip` unless given.
+        points: further points to carry, each a joint's index (-1: the base) and a place in its frame (3,) [m].
     """
-    points = _Points(robot)
-    centres = tuple(points.index(joint, point) for joint, point in joint_centres(robot))
+    carried = _Points(robot)
+    centres = tuple(carried.index(joint, point) for joint, point in joint_centres(robot))
     tip_frame = robot.frame(frame or robot.tip)
-    tip = points.index(tip_frame.joint, tip_frame.T_joint_frame[:3, 3])
-    ends = [(points.index(c.joint, c.a), points.index(c.joint, c.b)) for c in robot.capsules]
-    model = native_class("Model", precision).make(
+    tip = carried.index(tip_frame.joint, tip_frame.T_joint_frame[:3, 3])
+    further = tuple(carried.index(joint, np.asarray(point, dtype=np.float64)) for joint, point in points)
+    ends = [(carried.index(c.joint, c.a), carried.index(c.joint, c.b)) for c in robot.capsules]
+    spheres = [o for o in scene.obstacles if isinstance(o, Sphere)]
+    plain = native_class("Model", precision).make(
         **tree_arrays(robot),
-        point_joint=np.array([joint for joint, _ in points.listed], dtype=np.int32),
-        point_local=np.array([point for _, point in points.listed], dtype=np.float64).reshape(-1, 3),
+        point_joint=np.array([joint for joint, _ in carried.listed], dtype=np.int32),
+        point_local=np.array([point for _, point in carried.listed], dtype=np.float64).reshape(-1, 3),
         capsule_a=np.array([a for a, _ in ends], dtype=np.int32),
         capsule_b=np.array([b for _, b in ends], dtype=np.int32),
         capsule_radius=np.array([c.radius for c in robot.capsules], dtype=np.float64),
-        sphere_center=np.array([s.center for s in scene.obstacles], dtype=np.float64).reshape(-1, 3),
-        sphere_radius=np.array([s.radius for s in scene.obstacles], dtype=np.float64),
+        sphere_center=np.array([s.center for s in spheres], dtype=np.float64).reshape(-1, 3),
+        sphere_radius=np.array([s.radius for s in spheres], dtype=np.float64),
     )
+    rows, of = _obstacle_rows(scene)
     return KernelModel(
-        native=model,
+        native=plain.surrounded(
+            **_envelope(robot),
+            obstacle_kind=np.array([kind for kind, _ in rows], dtype=np.int32),
+            obstacle_numbers=np.array([numbers for _, numbers in rows], dtype=np.float64).reshape(-1, _NUMBERS),
+        ),
         precision=precision,
         centres=centres,
         tip=tip,
+        points=further,
         capsules=tuple(c.name for c in robot.capsules),
+        obstacle_of=of,
         dof=robot.dof,
     )
+
+
+def self_capsule_pairs(robot: Robot) -> NDArray[np.int32]:
+    """Return the pairs of capsules that must keep clear of each other, (p, 2) indices into `robot.capsules`."""
+    of: dict[str, list[int]] = {}
+    for i, capsule in enumerate(robot.capsules):
+        of.setdefault(capsule.name, []).append(i)
+    pairs = [(i, k) for one, two in robot.self_pairs for i in of[one] for k in of[two]]
+    return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def _envelope(robot: Robot) -> dict[str, Any]:
+    """Return the capsules as arrays; those of one link on one joint are a group, and pairs are of groups."""
+    groups: dict[tuple[str, int], int] = {}
+    link = np.array([groups.setdefault((c.name, c.joint), len(groups)) for c in robot.capsules], dtype=np.int32)
+    pairs = [
+        (i, k)
+        for one, two in robot.self_pairs
+        for (a, _), i in groups.items()
+        for (b, _), k in groups.items()
+        if a == one and b == two
+    ]
+    order = np.argsort(link, kind="stable")
+    if not np.array_equal(order, np.arange(len(order))):
+        raise RobotError(
+            f"robot '{robot.name}' lists the capsules of a link apart from each other, expected them side by side; sort them by link"
+        )
+    return {
+        "joint": np.array([c.joint for c in robot.capsules], dtype=np.int32),
+        "link": link,
+        "a": np.array([c.a for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
+        "b": np.array([c.b for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
+        "radius": np.array([c.radius for c in robot.capsules], dtype=np.float64),
+        "pairs": np.array(pairs, dtype=np.int32).reshape(-1, 2),
+    }
+
+
+def _obstacle_rows(scene: Scene) -> tuple[list[tuple[int, NDArray[np.float64]]], NDArray[np.intp]]:
+    """Return each obstacle's shape and numbers as the kernel has them, and which of the scene's it is."""
+    rows, of = [], []
+    for i, obstacle in enumerate(scene.obstacles):
+        if isinstance(obstacle, SphereSet):
+            balls = np.column_stack([obstacle.centers, obstacle.radii])
+            rows += [(_SHAPE["Sphere"], _padded(ball)) for ball in balls]
+            of += [i] * len(balls)
+        else:
+            rows.append((_SHAPE[type(obstacle).__name__], _padded(np.hstack(_numbers(obstacle)))))
+            of.append(i)
+    return rows, np.array(of, dtype=np.intp)
+
+
+def _padded(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.pad(numbers, (0, _NUMBERS - len(numbers)))
+
+
+def _numbers(o: Obstacle) -> list[Any]:
+    if isinstance(o, Sphere):
+        return [o.center, o.radius]
+    if isinstance(o, Capsule):
+        return [o.a, o.b, o.radius]
+    if isinstance(o, Box):
+        return [o.pose[:3, 3], o.pose[:3, :3].T.ravel(), o.size / 2]
+    if isinstance(o, Cylinder):
+        return [o.pose[:3, 3], o.pose[:3, 2], o.length / 2, o.radius]
+    if isinstance(o, HalfSpace):
+        return [o.normal, o.normal @ o.point]
+    raise AssertionError(type(o))
 
 
 class _Points:

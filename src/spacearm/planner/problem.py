@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import Frozen, as_readonly, shown
 from spacearm.errors import ProblemError, nearest
-from spacearm.planner.goals import ConfigurationGoal, Goal, PositionGoal
+from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.robot.model import Robot
 from spacearm.scene import Obstacle, Scene
+
+Array = NDArray[np.float64]
 
 _ROUNDING = 1e-9  # [rad or m] this far beyond a limit is a file's last digit, and is set onto the limit
 
@@ -27,8 +29,9 @@ class Problem(Frozen):
         robot: what moves.
         scene: what is in the way; a list of obstacles is taken too.
         start: (n,) joint positions at the beginning [rad or m], within the limits.
-        goal: where to end; n numbers are taken as a ConfigurationGoal. The frame of a PositionGoal is filled
-            in.
+        goal: where to end; n numbers are taken as a ConfigurationGoal, rows of n as a ConfigurationsGoal. The frame of a
+            PositionGoal or PoseGoal is filled in; configurations that may be whole turns away are turned nearest to the
+            start.
         base: "fixed".
 
     Whether start and goal are free of collision and within reach is the planner's to say.
@@ -40,7 +43,7 @@ class Problem(Frozen):
     robot: Robot
     scene: Scene
     _: KW_ONLY
-    start: NDArray[np.float64]
+    start: Array
     goal: Goal
     base: Literal["fixed"] = "fixed"
 
@@ -63,16 +66,17 @@ class Problem(Frozen):
             object.__setattr__(self, "scene", _scene(self.scene))
         _require_base(self.base)
         object.__setattr__(self, "start", within_limits(self.robot, self.start, what="start"))
-        object.__setattr__(self, "goal", _goal(self.robot, self.goal))
+        object.__setattr__(self, "goal", _goal(self.robot, self.goal, self.start))
 
 
-def within_limits(robot: Robot, q: ArrayLike, *, what: Literal["start", "goal"]) -> NDArray[np.float64]:
+def within_limits(robot: Robot, q: ArrayLike, *, what: Literal["start", "goal"], prefix: str = "") -> Array:
     """Check a configuration against the robot; what is beyond a limit by no more than 1e-9 is set onto it.
 
     Args:
         robot: the robot.
         q: (n,) joint positions [rad or m].
         what: "start" or "goal", for the message.
+        prefix: begins the message.
 
     Returns:
         The configuration (n,), read-only.
@@ -81,18 +85,20 @@ def within_limits(robot: Robot, q: ArrayLike, *, what: Literal["start", "goal"])
         ProblemError: another length, numbers that are not finite, or a joint beyond its limits, which is
             named.
     """
-    names = ", ".join(robot.dof_names)
-    advice = f"give one number per joint of robot '{robot.name}': {names}"
-    name = "start" if what == "start" else "the goal configuration"
-    given = as_readonly(name, q, (robot.dof,), ProblemError, advice=advice)
+    name = prefix + ("start" if what == "start" else "the goal configuration")
+    given = as_readonly(name, q, (robot.dof,), ProblemError, advice=_one_per_joint(robot))
     kept = np.clip(given, robot.lower, robot.upper)
     beyond = np.flatnonzero(np.abs(given - kept) > _ROUNDING)
     if beyond.size:
-        raise ProblemError(_beyond_limit(robot, given, beyond, what))
+        raise ProblemError(prefix + _beyond_limit(robot, given, beyond, what))
     return as_readonly(name, kept, (robot.dof,), ProblemError)
 
 
-def _beyond_limit(robot: Robot, q: NDArray[np.float64], beyond: NDArray[Any], what: str) -> str:
+def _one_per_joint(robot: Robot) -> str:
+    return f"give one number per joint of robot '{robot.name}': {', '.join(robot.dof_names)}"
+
+
+def _beyond_limit(robot: Robot, q: Array, beyond: NDArray[Any], what: str) -> str:
     i = int(beyond[0])
     above = q[i] > robot.upper[i]
     limit = robot.upper[i] if above else robot.lower[i]
@@ -110,6 +116,29 @@ def _beyond_limit(robot: Robot, q: NDArray[np.float64], beyond: NDArray[Any], wh
     return text + (", or convert degrees to radians" if meant_degrees else "")
 
 
+def nearest_turns(robot: Robot, q: Array, near: Array) -> Array:
+    """Turn joints without limits by whole turns, which moves no link, to where they are nearest to a configuration.
+
+    Args:
+        robot: the robot.
+        q: (..., n) configurations [rad or m].
+        near: (n,) where to be near.
+
+    Returns:
+        (..., n). Joints with a limit, slides, and those that others follow at another pace stay as they are.
+    """
+    endless = whole_turns(robot) & (robot.lower == -np.inf) & (robot.upper == np.inf)
+    return np.where(endless, q - math.tau * np.round((q - near) / math.tau), q)
+
+
+def whole_turns(robot: Robot) -> NDArray[np.bool_]:
+    """Tell of which joints a whole turn moves no link, (n,): not of slides, nor where others follow at another pace."""
+    out = np.ones(robot.dof, dtype=bool)
+    for joint in robot.joints:
+        out[joint.dof] &= joint.kind == "revolute" and float(joint.multiplier).is_integer()
+    return out
+
+
 def _scene(given: Any) -> Scene:
     if given is None or not isinstance(given, Iterable):
         raise ProblemError(f"scene is {shown(given)}, expected a Scene; write Scene([]) for free space")
@@ -123,29 +152,47 @@ def _require_base(base: Any) -> None:
         raise ProblemError(f"base is {shown(base)}, expected 'fixed'")
 
 
-def _goal(robot: Robot, goal: Any) -> Goal:
-    if isinstance(goal, PositionGoal):
-        return _position_goal(robot, goal)
-    if isinstance(goal, ConfigurationGoal):
-        return ConfigurationGoal(within_limits(robot, goal.q, what="goal"))
+def _goal(robot: Robot, goal: Any, start: Array) -> Goal:
+    if isinstance(goal, (PositionGoal, PoseGoal)):
+        return replace(goal, frame=_goal_frame(robot, goal.frame))
+    if not isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
+        goal = _configurations(robot, goal)
+    if isinstance(goal.tolerance, np.ndarray):
+        as_readonly("the goal's tolerance", goal.tolerance, (robot.dof,), ProblemError, advice=_one_per_joint(robot))
+    rows = goal.q if isinstance(goal, ConfigurationsGoal) else [goal.q]
+    kept = []
+    for i, row in enumerate(rows):
+        q = within_limits(robot, row, what="goal", prefix=f"goal {i}: " if len(rows) > 1 else "")
+        kept.append(nearest_turns(robot, q, start) if goal.shortest else q)
+    return replace(goal, q=np.array(kept) if isinstance(goal, ConfigurationsGoal) else kept[0])
+
+
+def _configurations(robot: Robot, goal: Any) -> ConfigurationGoal | ConfigurationsGoal:
     if isinstance(goal, (str, bytes, dict)) or not isinstance(goal, Iterable):
         raise ProblemError(
-            f"goal is {shown(goal)}, expected {robot.dof} joint positions, a ConfigurationGoal or a PositionGoal"
+            f"goal is {shown(goal)}, expected {robot.dof} joint positions, or a ConfigurationGoal, ConfigurationsGoal, "
+            "PositionGoal or PoseGoal"
         )
-    q = as_readonly("the goal configuration", goal, (None,), ProblemError)  # type: ignore[arg-type]
+    given: Any = goal if isinstance(goal, np.ndarray) else list(goal)
+    rows = len(given) > 0 and all(isinstance(row, (list, tuple, np.ndarray)) for row in given)
+    if rows and np.shape(given[0]) == (4,) and len(given) == 4 and robot.dof != 4:
+        raise ProblemError(f"goal is 4 by 4, expected {robot.dof} joint positions; for a pose in space write PoseGoal(pose)")
+    if rows:
+        return ConfigurationsGoal(given)
+    q = as_readonly("the goal configuration", given, (None,), ProblemError)
     if q.size == 3 and robot.dof != 3:
         raise ProblemError(
             f"goal has 3 numbers, expected {robot.dof} joint positions; for a point in space write PositionGoal((x, y, z))"
         )
-    return ConfigurationGoal(within_limits(robot, q, what="goal"))
+    return ConfigurationGoal(q)
 
 
-def _position_goal(robot: Robot, goal: PositionGoal) -> PositionGoal:
-    name = robot.tip if goal.frame is None else goal.frame
+def _goal_frame(robot: Robot, given: str | None) -> str:
+    name = robot.tip if given is None else given
     frame = next((frame for frame in robot.frames if frame.name == name), None)
     if frame is None:
         known = nearest(name, (frame.name for frame in robot.frames))
         raise ProblemError(f"the goal's frame '{name}' is none of robot '{robot.name}'; {known}")
     if frame.joint < 0:
         raise ProblemError(f"the goal's frame '{name}' is fixed to the base and no joint moves it; name another frame")
-    return replace(goal, frame=name)
+    return name

@@ -6,26 +6,41 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.motion import LimitMargins
+from spacearm.motion import AnyTrajectory, LimitMargins
+from spacearm.proof.digest import problem_digest, trajectory_digest
+from spacearm.robot import Robot
+from spacearm.scene import Scene
+
+Limit = Literal["position", "velocity", "acceleration", "jerk"]
+
+ROUNDING = 1e-12
+"""[rad or m] this far beyond a position limit is rounding."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ClosestApproach:
     """The least clearance measured.
 
     Attributes:
         link: name of the robot's link.
-        obstacle: its index in the scene.
+        other: what it is closest to, as in "obstacle 'shelf'", "obstacle 3" or "link 'forearm'".
+        obstacle: index in the scene of the obstacle; None if it is a link.
         time: when [s].
+        u: where on the trajectory's curve.
         clearance: [m]; negative is penetration.
+        points: (2, 3) the nearest points of the two, or those that penetrate deepest, in the base frame [m].
     """
 
     link: str
-    obstacle: int
+    other: str
+    obstacle: int | None
     time: float
+    u: float
     clearance: float
+    points: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,22 +51,30 @@ class Certificate:
         status: "holds", "fails" (a collision or a broken limit was found), or "undecided" (the arm comes too close to be
             told from contact at the stated resolution).
         clearance: proven: the clearance is at least this for all t [m]; None unless it holds; infinite without obstacles.
+        minimum_clearance: more than this was asked for [m].
         closest: the least clearance measured at an instant; None without obstacles or links.
         limits: margins of the joint limits, for all t.
-        resolution: length of the shortest interval looked at, as a share of the motion.
+        checked: the limits that were asked for: "position", "velocity", "acceleration", "jerk".
+        resolution: length of the shortest interval looked at, as a share of the curve's parameter.
         evaluations: configurations looked at.
         seconds: it took.
         witness: whose kinematics and distances were used.
+        robot, scene, trajectory: what it is about.
     """
 
     status: Literal["holds", "fails", "undecided"]
     clearance: float | None
+    minimum_clearance: float
     closest: ClosestApproach | None
     limits: LimitMargins
+    checked: tuple[Limit, ...]
     resolution: float
     evaluations: int
     seconds: float
     witness: str
+    robot: Robot
+    scene: Scene
+    trajectory: AnyTrajectory
 
     @property
     def holds(self) -> bool:
@@ -59,18 +82,35 @@ class Certificate:
         return self.status == "holds"
 
     @property
+    def problem_hash(self) -> str:
+        """SHA-256 of the robot's and the scene's values."""
+        return problem_digest(self.robot, self.scene)
+
+    @property
+    def trajectory_hash(self) -> str:
+        """SHA-256 of the trajectory's values."""
+        return trajectory_digest(self.trajectory)
+
+    @property
+    def broken_limits(self) -> tuple[str, ...]:
+        """The limits among those checked that may be broken, each in words."""
+        return broken_limits(self.robot, self.limits, self.checked)
+
+    @property
     def message(self) -> str:
         """The finding in a sentence."""
-        near = self.closest
-        if not self.limits.holds:
-            return "a joint limit may be broken; see `limits` for the joint"
+        near, broken = self.closest, self.broken_limits
+        if near is not None and near.clearance <= self.minimum_clearance and self.status == "fails":
+            return _too_close(near, self.minimum_clearance)
+        for sentence in broken[:1]:
+            return f"{sentence} (and {len(broken) - 1} more)" if len(broken) > 1 else sentence
         if near is None:
-            return "nothing is in the way, and the joint limits hold for all t"
-        where = f"link '{near.link}' and obstacle {near.obstacle} at t = {near.time:.4g} s"
-        if self.status == "fails":
-            return f"{where} penetrate by {0.0 - near.clearance * 1e3:.3g} mm"
+            kept = f"{', '.join(self.checked)} limits hold for all t" if self.checked else "limits were not looked at"
+            return f"nothing is in the way; {kept}"
+        where = f"link '{near.link}' and {near.other} at t = {near.time:.4g} s"
         if self.status == "undecided":
-            return f"{where} come within {near.clearance * 1e3:.3g} mm, too close to be told from contact"
+            than = f"{self.minimum_clearance * 1e3:.4g} mm" if self.minimum_clearance else "contact"
+            return f"{where} come within {near.clearance * 1e3:.3g} mm, too close to be told from {than}"
         return f"clearance is at least {(self.clearance or 0) * 1e3:.4g} mm for all t; closest measured: {where}"
 
     def as_dict(self) -> dict[str, Any]:
@@ -78,28 +118,63 @@ class Certificate:
 
         The time it took is left out: the same proof gives the same values.
         """
-        near = self.closest
+        near, limits = self.closest, self.limits
         return {
             "status": self.status,
             "message": self.message,
             "clearance_m": None if self.clearance is None or math.isinf(self.clearance) else self.clearance,
+            "minimum_clearance_m": self.minimum_clearance,
             "closest": None
             if near is None
             else {
                 "link": near.link,
+                "other": near.other,
                 "obstacle": near.obstacle,
                 "time_s": near.time,
+                "u": near.u,
                 "clearance_m": near.clearance,
+                "points_m": near.points.tolist(),
             },
             "limits": {
-                "position_margin": _finite(self.limits.position),
-                "velocity_share": _finite(self.limits.velocity),
-                "acceleration_share": _finite(self.limits.acceleration),
+                "checked": list(self.checked),
+                "position_margin": _finite(limits.position),
+                "velocity_share": _finite(limits.velocity),
+                "acceleration_share": _finite(limits.acceleration),
+                "jerk_share": None if limits.jerk is None else _finite(limits.jerk),
             },
             "resolution": self.resolution,
             "evaluations": self.evaluations,
             "witness": self.witness,
+            "problem_hash": self.problem_hash,
+            "trajectory_hash": self.trajectory_hash,
         }
+
+
+def broken_limits(robot: Robot, margins: LimitMargins, checked: tuple[Limit, ...]) -> tuple[str, ...]:
+    """Return a sentence for each joint's limit, of those checked, that is not kept for all t."""
+    out = []
+    if "position" in checked:
+        for i in np.flatnonzero(~(margins.position >= -ROUNDING)):
+            unit = "m" if robot.is_prismatic(int(i)) else "rad"
+            out.append(f"joint '{robot.dof_names[i]}' may pass a position limit by {0.0 - margins.position[i]:.4g} {unit}")
+    for name, shares in (("velocity", margins.velocity), ("acceleration", margins.acceleration), ("jerk", margins.jerk)):
+        if name in checked and shares is not None:
+            for i in np.flatnonzero(~(shares <= 1)):
+                out.append(f"joint '{robot.dof_names[i]}' {_beyond(name, float(shares[i]))}")
+    return tuple(out)
+
+
+def _beyond(name: str, share: float) -> str:
+    if math.isinf(share):
+        return f"has no finite {name}: the one before it jumps, at a corner of the path"
+    return f"may exceed its {name} limit: {share:.6g} times it"
+
+
+def _too_close(near: ClosestApproach, minimum: float) -> str:
+    where = f"link '{near.link}' and {near.other} at t = {near.time:.4g} s"
+    if near.clearance <= 0:
+        return f"{where} penetrate by {0.0 - near.clearance * 1e3:.3g} mm"
+    return f"{where} come within {near.clearance * 1e3:.4g} mm, expected more than {minimum * 1e3:.4g} mm"
 
 
 def _finite(values: NDArray[Any]) -> list[float | None]:

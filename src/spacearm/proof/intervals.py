@@ -1,164 +1,189 @@
-"""The logic of the proof.
+"""The logic of the proof: stretches of the motion are halved until each is proven.
 
-At an interval's middle the clearance is measured. From there to any other instant of the interval, a point of a link
-moves at most sum_i r_i |dq_i|, where r_i bounds the point's distance from joint i's axis and |dq_i| joint i's way, from
-the hull of the motion's Bezier points on that interval. If the clearance exceeds that way the whole interval is free;
-otherwise it is halved. Distances are 1-Lipschitz, so nothing between the instants looked at can be missed. Halving goes
-on until half of the least clearance measured is proven, so that the proven figure is not a matter of luck.
+On each stretch every pair has to be separated by a plane for all of it. Links are looked at as balls first, many balls as
+cells; the pairs that this does not settle are looked at capsule by capsule, ball by ball; those that are still open are looked
+at again on both halves, and only those. Halving goes on until half of the least clearance measured is proven, so that the
+proven figure is not a matter of luck.
 """
 
 from __future__ import annotations
 
-import time
-from typing import Literal, Protocol
+from collections import deque
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import shown
-from spacearm.errors import ProblemError
-from spacearm.motion import Motion, Trajectory, limit_margins
-from spacearm.proof.certificate import Certificate, ClosestApproach
+from spacearm.motion import Curve
+from spacearm.proof.bodies import bodies_of
+from spacearm.proof.measuring import Measurements, Near
+from spacearm.proof.middles import JointMap, Middles
+from spacearm.proof.pairs import Tasks, capsule_pairs, halved, kinds_of, link_pairs, out_of_cells
+from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
+from spacearm.proof.solids import Solids
+from spacearm.proof.spans import Spans, Stretches
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
 from spacearm.scene import Scene
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Status = Literal["holds", "fails", "undecided"]
 
-_BISECTIONS = 16  # halvings of the spline's own pieces before an interval is given up as undecided
 _WORTH = 0.5  # the share of the least clearance measured that is to be proven
-_GUARD = 1e-9  # [m] for the rounding of kinematics and distances
+_BATCH = 128  # stretches at once
+_ROWS = 100_000  # pairs at once
+_MOST = 100_000  # stretches looked at before giving up
+_LIKELY = 24  # pairs of links and solids that are looked at first, for the least clearance
+_CONTACTS = 8  # that are measured, of the pairs that seem to touch
+_LOOSE = 1e-7  # [m] a pair's clearance that is not known to this is worth a measurement
 
 
-class HasScene(Protocol):
-    """Whatever has a robot and a scene; a Problem does."""
+class Proof:
+    """A search for a proof that a robot on a curve keeps more than a clearance from a scene and from itself.
 
-    @property
-    def robot(self) -> Robot:
-        """What moves."""
-        ...
-
-    @property
-    def scene(self) -> Scene:
-        """What is in the way."""
-        ...
-
-
-def certify(problem: HasScene, trajectory: Trajectory) -> Certificate:
-    """Prove that a trajectory keeps clear of the obstacles and within the joint limits for all t, or say where not.
-
-    Args:
-        problem: the robot and the scene to prove it for.
-        trajectory: of that robot; fixed base.
-
-    Returns:
-        The certificate. It never says that a motion holds when it does not; it may be undecided.
-
-    Raises:
-        ProblemError: the trajectory is none, or moves another number of joints.
+    Attributes:
+        proven: the clearance is at least this on all that is settled so far [m]; infinite if nothing is in the way.
+        measured: the closest approach, if anything is in the way.
+        evaluations: configurations looked at.
+        resolution: length of the shortest stretch looked at, as a share of the curve.
     """
-    if not isinstance(trajectory, Trajectory):
-        raise ProblemError(f"trajectory is {shown(trajectory)}, expected a Trajectory; make one with Trajectory(robot, motion)")
-    begun = time.perf_counter()
-    robot, motion = problem.robot, trajectory.motion
-    if motion.dof != robot.dof:
-        raise ProblemError(f"the trajectory moves {motion.dof} joints, expected the {robot.dof} of robot '{robot.name}'")
-    witness = Witness(robot, problem.scene)
-    search = _Intervals(robot, motion, witness, bool(robot.capsules) and bool(problem.scene.obstacles))
-    clearance_status = search.run()
-    limits = limit_margins(robot, motion, trajectory.duration)  # the problem's limits, whoever made the trajectory
-    status = clearance_status if limits.holds else "fails"
-    return Certificate(
-        status=status,
-        clearance=search.proven if status == "holds" else None,
-        closest=search.closest(trajectory.duration),
-        limits=limits,
-        resolution=search.resolution,
-        evaluations=search.evaluations,
-        seconds=time.perf_counter() - begun,
-        witness=witness.name,
-    )
 
+    def __init__(self, robot: Robot, scene: Scene, curve: Curve, *, minimum: float, resolution: float) -> None:
+        self._bodies, self._riders = bodies_of(robot)
+        self._joints, self._kinds = JointMap(robot), kinds_of(scene, self._riders)
+        self._curve, self._minimum, self._finest = curve, minimum, resolution
+        self.witness = Witness(robot, self._bodies)
+        self.measured = Measurements(self.witness, self._kinds, self._bodies, self._riders)
+        self.proven = self._least = np.inf
+        self.evaluations, self.resolution = 0, 1.0
 
-class _Intervals:
-    """Halves intervals of s until each is proven, one level of halvings after the other."""
-
-    def __init__(self, robot: Robot, motion: Motion, witness: Witness, anything: bool) -> None:
-        self._robot, self._motion, self._witness = robot, motion, witness
-        self._anything = anything
-        self._reach = _reaches(robot, motion)
-        self.proven = float("inf")
-        self.resolution = 1.0
-        self.evaluations = 0
-        self._closest: tuple[float, int, int, float] | None = None
-
-    def run(self) -> Literal["holds", "fails", "undecided"]:
-        if not self._anything:
+    def run(self) -> Status:
+        """Search until the proof holds, a collision is found, or the two cannot be told apart."""
+        if not self._kinds:
             return "holds"
-        open_intervals = np.arange(self._motion.interior + 1)
-        for level in range(_BISECTIONS + 1):
-            ends, lows, highs = self._motion.hulls(0, bisections=level, pieces=open_intervals)
-            failed = []
-            for i, (begin, end), low, high in zip(open_intervals, ends, lows, highs, strict=True):
-                middle = float(begin + end) / 2
-                q = self._motion.sample(middle)
-                clearance = self._witness.clearances(q)
-                least = self._note(clearance, middle)
-                if least <= 0:
-                    return "fails"
-                if least <= _GUARD:
-                    return "undecided"  # no interval around this instant could ever be proven
-                way = self._reach @ np.maximum(high - q, q - low)  # (capsules,)
-                left = float((clearance - way[:, None]).min()) - _GUARD
-                if left > (0.0 if level == _BISECTIONS else _WORTH * least):
-                    self.proven = min(self.proven, left)
-                else:
-                    failed.append(i)
-            self.resolution = float(ends[0, 1] - ends[0, 0])
-            if not failed:
-                return "holds"
-            open_intervals = np.array([2 * i + half for i in failed for half in (0, 1)])
-        return "undecided"
+        spans = Spans(self._curve)
+        waiting: deque[tuple[Stretches, list[Tasks] | None]] = deque([(spans.first(), None)])
+        while waiting:
+            stretches, tasks = waiting.popleft()
+            middles = Middles(self._bodies, self._riders, self._joints, self.witness.frames, spans.lines(stretches))
+            self.evaluations += len(stretches)
+            self.resolution = min(self.resolution, float(2 * middles.half.min()) / spans.length)
+            left = self._look(middles, tasks)
+            if self.measured.clearance <= self._minimum:
+                return "fails"
+            which = np.unique(np.concatenate([pairs.stretch for pairs in left]))
+            hopeless = which.size and (self.resolution / 2 < self._finest or self.evaluations > _MOST)
+            if self.measured.doubt or hopeless or self._least <= self._minimum + GUARD:
+                return "undecided"
+            parts, tasks = spans.halved(stretches.some(which)), [halved(pairs, which) for pairs in left]
+            for i in range(0, len(parts), _BATCH):
+                waiting.append((parts.some(np.arange(i, min(i + _BATCH, len(parts)))), [_batch(pairs, i) for pairs in tasks]))
+        return "holds"
 
-    def closest(self, duration: float) -> ClosestApproach | None:
-        if self._closest is None:
-            return None
-        clearance, link, obstacle, s = self._closest
-        return ClosestApproach(link=self._robot.capsules[link].name, obstacle=obstacle, time=s * duration, clearance=clearance)
+    def closest(self) -> Near | None:
+        """Return the closest approach measured; None if nothing is in the way."""
+        begin, end = self._curve.domain
+        return self.measured.closest(self._curve, self._joints, (end - begin) * min(self.resolution, 0.1))
 
-    def _note(self, clearance: Array, s: float) -> float:
-        """Return the least clearance measured so far."""
-        self.evaluations += 1
-        link, obstacle = np.unravel_index(int(np.argmin(clearance)), clearance.shape)
-        least = float(clearance[link, obstacle])
-        if self._closest is None or least < self._closest[0]:
-            self._closest = (least, int(link), int(obstacle), s)
-        return self._closest[0]
+    # ---- one look at some stretches ------------------------------------------------------------------------------------
 
+    def _look(self, middles: Middles, tasks: list[Tasks] | None) -> list[Tasks]:
+        """Settle what can be settled, and return the pairs that are open still, by kind; at first, all pairs are."""
+        if tasks is None:
+            middles.watch(np.arange(len(self._riders.body)))
+            tasks = self._close_pairs(middles)
+        else:
+            middles.watch(np.unique(np.concatenate([pairs.rider for pairs in tasks])))
+        found = [self._sharpened(middles, kind, pairs) for kind, pairs in enumerate(tasks)]
+        self._measure_nearest(middles, tasks, found)
+        return [pairs.some(~self._settled(known)) for pairs, known in zip(tasks, found, strict=True)]
 
-def _reaches(robot: Robot, motion: Motion) -> Array:
-    """Return r, (capsules, n): a point of a capsule's axis moves at most r @ |dq|, for any configurations of the motion.
+    def _target(self) -> float:
+        """Return what is to be proven."""
+        return self._minimum + _WORTH * max(0.0, self._least - self._minimum)
 
-    A point at most r from a revolute joint's axis moves at most r |dq| with it, one on a prismatic joint |dq|. Going
-    towards the base, the distance from a joint's origin grows by each offset and by a slide's greatest extension; the
-    distance from its axis only by what of the offset is across.
-    """
-    _, low, high = motion.hulls(0)
-    furthest = np.maximum(np.abs(low.min(axis=0)), np.abs(high.max(axis=0)))
-    out = np.zeros((len(robot.capsules), robot.dof))
-    for row, capsule in zip(out, robot.capsules, strict=True):
-        at = capsule.joint
-        from_origin = max(float(np.linalg.norm(end)) for end in (capsule.a, capsule.b))
-        from_axis = max(float(np.hypot(end[0], end[1])) for end in (capsule.a, capsule.b))
-        while at >= 0:
-            joint = robot.joints[at]
-            if joint.kind == "revolute":
-                row[joint.dof] += abs(joint.multiplier) * from_axis
+    def _settled(self, known: Gaps) -> NDArray[np.bool_]:
+        """Return which pairs are proven to be apart, and remember how far."""
+        settled = known.left > self._target()
+        self.proven = min(self.proven, float(known.left[settled].min(initial=np.inf)))
+        return settled
+
+    def _gaps(self, middles: Middles, kind: int, tasks: Tasks, *, enough: float, n: Array | None = None) -> Gaps:
+        solids = self._kinds[kind].solids
+        if solids is None:
+            solids = link_solids(self._bodies, middles)
+            tasks = tasks._replace(solid=tasks.stretch * len(self._bodies.radius) + tasks.solid)
+        return self._gaps_to(solids, middles, tasks, enough=enough, n=n)
+
+    def _gaps_to(self, solids: Solids, middles: Middles, tasks: Tasks, *, enough: float, n: Array | None = None) -> Gaps:
+        parts = []
+        for i in range(0, max(1, len(tasks.stretch)), _ROWS):
+            rows = slice(i, i + _ROWS)
+            directions = None if n is None else n[rows]
+            parts.append(gaps(middles, self._bodies, self._riders, tasks.some(rows), solids, enough=enough, n=directions))
+        return Gaps(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+    def _close_pairs(self, middles: Middles) -> list[Tasks]:
+        """Return the pairs of capsules and solids that their links' balls do not settle, by kind."""
+        coarse = []
+        for i, kind in enumerate(self._kinds):
+            tasks = link_pairs(kind, self._riders, len(middles.half))
+            if kind.cells is None:
+                known = self._gaps(middles, i, tasks, enough=self._minimum)
             else:
-                row[joint.dof] += abs(joint.multiplier)
-                from_origin += abs(joint.multiplier) * furthest[joint.dof] + abs(joint.offset)
-            offset = joint.T_parent_joint[:3, 3]
-            from_axis = from_origin + float(np.hypot(offset[0], offset[1]))
-            from_origin += float(np.linalg.norm(offset))
-            at = joint.parent
-    return out
+                known = self._gaps_to(kind.cells, middles, tasks, enough=self._minimum)
+            coarse.append((kind, tasks, known))
+        for i, (kind, tasks, known) in enumerate(coarse):  # the links that are closest, as if it were all
+            likely = np.argpartition(known.least, min(_LIKELY, len(known.least)) - 1)[:_LIKELY]
+            pairs = tasks.some(likely) if kind.cells is None else out_of_cells(kind.cells, tasks.some(likely))
+            pairs = capsule_pairs(kind, self._bodies, self._riders, pairs)
+            known = self._gaps(middles, i, pairs, enough=-np.inf)
+            row = int(np.argmin(known.most))
+            self.measured.task(i, pairs, row, middles, proven=float(known.least[row]))
+            self._least = min(self._least, float(known.most[row]), self.measured.clearance)
+        out = []
+        for i, (kind, tasks, known) in enumerate(coarse):
+            pairs = tasks.some(~self._settled(known))
+            if kind.cells is not None:
+                pairs = out_of_cells(kind.cells, pairs)
+                pairs = pairs.some(~self._settled(self._gaps(middles, i, pairs, enough=self._target())))
+            out.append(capsule_pairs(kind, self._bodies, self._riders, pairs))
+        return out
+
+    def _sharpened(self, middles: Middles, kind: int, tasks: Tasks) -> Gaps:
+        """Look at pairs; where a better direction may settle one, ask Coal for it."""
+        target = self._target()
+        known = self._gaps(middles, kind, tasks, enough=target)
+        ask = np.flatnonzero((known.left <= target) & (known.most > target))
+        loose = known.most[ask] - known.least[ask]
+        ask = ask[(loose > _LOOSE) & (known.left[ask] + loose > target)]
+        if not ask.size:
+            return known
+        measured = [self.measured.task(kind, tasks, row, middles, proven=float(known.least[row])) for row in ask]
+        n = np.array([direction for _, direction in measured])
+        better = self._gaps(middles, kind, tasks.some(ask), enough=target, n=n)
+        known.left[ask] = np.maximum(known.left[ask], better.left)
+        known.least[ask] = np.maximum(known.least[ask], better.least)
+        known.most[ask] = np.minimum(known.most[ask], [clearance for clearance, _ in measured])
+        return known
+
+    def _measure_nearest(self, middles: Middles, tasks: list[Tasks], found: list[Gaps]) -> None:
+        """Measure on every stretch the pair that seems to be closest, and some of those that seem to touch."""
+        kind = np.repeat(np.arange(len(tasks)), [len(pairs.stretch) for pairs in tasks])
+        row = np.concatenate([np.arange(len(pairs.stretch)) for pairs in tasks])
+        most = np.concatenate([known.most for known in found])
+        order = np.argsort(most, kind="stable")
+        _, nearest = np.unique(np.concatenate([pairs.stretch for pairs in tasks])[order], return_index=True)
+        touching = np.flatnonzero(most[order[:_CONTACTS]] <= self._minimum + GUARD)
+        for i in order[np.union1d(nearest, touching)]:
+            k, r = int(kind[i]), int(row[i])
+            self.measured.task(k, tasks[k], r, middles, proven=float(found[k].least[r]))
+        self._least = min(self._least, float(most.min(initial=np.inf)), self.measured.clearance)
+
+
+def _batch(tasks: Tasks, first: int) -> Tasks:
+    """Return the pairs on a batch of stretches, numbered from its first."""
+    within = (tasks.stretch >= first) & (tasks.stretch < first + _BATCH)
+    some = tasks.some(within)
+    return some._replace(stretch=some.stretch - first)

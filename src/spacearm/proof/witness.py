@@ -1,4 +1,4 @@
-"""Where the links are and how far from the obstacles, by other people's code: Pinocchio and Coal."""
+"""Where the links are and how far from what is in the way, by other people's code: Pinocchio and Coal."""
 
 from __future__ import annotations
 
@@ -7,63 +7,104 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.proof.bodies import Bodies
+from spacearm.proof.solids import Balls, Boxes, Cylinders, Solids, axes_along
 from spacearm.robot import Robot
-from spacearm.scene import Scene
 
 Array = NDArray[np.float64]
 
+_TOLERANCE = 1e-9  # Coal's own, 1e-6, lets it put a capsule 0.3 mm too far from a cylinder
+_ITERATIONS = 256
+
 
 class Witness:
-    """Clearances of a robot's links and a scene's obstacles, configuration by configuration.
+    """Kinematics and distances, built from the robot's and the scene's own numbers, apart from the kernel."""
 
-    Built from the robot's and the scene's own numbers, apart from the kernel that the search uses.
-    """
-
-    def __init__(self, robot: Robot, scene: Scene) -> None:
+    def __init__(self, robot: Robot, bodies: Bodies) -> None:
         # Both install into a folder of their own that type checkers do not look into.
         import coal  # pyright: ignore[reportMissingImports]
         import pinocchio  # pyright: ignore[reportMissingImports]
 
-        self._robot, self._coal, self._pinocchio = robot, coal, pinocchio
         self.name = f"pinocchio {pinocchio.__version__}, coal {coal.__version__}"
+        self._coal, self._pinocchio, self._bodies = coal, pinocchio, bodies
         self._model = pinocchio.Model()
         kinds = {"revolute": pinocchio.JointModelRZ, "prismatic": pinocchio.JointModelPZ}
-        self._ids = []
+        ids: list[int] = []
         for joint in robot.joints:
-            parent = self._ids[joint.parent] if joint.parent >= 0 else 0
-            T = joint.T_parent_joint
-            placement = pinocchio.SE3(np.ascontiguousarray(T[:3, :3]), np.ascontiguousarray(T[:3, 3]))
-            self._ids.append(self._model.addJoint(parent, kinds[joint.kind](), placement, joint.name))
-        self._data = self._model.createData()
-        self._values = np.zeros(self._model.nq)
-        self._index = [self._model.joints[i].idx_q for i in self._ids]
-        self._links = [self._shape(capsule.a, capsule.b, capsule.radius) for capsule in robot.capsules]
-        self._joints = [capsule.joint for capsule in robot.capsules]
-        self._obstacles = [(coal.Sphere(o.radius), coal.Transform3s(np.eye(3), np.array(o.center))) for o in scene.obstacles]
+            parent = ids[joint.parent] if joint.parent >= 0 else 0
+            ids.append(
+                self._model.addJoint(parent, kinds[joint.kind](), pinocchio.SE3(np.array(joint.T_parent_joint)), joint.name)
+            )
+        self._order = np.argsort([self._model.joints[i].idx_q for i in ids])
+        self._state = self._model.createData()
+        self._placed = [self._state.oMi[i] for i in ids]  # these follow the state
+        self._capsules: dict[int, tuple[Any, Array, Array]] = {}
+        self._solids: dict[tuple[int, int], tuple[Any, Any]] = {}
+        self._request, self._result = coal.DistanceRequest(), coal.DistanceResult()
+        self._request.gjk_tolerance = _TOLERANCE
+        self._request.gjk_max_iterations = _ITERATIONS
 
-    def clearances(self, q: Array) -> Array:
-        """Return the clearance [m] of every link's capsule and every obstacle, (capsules, obstacles), at q (n,)."""
-        for joint, at in zip(self._robot.joints, self._index, strict=True):
-            self._values[at] = joint.multiplier * q[joint.dof] + joint.offset
-        self._pinocchio.forwardKinematics(self._model, self._data, self._values)
-        out = np.empty((len(self._links), len(self._obstacles)))
-        request, result = self._coal.DistanceRequest(), self._coal.DistanceResult()
-        for i, ((shape, T_joint_shape), joint) in enumerate(zip(self._links, self._joints, strict=True)):
-            at = T_joint_shape if joint < 0 else self._data.oMi[self._ids[joint]] * T_joint_shape
-            placed = self._coal.Transform3s(at.rotation, at.translation)
-            for k, (obstacle, T) in enumerate(self._obstacles):
-                result.clear()
-                out[i, k] = self._coal.distance(shape, placed, obstacle, T, request, result)
+    def frames(self, values: Array) -> Array:
+        """Return T_base_joint (r, j + 1, 4, 4) at joint values (r, j); the last is the base itself."""
+        out = np.empty((len(values), len(self._placed) + 1, 4, 4))
+        out[:, -1] = np.eye(4)
+        forward, model, state = self._pinocchio.forwardKinematics, self._model, self._state
+        for row, into in zip(values[:, self._order], out, strict=True):
+            forward(model, state, row)
+            into[:-1] = [T.homogeneous for T in self._placed]
         return out
 
-    def _shape(self, a: Array, b: Array, radius: float) -> tuple[Any, Any]:
-        """Return Coal's shape, whose axis is z about its middle, and its place in the joint's frame."""
-        length = float(np.linalg.norm(b - a))
-        middle = np.asarray((a + b) / 2)
-        if length == 0:
-            return self._coal.Sphere(radius), self._pinocchio.SE3(np.eye(3), middle)
-        z = (b - a) / length
-        x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-        x /= np.linalg.norm(x)
-        rotation = np.column_stack([x, np.cross(z, x), z])
-        return self._coal.Capsule(radius, length), self._pinocchio.SE3(rotation, middle)
+    def distance(self, frames: Array, capsule: int, solids: Solids, k: int) -> tuple[float, Array]:
+        """Measure one capsule against one solid.
+
+        Args:
+            frames: (j + 1, 4, 4) of `frames`.
+            capsule: index in the robot.
+            solids, k: the solid.
+
+        Returns:
+            The clearance [m], negative is penetration, and the direction (3,) from the solid to the capsule.
+        """
+        return self._measured(*self._capsule(frames, capsule), *self._solid(solids, k))
+
+    def distance_between(self, frames: Array, capsule: int, other: int) -> tuple[float, Array]:
+        """Measure one capsule against another one; see `distance`."""
+        return self._measured(*self._capsule(frames, capsule), *self._capsule(frames, other))
+
+    def nearest_points(self) -> Array:
+        """Return the points (2, 3) of the last pair measured that are nearest, or penetrate deepest, in the base frame."""
+        return np.array([self._result.getNearestPoint1(), self._result.getNearestPoint2()])
+
+    def _measured(self, one: Any, T_one: Any, other: Any, T_other: Any) -> tuple[float, Array]:
+        self._result.clear()
+        distance = self._coal.distance(one, T_one, other, T_other, self._request, self._result)
+        return float(distance), -np.array(self._result.normal)
+
+    def _capsule(self, frames: Array, capsule: int) -> tuple[Any, Any]:
+        if capsule not in self._capsules:
+            ends, radius = self._bodies.ends[capsule], float(self._bodies.radius[capsule])
+            along = ends[-1] - ends[0]
+            shape = self._coal.Capsule(radius, float(np.linalg.norm(along))) if along.any() else self._coal.Sphere(radius)
+            self._capsules[capsule] = shape, axes_along(along), ends.mean(axis=0)
+        shape, axes, middle = self._capsules[capsule]
+        T = frames[self._bodies.joint[capsule]]
+        return shape, self._coal.Transform3s(T[:3, :3] @ axes, T[:3, :3] @ middle + T[:3, 3])
+
+    def _solid(self, solids: Solids, k: int) -> tuple[Any, Any]:
+        key = id(solids), k
+        if key not in self._solids:
+            axes, origin = solids.placed(np.array([k]))
+            T = self._coal.Transform3s(np.eye(3) if axes is None else axes[0], origin[0])
+            self._solids[key] = self._shape(solids, k), T
+        return self._solids[key]
+
+    def _shape(self, solids: Solids, k: int) -> Any:
+        radius = float(solids.radius[k])
+        if isinstance(solids, Balls):
+            return self._coal.Sphere(radius)
+        if isinstance(solids, Cylinders):
+            return self._coal.Cylinder(float(solids.round[k]), 2 * float(solids.half[k]))
+        if isinstance(solids, Boxes):
+            edges = 2 * solids.half[k]
+            return self._coal.Capsule(radius, float(edges[2])) if radius else self._coal.Box(*edges.tolist())
+        return self._coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)

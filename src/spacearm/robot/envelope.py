@@ -1,14 +1,16 @@
 """Capsules that enclose a URDF's collision shapes.
 
-A sphere is exact. A cylinder's capsule has its axis, radius and length; it is larger by the two rounded ends.
-A box's runs along its longest edge, with half the diagonal of the other two as its radius. A mesh's runs
-along the longest side of the vertices' axis-aligned box.
+A sphere is exact, and so is a cylinder whose ends carry spheres of its radius. Any other cylinder, box or mesh
+is enclosed in one capsule, or in a few where that pays (`capsule_split`). Capsules that lie inside another one
+of the same link are left out.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,19 +19,39 @@ from numpy.typing import NDArray
 
 from spacearm.checks import shown_error
 from spacearm.errors import RobotError
+from spacearm.robot.capsule_fit import Segment, shortest_axis
+from spacearm.robot.capsule_split import enclose
+from spacearm.robot.segments import point_segment_distance
 
 if TYPE_CHECKING:
     import yourdfpy
 
 Array = NDArray[np.float64]
-Segment = tuple[Array, Array, float]
-"""A capsule without a name: two ends, (3,) each, and a radius [m]."""
 
 _OTHERWISE = 'or load with collision="none"'
+_SIDES = 32  # of the prism around a cylinder that is cut into pieces
+_SAME = 1e-6  # [m] and as a share: by so much a sphere may miss the end of its cylinder
 
 
-def link_capsules(link: yourdfpy.Link, directory: Path) -> Iterator[tuple[str, Array, Array, float]]:
-    """Enclose each collision shape of a link: (link, a, b, radius), points (3,) in the link's frame [m].
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """A collision shape.
+
+    Attributes:
+        kind: "sphere", "cylinder", "box" or "mesh".
+        size: (radius), (radius, length), the three edges, or nothing for a mesh [m].
+        T_link_shape: (4, 4) [m].
+        triangles: (k, 3, 3) corners of a mesh in its own frame [m]; else None.
+    """
+
+    kind: str
+    size: tuple[float, ...]
+    T_link_shape: Array
+    triangles: Array | None = None
+
+
+def link_shapes(link: yourdfpy.Link, directory: Path) -> list[Shape]:
+    """Return the collision shapes of a link.
 
     Args:
         link: as yourdfpy read it.
@@ -38,55 +60,123 @@ def link_capsules(link: yourdfpy.Link, directory: Path) -> Iterator[tuple[str, A
     Raises:
         RobotError: a mesh that is missing or cannot be read.
     """
+    shapes = []
     for collision in link.collisions:
-        a, b, radius = _enclosed(collision.geometry, link.name, directory)
-        T = np.eye(4) if collision.origin is None else collision.origin
-        yield link.name, T[:3, :3] @ a + T[:3, 3], T[:3, :3] @ b + T[:3, 3], radius
+        T = np.eye(4) if collision.origin is None else np.asarray(collision.origin)
+        geometry: Any = collision.geometry
+        if geometry.sphere is not None:
+            shapes.append(Shape("sphere", (float(geometry.sphere.radius),), T))
+        elif geometry.cylinder is not None:
+            shapes.append(Shape("cylinder", (float(geometry.cylinder.radius), float(geometry.cylinder.length)), T))
+        elif geometry.box is not None:
+            shapes.append(Shape("box", tuple(float(edge) for edge in geometry.box.size), T))
+        else:
+            scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
+            shapes.append(Shape("mesh", (), T, _mesh_triangles(geometry.mesh.filename, link.name, directory) * scale))
+    return shapes
 
 
-def box_capsule(size: Array) -> Segment:
-    """Enclose a box about the origin, edges along the axes, of edge lengths (3,) [m]."""
-    along = int(np.argmax(size))
-    end = np.zeros(3)
-    end[along] = size[along] / 2
-    return -end, end, float(np.linalg.norm(np.delete(size, along))) / 2
+def enclosed(shapes: list[Shape], count: int) -> list[Segment]:
+    """Enclose the collision shapes of one link, in its frame, each in at most `count` capsules."""
+    capsules, merged = _rounded_cylinders(shapes)
+    for i, shape in enumerate(shapes):
+        if i not in merged:
+            capsules += [_carried(shape.T_link_shape, capsule) for capsule in _enclosed(shape, count)]
+    return _without_inner(capsules)
 
 
-def points_capsule(points: Array) -> Segment:
-    """Enclose points (k, 3) [m], and so their convex hull.
-
-    The axis runs through the middle of their axis-aligned box, along its longest side. The radius is that of
-    the point farthest from the axis, and the ends are pulled in as far as the points allow: a point at
-    distance d from the axis and s along it is inside if the segment comes within sqrt(radius^2 - d^2) of s.
-    """
-    low, high = points.min(axis=0), points.max(axis=0)
-    along = int(np.argmax(high - low))
-    middle = (low + high) / 2
-    across = np.delete(points - middle, along, axis=1)  # (k, 2)
-    distance = np.linalg.norm(across, axis=1)
-    radius = float(distance.max())
-    slack = np.sqrt((radius - distance) * (radius + distance))
-    last, first = float((points[:, along] - slack).max()), float((points[:, along] + slack).min())
-    if last < first:  # one ball holds them all, and may be put anywhere between
-        first = last = (first + last) / 2
-    a, b = middle.copy(), middle.copy()
-    a[along], b[along] = first, last
-    return a, b, radius
+def enclose_box(size: tuple[float, ...], count: int) -> tuple[Segment, ...]:
+    """Enclose a box about the origin, edges along the axes, of given lengths [m], in at most `count` capsules."""
+    return _box_capsules(tuple(size), count)
 
 
-def _enclosed(geometry: Any, link: str, directory: Path) -> Segment:
-    if geometry.sphere is not None:
-        return np.zeros(3), np.zeros(3), geometry.sphere.radius
-    if geometry.cylinder is not None:
-        end = np.array([0.0, 0.0, geometry.cylinder.length / 2])
-        return -end, end, geometry.cylinder.radius
-    if geometry.box is not None:
-        return box_capsule(geometry.box.size)
-    scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
-    return points_capsule(_mesh_vertices(geometry.mesh.filename, link, directory) * scale)
+def enclose_cylinder(radius: float, length: float, count: int) -> tuple[Segment, ...]:
+    """Enclose a cylinder about the origin, along z [m], in at most `count` capsules."""
+    return _cylinder_capsules(radius, length, count)
 
 
-def _mesh_vertices(filename: str, link: str, directory: Path) -> Array:
+def shape_triangles(kind: str, size: tuple[float, ...]) -> Array:
+    """Return the surface (k, 3, 3) of a box, or of a prism around a cylinder, about the origin [m]."""
+    if kind == "box":
+        corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
+        quads = [(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)]
+        return np.array([corners[[q[0], *q[i : i + 2]]] for q in quads for i in (1, 2)])
+    radius, length = size
+    angle = 2 * np.pi * np.arange(_SIDES) / _SIDES
+    ring = radius / np.cos(np.pi / _SIDES) * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(_SIDES)])
+    half = np.array([0, 0, length / 2])
+    low, high = ring - half, ring + half
+    following = np.roll(np.arange(_SIDES), -1)
+    sides = [np.stack(corners, axis=1) for corners in ((low, low[following], high), (high, high[following], low[following]))]
+    lids = [np.stack([np.broadcast_to(end[0], end[1:-1].shape), end[1:-1], end[2:]], axis=1) for end in (low, high)]
+    return np.concatenate([*sides, *lids])
+
+
+def _enclosed(shape: Shape, count: int) -> tuple[Segment, ...]:
+    if shape.kind == "sphere":
+        return (Segment(np.zeros(3), np.zeros(3), shape.size[0]),)
+    if shape.kind == "cylinder":
+        return _cylinder_capsules(*shape.size, count)
+    if shape.kind == "box":
+        return _box_capsules(shape.size, count)
+    assert shape.triangles is not None
+    return _mesh_capsules(shape.triangles.tobytes(), count)
+
+
+@lru_cache(maxsize=256)
+def _box_capsules(size: tuple[float, ...], count: int) -> tuple[Segment, ...]:
+    return tuple(enclose(shape_triangles("box", size), count))
+
+
+@lru_cache(maxsize=256)
+def _cylinder_capsules(radius: float, length: float, count: int) -> tuple[Segment, ...]:
+    first, last, larger = shortest_axis(np.array([-length / 2, length / 2]), np.array([radius, radius]))
+    alone = Segment(np.array([0.0, 0.0, first]), np.array([0.0, 0.0, last]), larger)
+    several = enclose(shape_triangles("cylinder", (radius, length)), count)
+    return (alone,) if len(several) == 1 and alone.volume <= several[0].volume else tuple(several)
+
+
+@lru_cache(maxsize=64)
+def _mesh_capsules(triangles: bytes, count: int) -> tuple[Segment, ...]:
+    return tuple(enclose(np.frombuffer(triangles).reshape(-1, 3, 3), count))
+
+
+def _rounded_cylinders(shapes: list[Shape]) -> tuple[list[Segment], set[int]]:
+    """Find cylinders with a sphere of their radius on each end: capsules. Return these and the places of what they hold."""
+    capsules: list[Segment] = []
+    merged: set[int] = set()
+    spheres = [(i, shape.T_link_shape[:3, 3], shape.size[0]) for i, shape in enumerate(shapes) if shape.kind == "sphere"]
+    for i, shape in enumerate(shapes):
+        if shape.kind != "cylinder":
+            continue
+        radius, length = shape.size
+        T = shape.T_link_shape
+        ends = [T[:3, :3] @ (0, 0, side * length / 2) + T[:3, 3] for side in (-1, 1)]
+        caps = []
+        for end in ends:
+            near = [(k, r + float(np.linalg.norm(c - end))) for k, c, r in spheres if np.linalg.norm(c - end) <= _SAME]
+            caps += [(k, r) for k, r in near if abs(r - radius) <= _SAME * max(radius, 1.0)][:1]
+        if len(caps) == 2:
+            capsules.append(Segment(ends[0], ends[1], max(radius, *(r for _, r in caps))))
+            merged |= {i, *(k for k, _ in caps)}
+    return capsules, merged
+
+
+def _without_inner(capsules: list[Segment]) -> list[Segment]:
+    """Leave out the capsules that lie inside another one."""
+    kept: list[Segment] = []
+    for capsule in sorted(capsules, key=lambda capsule: -capsule.radius):
+        ends = np.array([capsule.a, capsule.b])
+        if not any(point_segment_distance(ends, o.a, o.b).max() + capsule.radius <= o.radius for o in kept):
+            kept.append(capsule)
+    return [capsule for capsule in capsules if any(capsule is one for one in kept)]
+
+
+def _carried(T: Array, capsule: Segment) -> Segment:
+    return Segment(T[:3, :3] @ capsule.a + T[:3, 3], T[:3, :3] @ capsule.b + T[:3, 3], capsule.radius)
+
+
+def _mesh_triangles(filename: str, link: str, directory: Path) -> Array:
     path = _found(filename, directory)
     if path is None:
         raise RobotError(
@@ -95,26 +185,33 @@ def _mesh_vertices(filename: str, link: str, directory: Path) -> Array:
     import trimesh
 
     try:
-        vertices = np.asarray(trimesh.load_scene(path).to_mesh().vertices, dtype=np.float64)
-        reason = "it has no vertices" if not vertices.size else "it has vertices that are not finite"
+        mesh = trimesh.load_scene(path).to_mesh()
+        vertices = np.asarray(mesh.vertices, dtype=np.float64)
+        triangles = vertices[np.asarray(mesh.faces, dtype=np.intp)] if len(vertices) else np.empty((0, 3, 3))
+        reason = "it has no triangles" if not triangles.size else "it has vertices that are not finite"
     except Exception as error:  # each of trimesh's loaders has exceptions of its own
-        vertices, reason = np.empty((0, 3)), shown_error(error)
-    if not vertices.size or not np.isfinite(vertices).all():
+        triangles, reason = np.empty((0, 3, 3)), shown_error(error)
+    if not triangles.size or not np.isfinite(triangles).all():
         raise RobotError(
             f"link '{link}' has the collision mesh '{filename}', which cannot be read ({reason}); repair the file, {_OTHERWISE}"
         )
-    return vertices
+    return triangles
 
 
 def _found(filename: str, directory: Path) -> Path | None:
     """Look for a mesh: beside the URDF, and for package:// in the directories above it as well."""
+    for path in _candidates(filename, directory):
+        if os.path.isfile(path):  # which, unlike Path.is_file, answers False to a name that is too long
+            return path
+    return None
+
+
+def _candidates(filename: str, directory: Path) -> Iterator[Path]:
     scheme, separator, rest = filename.partition("://")
     if not separator or scheme == "file":
-        path = directory / (rest if separator else filename)
-        return path if os.path.isfile(path) else None
+        yield directory / (rest if separator else filename)
+        return
     inside_package = Path(*Path(rest).parts[1:])
     for base in (directory, *directory.resolve().parents):
-        for path in (base / rest, base / inside_package):
-            if os.path.isfile(path):  # which, unlike Path.is_file, answers False to a name that is too long
-                return path
-    return None
+        yield base / rest
+        yield base / inside_package

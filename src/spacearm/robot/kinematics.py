@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -52,7 +53,8 @@ def as_configurations(robot: Robot, q: ArrayLike) -> Array:
 
 
 @lru_cache(maxsize=32)
-def _bare_model(robot: Robot) -> Any:
+def tree_model(robot: Robot) -> Any:
+    """Return the kernel's model of a robot's joints alone; for those who ask for many small batches of `joint_frames`."""
     none = np.zeros(0, dtype=np.int32)
     return native.Model64.make(
         **tree_arrays(robot),
@@ -81,8 +83,20 @@ def joint_frames(robot: Robot, q: ArrayLike) -> Array:
     """
     array = as_configurations(robot, q)
     rows = np.ascontiguousarray(array.reshape(-1, robot.dof))
-    frames = _bare_model(robot).joint_frames(rows)
+    frames = tree_model(robot).joint_frames(rows)
     return frames.reshape(*array.shape[:-1], len(robot.joints), 4, 4)
+
+
+def base_and_joint_frames(robot: Robot, q: Array) -> Array:
+    """Return the base's frame and the moving frame of every joint, (m, 1 + joints, 4, 4), at q (m, n)."""
+    base = np.broadcast_to(np.eye(4), (len(q), 1, 4, 4))
+    return np.concatenate([base, joint_frames(robot, q)], axis=1)
+
+
+def skeleton(robot: Robot) -> Robot:
+    """Return the robot without all that does not move it: quicker to find in a cache."""
+    tip = replace(robot.frame(robot.tip), parent="")
+    return replace(robot, capsules=(), frames=(tip,), self_pairs=(), configurations=(), notes=())
 
 
 def forward_kinematics(robot: Robot, q: ArrayLike, *, frame: str | None = None) -> Array:

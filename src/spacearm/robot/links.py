@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.errors import RobotError, nearest
+
 Array = NDArray[np.float64]
 
 
@@ -25,7 +27,7 @@ class LinkJoint:
 
     Attributes:
         name: unique.
-        kind: "revolute", "continuous", "prismatic" or "fixed".
+        kind: "revolute", "continuous", "prismatic", "fixed", "floating" or "planar"; a robot is made of the first four.
         parent, child: names of the links.
         T_parent_child: (4, 4), from the child link's frame at value 0 to the parent link's [m].
         axis: (3,) in the child link's frame, of any length above 0; None for a fixed joint.
@@ -49,12 +51,46 @@ class LinkJoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkTree:
-    """Links, the joints between them, and capsules by link: (link, a, b, radius), in its frame [m]."""
+    """Links and the joints between them.
+
+    Attributes:
+        name: for people.
+        links, joints: names of links, and joints, in the file's order.
+        capsules: the envelope, (link, a, b, radius) in the link's frame [m].
+        with_envelope: False if the user wants none.
+        self_collision: what the file asks for: "none", "computed", or pairs of links that must keep clear.
+        tip: the link that is the end effector, if the file says so.
+        source: the file, or the name of a built-in robot.
+        notes: what was assumed, a sentence each.
+    """
 
     name: str
     links: tuple[str, ...]
     joints: tuple[LinkJoint, ...]
     capsules: tuple[tuple[str, Array, Array, float], ...] = ()
+    with_envelope: bool = True
+    self_collision: str | tuple[tuple[str, str], ...] = "none"
     tip: str | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
+
+
+def leader_of(joint: LinkJoint, tree: LinkTree) -> Mimic:
+    """Follow a chain of mimics to the joint that moves them all; a joint that mimics none leads itself.
+
+    Raises:
+        RobotError: it mimics what is no moving joint, or in a circle.
+    """
+    moving = {other.name: other for other in tree.joints if other.kind != "fixed"}
+    at, multiplier, offset, passed = joint, 1.0, 0.0, [joint.name]
+    while at.mimic is not None:
+        if at.mimic.leader not in moving:
+            known = nearest(at.mimic.leader, [name for name in moving if name != at.name])
+            raise RobotError(f"joint '{at.name}' mimics '{at.mimic.leader}', which is no moving joint; {known}")
+        offset += multiplier * at.mimic.offset
+        multiplier *= at.mimic.multiplier
+        at = moving[at.mimic.leader]
+        if at.name in passed:
+            raise RobotError(f"joints {' -> '.join([*passed, at.name])} mimic each other in a circle; free one of them")
+        passed.append(at.name)
+    return Mimic(leader=at.name, multiplier=multiplier, offset=offset)

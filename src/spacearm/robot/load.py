@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -10,10 +11,11 @@ from typing import Literal
 
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, RobotError, nearest
-from spacearm.reading import YamlFile, located, read_bytes, read_yaml
+from spacearm.reading import read_bytes, read_yaml
+from spacearm.robot.assembly import Assembly, SelfCollision, assemble
 from spacearm.robot.model import Robot
-from spacearm.robot.tree import build_robot, require_collision
-from spacearm.robot.urdf import load_urdf
+from spacearm.robot.tree import require_collision, require_count
+from spacearm.robot.urdf import CAPSULES_PER_SHAPE, urdf_tree
 from spacearm.robot.yaml_robot import tree_from_yaml
 
 _BUILTIN = resources.files("spacearm.robot") / "builtin"
@@ -27,58 +29,63 @@ def builtin_robots() -> tuple[str, ...]:
 def load_robot(
     source: str | os.PathLike[str],
     *,
+    srdf: str | os.PathLike[str] | None = None,
+    group: str | None = None,
+    fixed: Mapping[str, float] | None = None,
     tip: str | None = None,
     velocity_limit: float | None = None,
     acceleration_limit: float | None = None,
     collision: Literal["urdf", "none"] = "urdf",
+    capsules_per_shape: int = CAPSULES_PER_SHAPE,
+    self_collision: SelfCollision = "auto",
 ) -> Robot:
     """Load a robot that comes with spacearm, or one from a file.
 
     Args:
         source: a built-in robot's name, or the path of a URDF file or of a robot file (`yaml_robot` has its
             format).
-        tip: name of the link that is the end effector; needed where the robot has several chains.
+        srdf: path of an SRDF file about the same robot: groups, named configurations, links that may touch.
+        group: name of a group in it; only its joints move. Others stay where `fixed` puts them, else at 0 or
+            the nearest to it that their limits allow, and the robot's notes say so.
+        fixed: joints that are held at a value [rad or m], by name; they are no part of q.
+        tip: name of the link that is the end effector; by default the end of the group's chain, or of the
+            robot's; needed where there are several.
         velocity_limit: no joint is to be faster [rad/s or m/s]; needed where the file states no limit.
         acceleration_limit: likewise [rad/s^2 or m/s^2]; where neither the file nor this states one, a joint
             gets the number of its velocity limit (full speed within one second), and the robot's notes say
             so.
         collision: "urdf" takes the envelope the file describes; "none" leaves the robot without one.
+        capsules_per_shape: how many capsules may enclose one cylinder, box or mesh of a URDF; more hug it closer and
+            take longer in every check. Fewer are used where more do not pay (`envelope_report` tells).
+        self_collision: which links must keep clear of each other. "srdf": all but those that the SRDF allows to
+            touch; "computed": those that `find_self_pairs` finds; "none". "auto" is the SRDF where there is
+            one, else computed for a URDF and none for other robots.
 
     Raises:
-        RobotError: no such built-in robot, or one that cannot be.
+        RobotError: no such built-in robot, group, joint or link, or a robot that cannot be.
         FileFormatError: a file that is missing, broken or of another format.
     """
     require_collision(collision)
+    count = require_count("capsules_per_shape", capsules_per_shape, at_least=1)
+    choices = Assembly(
+        srdf=srdf,
+        group=group,
+        fixed=fixed,
+        tip=tip,
+        velocity_limit=velocity_limit,
+        acceleration_limit=acceleration_limit,
+        self_collision=self_collision,
+    )
     if isinstance(source, str) and _is_name(source):
         if source not in builtin_robots():
             raise RobotError(f"robot {shown(source)} is neither a file nor built in; {nearest(source, builtin_robots())}")
         with resources.as_file(_BUILTIN / f"{source}.yaml") as path:
-            file, origin = read_yaml(path, key="spacearm-robot", what="a robot file"), source
+            tree = tree_from_yaml(read_yaml(path, key="spacearm-robot", what="a robot file"), source=source)
     elif _is_xml(source):
-        return load_urdf(
-            source,
-            tip=tip,
-            velocity_limit=velocity_limit,
-            acceleration_limit=acceleration_limit,
-            collision=collision,
-        )
+        return assemble(urdf_tree(source, collision=collision, capsules_per_shape=count), choices)
     else:
-        file, origin = read_yaml(source, key="spacearm-robot", what="a robot file"), str(source)
-    return _from_yaml(file, origin, tip, velocity_limit, acceleration_limit, collision)
-
-
-def _from_yaml(
-    file: YamlFile,
-    origin: str,
-    tip: str | None,
-    velocity_limit: float | None,
-    acceleration_limit: float | None,
-    collision: str,
-) -> Robot:
-    tree = tree_from_yaml(file, source=origin)
-    tree = replace(tree, tip=tree.tip if tip is None else tip, capsules=() if collision == "none" else tree.capsules)
-    with located(origin):
-        return build_robot(tree, velocity_limit=velocity_limit, acceleration_limit=acceleration_limit)
+        tree = tree_from_yaml(read_yaml(source, key="spacearm-robot", what="a robot file"), source=str(source))
+    return assemble(replace(tree, capsules=(), with_envelope=False) if collision == "none" else tree, choices)
 
 
 def _is_name(source: str) -> bool:

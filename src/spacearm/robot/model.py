@@ -104,6 +104,8 @@ class Frame(Frozen):
         name: unique in the robot.
         joint: index of the joint whose moving frame it rides on, -1 for the base.
         T_joint_frame: (4, 4), from this frame to that moving frame [m].
+        parent: name of the frame that a joint, moving or fixed, ties it to on the way to the base; "" for the
+            root, and where that is not known.
 
     Raises:
         RobotError: a transform that is none.
@@ -112,14 +114,37 @@ class Frame(Frozen):
     name: str
     joint: int
     T_joint_frame: Array
+    parent: str = ""
 
     def __post_init__(self) -> None:
         where = f"frame '{as_name('a frame name', self.name, RobotError)}'"
+        if not isinstance(self.parent, str):
+            raise RobotError(f"{where}: parent is {shown(self.parent)}, expected the name of a frame, or ''")
         _freeze(
             self,
             joint=_index(f"{where}: joint", self.joint),
             T_joint_frame=as_transform(f"{where}: T_joint_frame", self.T_joint_frame, RobotError),
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NamedConfiguration(Frozen):
+    """A configuration with a name, as "ready" or "home".
+
+    Attributes:
+        name: unique in the robot.
+        q: (n,) [rad or m], in the order of the robot's `dof_names`.
+
+    Raises:
+        RobotError: numbers that are not finite.
+    """
+
+    name: str
+    q: Array
+
+    def __post_init__(self) -> None:
+        where = f"configuration '{as_name('a configuration name', self.name, RobotError)}'"
+        _freeze(self, q=as_readonly(where, self.q, (None,), RobotError))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -137,6 +162,7 @@ class Robot(Frozen):
         velocity: (n,) limits of |dq| [rad/s or m/s], above 0.
         acceleration: (n,) limits of |ddq| [rad/s^2 or m/s^2], above 0.
         self_pairs: names of links that must keep clear of each other, two by two; empty if none need to.
+        configurations: named ones.
         source: the file or built-in name it came from.
         notes: what was assumed in reading it, a sentence each.
 
@@ -155,6 +181,7 @@ class Robot(Frozen):
     velocity: Array
     acceleration: Array
     self_pairs: tuple[tuple[str, str], ...] = ()
+    configurations: tuple[NamedConfiguration, ...] = ()
     source: str = ""
     notes: tuple[str, ...] = ()
 
@@ -176,6 +203,7 @@ class Robot(Frozen):
             self, joints=joints, frames=frames, capsules=capsules, dof_names=names, notes=tuple(self.notes), self_pairs=pairs
         )
         _freeze(self, **_checked_limits(self))
+        _freeze(self, configurations=_checked_configurations(self))
         self.frame(self.tip)
 
     @property
@@ -194,6 +222,18 @@ class Robot(Frozen):
                 return frame
         known = nearest(name, (frame.name for frame in self.frames))
         raise RobotError(f"robot '{self.name}' has no frame {shown(name)}; {known}")
+
+    def configuration(self, name: str) -> Array:
+        """Return the configuration (n,) of that name [rad or m].
+
+        Raises:
+            RobotError: none has it; the nearest name and the known ones are listed.
+        """
+        for configuration in self.configurations:
+            if configuration.name == name:
+                return configuration.q
+        known = nearest(name, (configuration.name for configuration in self.configurations))
+        raise RobotError(f"robot '{self.name}' has no configuration {shown(name)}; {known}")
 
     def dof_index(self, name: str) -> int:
         """Return the index in q of the degree of freedom of that name.
@@ -265,7 +305,7 @@ def _require_tree(joints: tuple[Joint, ...], frames: tuple[Frame, ...], capsules
             )
     for rider in (*frames, *capsules):
         if rider.joint >= len(joints):
-            what = type(rider).__name__.lower()
+            what = "frame" if isinstance(rider, Frame) else "capsule"
             raise RobotError(f"{what} '{rider.name}' rides on joint {rider.joint}, expected -1 (base) to {len(joints) - 1}")
 
 
@@ -292,6 +332,15 @@ def _checked_pairs(given: Any, links: set[str]) -> tuple[tuple[str, str], ...]:
                 raise RobotError(f"self_pairs names '{name}', which has no envelope; {nearest(str(name), links)}")
         out.add((min(pair), max(pair)))
     return tuple(sorted(out))
+
+
+def _checked_configurations(robot: Robot) -> tuple[NamedConfiguration, ...]:
+    named = _members("configurations", robot.configurations, NamedConfiguration)
+    _require_unique("configuration", [configuration.name for configuration in named])
+    advice = f"give one number per joint: {', '.join(robot.dof_names)}"
+    for configuration in named:
+        as_readonly(f"configuration '{configuration.name}'", configuration.q, (robot.dof,), RobotError, advice=advice)
+    return named
 
 
 def _checked_limits(robot: Robot) -> dict[str, Array]:

@@ -7,6 +7,7 @@ share a degree of freedom whose limits keep every one of them within its own.
 from __future__ import annotations
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.checks import as_number, shown
 from spacearm.errors import RobotError, nearest
 from spacearm.robot.limits import joint_limits
-from spacearm.robot.links import LinkJoint, LinkTree, Mimic
+from spacearm.robot.links import LinkJoint, LinkTree, Mimic, leader_of
 from spacearm.robot.model import Frame, Joint, LinkCapsule, Robot
 
 Array = NDArray[np.float64]
@@ -40,18 +41,27 @@ def build_robot(tree: LinkTree, *, velocity_limit: float | None = None, accelera
         velocity_limit = as_number("velocity_limit", velocity_limit, RobotError, above=0)
     if acceleration_limit is not None:
         acceleration_limit = as_number("acceleration_limit", acceleration_limit, RobotError, above=0)
-    ordered = _from_the_root(tree)
+    ordered = require_tree(tree)
     moving = [joint for joint in ordered if joint.kind != "fixed"]
+    for joint in moving:
+        if joint.kind in ("floating", "planar"):
+            raise RobotError(
+                f"joint '{joint.name}' is {joint.kind}, expected revolute, continuous, prismatic or fixed; "
+                "replace it by a chain of these"
+            )
     if not moving:
         raise RobotError(f"robot '{tree.name}' has no moving joint, expected at least one; nothing can be planned")
-    leads = {joint.name: _leader(joint, {other.name: other for other in moving}) for joint in moving}
+    leads = {joint.name: leader_of(joint, tree) for joint in moving}
     leaders = [joint.name for joint in moving if leads[joint.name].leader == joint.name]
     joints, places = _placed(tree, ordered, leads, leaders)
+    parents = {joint.child: joint.parent for joint in ordered}
     limits, notes = joint_limits(moving, leads, leaders, velocity_limit, acceleration_limit)
     return Robot(
         name=tree.name,
         joints=tuple(joints),
-        frames=tuple(Frame(name=link, joint=j, T_joint_frame=T) for link, (j, T) in places.items()),
+        frames=tuple(
+            Frame(name=link, joint=j, T_joint_frame=T, parent=parents.get(link, "")) for link, (j, T) in places.items()
+        ),
         capsules=tuple(_carried(link, places[link], a, b, radius) for link, a, b, radius in tree.capsules),
         tip=_tip(tree, places),
         dof_names=tuple(leaders),
@@ -72,6 +82,17 @@ def require_collision(collision: str) -> None:
     """
     if collision not in ("urdf", "none"):
         raise RobotError(f"collision is {shown(collision)}, expected 'urdf' or 'none'")
+
+
+def require_count(name: str, value: Any, *, at_least: int = 0) -> int:
+    """Check a whole number.
+
+    Raises:
+        RobotError: none, or too small.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < at_least:
+        raise RobotError(f"{name} is {shown(value)}, expected a whole number, {at_least} or more")
+    return int(value)
 
 
 def snapped(T: ArrayLike) -> Array:
@@ -115,8 +136,12 @@ def turned_onto_z(name: str, axis: ArrayLike) -> Array:
     return T
 
 
-def _from_the_root(tree: LinkTree) -> list[LinkJoint]:
-    """Check that links and joints form one tree, and list the joints in the file's order, parents first."""
+def require_tree(tree: LinkTree) -> list[LinkJoint]:
+    """Check that links and joints form one tree, and list the joints in the file's order, parents first.
+
+    Raises:
+        RobotError: a name twice, a link that does not exist, several roots, or a loop.
+    """
     for what, names in (("link", tree.links), ("joint", [joint.name for joint in tree.joints])):
         name, count = Counter(names).most_common(1)[0] if names else ("", 0)
         if count > 1:
@@ -152,20 +177,10 @@ def _from_the_root(tree: LinkTree) -> list[LinkJoint]:
     return ordered
 
 
-def _leader(joint: LinkJoint, moving: dict[str, LinkJoint]) -> Mimic:
-    """Follow a chain of mimics to the joint that moves them all."""
-    at, multiplier, offset, passed = joint, 1.0, 0.0, [joint.name]
-    while at.mimic is not None:
-        if at.mimic.leader not in moving:
-            known = nearest(at.mimic.leader, [name for name in moving if name != at.name])
-            raise RobotError(f"joint '{at.name}' mimics '{at.mimic.leader}', which is no moving joint; {known}")
-        offset += multiplier * at.mimic.offset
-        multiplier *= at.mimic.multiplier
-        at = moving[at.mimic.leader]
-        if at.name in passed:
-            raise RobotError(f"joints {' -> '.join([*passed, at.name])} mimic each other in a circle; free one of them")
-        passed.append(at.name)
-    return Mimic(leader=at.name, multiplier=multiplier, offset=offset)
+def ends_of(tree: LinkTree) -> list[str]:
+    """List the links from which no joint goes on."""
+    parents = {joint.parent for joint in tree.joints}
+    return [link for link in tree.links if link not in parents]
 
 
 def _placed(
@@ -209,8 +224,7 @@ def _tip(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> str:
         if tree.tip not in places:
             raise RobotError(f"tip '{tree.tip}' is no link of robot '{tree.name}'; {nearest(tree.tip, places)}")
         return tree.tip
-    parents = {joint.parent for joint in tree.joints}
-    leaves = [link for link in tree.links if link not in parents]
+    leaves = ends_of(tree)
     if len(leaves) > 1:
         raise RobotError(
             f"robot '{tree.name}' has {len(leaves)} chains, ending in {', '.join(map(repr, leaves[:12]))}; "

@@ -15,25 +15,28 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from spacearm.checks import shown_error
-from spacearm.errors import FileFormatError, RobotError
+from spacearm.errors import FileFormatError
 from spacearm.reading import located, read_bytes
+from spacearm.robot.assembly import Assembly, assemble
 from spacearm.robot.links import LinkJoint, LinkTree, Mimic
 from spacearm.robot.model import Robot
-from spacearm.robot.tree import build_robot, require_collision
+from spacearm.robot.tree import require_collision, require_count
 
 if TYPE_CHECKING:
     import yourdfpy
+
+CAPSULES_PER_SHAPE = 3
+"""The default of how many capsules may enclose one cylinder, box or mesh."""
 
 
 def load_urdf(
     path: str | os.PathLike[str],
     *,
-    tip: str | None = None,
-    velocity_limit: float | None = None,
-    acceleration_limit: float | None = None,
     collision: Literal["urdf", "none"] = "urdf",
+    capsules_per_shape: int = CAPSULES_PER_SHAPE,
+    **choices: Any,
 ) -> Robot:
-    """Read a robot from a URDF file.
+    """Read a robot from a URDF file; `load_robot` explains the options.
 
     Fixed joints are folded away, mimic joints share the degree of freedom of the joint they follow, and q has
     the file's order of joints as far as parents come first. A rotation within 1e-9 of a signed permutation is
@@ -41,36 +44,53 @@ def load_urdf(
 
     Args:
         path: the file.
-        tip: name of the link that is the end effector; by default the last link of the chain.
-        velocity_limit: no joint is to be faster [rad/s or m/s]; needed where the file states none, or 0.
-        acceleration_limit: likewise [rad/s^2 or m/s^2]. URDF states none: the default is the number of each
-            joint's velocity limit (full speed within one second), which the robot's notes tell.
         collision: "urdf" takes the envelope from the collision shapes, "none" leaves the robot without one.
+        capsules_per_shape: how many capsules may enclose one cylinder, box or mesh.
+        choices: fields of `Assembly`.
 
     Raises:
         FileFormatError: no such file, or no URDF.
         RobotError: a robot that cannot be, or that spacearm does not support (planar and floating joints,
             loops); a mesh that cannot be read.
     """
+    tree = urdf_tree(path, collision=collision, capsules_per_shape=capsules_per_shape)
+    return assemble(tree, Assembly(**choices))
+
+
+def urdf_tree(
+    path: str | os.PathLike[str], *, collision: Literal["urdf", "none"], capsules_per_shape: int = CAPSULES_PER_SHAPE
+) -> LinkTree:
+    """Read a URDF file as a tree of links; arguments and errors as those of `load_urdf`."""
     require_collision(collision)
-    content = read_bytes(path, what="a URDF")
+    count = require_count("capsules_per_shape", capsules_per_shape, at_least=1)
+    urdf = parsed_urdf(path, with_collision=collision == "urdf")
     with located(path):
-        urdf = _parsed(content, with_collision=collision == "urdf")
         capsules = []
         if collision == "urdf":
-            from spacearm.robot.envelope import link_capsules
+            from spacearm.robot.envelope import enclosed, link_shapes
 
             for link in urdf.links:
-                capsules += link_capsules(link, Path(path).parent)
-        tree = LinkTree(
+                capsules += [(link.name, *one) for one in enclosed(link_shapes(link, Path(path).parent), count)]
+        return LinkTree(
             name=urdf.name,
             links=tuple(link.name for link in urdf.links),
             joints=tuple(_joint(joint) for joint in urdf.joints),
             capsules=tuple(capsules),
-            tip=tip,
+            with_envelope=collision == "urdf",
+            self_collision="computed",
             source=str(path),
         )
-        return build_robot(tree, velocity_limit=velocity_limit, acceleration_limit=acceleration_limit)
+
+
+def parsed_urdf(path: str | os.PathLike[str], *, with_collision: bool) -> yourdfpy.Robot:
+    """Read a URDF file with yourdfpy, after a check of its own.
+
+    Raises:
+        FileFormatError: no such file, or no URDF.
+    """
+    content = read_bytes(path, what="a URDF")
+    with located(path):
+        return _parsed(content, with_collision=with_collision)
 
 
 def _parsed(content: bytes, *, with_collision: bool) -> yourdfpy.Robot:
@@ -93,11 +113,6 @@ def _parsed(content: bytes, *, with_collision: bool) -> yourdfpy.Robot:
 
 
 def _joint(joint: yourdfpy.Joint) -> LinkJoint:
-    if joint.type in ("floating", "planar"):
-        raise RobotError(
-            f"joint '{joint.name}' is {joint.type}, expected revolute, continuous, prismatic or fixed; "
-            "replace it by a chain of these"
-        )
     limit: Any = joint.limit
     mimic: Any = joint.mimic
     stated = limit is not None

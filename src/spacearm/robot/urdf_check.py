@@ -8,6 +8,7 @@ from typing import Any
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, nearest
 from spacearm.reading import located
+from spacearm.robot.xml_root import xml_root
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
@@ -40,7 +41,7 @@ def checked_root(content: bytes, *, with_collision: bool) -> Any:
     Raises:
         FileFormatError: no XML, no URDF, a name or number that is missing or none; line and place are named.
     """
-    root = _root(content)
+    root = xml_root(content, what="a URDF", root="robot")
     _strip(root, with_collision)
     links, joints = root.findall("link"), root.findall("joint")
     if not root.get("name"):
@@ -53,28 +54,6 @@ def checked_root(content: bytes, *, with_collision: bool) -> Any:
                 raise FileFormatError(f'<{element.tag}> has no name, expected <{element.tag} name="...">; add one')
             where = f"{element.tag} '{element.get('name')}'"
             _check_joint(element, where) if element.tag == "joint" else _check_link(element, where)
-    return root
-
-
-def _root(content: bytes) -> Any:
-    from lxml import etree  # pyright: ignore[reportAttributeAccessIssue] (compiled, no stubs)
-
-    try:
-        root = etree.fromstring(content, etree.XMLParser(remove_comments=True, remove_pis=True, resolve_entities=False))
-    except etree.XMLSyntaxError as error:
-        reason = error.msg.split(", line")[0]
-        raise FileFormatError(
-            f"line {error.lineno or 1}: this is no XML ({reason}), expected a URDF; correct the file"
-        ) from None
-    if any("xacro" in element.nsmap.get(element.prefix, "") for element in root.iter(etree.Element)):
-        raise FileFormatError("this is a xacro, expected a URDF; expand it first, as in: xacro arm.xacro > arm.urdf")
-    name = etree.QName(root)
-    if name.localname != "robot":
-        raise FileFormatError(f"this is <{name.localname}>, expected a URDF: <robot name=...>; convert it first")
-    if name.namespace:  # a default namespace is in every tag, where no reader of URDF looks for it
-        for element in list(root.iter(f"{{{name.namespace}}}*")):
-            element.tag = etree.QName(element).localname
-        etree.cleanup_namespaces(root)  # or the tags would be in it again once written
     return root
 
 

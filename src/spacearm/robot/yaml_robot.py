@@ -25,6 +25,7 @@ Key by key::
         mimic: {joint: shoulder, multiplier: -1, offset: 0}   # follows another joint; default 1 and 0
     capsules:                  # optional: what encloses the links; the segment's ends in the link's frame [m]
       - {link: forearm, from: [0, 0, 0], to: [0, 0.4, 0], radius: 0.05}
+    self_collision: none       # optional: computed, or the pairs of links that must keep clear: [[base, forearm], ...]
 
 A link's frame is that of the joint whose child it is.
 """
@@ -37,13 +38,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import as_number, as_readonly
+from spacearm.checks import as_number, as_readonly, shown
 from spacearm.errors import RobotError, nearest
 from spacearm.reading import YamlFile
 from spacearm.robot.links import LinkJoint, LinkTree, Mimic
 
 if TYPE_CHECKING:
-    from spacearm.robot.yaml_schema import CapsuleModel, JointModel
+    from spacearm.robot.yaml_schema import CapsuleModel, JointModel, RobotModel
 
 Array = NDArray[np.float64]
 
@@ -76,10 +77,28 @@ def tree_from_yaml(file: YamlFile, *, source: str) -> LinkTree:
         links=links,
         joints=tuple(joints),
         capsules=tuple(capsules),
+        self_collision=_self_collision(file, model, links),
         tip=model.tip,
         source=source,
         notes=tuple(model.notes),
     )
+
+
+def _self_collision(file: YamlFile, model: RobotModel, links: tuple[str, ...]) -> str | tuple[tuple[str, str], ...]:
+    if isinstance(model.self_collision, str):
+        return model.self_collision
+    enclosed = {capsule.link for capsule in model.capsules}
+    for i, pair in enumerate(model.self_collision):
+        with file.at("self_collision", i):
+            if len(pair) != 2 or pair[0] == pair[1]:
+                raise RobotError(f"self_collision[{i}] is {shown(pair)}, expected the names of two different links")
+            for link in pair:
+                if link not in enclosed:
+                    lack = "has no capsules" if link in links else "does not exist"
+                    raise RobotError(
+                        f"self_collision[{i}] names link '{link}', which {lack}; {nearest(link, sorted(enclosed))}"
+                    )
+    return tuple((pair[0], pair[1]) for pair in model.self_collision)
 
 
 def rotation_from_rpy(rpy: Any) -> Array:

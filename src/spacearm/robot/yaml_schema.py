@@ -61,3 +61,4 @@ class RobotModel(StrictModel):
     link_radius: Number | None = None
     joints: list[JointModel]
     capsules: list[CapsuleModel] = []  # noqa: RUF012
+    self_collision: Literal["none", "computed"] | list[list[Text]] = "none"

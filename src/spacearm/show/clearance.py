@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,7 +55,7 @@ def figure_clearance(
         ax = new_figure(COLUMN, 2.5).add_subplot() if ax is None else ax
         t = np.linspace(0.0, trajectory.duration, _SAMPLES)
         values = _clearances(trajectory, scene, t)
-        labels = _curves(ax, t, values)
+        labels = _curves(ax, t, values, [obstacle.name for obstacle in scene.obstacles])
         tidy(ax)
         ax.set_xlim(0.0, trajectory.duration or 1.0)
         ax.set_xlabel("time [s]")
@@ -79,7 +80,7 @@ def _clearances(trajectory: Trajectory, scene: Scene, t: Array) -> Array:
     return model.native.clearances(np.ascontiguousarray(trajectory.sample(t).q)).min(axis=1)
 
 
-def _curves(ax: Axes, t: Array, values: Array) -> list[tuple[float, str, str]]:
+def _curves(ax: Axes, t: Array, values: Array, names: Sequence[str]) -> list[tuple[float, str, str]]:
     nearest = np.argsort(values.min(axis=0), kind="stable")[: len(CYCLE)]
     labels = []
     for obstacle in range(values.shape[1]):
@@ -87,7 +88,7 @@ def _curves(ax: Axes, t: Array, values: Array) -> list[tuple[float, str, str]]:
         color = CYCLE[sorted(nearest).index(obstacle)] if named else GREY
         ax.plot(t, values[:, obstacle], color=color, linewidth=1.2 if named else 0.5, zorder=2.5 if named else 2)
         if named:
-            labels.append((float(values[-1, obstacle]), f"obstacle {obstacle}", color))
+            labels.append((float(values[-1, obstacle]), names[obstacle] or f"obstacle {obstacle}", color))
     return labels
 
 
@@ -97,7 +98,7 @@ def _bound(ax: Axes, certificate: Certificate | None) -> None:
     if certificate is not None:
         near = certificate.closest
         if near is not None:
-            text = f"closest measured: {near.link} and obstacle {near.obstacle}, {_length(near.clearance)}"
+            text = f"closest measured: {near.link} and {near.other}, {_length(near.clearance)}"
             style: dict[str, Any] = {"color": BLACK, "markersize": 4, "markerfacecolor": "white", "clip_on": False}
             ax.plot(near.time, near.clearance, "o", zorder=4, label=text, **style)
         if certificate.holds and certificate.clearance is not None:

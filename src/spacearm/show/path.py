@@ -6,16 +6,17 @@ is a green one, the planned path is a blue line.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.motion import Trajectory
 from spacearm.robot import Robot
-from spacearm.scene import Scene
+from spacearm.scene import HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.show.arm import outlines
 from spacearm.show.path_drawing import OBSTACLE_ALPHA, draw_lines, extent, legend_handles, make_drawing
+from spacearm.show.shapes import common_outline, cut_in_plane, silhouette
 from spacearm.show.style import BLUE, COLUMN, SKY, figure_of, legend_below, look, new_figure, tidy
 
 if TYPE_CHECKING:
@@ -36,7 +37,9 @@ def figure_path_2d(
     title: str = "",
     ax: Axes | None = None,
 ) -> Figure:
-    """Draw the path in the plane z = 0: obstacles become circles, links segments (the paper's section 2.1).
+    """Draw the path in the plane z = 0: obstacles become their outlines, links segments (the paper's section 2.1).
+
+    Of a half-space the part in the plane z = 0 is drawn, and nothing if its boundary is level.
 
     Args:
         trajectory: the planned motion; None where there is none, and the arm is drawn at the start and the trace's end.
@@ -52,16 +55,14 @@ def figure_path_2d(
         ProblemError: a start that is not one configuration, a goal that is not a point.
         RobotError: configurations that are not the robot's.
     """
-    from matplotlib.patches import Circle, Polygon
+    from matplotlib.patches import Polygon
 
     drawing = make_drawing(trajectory, robot, start, goal, trace)
     low, high = extent(drawing, scene, 2)
     with look():
         ax = _axes_to_scale(high - low) if ax is None else ax
         for obstacle in scene.obstacles:
-            at = (float(obstacle.center[0]), float(obstacle.center[1]))
-            ax.add_patch(Circle(at, obstacle.radius, facecolor=SKY, alpha=OBSTACLE_ALPHA, linewidth=0))
-            ax.add_patch(Circle(at, obstacle.radius, fill=False, edgecolor=BLUE, linewidth=0.6))
+            _obstacle(ax, obstacle, low, high)
         for pose in drawing.poses:
             for outline in outlines(robot, pose.q):
                 ax.add_patch(Polygon(outline, facecolor=pose.color, alpha=0.2, linewidth=0, zorder=2.5))
@@ -75,6 +76,29 @@ def figure_path_2d(
         ax.set_title(title, loc="left")
         legend_below(ax, 2, handles=legend_handles(drawing, scene, 2))
         return figure_of(ax)
+
+
+def _obstacle(ax: Axes, obstacle: Obstacle, low: Array, high: Array) -> None:
+    """Draw an obstacle as it is seen along z."""
+    from matplotlib.patches import Circle, PathPatch, Polygon
+    from matplotlib.path import Path
+
+    fill: dict[str, Any] = {"facecolor": SKY, "alpha": OBSTACLE_ALPHA, "linewidth": 0}
+    edge: dict[str, Any] = {"color": BLUE, "linewidth": 0.6}
+    if isinstance(obstacle, Sphere):
+        at = (float(obstacle.center[0]), float(obstacle.center[1]))
+        ax.add_patch(Circle(at, obstacle.radius, **fill))
+        ax.add_patch(Circle(at, obstacle.radius, fill=False, **edge))
+    elif isinstance(obstacle, SphereSet):
+        discs = list(zip(obstacle.centers[:, :2].tolist(), obstacle.radii.tolist(), strict=True))
+        # One path: where discs overlap, it is filled once.
+        ax.add_patch(PathPatch(Path.make_compound_path(*(Path.circle(at, radius) for at, radius in discs)), **fill))
+        ax.plot(*common_outline(obstacle.centers[:, :2], obstacle.radii).T, zorder=1, **edge)
+    else:
+        outline = cut_in_plane(obstacle, low, high) if isinstance(obstacle, HalfSpace) else silhouette(obstacle, *np.eye(3)[:2])
+        if len(outline):
+            ax.add_patch(Polygon(outline[:, :2], **fill))
+            ax.add_patch(Polygon(outline[:, :2], fill=False, **edge))
 
 
 def _axes_to_scale(size: Array) -> Axes:

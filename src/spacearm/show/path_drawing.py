@@ -14,8 +14,9 @@ from spacearm.errors import ProblemError
 from spacearm.motion import Trajectory
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
-from spacearm.scene import Scene
+from spacearm.scene import HalfSpace, Scene
 from spacearm.show.arm import pose_times, skeleton, tips
+from spacearm.show.shapes import span
 from spacearm.show.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY
 
 Array = NDArray[np.float64]
@@ -111,8 +112,9 @@ def extent(drawing: PathDrawing, scene: Scene, dims: int, *, pad: float = 0.06) 
     points = drawing.points()[:, :dims]
     low, high = points.min(axis=0), points.max(axis=0)
     for obstacle in scene.obstacles:
-        low = np.minimum(low, obstacle.center[:dims] - obstacle.radius)
-        high = np.maximum(high, obstacle.center[:dims] + obstacle.radius)
+        if not isinstance(obstacle, HalfSpace):  # it has no end; the picture shows what is in it of the plane
+            least, greatest = span(obstacle)
+            low, high = np.minimum(low, least[:dims]), np.maximum(high, greatest[:dims])
     margin = pad * max(float((high - low).max()), 1e-3)
     return low - margin, high + margin
 

@@ -9,9 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.motion import Trajectory
 from spacearm.robot import Robot
-from spacearm.scene import Scene
-from spacearm.show.path_drawing import OBSTACLE_ALPHA, PathDrawing, draw_lines, extent, legend_handles, make_drawing
-from spacearm.show.style import BLUE, COLUMN, GREY, LIGHT, SKY, figure_of, look, new_figure
+from spacearm.scene import HalfSpace, Scene, SphereSet
+from spacearm.show.obstacles_in_space import draw_obstacles
+from spacearm.show.path_drawing import PathDrawing, draw_lines, extent, legend_handles, make_drawing
+from spacearm.show.shapes import common_outline, silhouette
+from spacearm.show.style import COLUMN, GREY, LIGHT, figure_of, look, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +52,7 @@ def figure_path_3d(
             ax = new_figure(COLUMN, COLUMN, layout=None).add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
         _box(ax, low, high, view)
         _shadow(ax, drawing, scene, float(low[2]))
-        _balls(ax, scene, view)
+        draw_obstacles(ax, scene, low, high, view)
         draw_lines(ax, drawing, 3)
         figure, handles = figure_of(ax), legend_handles(drawing, scene, 3)
         if own:
@@ -116,35 +118,17 @@ def _seen_box(ax: Any, low: Array, high: Array) -> tuple[Array, Array]:
     return seen.min(axis=0), seen.max(axis=0)
 
 
-def _balls(ax: Any, scene: Scene, view: tuple[float, float]) -> None:
-    """Draw every obstacle as a transparent disc that faces the eye, with a soft light on it; the far ones first.
-
-    A ball's outline is a disc from everywhere; a mesh would show its seams.
-    """
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    elevation, azimuth = np.radians(view)
-    eye = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
-    across = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    up = np.cross(eye, across)
-    turn = np.linspace(0, 2 * np.pi, 73)[:-1, None]
-    disc = np.cos(turn) * across + np.sin(turn) * up  # (72, 3)
-    for obstacle in sorted(scene.obstacles, key=lambda ball: float(ball.center @ eye)):
-        rim = obstacle.center + obstacle.radius * disc
-        ax.add_collection3d(Poly3DCollection([rim], facecolor=SKY, alpha=OBSTACLE_ALPHA + 0.1, linewidth=0, zorder=2))
-        ax.plot(*np.vstack([rim, rim[:1]]).T, color=BLUE, linewidth=0.6, zorder=2)
-        for share in np.linspace(0.8, 0.1, 15):
-            middle = obstacle.center + (1 - share) * 0.45 * obstacle.radius * (up - across)
-            lit = middle + share * obstacle.radius * disc
-            ax.add_collection3d(Poly3DCollection([lit], facecolor="white", alpha=0.045, linewidth=0, zorder=2))
-
-
 def _shadow(ax: Any, drawing: PathDrawing, scene: Scene, floor: float) -> None:
     """Draw obstacles, path and last pose on the floor, grey: so the eye can tell heights."""
-    turn = np.linspace(0, 2 * np.pi, 49)
     for obstacle in scene.obstacles:
-        x, y = (obstacle.center[i] + obstacle.radius * f(turn) for i, f in enumerate((np.cos, np.sin)))
-        ax.plot(x, y, floor, color=GREY, alpha=0.5, linewidth=0.5, zorder=1)
+        if isinstance(obstacle, HalfSpace):
+            continue
+        if isinstance(obstacle, SphereSet):
+            outline = common_outline(obstacle.centers[:, :2], obstacle.radii)
+        else:
+            outline = silhouette(obstacle, *np.eye(3)[:2])[:, :2]
+            outline = np.concatenate([outline, outline[:1]])
+        ax.plot(*outline.T, floor, color=GREY, alpha=0.5, linewidth=0.5, zorder=1)
     for segment in drawing.poses[-1].segments:
         ax.plot(*segment.T[:2], floor, color=LIGHT, linewidth=1.4, zorder=1)
     for end in drawing.ends:

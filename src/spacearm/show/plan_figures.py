@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from spacearm.planner import Plan, PositionGoal
-from spacearm.robot import forward_kinematics
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.motion import Trajectory
+from spacearm.planner import ConfigurationGoal, Plan
+from spacearm.planner.goals import ConfigurationsGoal, Goal
+from spacearm.robot import Robot, forward_kinematics
 from spacearm.show.clearance import figure_clearance
 from spacearm.show.joints import figure_joints
 from spacearm.show.path import figure_path_2d
@@ -26,7 +31,7 @@ def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
     problem = plan.problem
     robot, scene, goal = problem.robot, problem.scene, problem.goal
     start = problem.start
-    target = goal.position if isinstance(goal, PositionGoal) else forward_kinematics(robot, goal.q)[:3, 3]
+    target = _target(goal, robot, trajectory)
     title = robot.name if plan.found else f"{robot.name}: not proven"
     figures = {
         "path_2d": figure_path_2d(trajectory, robot, scene, start=start, goal=target, title=title),
@@ -40,3 +45,14 @@ def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
     for name, figure in figures.items():
         written += save_figure(figure, folder / name, provenance=provenance)
     return written
+
+
+def _target(goal: Goal, robot: Robot, trajectory: Trajectory) -> NDArray[np.float64]:
+    """Return the point (3,) that is drawn as the target [m]; of several configurations, the one nearest to the end."""
+    if isinstance(goal, ConfigurationGoal):
+        return forward_kinematics(robot, goal.q)[:3, 3]
+    if isinstance(goal, ConfigurationsGoal):
+        end = trajectory.sample(trajectory.duration).q
+        nearest = goal.q[int(np.argmin(np.linalg.norm(goal.q - end, axis=1)))]
+        return forward_kinematics(robot, nearest)[:3, 3]
+    return goal.position

@@ -1,0 +1,201 @@
+// Python's arrays and the search for motions.
+#pragma once
+
+#include "bindings_model.hpp"
+#include "motion_search.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+template <class T> std::vector<T> numbers_of(const in1<double>& from) {
+    std::vector<T> out(from.shape(0));
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<T>(from(i));
+    return out;
+}
+
+inline const char* const term_names[term_count] = {"length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3"};
+
+template <class T>
+motion_problem<T> make_motion_problem(const model<T>& scene, in1<double> start, in2c<double> goals, in1<double> lower, in1<double> upper,
+                                      in1<double> velocity, in1<double> acceleration, in1<double> jerk, double margin, double comfort, int tip,
+                                      in1<std::int32_t> centers, in1<double> weights) {
+    motion_problem<T> p;
+    const std::size_t n = scene.robot.dofs;
+    p.scene = scene;
+    for (const auto& array : {start, lower, upper, velocity, acceleration}) require(array.shape(0) == n, "a motion's arrays do not fit");
+    require(goals.shape(0) >= 1 && goals.shape(1) == n && (jerk.shape(0) == n || jerk.shape(0) == 0), "a motion's arrays do not fit");
+    require(weights.shape(0) == term_count && tip >= 0 && tip < static_cast<int>(scene.points.size()), "a motion's arrays do not fit");
+    p.start = numbers_of<T>(start);
+    p.goals.assign(goals.data(), goals.data() + goals.size());
+    p.lower = numbers_of<T>(lower);
+    p.upper = numbers_of<T>(upper);
+    p.velocity = numbers_of<T>(velocity);
+    p.acceleration = numbers_of<T>(acceleration);
+    p.jerk = numbers_of<T>(jerk);
+    for (std::size_t d = 0; d < n; ++d) require(p.lower[d] <= p.upper[d], "a lower bound above the upper one");
+    p.margin = static_cast<T>(margin);
+    p.comfort = static_cast<T>(comfort);
+    p.tip = tip;
+    for (std::size_t i = 0; i < centers.shape(0); ++i) {
+        require(centers(i) >= 0 && centers(i) < static_cast<int>(scene.points.size()), "a centre is no point");
+        p.centers.push_back(centers(i));
+    }
+    const std::vector<T> w = numbers_of<T>(weights);
+    p.weight = {w[term_length], w[term_duration], w[term_tip], w[term_clearance], w[term_smoothness], {w[term_f1], w[term_f2], w[term_f3]}};
+    return p;
+}
+
+template <class T> motion<T> motion_from(const motion_problem<T>& p, const T* row, int interior, int goal) {
+    return {interior, goal, std::vector<T>(row, row + static_cast<std::size_t>(interior) * p.dofs())};
+}
+
+template <class T> nb::object points_of(const motion<T>& m, int dofs) {
+    return array_of(std::vector<T>(m.points), {static_cast<std::size_t>(m.interior), static_cast<std::size_t>(dofs)});
+}
+
+// Fitness, violation and terms of many motions: rows of K n numbers.
+template <class T> nb::object judge_motions(motion_search<T>& s, in2c<T> rows, int interior, int goal) {
+    motion_checker<T>& checker = s.checker();
+    const motion_problem<T>& p = checker.problem();
+    require(interior >= 0 && rows.shape(1) == static_cast<std::size_t>(interior) * p.dofs(), "wrong number of dimensions");
+    require(goal >= 0 && goal < p.goal_count(), "no such goal");
+    const std::size_t count = rows.shape(0);
+    std::vector<T> fitness(count), violation(count), terms(count * term_count);
+    std::vector<char> fine(count);
+    {
+        nb::gil_scoped_release free;
+        for (std::size_t i = 0; i < count; ++i) {
+            const motion<T> m = motion_from(p, rows.data() + i * rows.shape(1), interior, goal);
+            fitness[i] = checker.fitness(m, true, &terms[i * term_count]);
+            violation[i] = checker.violation(m, std::numeric_limits<T>::infinity());
+            fine[i] = violation[i] <= T(0) && checker.finely_free(m);
+        }
+    }
+    nb::dict out;
+    nb::list finely;
+    for (char f : fine) finely.append(nb::bool_(f != 0));
+    out["fitness"] = array_of(std::move(fitness), {count});
+    out["violation"] = array_of(std::move(violation), {count});
+    out["terms"] = array_of(std::move(terms), {count, static_cast<std::size_t>(term_count)});
+    out["free"] = finely;
+    return out;
+}
+
+template <class T> nb::object best_of(const motion_search<T>& s, int dofs) {
+    if (!s.found()) return nb::none();
+    nb::dict d;
+    d["fitness"] = s.best_fitness();
+    d["goal"] = s.best().goal;
+    d["points"] = points_of(s.best(), dofs);
+    return d;
+}
+
+inline motion_search_settings motion_settings_from(const nb::dict& given, const swarm_settings& swarm) {
+    nb::dict d;
+    d.update(given);
+    motion_search_settings s;
+    s.swarm = swarm;
+    const auto take = [&](const char* key, auto& value) {
+        if (!d.contains(key)) return;
+        const nb::object item = d[key];
+        if (!nb::try_cast(item, value)) throw nb::type_error(key);
+        nb::del(d[key]);
+    };
+    take("probe_step", s.probe.step);
+    take("probe_near_line", s.probe.near_line);
+    take("probe_spread", s.probe.spread);
+    take("interior", s.interior);
+    take("ladder", s.ladder);
+    take("refine_stall", s.refine_stall);
+    take("swarm_turn", s.swarm_turn);
+    take("swarm_stall", s.swarm_stall);
+    take("give_up", s.give_up);
+    take("detour", s.detour);
+    take("shake", s.shake);
+    take("swarm_spread", s.swarm_spread);
+    require(d.size() == 0, "an unknown setting");
+    require(!s.interior.empty() && !s.ladder.empty(), "no number of control points");
+    for (const auto& list : {s.interior, s.ladder}) {
+        for (int k : list) require(k >= 1 && k <= 32, "a number of control points out of range");
+    }
+    require(s.probe.step > 0 && s.swarm_turn >= 0 && s.refine_stall >= 1, "settings out of range");
+    return s;
+}
+
+template <class T> void bind_motion_search(nb::module_& m, const std::string& suffix) {
+    using search_type = motion_search<T>;
+    nb::class_<search_type>(m, ("MotionSearch" + suffix).c_str())
+        .def("__init__", [](search_type* self, const model<T>& scene, in1<double> start, in2c<double> goals, in1<double> lower, in1<double> upper,
+                            in1<double> velocity, in1<double> acceleration, in1<double> jerk, double margin, double comfort, int tip,
+                            in1<std::int32_t> centers, in1<double> weights, const nb::dict& settings, const swarm_settings& swarm,
+                            std::uint64_t seed, std::uint32_t island) {
+            new (self) search_type(make_motion_problem<T>(scene, start, goals, lower, upper, velocity, acceleration, jerk, margin, comfort, tip,
+                                                          centers, weights),
+                                   motion_settings_from(settings, swarm), seed, island);
+        }, "scene"_a, "start"_a, "goals"_a, "lower"_a, "upper"_a, "velocity"_a, "acceleration"_a, "jerk"_a, "margin"_a, "comfort"_a, "tip"_a,
+             "centers"_a, "weights"_a, "settings"_a, "swarm"_a, "seed"_a, "island"_a)
+        .def("run", [](search_type& s, std::int64_t evaluations, double seconds, bool until_first, std::int64_t stall, nb::object progress) {
+            motion_budget budget{evaluations, seconds, until_first, stall};
+            bool interrupted = false, failed = false;
+            const std::function<bool()> go_on = [&] {
+                nb::gil_scoped_acquire hold;
+                if (PyErr_CheckSignals() != 0) {
+                    interrupted = true;
+                    return false;
+                }
+                if (progress.is_none()) return true;
+                try {
+                    const nb::object answer = progress(s.evaluations());
+                    return !answer.is(nb::bool_(false));
+                } catch (nb::python_error& error) {
+                    error.restore();
+                    failed = true;
+                    return false;
+                }
+            };
+            {
+                nb::gil_scoped_release free;
+                s.run(budget, go_on);
+            }
+            if (interrupted || failed) throw nb::python_error();
+        }, "evaluations"_a, "seconds"_a, "until_first"_a, "stall"_a, "progress"_a.none())
+        .def("add_instant", &search_type::add_instant)
+        .def("judge", &judge_motions<T>)
+        .def_prop_ro("best", [](search_type& s) { return best_of(s, s.checker().problem().dofs()); })
+        .def_prop_ro("optimal", &search_type::optimal)
+        .def_prop_ro("evaluations", &search_type::evaluations)
+        .def_prop_ro("configurations", &search_type::configurations)
+        .def_prop_ro("seconds", &search_type::seconds)
+        .def_prop_ro("fallback", [](search_type& s) -> nb::object {
+            if (!s.has_fallback()) return nb::none();
+            nb::dict d;
+            d["violation"] = s.fallback_violation();
+            d["goal"] = s.fallback().goal;
+            d["points"] = points_of(s.fallback(), s.checker().problem().dofs());
+            return d;
+        })
+        .def_prop_ro("history", [](search_type& s) {
+            nb::list out;
+            for (const auto& r : s.history()) {
+                out.append(nb::make_tuple(r.seconds, r.evaluations, r.fitness, r.by, r.found.goal, points_of(r.found, s.checker().problem().dofs())));
+            }
+            return out;
+        });
+    if (!nb::hasattr(m, "motion_terms")) {
+        nb::list names;
+        for (const char* name : term_names) names.append(name);
+        m.attr("motion_terms") = names;
+    }
+}
+
+// Values of the spline's basis, (m, K + 2), for the tests.
+inline nb::object spline_values(in1<double> s, int interior, int derivative) {
+    require(interior >= 0 && derivative >= 0 && derivative <= 5, "out of range");
+    std::vector<double> out;
+    for (std::size_t i = 0; i < s.shape(0); ++i) {
+        const std::vector<double> row = spline_basis(s(i), interior, derivative);
+        out.insert(out.end(), row.begin(), row.end());
+    }
+    return array_of(std::move(out), {s.shape(0), static_cast<std::size_t>(interior + 2)});
+}
+
+}  // namespace SPACEARM_NAMESPACE

@@ -1,0 +1,393 @@
+// A robot's envelope among obstacles, arranged so that what is far apart costs next to nothing.
+//
+// The capsules of a link make a cluster with a ball around it. Obstacles stand in a tree of boxes along the axes. Cluster
+// against tree, then ball against shape, then capsule against shape: only pairs that are near in some lane go on.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "obstacles.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+enum class shape : std::uint8_t { none, ball, rod, box, drum, wall };
+
+template <class T> struct obstacle_node {
+    T lower[3], upper[3];
+    int skip;           // the next node when this one is passed over
+    shape kind;         // none: an inner node
+    int index;          // into the shape's list
+};
+
+template <class T> struct obstacle_set {
+    std::vector<sphere<T>> balls;
+    std::vector<rod_obstacle<T>> rods;
+    std::vector<box_obstacle<T>> boxes;
+    std::vector<drum_obstacle<T>> drums;
+    std::vector<wall_obstacle<T>> walls;
+    std::vector<obstacle_node<T>> tree;
+
+    // Calls use(shape) with the shape that a node stands for.
+    template <class Use> SPACEARM_INLINE auto visit(shape kind, int index, Use&& use) const {
+        switch (kind) {
+            case shape::ball: return use(balls[index]);
+            case shape::rod: return use(rods[index]);
+            case shape::box: return use(boxes[index]);
+            case shape::drum: return use(drums[index]);
+            default: return use(walls[index]);
+        }
+    }
+    std::size_t count(shape kind) const {
+        const std::size_t sizes[] = {0, balls.size(), rods.size(), boxes.size(), drums.size(), walls.size()};
+        return sizes[static_cast<int>(kind)];
+    }
+    void build_tree();
+};
+
+template <class T> struct body_capsule {
+    T a[3], ab[3];               // in the joint's frame
+    T inverse_squared_length;    // 0 for a sphere
+    T radius;
+    T middle[3], reach;          // the ball around it
+    int index;                   // its place in the robot's own list
+};
+template <class T> struct cluster {
+    int joint;                   // -1 for the base
+    int first, last;             // its capsules
+    T center[3], radius;         // the ball around them
+};
+template <class T> struct body {
+    std::vector<body_capsule<T>> capsules;
+    std::vector<cluster<T>> clusters;
+    std::vector<std::pair<int, int>> pairs;   // clusters that must keep clear of each other
+};
+
+// ---- boxes around the shapes ----------------------------------------------------------------------------------------
+template <class T> struct bounds3 {
+    T lower[3], upper[3];
+    void around(const T* center, const T* half) {
+        for (int k = 0; k < 3; ++k) {
+            lower[k] = center[k] - half[k];
+            upper[k] = center[k] + half[k];
+        }
+    }
+    void join(const bounds3& o) {
+        for (int k = 0; k < 3; ++k) {
+            lower[k] = std::min(lower[k], o.lower[k]);
+            upper[k] = std::max(upper[k], o.upper[k]);
+        }
+    }
+};
+template <class T> bounds3<T> bounds_of(const sphere<T>& o) {
+    const T half[3] = {o.radius, o.radius, o.radius};
+    bounds3<T> out;
+    out.around(o.center, half);
+    return out;
+}
+template <class T> bounds3<T> bounds_of(const rod_obstacle<T>& o) {
+    bounds3<T> out;
+    for (int k = 0; k < 3; ++k) {
+        out.lower[k] = o.a[k] + std::min(o.ab[k], T(0)) - o.radius;
+        out.upper[k] = o.a[k] + std::max(o.ab[k], T(0)) + o.radius;
+    }
+    return out;
+}
+template <class T> bounds3<T> bounds_of(const box_obstacle<T>& o) {
+    T half[3];
+    for (int k = 0; k < 3; ++k) half[k] = std::abs(o.axis[0][k]) * o.half[0] + std::abs(o.axis[1][k]) * o.half[1] + std::abs(o.axis[2][k]) * o.half[2];
+    bounds3<T> out;
+    out.around(o.center, half);
+    return out;
+}
+template <class T> bounds3<T> bounds_of(const drum_obstacle<T>& o) {
+    T half[3];
+    for (int k = 0; k < 3; ++k) {
+        half[k] = std::abs(o.axis[k]) * o.half_length + std::sqrt(std::max(T(0), T(1) - o.axis[k] * o.axis[k])) * o.radius;
+    }
+    bounds3<T> out;
+    out.around(o.center, half);
+    return out;
+}
+template <class T> bounds3<T> bounds_of(const wall_obstacle<T>&) {
+    const T most = std::numeric_limits<T>::max() / 4;
+    return {{-most, -most, -most}, {most, most, most}};
+}
+
+// A binary tree, split at the median along the longest side; few obstacles are a plain list.
+template <class T> void obstacle_set<T>::build_tree() {
+    struct leaf { bounds3<T> box; shape kind; int index; };
+    std::vector<leaf> leaves;
+    const auto add = [&](const auto& shapes, shape kind) {
+        for (std::size_t i = 0; i < shapes.size(); ++i) leaves.push_back({bounds_of(shapes[i]), kind, static_cast<int>(i)});
+    };
+    add(walls, shape::wall);
+    const std::size_t finite_from = leaves.size();
+    add(boxes, shape::box);
+    add(drums, shape::drum);
+    add(rods, shape::rod);
+    add(balls, shape::ball);
+    tree.clear();
+    const auto push = [&](const bounds3<T>& b, shape kind, int index) {
+        obstacle_node<T> node{};
+        std::copy(b.lower, b.lower + 3, node.lower);
+        std::copy(b.upper, b.upper + 3, node.upper);
+        node.kind = kind;
+        node.index = index;
+        node.skip = static_cast<int>(tree.size()) + 1;
+        tree.push_back(node);
+    };
+    for (std::size_t i = 0; i < finite_from; ++i) push(leaves[i].box, leaves[i].kind, leaves[i].index);
+    constexpr std::size_t plain_list = 6;
+    const auto split = [&](auto&& self, std::size_t begin, std::size_t end) -> void {
+        if (begin == end) return;
+        if (end - begin == 1) return push(leaves[begin].box, leaves[begin].kind, leaves[begin].index);
+        bounds3<T> all = leaves[begin].box, middles = all;
+        for (int k = 0; k < 3; ++k) middles.lower[k] = middles.upper[k] = (all.lower[k] + all.upper[k]) / 2;
+        for (std::size_t i = begin + 1; i < end; ++i) {
+            all.join(leaves[i].box);
+            for (int k = 0; k < 3; ++k) {
+                const T c = (leaves[i].box.lower[k] + leaves[i].box.upper[k]) / 2;
+                middles.lower[k] = std::min(middles.lower[k], c);
+                middles.upper[k] = std::max(middles.upper[k], c);
+            }
+        }
+        const std::size_t at = tree.size();
+        const bool inner = end - begin > plain_list;
+        if (!inner) {
+            for (std::size_t i = begin; i < end; ++i) push(leaves[i].box, leaves[i].kind, leaves[i].index);
+            return;
+        }
+        push(all, shape::none, 0);
+        int longest = 0;
+        for (int k = 1; k < 3; ++k) {
+            if (middles.upper[k] - middles.lower[k] > middles.upper[longest] - middles.lower[longest]) longest = k;
+        }
+        const std::size_t middle = (begin + end) / 2;
+        std::nth_element(leaves.begin() + begin, leaves.begin() + middle, leaves.begin() + end, [&](const leaf& x, const leaf& y) {
+            return x.box.lower[longest] + x.box.upper[longest] < y.box.lower[longest] + y.box.upper[longest];
+        });
+        self(self, begin, middle);
+        self(self, middle, end);
+        tree[at].skip = static_cast<int>(tree.size());
+    };
+    split(split, finite_from, leaves.size());
+}
+
+// ---- the envelope of one pack of configurations ------------------------------------------------------------------------
+template <class T> struct body_memory {
+    std::vector<vec3<T>> centers;       // of the clusters' balls
+    std::vector<vec3<T>> a, ab, middle; // of the capsules, once their cluster is unfolded
+    std::vector<char> unfolded;
+    body_memory() = default;
+    explicit body_memory(const body<T>& b)
+        : centers(b.clusters.size()), a(b.capsules.size()), ab(b.capsules.size()), middle(b.capsules.size()), unfolded(b.clusters.size()) {}
+};
+
+template <class T> SPACEARM_INLINE vec3<T> rotate(const frame<T>& f, const T* local) {
+    vec3<T> p{pack<T>(T(0)), pack<T>(T(0)), pack<T>(T(0))};
+    for (int k = 0; k < 3; ++k) {
+        if (local[k] == T(0)) continue;
+        p.x += f.column[k].x * local[k];
+        p.y += f.column[k].y * local[k];
+        p.z += f.column[k].z * local[k];
+    }
+    return p;
+}
+
+template <class T> SPACEARM_INLINE void place(const body<T>& b, const frame<T>* frames, body_memory<T>& w) {
+    for (std::size_t i = 0; i < b.clusters.size(); ++i) {
+        const cluster<T>& c = b.clusters[i];
+        w.centers[i] = c.joint < 0 ? constant(c.center) : carry(frames[c.joint], c.center);
+        w.unfolded[i] = 0;
+    }
+}
+
+template <class T> inline void unfold(const body<T>& b, const frame<T>* frames, int i, body_memory<T>& w) {
+    if (w.unfolded[i]) return;
+    w.unfolded[i] = 1;
+    const cluster<T>& c = b.clusters[i];
+    const frame<T> base = base_frame<T>();
+    const frame<T>& f = c.joint < 0 ? base : frames[c.joint];
+    for (int k = c.first; k < c.last; ++k) {
+        const body_capsule<T>& capsule = b.capsules[k];
+        w.a[k] = carry(f, capsule.a);
+        if (capsule.inverse_squared_length == T(0)) {
+            w.middle[k] = w.a[k];
+            continue;
+        }
+        w.ab[k] = rotate(f, capsule.ab);
+        w.middle[k] = carry(f, capsule.middle);
+    }
+}
+
+// Adds to `sum`, lane by lane, by how much the clearance of a cluster and an obstacle falls short of the margin: for each of
+// its capsules [m].
+template <class T, class Shape>
+SPACEARM_INLINE void add_shortfall(const body<T>& b, const frame<T>* frames, int i, const Shape& o, T margin, body_memory<T>& w, pack<T>& sum) {
+    const cluster<T>& c = b.clusters[i];
+    if (!any(distance_to(o, w.centers[i]) < c.radius + margin)) return;
+    unfold(b, frames, i, w);
+    for (int k = c.first; k < c.last; ++k) {
+        const body_capsule<T>& capsule = b.capsules[k];
+        const pack<T> from_ball = distance_to(o, w.middle[k]);
+        if (!any(from_ball < capsule.reach + margin)) continue;
+        const pack<T> d = capsule.inverse_squared_length == T(0) ? from_ball : axis_distance(o, w.a[k], w.ab[k], capsule.inverse_squared_length);
+        sum += max(pack<T>(capsule.radius + margin) - d, pack<T>(T(0)));
+    }
+}
+
+template <class T> SPACEARM_INLINE bool near_box(const vec3<T>& p, T reach, const obstacle_node<T>& n) {
+    const pack_mask<T> x = (pack<T>(n.lower[0] - reach) < p.x) & (p.x < n.upper[0] + reach);
+    const pack_mask<T> y = (pack<T>(n.lower[1] - reach) < p.y) & (p.y < n.upper[1] + reach);
+    const pack_mask<T> z = (pack<T>(n.lower[2] - reach) < p.z) & (p.z < n.upper[2] + reach);
+    return any(x & y & z);
+}
+
+template <class T>
+inline void add_obstacle_shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin, body_memory<T>& w, pack<T>& sum, bool stop_early) {
+    const int nodes = static_cast<int>(obstacles.tree.size());
+    for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {   // the hand first: it is what collides most
+        const cluster<T>& c = b.clusters[i];
+        if (c.joint < 0) continue;       // the base and the obstacles stand still
+        for (int k = 0; k < nodes;) {
+            const obstacle_node<T>& node = obstacles.tree[k];
+            if (!near_box(w.centers[i], c.radius + margin, node)) {
+                k = node.skip;
+                continue;
+            }
+            if (node.kind != shape::none) {
+                obstacles.visit(node.kind, node.index, [&](const auto& o) { add_shortfall(b, frames, i, o, margin, w, sum); });
+            }
+            ++k;
+        }
+        if (stop_early && any(pack<T>(T(0)) < sum)) return;
+    }
+}
+
+// Between the axes of two capsules that are in place.
+template <class T> SPACEARM_INLINE pack<T> squared_distance(const body<T>& b, const body_memory<T>& w, int k, int l) {
+    const body_capsule<T>&c = b.capsules[k], &d = b.capsules[l];
+    if (c.inverse_squared_length == T(0) && d.inverse_squared_length == T(0)) {
+        const vec3<T> between = w.a[k] - w.a[l];
+        return dot(between, between);
+    }
+    const pack<T> zero(T(0));
+    const vec3<T> none{zero, zero, zero};
+    return squared_distance_of_axes(w.a[k], c.inverse_squared_length == T(0) ? none : w.ab[k], c.inverse_squared_length, w.a[l],
+                                    d.inverse_squared_length == T(0) ? none : w.ab[l], d.inverse_squared_length);
+}
+
+template <class T> inline void add_self_shortfall(const body<T>& b, const frame<T>* frames, T margin, body_memory<T>& w, pack<T>& sum, bool stop_early) {
+    for (const auto& [i, j] : b.pairs) {
+        const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
+        const vec3<T> apart = w.centers[i] - w.centers[j];
+        const T near = one.radius + two.radius + margin;
+        if (!any(dot(apart, apart) < near * near)) continue;
+        unfold(b, frames, i, w);
+        unfold(b, frames, j, w);
+        for (int k = one.first; k < one.last; ++k) {
+            const body_capsule<T>& c = b.capsules[k];
+            const vec3<T> to = w.middle[k] - w.centers[j];
+            const T from = c.reach + two.radius + margin;
+            if (!any(dot(to, to) < from * from)) continue;
+            for (int l = two.first; l < two.last; ++l) {
+                const body_capsule<T>& d = b.capsules[l];
+                const vec3<T> between = w.middle[k] - w.middle[l];
+                const T reach = c.reach + d.reach + margin;
+                if (!any(dot(between, between) < reach * reach)) continue;
+                const pack<T> d2 = squared_distance(b, w, k, l);
+                sum += max(pack<T>(c.radius + d.radius + margin) - sqrt(d2), pack<T>(T(0)));
+            }
+        }
+        if (stop_early && any(pack<T>(T(0)) < sum)) return;
+    }
+}
+
+// Shortfall of clearance [m] of one pack of configurations, summed over all pairs. With stop_early it is only known to be
+// above 0 in some lane, or 0 in all.
+template <class T>
+inline pack<T> shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin, body_memory<T>& w, bool stop_early) {
+    place(b, frames, w);
+    pack<T> sum(T(0));
+    add_obstacle_shortfall(b, frames, obstacles, margin, w, sum, stop_early);
+    if (stop_early && any(pack<T>(T(0)) < sum)) return sum;
+    add_self_shortfall(b, frames, margin, w, sum, stop_early);
+    return sum;
+}
+
+// ---- building -----------------------------------------------------------------------------------------------------------
+// The ball around some capsules: the centre creeps towards whatever reaches furthest (Badoiu and Clarkson, 2003).
+template <class T> void ball_around(const body<T>& b, int first, int last, double (&center)[3], double& radius) {
+    for (int k = 0; k < 3; ++k) {
+        center[k] = 0;
+        for (int i = first; i < last; ++i) center[k] += double(b.capsules[i].middle[k]) / (last - first);
+    }
+    for (int step = 2; step < 300; ++step) {
+        radius = -1;
+        int furthest = first;
+        for (int i = first; i < last; ++i) {
+            const auto& m = b.capsules[i].middle;
+            const double r = std::hypot(m[0] - center[0], m[1] - center[1], m[2] - center[2]) + double(b.capsules[i].reach);
+            if (r > radius) {
+                radius = r;
+                furthest = i;
+            }
+        }
+        if (step == 299) break;
+        for (int k = 0; k < 3; ++k) center[k] += (b.capsules[furthest].middle[k] - center[k]) / step;
+    }
+    radius = radius * (1 + 1e-6) + 1e-6;   // rounding must not let anything out
+}
+
+// Clusters of a link: the whole, or halves of it where these are worth it. Appends to `made` their indices.
+template <class T> void make_clusters(body<T>& b, int joint, int first, int last, std::vector<int>& made) {
+    constexpr int few = 4;
+    constexpr double worth = 0.8;   // a split must shrink the balls to this share; measured, as is `few`: docs/benchmarks.md
+    double center[3], radius;
+    ball_around(b, first, last, center, radius);
+    if (last - first > few) {
+        int longest = 0;
+        double extent = -1;
+        for (int k = 0; k < 3; ++k) {
+            const auto [low, high] = std::minmax_element(b.capsules.begin() + first, b.capsules.begin() + last,
+                                                         [&](const auto& x, const auto& y) { return x.middle[k] < y.middle[k]; });
+            if (high->middle[k] - low->middle[k] > extent) {
+                extent = high->middle[k] - low->middle[k];
+                longest = k;
+            }
+        }
+        std::stable_sort(b.capsules.begin() + first, b.capsules.begin() + last,
+                         [&](const auto& x, const auto& y) { return x.middle[longest] < y.middle[longest]; });
+        const int middle = (first + last) / 2;
+        double c[3], one, two;
+        ball_around(b, first, middle, c, one);
+        ball_around(b, middle, last, c, two);
+        if (std::max(one, two) < worth * radius) {
+            make_clusters(b, joint, first, middle, made);
+            make_clusters(b, joint, middle, last, made);
+            return;
+        }
+    }
+    cluster<T> out{joint, first, last, {}, static_cast<T>(radius)};
+    for (int k = 0; k < 3; ++k) out.center[k] = static_cast<T>(center[k]);
+    made.push_back(static_cast<int>(b.clusters.size()));
+    b.clusters.push_back(out);
+}
+
+template <class T> body_capsule<T> make_body_capsule(const double* a, const double* b, double radius) {
+    body_capsule<T> c{};
+    double squared = 0;
+    for (int k = 0; k < 3; ++k) {
+        c.a[k] = static_cast<T>(a[k]);
+        c.ab[k] = static_cast<T>(b[k] - a[k]);
+        c.middle[k] = static_cast<T>((a[k] + b[k]) / 2);
+        squared += (b[k] - a[k]) * (b[k] - a[k]);
+    }
+    c.inverse_squared_length = squared > 0 ? static_cast<T>(1 / squared) : T(0);
+    c.radius = static_cast<T>(radius);
+    c.reach = static_cast<T>(radius + std::sqrt(squared) / 2);
+    return c;
+}
+
+}  // namespace SPACEARM_NAMESPACE

@@ -1,0 +1,441 @@
+// The planner's search: the first free motion at once, then better ones for as long as it may go on.
+//
+//   probe    two trees find a way with corners; the splines nearest to it are tried, few control points first
+//   refine   the motion found is pulled towards the straight one and shaken, as long as that pays
+//   swarm    particles are motions; they begin at the best ones known, or all over the place where none is
+//
+// The three take turns. A motion counts only when all instants, the fine ones too, are free. Numbers depend on (seed, island)
+// and on how many motions are looked at, never on time or threads, unless a time limit ends the search.
+#pragma once
+
+#include <chrono>
+#include <functional>
+
+#include "probe.hpp"
+#include "swarm.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+struct motion_search_settings {
+    swarm_settings swarm;              // evaluations: of one turn
+    probe_settings probe;
+    std::vector<int> interior = {2, 3};                            // control points of the swarm's motions, turn by turn
+    std::vector<int> ladder = {1, 2, 3, 4, 5, 6, 8, 10, 12, 16};   // tried on a path, in this order
+    int refine_stall = 100;            // refining ends after as many failures in a row
+    int swarm_turn = 3;                // every so manieth turn is the swarm's
+    int swarm_stall = 20;              // rounds without improvement that end its turn
+    double give_up = 1.15;             // refining ends early where a motion stays this much worse than the best
+    double detour = 1.3;               // paths longer than this times the best motion are not followed up
+    double shake = 0.3;                // first deviation of refining [rad or m]
+    double swarm_spread = 0.4;         // of the particles around the motions known
+};
+
+struct motion_budget {
+    std::int64_t evaluations = 0;      // 0: no limit
+    double seconds = 0;                // 0: no limit
+    bool until_first = false;
+    std::int64_t stall = 0;            // end after so many evaluations without an improvement of 0.1 %; 0: never
+};
+
+template <class T> struct motion_record {
+    double seconds = 0;
+    std::int64_t evaluations = 0;
+    T fitness = 0;
+    const char* by = "";
+    motion<T> found;
+};
+
+template <class T> class motion_search {
+  public:
+    motion_search(motion_problem<T> problem, motion_search_settings settings, std::uint64_t seed, std::uint32_t island)
+        : p_(std::move(problem)), s_(std::move(settings)), checker_(p_), probe_(checker_, s_.probe), probing_(seed, island, stream::probing),
+          refining_(seed, island, stream::refining), seed_(seed), island_(island) {}
+    motion_search(const motion_search&) = delete;   // the checker refers to the problem
+
+    // Goes on until the budget is spent, or nothing can be better, or `go_on` says no; it is asked now and then.
+    void run(const motion_budget& budget, const std::function<bool()>& go_on) {
+        budget_ = budget;
+        go_on_ = &go_on;
+        begun_ = std::chrono::steady_clock::now();
+        stopped_ = false;
+        first_evaluation_ = evaluations_;
+        last_gain_ = evaluations_;
+        if (!tried_straight_) straight();
+        while (!over() && !optimal_) {
+            ++turn_;
+            if (best_.empty()) hunt();
+            else if (s_.swarm_turn > 0 && turn_ % s_.swarm_turn == 0) swarm_turn(true);
+            else follow_a_path();
+        }
+        spent_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+    }
+
+    // A proof found a collision at s: that instant is looked at from now on, and what breaks there is forgotten.
+    void add_instant(double s, double spread) {
+        checker_.add_instant(s, spread);
+        optimal_ = false;
+        std::vector<known> kept;
+        for (known& k : pool_) {
+            if (checker_.finely_free(k.at)) kept.push_back(std::move(k));
+        }
+        pool_ = std::move(kept);
+        best_.clear();
+        for (const known& k : pool_) {
+            if (best_.empty() || k.fitness < best_.front().fitness) best_.assign(1, k);
+        }
+        tried_straight_ = false;
+    }
+
+    bool found() const { return !best_.empty(); }
+    bool optimal() const { return optimal_; }
+    const motion<T>& best() const { return best_.front().at; }
+    T best_fitness() const { return best_.front().fitness; }
+    const std::vector<motion_record<T>>& history() const { return history_; }
+    // The best of those that are not free: the least violation.
+    bool has_fallback() const { return fallback_violation_ < infinity; }
+    const motion<T>& fallback() const { return fallback_; }
+    T fallback_violation() const { return fallback_violation_; }
+    std::int64_t evaluations() const { return evaluations_; }
+    std::int64_t configurations() const { return checker_.configurations; }
+    double seconds() const { return spent_; }
+    motion_checker<T>& checker() { return checker_; }
+
+  private:
+    static constexpr T infinity = std::numeric_limits<T>::infinity();
+    struct known {
+        T fitness;
+        motion<T> at;
+    };
+
+    bool over() {
+        if (stopped_) return true;
+        if (budget_.until_first && !best_.empty()) return stopped_ = true;
+        if (budget_.evaluations > 0 && evaluations_ - first_evaluation_ >= budget_.evaluations) return stopped_ = true;
+        if (budget_.stall > 0 && !best_.empty() && evaluations_ - last_gain_ >= budget_.stall) return stopped_ = true;
+        if (++asked_ % 8 == 0) {
+            const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+            if (budget_.seconds > 0 && elapsed > budget_.seconds) return stopped_ = true;
+            if (elapsed > next_question_) {
+                next_question_ = elapsed + 0.04;
+                if (!(*go_on_)()) return stopped_ = true;
+            }
+        }
+        return false;
+    }
+
+    void note(const motion<T>& m, T fitness, const char* by) {
+        if (!best_.empty() && !(fitness < best_.front().fitness)) return;
+        if (best_.empty() || fitness < T(0.999) * last_noted_) {
+            last_gain_ = evaluations_;
+            last_noted_ = fitness;
+        }
+        best_.assign(1, {fitness, m});
+        const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+        history_.push_back({spent_ + elapsed, evaluations_, fitness, by, m});
+    }
+    void note_fallback(const motion<T>& m, T violation) {
+        if (violation < fallback_violation_) {
+            fallback_violation_ = violation;
+            fallback_ = m;
+        }
+    }
+    void keep(const motion<T>& m, T fitness) {
+        pool_.push_back({fitness, m});
+        std::stable_sort(pool_.begin(), pool_.end(), [](const known& a, const known& b) { return a.fitness < b.fitness; });
+        if (pool_.size() > pool_size) pool_.resize(pool_size);
+    }
+    static constexpr std::size_t pool_size = 8;
+
+    // ---- straight ---------------------------------------------------------------------------------------------------
+    void straight() {
+        tried_straight_ = true;
+        int nearest = -1;
+        T least = infinity;
+        for (int g = 0; g < p_.goal_count(); ++g) {
+            motion<T> m{0, g, {}};
+            ++evaluations_;
+            const T fitness = checker_.fitness(m), broken = checker_.violation(m, infinity);
+            if (fitness < least) {
+                least = fitness;
+                nearest = g;
+            }
+            if (broken > T(0)) note_fallback(m, broken);
+            else if (checker_.finely_free(m)) {
+                note(m, fitness, "straight");
+                keep(m, fitness);
+            }
+        }
+        // Nothing is shorter than straight to the nearest goal.
+        const motion_weights<T>& w = p_.weight;
+        optimal_ = found() && best().goal == nearest && !(w.duration > 0) && !(w.smoothness > 0) && !w.carried();
+    }
+
+    // ---- probe ------------------------------------------------------------------------------------------------------
+    static constexpr int patience = 4000;   // samples of the trees before the swarm gets a turn
+    bool probe(path<T>& way) {
+        const bool met = probe_.grow(patience, probing_, [&] {
+            ++evaluations_;
+            return !over();
+        }, way);
+        if (met) probe_.shorten(way);
+        return met;
+    }
+    // While nothing is known: a path, or motions from all over the place.
+    void hunt() {
+        path<T> way;
+        if (probe(way)) follow(way);
+        else if (!over()) swarm_turn(false);
+    }
+    void follow_a_path() {
+        path<T> way;
+        if (!probe(way)) return;
+        const motion_weights<T>& w = p_.weight;
+        const bool by_length = !(w.duration > 0) && !(w.smoothness > 0) && !w.carried();
+        if (by_length && w.length * probe_.length(way) > T(s_.detour) * best_fitness()) return;
+        follow(way);
+    }
+    // The spline with the fewest control points that stays free along the path.
+    void follow(const path<T>& way) {
+        for (int K : s_.ladder) {
+            const motion<T> m = nearest_to(way, K);
+            ++evaluations_;
+            if (!free_or_noted(m)) {
+                if (over()) return;
+                continue;
+            }
+            const T fitness = checker_.fitness(m);
+            note(m, fitness, "probe");
+            refine({fitness, m});
+            return;
+        }
+        if (best_.empty() && !over()) {   // almost: the swarm may mend it
+            const int K = s_.interior[swarm_turns_ % s_.interior.size()];
+            fly(K, {nearest_to(way, K)});
+        }
+    }
+    bool free_or_noted(const motion<T>& m) {
+        if (!best_.empty()) return checker_.free(m);
+        const T broken = checker_.violation(m, infinity);
+        if (broken > T(0)) note_fallback(m, broken);
+        return broken <= T(0) && checker_.finely_free(m);
+    }
+    motion<T> nearest_to(const path<T>& way, int K) {
+        const int n = p_.dofs(), samples = 2 * lanes_of<T>, corners = way.count(n);
+        const spline_table<T>& t = checker_.table(K);
+        std::vector<T> along(corners, T(0)), target(static_cast<std::size_t>(samples) * n);
+        for (int i = 1; i < corners; ++i) along[i] = along[i - 1] + distance_between(&way.points[(i - 1) * n], &way.points[i * n], n);
+        for (int i = 0, k = 0; i < samples; ++i) {
+            const T at = t.path_share[i] * along.back();
+            while (k + 2 < corners && along[k + 1] < at) ++k;
+            const T share = (at - along[k]) / std::max(along[k + 1] - along[k], std::numeric_limits<T>::min());
+            for (int d = 0; d < n; ++d) {
+                const T q = way.points[k * n + d] + (way.points[(k + 1) * n + d] - way.points[k * n + d]) * share;
+                target[static_cast<std::size_t>(i) * n + d] = q - t.end_value[0][i] * p_.start[d] - t.end_value[1][i] * p_.goal(way.goal)[d];
+            }
+        }
+        return fitted(t, way.goal, target);
+    }
+    // A motion with fewer or more control points, as near to a given one as can be.
+    motion<T> with_interior(const motion<T>& m, int K) {
+        const int n = p_.dofs(), samples = 2 * lanes_of<T>, from = m.interior;
+        const spline_table<T>&own = checker_.table(from), &t = checker_.table(K);
+        std::vector<T> target(static_cast<std::size_t>(samples) * n);
+        for (int i = 0; i < samples; ++i) {
+            const T* b = &own.at_path[static_cast<std::size_t>(i) * (from + 2)];
+            for (int d = 0; d < n; ++d) {
+                T q = (b[0] - t.end_value[0][i]) * p_.start[d] + (b[from + 1] - t.end_value[1][i]) * p_.goal(m.goal)[d];
+                for (int k = 0; k < from; ++k) q += b[k + 1] * m.points[k * n + d];
+                target[static_cast<std::size_t>(i) * n + d] = q;
+            }
+        }
+        return fitted(t, m.goal, target);
+    }
+    motion<T> fitted(const spline_table<T>& t, int goal, const std::vector<T>& target) const {
+        const int n = p_.dofs(), samples = 2 * lanes_of<T>, K = t.interior;
+        motion<T> m{K, goal, std::vector<T>(static_cast<std::size_t>(K) * n)};
+        for (int k = 0; k < K; ++k) {
+            for (int d = 0; d < n; ++d) {
+                T sum = 0;
+                for (int i = 0; i < samples; ++i) sum += t.nearest[static_cast<std::size_t>(k) * samples + i] * target[static_cast<std::size_t>(i) * n + d];
+                m.points[k * n + d] = std::clamp(sum, p_.lower[d], p_.upper[d]);
+            }
+        }
+        return m;
+    }
+
+    // ---- refine -----------------------------------------------------------------------------------------------------
+    // One candidate after the other: some control points pulled towards the straight motion, most of them shaken too. Both
+    // strengths follow success, as in an evolution strategy with one parent.
+    void refine(known now) {
+        T shake = T(s_.shake), pull = T(0.3);
+        motion<T> next;
+        int failures = 0;
+        for (int i = 1; failures <= s_.refine_stall && !over(); ++i) {
+            ++evaluations_;
+            propose(now.at, shake, pull, next);
+            const T fitness = checker_.fitness(next);
+            ++failures;
+            if (fitness < now.fitness) {
+                const bool better = checker_.free(next);
+                const T factor = better ? T(1.3) : T(0.98);
+                shake = std::clamp(shake * factor, T(0.003), T(0.6));
+                pull = std::clamp(pull * factor, T(0.003), T(1));
+                if (better) {
+                    std::swap(now.at, next);
+                    now.fitness = fitness;
+                    note(now.at, fitness, "refine");
+                    failures = 0;
+                }
+            }
+            if (i % 50 == 0) simplify(now);
+            if (i > 150 && now.fitness > T(s_.give_up) * best_fitness()) break;
+        }
+        keep(now.at, now.fitness);
+    }
+    void propose(const motion<T>& m, T shake, T pull, motion<T>& out) {
+        const int n = p_.dofs(), K = m.interior;
+        out = m;
+        if (K == 0) {   // the straight motion has nothing to shake: give it a control point
+            out = with_interior(m, 1);
+        }
+        const int all = out.interior;
+        const int only = refining_.uniform() < T(0.4) ? -1 : refining_.below(all);
+        const T share = pull * refining_.uniform(), u = refining_.uniform();
+        const T deviation = refining_.uniform() < T(0.8) ? shake * (T(0.1) + T(1.9) * u * u) : T(0);
+        for (int k = 0; k < all; ++k) {
+            if (only >= 0 && k != only) continue;
+            for (int d = 0; d < n; ++d) {
+                T& q = out.points[k * n + d];
+                q += share * (p_.straight(m.goal, k, all, d) - q);
+                if (deviation > T(0)) q += deviation * refining_.bell();
+                q = std::clamp(q, p_.lower[d], p_.upper[d]);
+            }
+        }
+    }
+    // Fewer control points, if that costs next to nothing.
+    void simplify(known& now) {
+        for (int K : s_.ladder) {
+            if (K >= now.at.interior) return;
+            if (K < s_.interior.front()) continue;
+            const motion<T> m = with_interior(now.at, K);
+            ++evaluations_;
+            const T fitness = checker_.fitness(m);
+            if (!(fitness < T(1.02) * now.fitness) || !checker_.free(m)) continue;
+            now = {fitness, m};
+            note(m, fitness, "refine");
+            return;
+        }
+    }
+
+    // ---- swarm ------------------------------------------------------------------------------------------------------
+    void swarm_turn(bool from_pool) {
+        const int K = s_.interior[swarm_turns_ % s_.interior.size()];
+        std::vector<motion<T>> seeds;
+        if (from_pool) {
+            for (const known& k : pool_) {
+                if (k.at.goal == pool_.front().at.goal) seeds.push_back(with_interior(k.at, K));
+            }
+        }
+        fly(K, seeds);
+    }
+    // Particles around the seeds: each seed itself, then pulled and shaken copies. Without seeds around the straight motion
+    // to any goal, more and more loosely.
+    void fly(int K, const std::vector<motion<T>>& seeds) {
+        const int n = p_.dofs(), D = K * n, particles = s_.swarm.particles;
+        const int goal = seeds.empty() ? refining_.below(p_.goal_count()) : seeds.front().goal;
+        std::vector<T> lower(D), upper(D);
+        for (int i = 0; i < D; ++i) {
+            lower[i] = p_.lower[i % n];
+            upper[i] = p_.upper[i % n];
+        }
+        swarm<T> particles_of(s_.swarm, lower, upper, seed_, island_ * 65536u + static_cast<std::uint32_t>(swarm_turns_++));
+        std::vector<std::vector<T>> rows;
+        for (int i = 0; i < particles; ++i) rows.push_back(first_row(K, goal, seeds, i, particles));
+        motion<T> m{K, goal, std::vector<T>(D)};
+        const int stride = particles_of.stride();
+        std::vector<T> fitness(stride), violation(stride);
+        T least = infinity;
+        int since = 0;
+        const bool hunting = best_.empty();
+        while (!particles_of.spent() && since <= (least < infinity ? s_.swarm_stall : 8 * s_.swarm_stall)) {
+            particles_of.ask();
+            if (particles_of.round() == 0) particles_of.place_first(rows);
+            const T* x = particles_of.positions();
+            const T before = least;
+            for (int i = 0; i < particles_of.active(); ++i) {
+                if (over()) return;
+                for (int d = 0; d < D; ++d) m.points[d] = x[static_cast<std::size_t>(d) * stride + i];
+                judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity}, fitness[i], violation[i]);
+                if (violation[i] <= T(0)) least = std::min(least, fitness[i]);
+            }
+            particles_of.tell(fitness.data(), violation.data());
+            if (hunting && !best_.empty()) break;
+            since = least < T(0.9995) * before || (since == 0 && least == infinity && before == infinity && false) ? 0 : since + 1;
+        }
+        if (hunting && !best_.empty()) refine(best_.front());
+        else if (least < infinity && particles_of.best().violation <= T(0)) keep({K, goal, particles_of.best_position()}, particles_of.best().fitness);
+    }
+    // What the swarm needs to know of a particle: its merit, or only that it is no better than the particle's own best.
+    void judge(const motion<T>& m, const merit<T>& own, T& fitness, T& violation) {
+        ++evaluations_;
+        fitness = checker_.fitness(m);
+        violation = infinity;
+        const bool has_been_free = own.violation <= T(0);
+        if (has_been_free && !(fitness < own.fitness)) return;
+        const T broken = checker_.violation(m, has_been_free ? T(0) : own.violation);
+        if (broken > T(0)) {
+            if (!has_been_free && broken <= own.violation) {
+                violation = broken;
+                note_fallback(m, broken);
+            }
+            return;
+        }
+        if (checker_.finely_free(m)) {
+            violation = 0;
+            note(m, fitness, "swarm");
+        } else if (!has_been_free) {
+            violation = barely;   // worse than free, better than what is broken at the coarse instants
+        }
+    }
+    static constexpr T barely = T(1e-6);
+
+    std::vector<T> first_row(int K, int goal, const std::vector<motion<T>>& seeds, int i, int particles) {
+        const int n = p_.dofs(), D = K * n;
+        std::vector<T> row(D);
+        const int known_ones = static_cast<int>(seeds.size());
+        const bool as_it_is = i < known_ones;
+        const T spread = as_it_is ? T(0)
+                         : known_ones ? T(s_.swarm_spread) * refining_.uniform()
+                                      : T(0.5) * (T(0.2) + T(1.8) * T(i) / T(particles)) * (T(1) + T(swarm_turns_ % 3));
+        const T pull = as_it_is ? T(0) : T(0.5) * refining_.uniform();
+        for (int k = 0; k < D; ++k) {
+            const T line = p_.straight(goal, k / n, K, k % n);
+            T q = known_ones ? seeds[i % known_ones].points[k] : line;
+            if (!as_it_is) q += pull * (line - q) + spread * refining_.bell();
+            row[k] = std::clamp(q, p_.lower[k % n], p_.upper[k % n]);
+        }
+        return row;
+    }
+
+    motion_problem<T> p_;
+    motion_search_settings s_;
+    motion_checker<T> checker_;
+    class probe<T> probe_;
+    dice<T> probing_, refining_;
+    std::uint64_t seed_;
+    std::uint32_t island_;
+    motion_budget budget_;
+    const std::function<bool()>* go_on_ = nullptr;
+    std::chrono::steady_clock::time_point begun_;
+    bool stopped_ = false, tried_straight_ = false, optimal_ = false;
+    double spent_ = 0, next_question_ = 0;
+    std::int64_t evaluations_ = 0, first_evaluation_ = 0, last_gain_ = 0;
+    std::uint64_t asked_ = 0;
+    int turn_ = 0, swarm_turns_ = 0;
+    T last_noted_ = infinity, fallback_violation_ = infinity;
+    std::vector<known> best_, pool_;   // best_ holds one motion or none
+    motion<T> fallback_;
+    std::vector<motion_record<T>> history_;
+};
+
+}  // namespace SPACEARM_NAMESPACE

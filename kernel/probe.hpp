@@ -1,0 +1,226 @@
+// A way through, found fast: two trees of straight edges, one from the start and one from the goals, grown towards each other.
+//
+// RRT-Connect (Kuffner and LaValle, 2000). Its paths have corners and no timing; they only tell the swarm where to begin.
+// The lanes are instants along one edge.
+#pragma once
+
+#include "motion.hpp"
+#include "random.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+// Random numbers one after the other, made a pack at a time: the same bits at every level.
+template <class T> class dice {
+  public:
+    dice(std::uint64_t seed, std::uint32_t trial, stream purpose) : key_(seed, trial, purpose) {}
+    T uniform() {
+        if (next_ == held) refill();
+        return values_[next_++];
+    }
+    int below(int n) { return std::min(n - 1, static_cast<int>(uniform() * static_cast<T>(n))); }
+    T bell() {   // mean 0, deviation 1: four uniforms summed
+        T sum = uniform();
+        sum += uniform();
+        sum += uniform();
+        sum += uniform();
+        return (sum - T(2)) * T(1.7320508075688772);
+    }
+
+  private:
+    static constexpr int held = 4 * word_lanes;
+    void refill() {
+        const uniform_block<T> block = uniforms<T>(key_, round_++, 0, 0);
+        for (int i = 0; i < 4; ++i) {
+            for (int g = 0; g < packs_of_words<T>; ++g) block.u[i][g].store(&values_[i * word_lanes + g * lanes_of<T>]);
+        }
+        next_ = 0;
+    }
+    random_key key_;
+    std::uint32_t round_ = 0;
+    int next_ = held;
+    T values_[held];
+};
+
+template <class T> class path {
+  public:
+    std::vector<T> points;   // (m, n)
+    int goal = 0;
+    int count(int n) const { return static_cast<int>(points.size()) / n; }
+};
+
+template <class T> T distance_between(const T* a, const T* b, int n) {
+    T sum = 0;
+    for (int d = 0; d < n; ++d) sum += (a[d] - b[d]) * (a[d] - b[d]);
+    return std::sqrt(sum);
+}
+
+struct probe_settings {
+    double step = 1.5;        // [rad or m] longest edge
+    double near_line = 0.5;   // share of the samples drawn around the straight motion ...
+    double spread = 1.0;      // ... with this deviation [rad or m]
+};
+
+template <class T> class probe {
+  public:
+    probe(motion_checker<T>& checker, const probe_settings& settings) : checker_(checker), p_(checker.problem()), settings_(settings), n_(p_.dofs()) {
+        begin_again();
+    }
+
+    // Grows the trees by at most `samples` more; true when they met. go_on() is asked after every sample.
+    template <class GoOn> bool grow(int samples, dice<T>& random, GoOn&& go_on, path<T>& found) {
+        std::vector<T> q(n_), at(n_), next(n_);
+        for (int i = 0; i < samples; ++i) {
+            if (!go_on()) return false;
+            branch &one = from_start_.count() <= from_goals_.count() ? from_start_ : from_goals_;   // the smaller one grows
+            branch &two = &one == &from_start_ ? from_goals_ : from_start_;
+            draw(random, q.data());
+            const int nearest = one.nearest(q.data());
+            one.copy(nearest, at.data());
+            step_towards(at.data(), q.data());
+            if (!checker_.edge_free(at.data(), q.data())) continue;
+            const int added = one.add(q.data(), nearest);
+            int other = two.nearest(q.data());
+            two.copy(other, at.data());
+            for (;;) {
+                next = q;
+                const bool arrives = step_towards(at.data(), next.data());
+                if (!checker_.edge_free(at.data(), next.data())) break;
+                if (arrives) {
+                    join(&one == &from_start_ ? added : other, &one == &from_start_ ? other : added, found);
+                    begin_again();
+                    return true;
+                }
+                other = two.add(next.data(), other);
+                at = next;
+            }
+        }
+        return false;
+    }
+
+    // Leaves out what can be left out, from either end.
+    void shorten(path<T>& way) {
+        for (int i = 0; i + 2 < way.count(n_); ++i) {
+            for (int k = way.count(n_) - 1; k >= i + 2; --k) {
+                if (!straight_free(&way.points[i * n_], &way.points[k * n_])) continue;
+                way.points.erase(way.points.begin() + (i + 1) * n_, way.points.begin() + k * n_);
+                break;
+            }
+        }
+    }
+    T length(const path<T>& way) const {
+        T sum = 0;
+        for (int i = 0; i + 1 < way.count(n_); ++i) sum += distance_between(&way.points[i * n_], &way.points[(i + 1) * n_], n_);
+        return sum;
+    }
+
+  private:
+    // A tree's nodes, one row a joint, so that the nearest is looked for a pack at a time.
+    struct branch {
+        int n = 0;
+        std::vector<std::vector<T>> rows;
+        std::vector<int> parent;
+
+        void reset(int dofs) {
+            n = dofs;
+            rows.assign(n, std::vector<T>(lanes_of<T>, far));
+            parent.clear();
+        }
+        int count() const { return static_cast<int>(parent.size()); }
+        int add(const T* q, int from) {
+            const int at = count();
+            for (int d = 0; d < n; ++d) {
+                if (at == static_cast<int>(rows[d].size())) rows[d].resize(2 * rows[d].size(), far);
+                rows[d][at] = q[d];
+            }
+            parent.push_back(from);
+            return at;
+        }
+        void copy(int i, T* q) const {
+            for (int d = 0; d < n; ++d) q[d] = rows[d][i];
+        }
+        int nearest(const T* q) const {
+            constexpr int W = lanes_of<T>;
+            pack<T> best(std::numeric_limits<T>::max()), where(T(0)), here;
+            T lane[W], index[W];
+            for (int i = 0; i < W; ++i) lane[i] = T(i);
+            here = pack<T>::load(lane);
+            for (int i = 0; i < count(); i += W) {
+                pack<T> squared(T(0));
+                for (int d = 0; d < n; ++d) {
+                    const pack<T> away = pack<T>::load(&rows[d][i]) - q[d];
+                    squared += away * away;
+                }
+                const pack_mask<T> nearer = squared < best;
+                best = select(nearer, squared, best);
+                where = select(nearer, here + T(i), where);
+            }
+            best.store(lane);
+            where.store(index);
+            int k = 0;
+            for (int i = 1; i < W; ++i) {
+                if (lane[i] < lane[k] || (lane[i] == lane[k] && index[i] < index[k])) k = i;
+            }
+            return static_cast<int>(index[k]);
+        }
+        static constexpr T far = T(1e15);   // its square is still a number
+    };
+
+    void begin_again() {
+        from_start_.reset(n_);
+        from_goals_.reset(n_);
+        from_start_.add(p_.start.data(), -1);
+        for (int g = 0; g < p_.goal_count(); ++g) from_goals_.add(p_.goal(g), -1);
+    }
+    void draw(dice<T>& random, T* q) {
+        if (random.uniform() < T(settings_.near_line)) {
+            const T* goal = p_.goal(random.below(p_.goal_count()));
+            const T share = random.uniform();
+            for (int d = 0; d < n_; ++d) {
+                const T on_line = p_.start[d] + (goal[d] - p_.start[d]) * share;
+                q[d] = std::clamp(on_line + T(settings_.spread) * random.bell(), p_.lower[d], p_.upper[d]);
+            }
+            return;
+        }
+        for (int d = 0; d < n_; ++d) q[d] = p_.lower[d] + (p_.upper[d] - p_.lower[d]) * random.uniform();
+    }
+    // Pulls `to` within a step of `from`; whether it was within one already.
+    bool step_towards(const T* from, T* to) const {
+        const T away = distance_between(from, to, n_);
+        if (away <= T(settings_.step)) return true;
+        for (int d = 0; d < n_; ++d) to[d] = from[d] + (to[d] - from[d]) * (T(settings_.step) / away);
+        return false;
+    }
+    bool straight_free(const T* a, const T* b) {
+        std::vector<T> from(a, a + n_), to(n_);
+        const int parts = std::max(1, static_cast<int>(std::ceil(distance_between(a, b, n_) / T(settings_.step))));
+        for (int i = 1; i <= parts; ++i) {
+            for (int d = 0; d < n_; ++d) to[d] = a[d] + (b[d] - a[d]) * T(i) / T(parts);
+            if (!checker_.edge_free(from.data(), to.data())) return false;
+            from = to;
+        }
+        return true;
+    }
+    void join(int at_start, int at_goal, path<T>& found) const {
+        std::vector<int> order;
+        for (int i = at_start; i >= 0; i = from_start_.parent[i]) order.push_back(i);
+        found.points.clear();
+        std::vector<T> q(n_);
+        for (auto i = order.rbegin(); i != order.rend(); ++i) {
+            from_start_.copy(*i, q.data());
+            found.points.insert(found.points.end(), q.begin(), q.end());
+        }
+        for (int i = at_goal; i >= 0; i = from_goals_.parent[i]) {
+            from_goals_.copy(i, q.data());
+            found.points.insert(found.points.end(), q.begin(), q.end());
+            found.goal = i;   // the goals are the first nodes, and have no parent
+        }
+    }
+
+    motion_checker<T>& checker_;
+    const motion_problem<T>& p_;
+    probe_settings settings_;
+    int n_;
+    branch from_start_, from_goals_;
+};
+
+}  // namespace SPACEARM_NAMESPACE

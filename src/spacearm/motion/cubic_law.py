@@ -1,0 +1,59 @@
+"""Time laws with continuous acceleration: cubic B-splines s(x) over [0, 1], by their knots and control points.
+
+Control points that never fall make a law that never turns back. De Boor, A Practical Guide to Splines, 2001.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.motion.bernstein import weights
+from spacearm.motion.spline import cox_de_boor
+from spacearm.motion.timelaw import TimeLaw
+
+Array = NDArray[np.float64]
+
+_DEGREE = 3
+
+
+def abscissae(knots: Array) -> Array:
+    """Return where each control point has its say, (m + 3,): with these as control points s = x.
+
+    Args:
+        knots: (m + 1,) increasing, each once.
+    """
+    all_knots = _repeated(knots, _DEGREE)
+    return np.array([all_knots[i + 1 : i + _DEGREE + 1].mean() for i in range(len(knots) + _DEGREE - 1)])
+
+
+def cubic_basis(knots: Array, x: Array, derivative: int = 0) -> Array:
+    """Return what each control point contributes to s(x) or a derivative, (len(x), m + 3)."""
+    columns = np.eye(len(knots) + _DEGREE - 1)
+    all_knots = _repeated(knots, _DEGREE)
+    for degree in range(_DEGREE, _DEGREE - derivative, -1):
+        columns = degree * np.diff(columns, axis=0) / (all_knots[degree + 1 : -1] - all_knots[1 : -degree - 1])[:, None]
+        all_knots = all_knots[1:-1]
+    return cox_de_boor(x, all_knots, _DEGREE - derivative) @ columns
+
+
+def cubic_law(knots: Array, points: Array) -> TimeLaw:
+    """Return the time law of knots (m + 1,) from 0 to 1 and control points (m + 3,) that rise from 0 to 1."""
+    nodes = (1 - np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))) / 2
+    at = knots[:-1, None] + nodes * np.diff(knots)[:, None]
+    values = (cubic_basis(knots, at.ravel()) @ points).reshape(at.shape)
+    coefficients = np.linalg.solve(weights(_DEGREE, nodes), values[:, :, None])[:, :, 0]
+    coefficients[1:, 0] = coefficients[:-1, -1]
+    coefficients[0, 0], coefficients[-1, -1] = 0.0, 1.0
+    return TimeLaw(knots, coefficients)
+
+
+def halved(knots: Array, points: Array) -> tuple[Array, Array]:
+    """Return the same law with a knot more in the middle of each piece."""
+    finer = np.sort(np.concatenate([knots, (knots[1:] + knots[:-1]) / 2]))
+    at = abscissae(finer)
+    return finer, np.linalg.solve(cubic_basis(finer, at), cubic_basis(knots, at) @ points).astype(np.float64)
+
+
+def _repeated(knots: Array, degree: int) -> Array:
+    return np.concatenate([np.repeat(knots[0], degree), knots, np.repeat(knots[-1], degree)])

@@ -1,0 +1,133 @@
+"""How far a path in time stays inside the joints' limits, and how fast a motion may be run within them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.checks import as_readonly
+from spacearm.errors import ProblemError
+from spacearm.motion.curve import extremes, greatest
+from spacearm.motion.piecewise import PiecewisePath
+from spacearm.motion.spline import Motion, greatest_entries
+from spacearm.robot import Robot
+
+Array = NDArray[np.float64]
+
+# Bezier points carry rounding of about 1e-14 of the control points' size; the duration makes up for it.
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LimitMargins:
+    """How far a trajectory stays inside each joint's limits, for all t, by its hulls.
+
+    Attributes:
+        position: (n,) least distance to a position limit [rad or m]; negative where it may be broken.
+        velocity: (n,) greatest |dq| as a share of the limit; at most 1 if kept.
+        acceleration: (n,) greatest |ddq| as a share of the limit; infinite where dq jumps.
+        jerk: (n,) greatest |dddq| as a share of the limit, infinite where ddq jumps; None where no limit was asked for.
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    jerk: Array | None = None
+
+    @property
+    def holds(self) -> bool:
+        """Whether all limits are kept for all t."""
+        kept = (self.velocity <= 1).all() and (self.acceleration <= 1).all()
+        kept = kept and (self.jerk is None or (self.jerk <= 1).all())
+        return bool(kept and (self.position >= -ROUNDING).all())
+
+
+def fastest_duration(robot: Robot, motion: Motion, *, jerk_limit: ArrayLike | None = None) -> float:
+    """Return the least duration of a uniform time law q(t/T) that keeps velocity and acceleration limits [s].
+
+    With s = t/T, dq/dt = q'/T, d2q/dt2 = q''/T^2 and d3q/dt3 = q'''/T^3, so T is the greatest of |q'|/limit,
+    sqrt(|q''|/limit) and cbrt(|q'''|/limit), with bounds by their hulls: it holds between any samples too. 0 for a motion
+    that does not move.
+
+    Args:
+        robot: whose limits.
+        motion: the path.
+        jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: none.
+
+    Raises:
+        ProblemError: a jerk limit that is no positive number.
+    """
+    return float(fastest_durations(robot, motion.control_points[None], jerk_limit=jerk_limit)[0])
+
+
+def fastest_durations(robot: Robot, control_points: ArrayLike, *, jerk_limit: ArrayLike | None = None) -> Array:
+    """Return `fastest_duration` of many motions at once, (m,) [s].
+
+    Args:
+        robot: whose limits.
+        control_points: (m, K + 2, n) of the motions [rad or m].
+        jerk_limit: as there.
+    """
+    points = np.asarray(control_points, dtype=np.float64)
+    duration = np.zeros(len(points))
+    limits = [robot.velocity, robot.acceleration]
+    if jerk_limit is not None:
+        limits.append(as_jerk_limit(robot, jerk_limit))
+    for derivative, limit in enumerate(limits, start=1):
+        duration = np.maximum(duration, greatest_entries(points / limit, derivative) ** (1 / derivative))
+    return duration * (1 + ROUNDING)
+
+
+def limit_margins(robot: Robot, motion: Motion, duration: float, *, jerk_limit: ArrayLike | None = None) -> LimitMargins:
+    """Return how far a motion run uniformly in this time stays inside the limits, for all t."""
+    time = duration if duration > 0 else np.inf
+    return LimitMargins(
+        position=position_margins(robot, motion),
+        velocity=greatest(motion, 1) / time / robot.velocity,
+        acceleration=greatest(motion, 2) / time**2 / robot.acceleration,
+        jerk=None if jerk_limit is None else greatest(motion, 3) / time**3 / as_jerk_limit(robot, jerk_limit),
+    )
+
+
+def path_margins(robot: Robot, path: PiecewisePath, *, jerk_limit: ArrayLike | None = None) -> LimitMargins:
+    """Return how far a path over time [s] stays inside the limits, for all t, its corners included."""
+    velocity_jumps, acceleration_jumps = (path.jumps(k).any(axis=0) for k in (1, 2))
+    jerk = None
+    if jerk_limit is not None:
+        jerk = greatest_size(path, 3) / as_jerk_limit(robot, jerk_limit)
+        jerk = np.where(velocity_jumps | acceleration_jumps, np.inf, jerk)
+    low, high = extremes(path, 0, tolerance=1e-6)
+    return LimitMargins(
+        position=np.minimum(low - robot.lower, robot.upper - high),
+        velocity=greatest_size(path, 1) / robot.velocity,
+        acceleration=np.where(velocity_jumps, np.inf, greatest_size(path, 2) / robot.acceleration),
+        jerk=jerk,
+    )
+
+
+def greatest_size(path: PiecewisePath, derivative: int) -> Array:
+    """Return a close bound (n,) of a derivative's size for every t."""
+    low, high = extremes(path, derivative)
+    return np.maximum(-low, high).clip(min=0.0)
+
+
+def position_margins(robot: Robot, motion: Motion) -> Array:
+    """Return a motion's least distance to each joint's position limits, (n,); negative where one may be broken."""
+    _, low, high = motion.hulls(0)
+    return np.minimum(low.min(axis=0) - robot.lower, robot.upper - high.max(axis=0))
+
+
+def as_jerk_limit(robot: Robot, jerk_limit: ArrayLike) -> Array:
+    """Check a jerk limit, one number or one a joint, and return it as (n,).
+
+    Raises:
+        ProblemError: another number of them, or one that is not above 0.
+    """
+    given = np.full(robot.dof, jerk_limit) if np.ndim(jerk_limit) == 0 else jerk_limit
+    limit = as_readonly("jerk_limit", given, (robot.dof,), ProblemError, advice="give one number, or one for each joint")
+    if not (limit > 0).all():
+        worst = int(np.argmin(limit))
+        raise ProblemError(f"jerk_limit of joint '{robot.dof_names[worst]}' is {limit[worst]:g}, expected more than 0")
+    return limit

@@ -1,0 +1,72 @@
+"""The quickest trajectory along a motion."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from spacearm.checks import shown
+from spacearm.errors import SettingsError
+from spacearm.motion.margins import as_jerk_limit, fastest_duration
+from spacearm.motion.refined_law import refined_law
+from spacearm.motion.retimed import fastest_duration_of_law
+from spacearm.motion.spline import Motion
+from spacearm.motion.timelaw import TimeLaw
+from spacearm.motion.toppra_law import toppra_law
+from spacearm.motion.trajectory import Trajectory
+from spacearm.robot import Robot
+
+_REFINED_PIECES = 32
+
+
+def time_optimal(
+    robot: Robot, motion: Motion, *, jerk_limit: ArrayLike | None = None, gridpoints: int = 100, pieces: int = 64
+) -> Trajectory:
+    """Return the quickest trajectory along a motion, with continuous acceleration and within the limits for all t.
+
+    toppra's law is made smooth; the result is checked between samples, by hulls, and drawn out by what is missing.
+    With a jerk limit a sequence of linear programmes looks for a better law yet. It is never slower than the uniform law.
+
+    Args:
+        robot: whose limits.
+        motion: the path.
+        jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: none, though accelerations are continuous.
+        gridpoints: intervals of toppra's grid.
+        pieces: of the smooth law; more come closer to toppra's and make less smooth.
+
+    Returns:
+        The trajectory; its `notes` say how much time was saved, and lost by smoothing.
+
+    Raises:
+        ProblemError: the motion does not fit the robot, or a jerk limit that is no positive number.
+        SettingsError: a number of grid points or pieces that is none.
+    """
+    _require_count("gridpoints", gridpoints)
+    _require_count("pieces", pieces)
+    uniform = Trajectory(robot, motion)
+    slow = fastest_duration(robot, motion, jerk_limit=jerk_limit)
+    if slow == 0:
+        return uniform
+    limits = [robot.velocity, robot.acceleration]
+    if jerk_limit is not None:
+        limits.append(as_jerk_limit(robot, jerk_limit))
+    laws: list[tuple[TimeLaw, str]] = []
+    smoothed = toppra_law(motion, limits, slow, gridpoints=gridpoints, pieces=pieces)
+    if smoothed is not None:
+        laws.append((smoothed[0], "toppra's law made smooth"))
+    if jerk_limit is not None or smoothed is None:
+        laws.append((refined_law(motion, limits, pieces=_REFINED_PIECES), "a smooth law by linear programmes"))
+    timed = [(fastest_duration_of_law(robot, motion, law, jerk_limit=jerk_limit), law, what) for law, what in laws]
+    duration, law, what = min(timed, key=lambda entry: entry[0])
+    if duration >= slow:
+        return Trajectory(robot, motion, duration=slow, notes=("the uniform time law: no quicker one was found",))
+    note = f"{what}: {duration:.6g} s, {(1 - duration / slow) * 100:.3g} % less than the uniform law's {slow:.6g} s"
+    if smoothed is not None:
+        note += f"; {(duration / smoothed[1] - 1) * 100:.2g} % more than toppra's, which keeps the limits at grid points only"
+    return Trajectory(robot, motion, duration=duration, time_law=law, notes=(note,))
+
+
+def _require_count(name: str, value: Any) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not 8 <= value <= 10_000:
+        raise SettingsError(f"{name} is {shown(value)}, expected a whole number from 8 to 10000")

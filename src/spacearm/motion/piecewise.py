@@ -1,0 +1,227 @@
+"""Piecewise polynomials: paths over time whose pieces need not be ours, nor fit each other smoothly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import perm
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.checks import Frozen, as_readonly, shown
+from spacearm.errors import ProblemError
+from spacearm.motion.bernstein import differences, halvings, weights
+
+Array = NDArray[np.float64]
+
+_BISECTIONS = 3
+_AT_ONCE = 6  # halvings by one matrix
+_DIGITS = 64 * np.finfo(np.float64).eps  # what of a number's size is taken for rounding when pieces are compared
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PiecewisePath(Frozen):
+    """A piecewise polynomial q(u); u is time [s] in a trajectory.
+
+    Attributes:
+        breaks: (p + 1,) where pieces begin and end, increasing.
+        coefficients: (p, d + 1, n) Bernstein coefficients of each piece [rad or m].
+
+    Raises:
+        ProblemError: shapes that do not fit, numbers that are not finite, or breaks that do not increase.
+    """
+
+    breaks: Array
+    coefficients: Array
+
+    if TYPE_CHECKING:
+
+        def __init__(self, breaks: ArrayLike, coefficients: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
+        breaks = as_readonly("breaks", self.breaks, (None,), ProblemError)
+        coefficients = as_readonly("coefficients", self.coefficients, (None, None, None), ProblemError)
+        if len(breaks) < 2 or 0 in coefficients.shape or len(coefficients) != len(breaks) - 1:
+            raise ProblemError(
+                f"breaks has shape {breaks.shape} and coefficients {coefficients.shape}, "
+                "expected (p + 1,) and (p, degree + 1, n)"
+            )
+        _require_increasing("breaks", breaks)
+        object.__setattr__(self, "breaks", breaks)
+        object.__setattr__(self, "coefficients", coefficients)
+
+    @classmethod
+    def from_linear(cls, t: ArrayLike, q: ArrayLike) -> PiecewisePath:
+        """Join points by straight lines.
+
+        Args:
+            t: (m,) increasing [s].
+            q: (m, n) [rad or m].
+
+        Raises:
+            ProblemError: shapes, numbers or times that do not fit.
+        """
+        t, q = _points(t, q)
+        return cls(t, np.stack([q[:-1], q[1:]], axis=1))
+
+    @classmethod
+    def from_cubic(
+        cls, t: ArrayLike, q: ArrayLike, dq: ArrayLike | None = None, *, ends: Literal["clamped", "natural"] = "clamped"
+    ) -> PiecewisePath:
+        """Join points by cubics: Hermite's where rates are given, else the spline with continuous accelerations.
+
+        Args:
+            t: (m,) increasing [s].
+            q: (m, n) [rad or m].
+            dq: (m, n) rates at the points; None: those of the spline.
+            ends: of the spline: "clamped" (at rest) or "natural" (without acceleration).
+
+        Raises:
+            ProblemError: shapes, numbers or times that do not fit.
+        """
+        t, q = _points(t, q)
+        if ends not in ("clamped", "natural"):
+            raise ProblemError(f"ends is {shown(ends)}, expected 'clamped' (at rest) or 'natural' (without acceleration)")
+        if dq is None:
+            from scipy.interpolate import CubicSpline
+
+            rates = CubicSpline(t, q, bc_type=ends)(t, 1)
+            if ends == "clamped":
+                rates[[0, -1]] = 0.0
+        else:
+            rates = as_readonly("dq", dq, q.shape, ProblemError)
+        third = np.diff(t)[:, None] / 3
+        return cls(t, np.stack([q[:-1], q[:-1] + third * rates[:-1], q[1:] - third * rates[1:], q[1:]], axis=1))
+
+    @classmethod
+    def from_quintic(cls, t: ArrayLike, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> PiecewisePath:
+        """Join points by quintics with the given rates and accelerations, each (m, n).
+
+        Raises:
+            ProblemError: shapes, numbers or times that do not fit.
+        """
+        t, q = _points(t, q)
+        v, a = (as_readonly(name, value, q.shape, ProblemError) for name, value in (("dq", dq), ("ddq", ddq)))
+        h = np.diff(t)[:, None]
+        points = [
+            q[:-1],
+            q[:-1] + h / 5 * v[:-1],
+            q[:-1] + h * 2 / 5 * v[:-1] + h**2 / 20 * a[:-1],
+            q[1:] - h * 2 / 5 * v[1:] + h**2 / 20 * a[1:],
+            q[1:] - h / 5 * v[1:],
+            q[1:],
+        ]
+        return cls(t, np.stack(points, axis=1))
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return self.coefficients.shape[2]
+
+    @property
+    def degree(self) -> int:
+        """The pieces' degree d."""
+        return self.coefficients.shape[1] - 1
+
+    @property
+    def pieces(self) -> int:
+        """Number of polynomial pieces p."""
+        return len(self.coefficients)
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """The first and the last break."""
+        return float(self.breaks[0]), float(self.breaks[-1])
+
+    def sample(self, u: ArrayLike, derivative: int = 0) -> Array:
+        """Return q(u), or a derivative; where pieces disagree, that of the later piece.
+
+        Args:
+            u: (...,); beyond the domain, the ends.
+            derivative: 0 or more.
+
+        Returns:
+            (..., n).
+        """
+        at = np.clip(np.asarray(u, dtype=np.float64), *self.domain)
+        flat = at.ravel()
+        piece = np.clip(np.searchsorted(self.breaks, flat, side="right") - 1, 0, self.pieces - 1)
+        length = self.breaks[piece + 1] - self.breaks[piece]
+        points = self._derived(derivative)
+        rows = weights(points.shape[1] - 1, (flat - self.breaks[piece]) / length)
+        return np.einsum("mb,mbn->mn", rows, points[piece]).reshape(*at.shape, self.dof)
+
+    def hulls(
+        self, derivative: int, *, bisections: int = _BISECTIONS, pieces: NDArray[np.int64] | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Bound a derivative on every piece, for *every* u of it, by the hull of its Bernstein coefficients.
+
+        Args:
+            derivative: 0 or more.
+            bisections: how often the path's own pieces are halved first; each quarters the bounds' excess.
+            pieces: (p,) indices of those wanted, of `self.pieces` 2^bisections; None: all.
+
+        Returns:
+            The pieces' ends (p, 2), and the least and greatest values on each, (p, n).
+        """
+        parts = 2**bisections
+        points = self._derived(derivative)
+        if pieces is None:
+            ours, part = np.divmod(np.arange(self.pieces * parts), parts)
+            every = halvings(points.shape[1] - 1, bisections).reshape(-1, points.shape[1])
+            cut = (every @ points).reshape(-1, *points.shape[1:])
+        else:
+            ours, part = np.divmod(np.asarray(pieces), parts)
+            cut, left = points[ours], bisections
+            while left:
+                now = min(left, _AT_ONCE)
+                left -= now
+                cut = halvings(points.shape[1] - 1, now)[(part >> left) % 2**now] @ cut
+        ends = self._ends(ours, part, parts)
+        return ends, cut.min(axis=1), cut.max(axis=1)
+
+    def derivative(self, order: int = 1) -> PiecewisePath:
+        """Return a derivative as a path of its own, whose pieces need not meet."""
+        return PiecewisePath(self.breaks, self._derived(order))
+
+    def jumps(self, derivative: int) -> Array:
+        """Return by how much a derivative jumps at each inner break, (p - 1, n); what is rounding only is 0."""
+        points = self._derived(derivative)
+        jump = points[1:, 0] - points[:-1, -1]
+        lengths = np.diff(self.breaks)
+        size = np.abs(self.coefficients).max(axis=(1, 2))
+        rounding = _DIGITS * 2**derivative * perm(self.degree, derivative) * size / lengths**derivative
+        return np.where(np.abs(jump) > np.maximum(rounding[1:], rounding[:-1])[:, None], jump, 0.0)
+
+    def is_continuous(self, derivative: int = 0) -> bool:
+        """Whether a derivative, and all before it, have no jump."""
+        return not any(self.jumps(k).any() for k in range(derivative + 1))
+
+    def _derived(self, derivative: int) -> Array:
+        """Return the coefficients of a derivative."""
+        if not derivative:
+            return self.coefficients
+        return differences(self.coefficients, derivative) / np.diff(self.breaks)[:, None, None] ** derivative
+
+    def _ends(self, piece: NDArray[Any], part: NDArray[Any], parts: int) -> Array:
+        """Return where parts of pieces begin and end; the pieces' own ends are exactly the breaks."""
+        share = (part[:, None] + np.arange(2)) / parts
+        begin, end = self.breaks[piece, None], self.breaks[piece + 1, None]
+        return np.where(share == 1, end, begin + share * (end - begin))
+
+
+def _points(t: ArrayLike, q: ArrayLike) -> tuple[Array, Array]:
+    """Check times and the points at them."""
+    times, points = as_readonly("t", t, (None,), ProblemError), as_readonly("q", q, (None, None), ProblemError)
+    if len(times) < 2 or len(points) != len(times) or not points.shape[1]:
+        raise ProblemError(f"t has shape {times.shape} and q {points.shape}, expected (m,) and (m, n) with two points or more")
+    _require_increasing("t", times)
+    return times, points
+
+
+def _require_increasing(name: str, values: Array) -> None:
+    still = np.diff(values) <= 0
+    if still.any():
+        i = int(np.argmax(still))
+        raise ProblemError(f"{name}[{i + 1}] is {values[i + 1]:.9g} after {values[i]:.9g}, expected increasing values")

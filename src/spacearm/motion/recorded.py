@@ -1,0 +1,124 @@
+"""Trajectories that somebody else made: taken as they are, and judged."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.checks import Frozen, shown
+from spacearm.errors import ProblemError
+from spacearm.motion.margins import LimitMargins, path_margins
+from spacearm.motion.piecewise import PiecewisePath
+from spacearm.motion.trajectory import JointState, Trajectory, resting_base
+from spacearm.robot import Robot, forward_kinematics
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RecordedTrajectory(Frozen):
+    """Joint positions over time from elsewhere. It may break limits: `limits` tells.
+
+    Attributes:
+        robot: whose joints move.
+        path: q(t), t from 0 to the duration [s], without jumps.
+        base: "fixed".
+        notes: what was assumed in reading it, a sentence each.
+
+    Raises:
+        ProblemError: the path is for another number of joints, does not begin at 0, or jumps.
+    """
+
+    robot: Robot
+    path: PiecewisePath
+    _: KW_ONLY
+    base: Literal["fixed"] = "fixed"
+    notes: tuple[str, ...] = ()
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, robot: Robot, path: PiecewisePath, *, base: Literal["fixed"] = "fixed", notes: tuple[str, ...] = ()
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.path, PiecewisePath):
+            raise ProblemError(
+                f"path is {shown(self.path)}, expected a PiecewisePath; make one with PiecewisePath.from_linear(t, q)"
+            )
+        if self.path.dof != self.robot.dof:
+            raise ProblemError(
+                f"the path has {self.path.dof} joints, expected the {self.robot.dof} of robot '{self.robot.name}'"
+            )
+        if self.base != "fixed":
+            raise ProblemError(f"base is {shown(self.base)}, expected 'fixed'")
+        if self.path.domain[0] != 0:
+            raise ProblemError(f"the path begins at {self.path.domain[0]:.9g} s, expected 0; take its first time from all")
+        jumps = np.abs(self.path.jumps(0))
+        if jumps.any():
+            i, joint = np.unravel_index(int(np.argmax(jumps)), jumps.shape)
+            raise ProblemError(
+                f"joint '{self.robot.dof_names[int(joint)]}' jumps by {jumps[i, joint]:.4g} "
+                f"at {self.path.breaks[i + 1]:.9g} s, expected a path without jumps; join its pieces"
+            )
+        object.__setattr__(self, "notes", tuple(self.notes))
+
+    @property
+    def curve(self) -> PiecewisePath:
+        """The path over time."""
+        return self.path
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return self.path.domain[1]
+
+    @property
+    def limits(self) -> LimitMargins:
+        """How far it stays inside the joints' limits, for all t."""
+        return self.margins()
+
+    def margins(self, robot: Robot | None = None, *, jerk_limit: ArrayLike | None = None) -> LimitMargins:
+        """Return how far it stays inside the joints' limits, for all t; at a corner the acceleration is infinite.
+
+        Args:
+            robot: whose limits; None: its own.
+            jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: none.
+
+        Raises:
+            ProblemError: a jerk limit that is no positive number.
+        """
+        return path_margins(robot or self.robot, self.path, jerk_limit=jerk_limit)
+
+    def time_at(self, u: ArrayLike) -> Array:
+        """Return when the path's parameter is reached, which is time itself, (...,) [s]."""
+        return np.clip(np.asarray(u, dtype=np.float64), *self.path.domain)
+
+    def sample(self, t: ArrayLike) -> JointState:
+        """Return positions, rates and accelerations.
+
+        Args:
+            t: (...,) time [s]; before 0 and after the duration the arm rests at the ends.
+
+        Returns:
+            q, dq, ddq, each (..., n) [rad or m, per s, per s^2].
+        """
+        time = np.asarray(t, dtype=np.float64)
+        within = ((time >= 0) & (time <= self.duration))[..., None]
+        q, dq, ddq = (self.path.sample(time, k) for k in (0, 1, 2))
+        return JointState(q, np.where(within, dq, 0.0), np.where(within, ddq, 0.0))
+
+    def tip(self, t: ArrayLike, *, frame: str | None = None) -> Array:
+        """Return where a frame is, the end effector unless named: T_w_tip (..., 4, 4), inertial frame [m]."""
+        return forward_kinematics(self.robot, self.sample(t).q, frame=frame)
+
+    def base_pose(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return the base's position (..., 3) [m] and attitude q_wxyz (..., 4) in the inertial frame; fixed: at rest."""
+        return resting_base(t)
+
+
+AnyTrajectory: TypeAlias = Trajectory | RecordedTrajectory
+"""What can be sampled, proven and drawn: a motion with its time law, or joint positions over time from elsewhere."""

@@ -1,0 +1,71 @@
+"""The limits of a motion run by a time law, for every instant."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.motion.margins import ROUNDING, LimitMargins, as_jerk_limit, greatest_size, position_margins
+from spacearm.motion.spline import Motion
+from spacearm.motion.timelaw import TimeLaw, over_time
+from spacearm.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+def fastest_duration_of_law(robot: Robot, motion: Motion, law: TimeLaw, *, jerk_limit: ArrayLike | None = None) -> float:
+    """Return the least duration in which a motion may be run by a time law within the limits [s]; 0: it does not move.
+
+    Raises:
+        ProblemError: a jerk limit that is no positive number, or for a law whose second derivative jumps on the way.
+    """
+    shares = law_margins(robot, motion, law, 1.0, jerk_limit=jerk_limit)
+    velocity, acceleration = float(shares.velocity.max()), float(shares.acceleration.max())
+    jerk = 0.0 if shares.jerk is None else float(shares.jerk.max())
+    return max(velocity, acceleration ** (1 / 2), jerk ** (1 / 3)) * (1 + ROUNDING)
+
+
+def law_margins(
+    robot: Robot, motion: Motion, law: TimeLaw, duration: float, *, jerk_limit: ArrayLike | None = None
+) -> LimitMargins:
+    """Return how far a motion run by a time law stays inside the limits, for all t."""
+    time = duration if duration > 0 else np.inf
+    paths: list[Any] = [over_time(motion, law, 1.0, k) for k in range(1, 3 if jerk_limit is None else 4)]
+    bounds = [greatest_size(path, 0) / time**k for k, path in enumerate(paths, start=1)]
+    jerk = None
+    if jerk_limit is not None:
+        jerk = bounds[2] / as_jerk_limit(robot, jerk_limit)
+        jumps = law.path.jumps(2)[:, 0]
+        at = law.path.breaks[1:-1][jumps != 0]
+        jumping = np.abs(motion.sample(law.sample(at), 1)).max(axis=0, initial=0.0) > 0
+        jerk = np.where(jumping, np.inf, jerk)
+    return LimitMargins(
+        position=position_margins(robot, motion),
+        velocity=bounds[0] / robot.velocity,
+        acceleration=bounds[1] / robot.acceleration,
+        jerk=jerk,
+    )
+
+
+def limit_shares(motion: Motion, limits: list[Array], rates: list[Array]) -> list[Array]:
+    """Return what share of each limit a motion uses at samples of a law, one (m, n) for each limit, with its sign.
+
+    Args:
+        motion: the path.
+        limits: (n,) each: of velocity, acceleration, and jerk if it is limited.
+        rates: (m,) each: s, and its derivatives up to the order of the last limit.
+    """
+    s, *derivatives = rates
+    v, a = (rate[:, None] for rate in derivatives[:2])
+    first, second = motion.sample(s, 1), motion.sample(s, 2)
+    shares = [first * v / limits[0], (second * v**2 + first * a) / limits[1]]
+    if len(limits) > 2:
+        shares.append((motion.sample(s, 3) * v**3 + 3 * second * v * a + first * derivatives[2][:, None]) / limits[2])
+    return shares
+
+
+def needed(shares: list[Array]) -> Array:
+    """Return the factor of time at which each sample keeps all limits, (m,)."""
+    return np.max([np.abs(share).max(axis=1) ** (1 / k) for k, share in enumerate(shares, start=1)], axis=0)

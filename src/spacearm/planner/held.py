@@ -1,0 +1,133 @@
+"""Something held in the hand: a robot whose envelope has grown by it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.checks import as_name, as_readonly, as_transform, shown
+from spacearm.errors import RobotError, nearest
+from spacearm.robot.capsule_fit import Segment
+from spacearm.robot.envelope import Shape, enclosed
+from spacearm.robot.envelope_report import greatest_excess
+from spacearm.robot.model import Frame, LinkCapsule, Robot
+from spacearm.robot.never_meet import joints_between
+from spacearm.robot.segments import axes_of
+from spacearm.robot.tree import require_count
+from spacearm.robot.urdf import CAPSULES_PER_SHAPE
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
+
+Array = NDArray[np.float64]
+
+
+def hold(
+    robot: Robot,
+    obstacle: Obstacle,
+    *,
+    frame: str | None = None,
+    pose: ArrayLike | None = None,
+    touching: Iterable[str] = (),
+    name: str = "held",
+    capsules_per_shape: int = CAPSULES_PER_SHAPE,
+) -> Robot:
+    """Return the robot with something in its hand.
+
+    What is held moves with the frame. It becomes a part of the envelope, and so must keep clear of every obstacle;
+    and of every link, but for those that it may touch and those that no joint moves against it. A frame of its
+    name stands in its own origin.
+
+    Args:
+        robot: the robot; it stays as it is.
+        obstacle: any shape but a half-space. Its coordinates are taken in the frame of `pose`.
+        frame: the frame that holds it; the end effector (`robot.tip`) unless given.
+        pose: (4, 4), T_frame_x, from the coordinates of the obstacle to those of the frame [m], or a point (3,)
+            for one that is not turned; by default they are the same. To take up an obstacle of the scene where it
+            is, give the inverse of `forward_kinematics(robot, q, frame=frame)`.
+        touching: names of links that it may touch, as the fingers around it.
+        name: of the capsules and the frame that it becomes.
+        capsules_per_shape: how many capsules may enclose a box or cylinder; the robot's last note tells by how
+            much they stand out.
+
+    Raises:
+        RobotError: what cannot be held, a frame or link that is not there, a name that is taken, or a pose that
+            is none.
+    """
+    if not isinstance(robot, Robot):
+        raise RobotError(f"robot is {shown(robot)}, expected a Robot; make one with load_robot(...)")
+    as_name("name", name, RobotError)
+    if name in {entry.name for entry in (*robot.frames, *robot.capsules)}:
+        raise RobotError(f"name '{name}' is taken by a link or a frame of robot '{robot.name}'; give another with name=")
+    holder = robot.frame(robot.tip if frame is None else frame)
+    free = _links_to_touch(robot, touching)
+    T_joint_x = holder.T_joint_frame @ _pose(pose)
+    origin, capsules, excess = _enclosed(obstacle, require_count("capsules_per_shape", capsules_per_shape, at_least=1))
+    carried = tuple(
+        LinkCapsule(name=name, joint=holder.joint, a=_moved(T_joint_x, c.a), b=_moved(T_joint_x, c.b), radius=c.radius)
+        for c in capsules
+    )
+    own = axes_of(carried)
+    links = {capsule.name for capsule in robot.capsules} - free
+    moved = {link for link in links if joints_between(robot, own, axes_of([c for c in robot.capsules if c.name == link]))}
+    kind = type(obstacle).__name__.lower()
+    capsule_count = f"{len(capsules)} capsule{'s' if len(capsules) > 1 else ''}"
+    note = f"'{name}', a {kind}, is held by frame '{holder.name}': {capsule_count}, {excess}"
+    return replace(
+        robot,
+        capsules=(*robot.capsules, *carried),
+        frames=(*robot.frames, Frame(name=name, joint=holder.joint, T_joint_frame=T_joint_x @ origin, parent=holder.name)),
+        self_pairs=(*robot.self_pairs, *((name, link) for link in moved)),
+        notes=(*robot.notes, note),
+    )
+
+
+def _enclosed(obstacle: Any, count: int) -> tuple[Array, list[Segment], str]:
+    """Return the obstacle's own frame (4, 4), the capsules around it, and how far they stand out, in words."""
+    T = np.eye(4)
+    if isinstance(obstacle, Sphere):
+        T[:3, 3] = obstacle.center
+        return T, [Segment(obstacle.center, obstacle.center, obstacle.radius)], "exact"
+    if isinstance(obstacle, Capsule):
+        T[:3, 3] = (obstacle.a + obstacle.b) / 2
+        return T, [Segment(obstacle.a, obstacle.b, obstacle.radius)], "exact"
+    if isinstance(obstacle, SphereSet):
+        spheres = [Segment(c, c, float(r)) for c, r in zip(obstacle.centers, obstacle.radii, strict=True)]
+        return T, spheres, "exact" if obstacle.excess is None else f"{1000 * obstacle.excess:.3g} mm too large at most"
+    if isinstance(obstacle, Box):
+        shape = Shape("box", tuple(float(edge) for edge in obstacle.size), obstacle.pose)
+    elif isinstance(obstacle, Cylinder):
+        shape = Shape("cylinder", (obstacle.radius, obstacle.length), obstacle.pose)
+    elif isinstance(obstacle, HalfSpace):
+        raise RobotError("a half-space has no end and cannot be held; give a sphere, capsule, box, cylinder or sphere set")
+    else:
+        raise RobotError(f"obstacle is {shown(obstacle)}, expected a sphere, capsule, box, cylinder or sphere set")
+    capsules = enclosed([shape], count)
+    return obstacle.pose, capsules, f"{1000 * greatest_excess([shape], capsules):.3g} mm too large at most"
+
+
+def _links_to_touch(robot: Robot, touching: Any) -> set[str]:
+    if isinstance(touching, (str, bytes)) or not isinstance(touching, Iterable):
+        raise RobotError(f"touching is {shown(touching)}, expected a list of links, as in touching=['hand']")
+    known = dict.fromkeys([*(capsule.name for capsule in robot.capsules), *(frame.name for frame in robot.frames)])
+    names = list(touching)
+    for link in names:
+        if link not in known:
+            raise RobotError(f"touching names {shown(link)}, which is no link of robot '{robot.name}'; {nearest(link, known)}")
+    return set(names)
+
+
+def _pose(value: Any) -> Array:
+    T = np.eye(4)
+    if value is None:
+        return T
+    if np.ndim(value) == 1:
+        T[:3, 3] = as_readonly("pose", value, (3,), RobotError, advice="give a transform (4, 4) or a point (3,)")
+        return T
+    return as_transform("pose", value, RobotError)
+
+
+def _moved(T: Array, point: Array) -> Array:
+    return T[:3, :3] @ point + T[:3, 3]

@@ -1,0 +1,176 @@
+"""The robot as the proof sees it: capsules on joints, a ball around each link, and what moves relative to what.
+
+A *rider* is a body watched from another one's frame, the base's included: the joints between the two, and only these, move
+it there. Riders come in families: the ball around a link, then the link's capsules, all watched from the same frame.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.robot import Robot
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+_OUTWARD = 1 + 1e-12  # a link's ball is made larger by more than its rounding
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Bodies:
+    """The robot's c capsules, then a ball around each of its l links: b bodies.
+
+    Attributes:
+        capsules: c.
+        ends: (b, e, 3) of the axes, in the frame of the joint each rides on [m]; e is 1 if all are balls, else 2.
+        radius: (b,) [m].
+        joint: (b,) the joint it rides on, -1 for the base.
+        links: (c,) the link of each capsule.
+        members: (c,) the capsules, link by link.
+        first, count: (b,) where in `members` those inside of a link's ball are; count 0 for a capsule.
+    """
+
+    capsules: int
+    ends: Array
+    radius: Array
+    joint: Indices
+    links: Indices
+    members: Indices
+    first: Indices
+    count: Indices
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Riders:
+    """m riders, and the p relative motions that they share.
+
+    Attributes:
+        body: (m,) which body.
+        motion: (m,) by which relative motion.
+        count: (m,) how many riders after it are inside of it; 0 for a capsule.
+        sign: (p, j) how each joint's rate counts in the motion: 1, -1 (it moves the frame watched from), or 0.
+        order: (p, j, j) weights of the pairs of joints (k, i) in the second derivative; see docs/certificate.md.
+        over_base: (l,) riders of the links' balls, watched from the base.
+        self_rider, self_body: (s,) riders of links' balls that must keep clear of the ball whose frame they are watched from.
+    """
+
+    body: Indices
+    motion: Indices
+    count: Indices
+    sign: Array
+    order: Array
+    over_base: Indices
+    self_rider: Indices
+    self_body: Indices
+
+
+@lru_cache(maxsize=16)
+def bodies_of(robot: Robot) -> tuple[Bodies, Riders]:
+    """Return a robot's bodies, and the riders for its obstacles and its pairs of links."""
+    bodies = _bodies(robot)
+    return bodies, _riders(robot, bodies)
+
+
+def _bodies(robot: Robot) -> Bodies:
+    by_link: dict[tuple[str, int], list[int]] = defaultdict(list)
+    for i, capsule in enumerate(robot.capsules):
+        by_link[capsule.name, capsule.joint].append(i)
+    inside = list(by_link.values())
+    count = np.array([len(link) for link in inside], dtype=np.intp)
+    members = np.array([i for link in inside for i in link], dtype=np.intp)
+    links = np.zeros(len(members), dtype=np.intp)
+    links[members] = np.repeat(np.arange(len(inside)), count)
+    a, b = (np.array([getattr(c, end) for c in robot.capsules]).reshape(-1, 3) for end in ("a", "b"))
+    radius = np.array([capsule.radius for capsule in robot.capsules])
+    ends = np.stack([a, b], axis=1)
+    balls = [_ball(ends[link], radius[link]) for link in inside]
+    centers = np.array([center for center, _ in balls]).reshape(-1, 1, 3)
+    ends = np.concatenate([ends, np.repeat(centers, 2, axis=1)])
+    return Bodies(
+        capsules=len(members),
+        ends=ends[:, :1] if np.array_equal(a, b) else ends,
+        radius=np.concatenate([radius, [r for _, r in balls]]),
+        joint=np.array([c.joint for c in robot.capsules] + [joint for _, joint in by_link], dtype=np.intp),
+        links=links,
+        members=members,
+        first=np.concatenate([np.zeros(len(members), np.intp), np.cumsum(count) - count]),
+        count=np.concatenate([np.zeros(len(members), np.intp), count]),
+    )
+
+
+def _ball(ends: Array, radius: Array) -> tuple[Array, float]:
+    """Return centre and radius of a ball around capsules (k, 2, 3)."""
+    grown = radius[:, None, None]
+    center = ((ends - grown).min(axis=(0, 1)) + (ends + grown).max(axis=(0, 1))) / 2
+    return center, float((np.linalg.norm(ends - center, axis=2).max(axis=1) + radius).max()) * _OUTWARD
+
+
+def _riders(robot: Robot, bodies: Bodies) -> Riders:
+    paths: dict[tuple[int, int], int] = {}  # (joint of the body, joint watched from) -> relative motion
+    families: dict[tuple[int, int], int] = {}  # (link's ball, relative motion) -> its first rider
+    body: list[int] = []
+    motion: list[int] = []
+
+    def family(ball: int, watched_from: int) -> int:
+        path = paths.setdefault((int(bodies.joint[ball]), watched_from), len(paths))
+        if (ball, path) not in families:
+            families[ball, path] = len(body)
+            first = bodies.first[ball]
+            body.extend([ball, *bodies.members[first : first + bodies.count[ball]].tolist()])
+            motion.extend([path] * (len(body) - len(motion)))
+        return families[ball, path]
+
+    balls = range(bodies.capsules, len(bodies.radius))
+    over_base = [family(ball, -1) for ball in balls]
+    named = defaultdict(list)
+    for ball in balls:
+        named[robot.capsules[bodies.members[bodies.first[ball]]].name].append(ball)
+    pairs = []
+    for one, other in robot.self_pairs:
+        for near in named[one]:
+            for far in named[other]:
+                low, high = sorted((near, far), key=lambda ball: bodies.joint[ball])
+                pairs.append((family(high, int(bodies.joint[low])), low))
+    sign, order = _relative_motions(robot, list(paths))
+    self_rider, self_body = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+    return Riders(
+        body=np.array(body, dtype=np.intp),
+        motion=np.array(motion, dtype=np.intp),
+        count=bodies.count[body] if body else np.zeros(0, np.intp),
+        sign=sign,
+        order=order,
+        over_base=np.array(over_base, dtype=np.intp),
+        self_rider=self_rider,
+        self_body=self_body,
+    )
+
+
+def _relative_motions(robot: Robot, paths: list[tuple[int, int]]) -> tuple[Array, Array]:
+    count = len(robot.joints)
+    turns = np.array([joint.kind == "revolute" for joint in robot.joints])
+    sign, order = np.zeros((len(paths), count)), np.zeros((len(paths), count, count))
+    for p, (moved, watched_from) in enumerate(paths):
+        up, down = _chain(robot, moved), _chain(robot, watched_from)
+        shared = set(up) & set(down)
+        # From the frame watched from towards the base, and from there out to the body.
+        away = [k for k in reversed(down) if k not in shared] + [k for k in up if k not in shared]
+        for place, k in enumerate(away):
+            sign[p, k] = -1.0 if k in down else 1.0
+            before = away[:place]
+            order[p, k, before] = 2.0 * turns[before]
+            order[p, k, k] = turns[k]
+    return sign, order
+
+
+def _chain(robot: Robot, joint: int) -> list[int]:
+    """Return the joints from the base out to one."""
+    out = []
+    while joint >= 0:
+        out.append(joint)
+        joint = robot.joints[joint].parent
+    return out[::-1]

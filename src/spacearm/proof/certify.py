@@ -1,0 +1,117 @@
+"""The proof of a trajectory, from outside."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Protocol
+
+from numpy.typing import ArrayLike
+
+from spacearm.checks import as_number, shown
+from spacearm.errors import ProblemError, nearest
+from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
+from spacearm.proof.certificate import Certificate, ClosestApproach, Limit, broken_limits
+from spacearm.proof.intervals import Proof
+from spacearm.robot import Robot
+from spacearm.scene import Scene
+
+LIMITS: tuple[Limit, ...] = ("position", "velocity", "acceleration")
+RESOLUTION = 1e-7
+
+
+class HasScene(Protocol):
+    """Whatever has a robot and a scene; a Problem does."""
+
+    @property
+    def robot(self) -> Robot:
+        """What moves."""
+        ...
+
+    @property
+    def scene(self) -> Scene:
+        """What is in the way."""
+        ...
+
+
+def certify(
+    problem: HasScene,
+    trajectory: AnyTrajectory,
+    *,
+    limits: Sequence[Limit] = LIMITS,
+    jerk_limit: ArrayLike | None = None,
+    minimum_clearance: float = 0.0,
+    resolution: float = RESOLUTION,
+) -> Certificate:
+    """Prove that a trajectory keeps clear of the obstacles, of the robot itself, and within the limits for all t.
+
+    Args:
+        problem: the robot, the pairs of its links that must keep clear, and the scene.
+        trajectory: of that robot, ours or anybody's; fixed base.
+        limits: those to be kept, of "position", "velocity" and "acceleration". A path with corners has no acceleration.
+        jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: jerk is not looked at.
+        minimum_clearance: the clearance must be more than this [m].
+        resolution: intervals shorter than this share of the curve are not halved again; "undecided" is said then.
+
+    Returns:
+        The certificate. It never says that a motion holds when it does not; it may be undecided. docs/certificate.md says
+        why.
+
+    Raises:
+        ProblemError: no trajectory, one of another number of joints, or a setting out of its range.
+    """
+    if not isinstance(trajectory, (Trajectory, RecordedTrajectory)):
+        raise ProblemError(f"trajectory is {shown(trajectory)}, expected a Trajectory; make one with Trajectory(robot, motion)")
+    robot, curve = problem.robot, trajectory.curve
+    if curve.dof != robot.dof:
+        raise ProblemError(f"the trajectory moves {curve.dof} joints, expected the {robot.dof} of robot '{robot.name}'")
+    checked = _checked_limits(limits)
+    minimum = as_number("minimum_clearance", minimum_clearance, ProblemError, at_least=0, unit="m")
+    finest = as_number("resolution", resolution, ProblemError, above=0)
+    begun = time.perf_counter()
+    margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
+    checked = checked if jerk_limit is None else (*checked, "jerk")
+    proof = Proof(robot, problem.scene, curve, minimum=minimum, resolution=finest)
+    status = proof.run()
+    if broken_limits(robot, margins, checked):
+        status = "fails"
+    return Certificate(
+        status=status,
+        clearance=proof.proven if status == "holds" else None,
+        minimum_clearance=minimum,
+        closest=_closest(proof, robot, problem.scene, trajectory),
+        limits=margins,
+        checked=checked,
+        resolution=proof.resolution,
+        evaluations=proof.evaluations,
+        seconds=time.perf_counter() - begun,
+        witness=proof.witness.name,
+        robot=robot,
+        scene=problem.scene,
+        trajectory=trajectory,
+    )
+
+
+def _closest(proof: Proof, robot: Robot, scene: Scene, trajectory: AnyTrajectory) -> ClosestApproach | None:
+    near = proof.closest()
+    if near is None:
+        return None
+    obstacle = near.obstacle
+    return ClosestApproach(
+        link=robot.capsules[near.capsule].name,
+        other=f"link '{robot.capsules[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
+        obstacle=obstacle,
+        time=float(trajectory.time_at(near.u)),
+        u=near.u,
+        clearance=near.clearance,
+        points=near.points,
+    )
+
+
+def _checked_limits(limits: Sequence[Limit]) -> tuple[Limit, ...]:
+    if isinstance(limits, str) or not isinstance(limits, Sequence):
+        raise ProblemError(f"limits is {shown(limits)}, expected some of {', '.join(LIMITS)}, as in limits=('position',)")
+    for limit in limits:
+        if limit not in LIMITS:
+            raise ProblemError(f"limits names {shown(limit)}, which is none; {nearest(str(limit), LIMITS)}")
+    return tuple(limit for limit in LIMITS if limit in limits)

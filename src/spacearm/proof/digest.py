@@ -1,0 +1,34 @@
+"""Hashes that tell whether two problems, or two trajectories, are the same."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Any
+
+from spacearm.motion import AnyTrajectory
+from spacearm.motion.plain import trajectory_as_dict
+from spacearm.robot import Robot
+from spacearm.robot.plain import robot_as_dict
+from spacearm.scene import Scene
+from spacearm.scene.plain import scene_as_list
+
+
+def digest(values: Any) -> str:
+    """Return the SHA-256 of plain values, in hexadecimal; the order of keys does not matter."""
+    return hashlib.sha256(json.dumps(values, sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+
+def problem_digest(robot: Robot, scene: Scene) -> str:
+    """Return the SHA-256 of a robot and a scene; where they were read from and how does not matter."""
+    values = robot_as_dict(robot)
+    for provenance in ("source", "notes"):
+        del values[provenance]
+    return digest({"robot": values, "obstacles": scene_as_list(scene)})
+
+
+def trajectory_digest(trajectory: AnyTrajectory) -> str:
+    """Return the SHA-256 of a trajectory's path and time law."""
+    values = trajectory_as_dict(trajectory)
+    del values["notes"]
+    return digest(values)

@@ -1,0 +1,107 @@
+"""Bodies at the middles of stretches, and how far they can get from there.
+
+With joint values v, joint k's share in a body's motion relative to the frame it is watched from is at most rho_k |dv_k|: rho_k
+is the distance of the body's axis (of an end of it, whichever is further) from joint k's axis *at the middle*, or 1 for a
+slide. Moving the joints one after the other, those nearest to the frame first, shows that no drift of rho_k has to be allowed
+for. docs/certificate.md has the proofs of `way` and `bend`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.proof.bodies import Bodies, Riders
+from spacearm.proof.spans import Lines
+from spacearm.robot import Robot
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+Frames = Callable[[Array], Array]
+"""Takes joint values (r, j), gives T_base_joint (r, j + 1, 4, 4); the last is the base itself."""
+
+_ROUNDING = 1e-15  # of a joint's value, relative
+_NUMBERS = 500_000  # at once
+_SQUARED_ROUNDING = 1e-14  # of a squared distance that comes as a difference
+
+
+class JointMap:
+    """From the robot's n degrees of freedom to its j joints' values, mimics included."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.dof = np.array([joint.dof for joint in robot.joints])
+        self.multiplier = np.array([joint.multiplier for joint in robot.joints])
+        self.offset = np.array([joint.offset for joint in robot.joints])
+        self.turns = np.array([joint.kind == "revolute" for joint in robot.joints])
+
+    def values(self, q: Array) -> Array:
+        """Return the joints' values (r, j) at configurations (r, n)."""
+        return q[:, self.dof] * self.multiplier + self.offset
+
+
+class Middles:
+    """Some riders at the middles of r stretches.
+
+    Attributes:
+        frames: (r, j + 1, 4, 4) T_base_joint.
+        position: (r, b, e, 3) the ends of all bodies' axes, in the base frame [m].
+        u, half: (r,) where they are on the curve, and half the stretches' lengths.
+        row: where in what follows a rider stands, -1 for those not watched.
+        way: (r, m, e) no end of a rider's axis gets further than this from where it is at the middle [m].
+        velocity: (r, m, e, 3) of the ends there, per unit of u, in the base frame.
+        bend: (r, m, e) along any direction fixed in the frame watched from, an end gets no further than half the length times
+            its velocity along it, and this [m].
+    """
+
+    def __init__(self, bodies: Bodies, riders: Riders, joints: JointMap, frames: Frames, lines: Lines) -> None:
+        self._bodies, self._riders, self._joints = bodies, riders, joints
+        values = joints.values(lines.q)
+        self.frames = frames(values)
+        self.u, self.half = lines.u, lines.h
+        at = self.frames[:, bodies.joint]  # (r, b, 4, 4)
+        self.position = bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
+        scale = np.abs(joints.multiplier)
+        self._rate = lines.rate[:, joints.dof] * joints.multiplier  # (r, j)
+        self._drift = lines.drift[:, joints.dof] * scale + _ROUNDING * np.abs(values)
+        self._step = np.abs(self._rate) * lines.h[:, None] + self._drift
+        self._z, self._origin = self.frames[:, :-1, :3, 2], self.frames[:, :-1, :3, 3]  # (r, j, 3)
+
+    def watch(self, used: Indices) -> None:
+        """Bound the motions of some riders (m,), and of these only."""
+        self.row = np.full(len(self._riders.body), -1)
+        self.row[used] = np.arange(len(used))
+        size = self.position.shape[0] * self.position.shape[2] * self._step.shape[1]
+        batch = max(1, _NUMBERS // max(size, 1))
+        parts = [self._watched(used[i : i + batch]) for i in range(0, len(used), batch)]
+        self.way, self.bend, self.velocity = (np.concatenate(column, axis=1) for column in zip(*parts, strict=True))
+
+    def _watched(self, used: Indices) -> tuple[Array, Array, Array]:
+        """Return way, bend and velocity of some riders."""
+        body, motion = self._riders.body[used], self._riders.motion[used]
+        moves = np.abs(self._riders.sign)[motion]  # (m, j)
+        points = self.position[:, body]  # (r, m, e, 3)
+        rho = self._reach(points)
+        way = np.einsum("rmej,rmj->rme", rho, self._step[:, None] * moves)
+        pairs = self._step[:, None] * np.einsum("pki,ri->rpk", self._riders.order, self._step) / 2  # (r, p, j)
+        bend = np.einsum("rmej,rmj->rme", rho, self._drift[:, None] * moves + pairs[:, motion])
+        bend += way * (pairs @ self._joints.turns)[:, motion, None]
+        return way, bend, self._velocity(points, motion)
+
+    def _reach(self, points: Array) -> Array:
+        """Return rho (r, m, e, j), rounded up."""
+        away = points[..., None, :] - self._origin[:, None, None]
+        along = np.einsum("rmejc,rjc->rmej", away, self._z)
+        squared = np.einsum("rmejc,rmejc->rmej", away, away)
+        rho = np.sqrt(np.maximum(squared - along**2, 0.0) + _SQUARED_ROUNDING * squared)
+        return np.where(self._joints.turns, rho, 1.0)
+
+    def _velocity(self, points: Array, motion: Indices) -> Array:
+        """Return omega x p + v, from the twists (r, p, 3) of the relative motions."""
+        turns = self._joints.turns[:, None]
+        spin = self._z * turns * self._rate[..., None]
+        push = np.where(turns, np.cross(self._origin, self._z), self._z) * self._rate[..., None]
+        omega, v = self._riders.sign @ spin, self._riders.sign @ push
+        return np.cross(omega[:, motion, None], points) + v[:, motion, None]

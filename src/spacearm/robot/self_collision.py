@@ -1,0 +1,192 @@
+"""Which links of a robot must keep clear of each other, found from its envelope and its joints.
+
+Sampling alone proves nothing, so a pair is left out only for a reason that holds: no joint moves the two
+against each other; they are neighbours, whose envelopes meet at the joint between them; their envelopes meet
+nearly always, so that they say nothing; or it is proven that they cannot meet (`never_meet`). A pair that is
+merely never seen to meet stays in.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.robot.kinematics import base_and_joint_frames, skeleton
+from spacearm.robot.model import LinkCapsule, Robot
+from spacearm.robot.never_meet import joints_between, never_meet
+from spacearm.robot.segments import Axes, axes_of, clearance, placed
+from spacearm.robot.tree import require_count
+
+Array = NDArray[np.float64]
+
+Reason = Literal["checked", "rigid", "adjacent", "always", "cannot meet"]
+
+ALWAYS = 0.95
+"""Share of the samples from which on a pair counts as one that always meets."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkPair:
+    """What was found about two links.
+
+    Attributes:
+        links: their names, in alphabetical order.
+        reason: "checked" if they must keep clear; else why not: "rigid" (no joint moves them against each
+            other), "adjacent" (neighbours, whose envelopes meet in some configurations: the limits of the
+            joint between them must keep them apart), "always" (their envelopes meet in nearly every
+            configuration), "cannot meet" (proven for every configuration within the limits).
+        met: share of the samples in which their envelopes met [-].
+        clearance: the least signed distance in any sample [m].
+    """
+
+    links: tuple[str, str]
+    reason: Reason
+    met: float
+    clearance: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SelfPairs:
+    """Every pair of links with an envelope, and what was found about it.
+
+    Attributes:
+        found: the pairs, in alphabetical order.
+        samples: number of configurations that were looked at.
+    """
+
+    found: tuple[LinkPair, ...]
+    samples: int
+
+    @property
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """The pairs that must keep clear, as `Robot.self_pairs` takes them."""
+        return tuple(pair.links for pair in self.found if pair.reason == "checked")
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence on the whole, and one on each pair that was left out although it can meet."""
+        counts = Counter(pair.reason for pair in self.found)
+        left_out = ", ".join(f"{counts[why]} {why}" for why in ("rigid", "adjacent", "cannot meet") if counts[why])
+        notes = [
+            f"self-collision was computed: {len(self.pairs)} pairs of links must keep clear"
+            + (f" (left out: {left_out})" if left_out else "")
+        ]
+        for pair in self.found:
+            both = " and ".join(f"'{link}'" for link in pair.links)
+            if pair.reason == "always":
+                notes.append(f"the envelopes of {both} meet in {pair.met:.0%} of all configurations: that pair is not checked")
+            elif pair.reason == "adjacent" and pair.met < ALWAYS:
+                notes.append(
+                    f"{both} are neighbours and their envelopes meet in {pair.met:.0%} of all configurations: that pair is not "
+                    "checked, the joint's limits must keep them apart"
+                )
+        return tuple(notes)
+
+
+def find_self_pairs(robot: Robot, *, samples: int = 1000, seed: int = 0) -> SelfPairs:
+    """Find the pairs of links that must keep clear of each other.
+
+    Args:
+        robot: with an envelope.
+        samples: number of random configurations to look at, besides the one nearest to 0.
+        seed: of their random numbers; the same seed gives the same answer.
+
+    Raises:
+        RobotError: `samples` or `seed` is no whole number, 0 or more.
+    """
+    q = _samples(robot, require_count("samples", samples), require_count("seed", seed))
+    frames = base_and_joint_frames(skeleton(robot), q)
+    links: dict[str, list[LinkCapsule]] = {}
+    for capsule in robot.capsules:
+        links.setdefault(capsule.name, []).append(capsule)
+    axes = {name: axes_of(capsules) for name, capsules in links.items()}
+    where = {name: placed(axes[name], frames) for name in links}
+    neighbours = _neighbours(robot, set(links))
+    found, bones = [], skeleton(robot)
+    for first, second in itertools.combinations(sorted(links), 2):
+        least = clearance(where[first], where[second])
+        met = float((least < 0).mean())
+        reason = _reason(bones, axes[first], axes[second], met, (first, second) in neighbours)
+        found.append(LinkPair(links=(first, second), reason=reason, met=met, clearance=float(least.min())))
+    return SelfPairs(found=tuple(found), samples=len(q))
+
+
+def allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool]) -> tuple[tuple[tuple[str, str], ...], tuple[str, ...]]:
+    """Return the pairs of links that must keep clear where somebody else says which may touch, and notes on them.
+
+    Pairs that no joint moves against each other are left out; where their envelopes meet, a note says so.
+
+    Args:
+        robot: with an envelope.
+        may_touch: called with the names of two links.
+    """
+    axes = {name: axes_of([c for c in robot.capsules if c.name == name]) for name in {c.name for c in robot.capsules}}
+    q = np.clip(np.zeros((1, robot.dof)), *finite_range(robot))
+    where = {name: placed(axes[name], base_and_joint_frames(skeleton(robot), q)) for name in axes}
+    pairs, notes = [], []
+    for first, second in itertools.combinations(sorted(axes), 2):
+        if may_touch(first, second):
+            continue
+        if joints_between(robot, axes[first], axes[second]):
+            pairs.append((first, second))
+        elif clearance(where[first], where[second])[0] < 0:
+            notes.append(
+                f"the envelopes of '{first}' and '{second}' meet and no joint moves them apart: that pair is not checked"
+            )
+    return tuple(pairs), (f"self-collision by the SRDF: {len(pairs)} pairs of links must keep clear", *notes)
+
+
+def _reason(robot: Robot, first: Axes, second: Axes, met: float, neighbours: bool) -> Reason:
+    between = joints_between(robot, first, second)
+    if not between:
+        return "rigid"
+    if neighbours and met > 0:
+        return "adjacent"
+    if met >= ALWAYS:
+        return "always"
+    proven = None if met > 0 else never_meet(robot, first, second, between)
+    if proven:
+        return "cannot meet"
+    return "adjacent" if neighbours else "checked"
+
+
+def _samples(robot: Robot, count: int, seed: int) -> Array:
+    lower, upper = finite_range(robot)
+    q = lower + np.random.default_rng(seed).random((count, robot.dof)) * (upper - lower)
+    return np.vstack([np.clip(np.zeros(robot.dof), lower, upper), q])
+
+
+def finite_range(robot: Robot) -> tuple[Array, Array]:
+    """Return limits (n,) and (n,) between which configurations are drawn: one turn where there are none."""
+    lower, upper = robot.lower.copy(), robot.upper.copy()
+    free = np.isinf(lower) & np.isinf(upper)
+    lower[free], upper[free] = -math.pi, math.pi
+    lower, upper = np.where(np.isinf(lower), upper - 2 * math.pi, lower), np.where(np.isinf(upper), lower + 2 * math.pi, upper)
+    return lower, upper
+
+
+def _neighbours(robot: Robot, links: set[str]) -> set[tuple[str, str]]:
+    """Pair each link with the next one towards the base that has an envelope.
+
+    A robot that does not say which frame is whose parent has the links of a joint and its parent joint as neighbours.
+    """
+    parents = {frame.name: frame.parent for frame in robot.frames}
+    if not any(parents.values()):
+        joints = {capsule.name: capsule.joint for capsule in robot.capsules}
+        above = {name: robot.joints[joint].parent if joint >= 0 else None for name, joint in joints.items()}
+        return {(min(a, b), max(a, b)) for a in joints for b in joints if above[a] == joints[b]}
+    found = set()
+    for link in links:
+        parent = parents.get(link, "")
+        while parent and parent not in links:
+            parent = parents.get(parent, "")
+        if parent:
+            found.add((min(link, parent), max(link, parent)))
+    return found

@@ -1,0 +1,227 @@
+"""SRDF files: what MoveIt adds to a URDF. Groups of joints, named states, and pairs of links that may touch.
+
+Read here: group, group_state, end_effector, virtual_joint, passive_joint, disable_collisions,
+disable_default_collisions, enable_collisions and link_sphere_approximation; anything else is left alone.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from spacearm.checks import shown
+from spacearm.errors import FileFormatError, nearest
+from spacearm.reading import located, read_bytes
+
+Pair = tuple[str, str]
+"""Two names of links, in alphabetical order."""
+
+_VIRTUAL = ("fixed", "floating", "planar")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """A group as its file states it: chains (base link, tip link), and names of joints, links and other groups."""
+
+    name: str
+    chains: tuple[Pair, ...] = ()
+    joints: tuple[str, ...] = ()
+    links: tuple[str, ...] = ()
+    subgroups: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroupState:
+    """A named configuration: the value of each joint that it names [rad or m]."""
+
+    name: str
+    group: str
+    values: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndEffector:
+    """A group that is mounted on a link of another."""
+
+    name: str
+    group: str
+    parent_link: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VirtualJoint:
+    """How the robot's root is held in the world: "fixed", "floating" or "planar"."""
+
+    name: str
+    kind: str
+    child_link: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Srdf:
+    """An SRDF file.
+
+    Attributes:
+        source: its path.
+        groups, states, end_effectors, virtual_joints: in the file's order.
+        passive_joints: names of joints without a motor.
+        disabled: pairs of links that need not keep clear.
+        silent_links: links that need not keep clear of anything, but for the pairs in `enabled`.
+        enabled: pairs that must keep clear although one of them is silent.
+        spheres: for each link with an approximation, its spheres (x, y, z, radius) in the link's frame [m].
+    """
+
+    source: str
+    groups: tuple[Group, ...] = ()
+    states: tuple[GroupState, ...] = ()
+    end_effectors: tuple[EndEffector, ...] = ()
+    virtual_joints: tuple[VirtualJoint, ...] = ()
+    passive_joints: tuple[str, ...] = ()
+    disabled: frozenset[Pair] = frozenset()
+    silent_links: frozenset[str] = frozenset()
+    enabled: frozenset[Pair] = frozenset()
+    spheres: tuple[tuple[str, tuple[tuple[float, ...], ...]], ...] = ()
+
+    def may_touch(self, first: str, second: str) -> bool:
+        """Whether two links need not keep clear of each other; as in MoveIt, a disabled pair outweighs an enabled one."""
+        both = pair(first, second)
+        if both in self.disabled:
+            return True
+        return both not in self.enabled and not self.silent_links.isdisjoint(both)
+
+
+def pair(first: str, second: str) -> Pair:
+    """Put two names in alphabetical order."""
+    return (first, second) if first <= second else (second, first)
+
+
+def load_srdf(path: str | os.PathLike[str]) -> Srdf:
+    """Read an SRDF file.
+
+    Raises:
+        FileFormatError: no such file, no XML, no SRDF, or an element without what it needs; the line is named.
+    """
+    content = read_bytes(path, what="an SRDF")
+    with located(path):
+        return _srdf(_root(content), str(path))
+
+
+def _root(content: bytes) -> Any:
+    from spacearm.robot.xml_root import xml_root
+
+    root = xml_root(content, what="an SRDF", root="robot")
+    if root.find("link") is not None:
+        raise FileFormatError(
+            "this holds <link> elements, expected an SRDF; is it the URDF? give that first, and this as srdf="
+        )
+    return root
+
+
+def _srdf(root: Any, source: str) -> Srdf:
+    groups = tuple(_group(element) for element in root.findall("group"))
+    _require_once("group", root.findall("group"), [group.name for group in groups])
+    states = tuple(_state(element) for element in root.findall("group_state"))
+    keys = [f"{state.group}/{state.name}" for state in states]
+    _require_once("group_state", root.findall("group_state"), keys)
+    spheres = tuple(_spheres(element) for element in root.findall("link_sphere_approximation"))
+    _require_once("link_sphere_approximation", root.findall("link_sphere_approximation"), [link for link, _ in spheres])
+    return Srdf(
+        source=source,
+        groups=groups,
+        states=states,
+        end_effectors=tuple(
+            EndEffector(name=name, group=group, parent_link=link)
+            for name, group, link in _all(root, "end_effector", "name", "group", "parent_link")
+        ),
+        virtual_joints=tuple(_virtual_joint(element) for element in root.findall("virtual_joint")),
+        passive_joints=tuple(name for (name,) in _all(root, "passive_joint", "name")),
+        disabled=frozenset(pair(a, b) for a, b in _all(root, "disable_collisions", "link1", "link2")),
+        silent_links=frozenset(link for (link,) in _all(root, "disable_default_collisions", "link")),
+        enabled=frozenset(pair(a, b) for a, b in _all(root, "enable_collisions", "link1", "link2")),
+        spheres=spheres,
+    )
+
+
+def _group(element: Any) -> Group:
+    (name,) = _texts(element, "name")
+    group = Group(
+        name=name,
+        chains=tuple((base, tip) for base, tip in _all(element, "chain", "base_link", "tip_link")),
+        joints=tuple(joint for (joint,) in _all(element, "joint", "name")),
+        links=tuple(link for (link,) in _all(element, "link", "name")),
+        subgroups=tuple(subgroup for (subgroup,) in _all(element, "group", "name")),
+    )
+    return group
+
+
+def _state(element: Any) -> GroupState:
+    name, group = _texts(element, "name", "group")
+    values = []
+    for joint in element.findall("joint"):
+        (joint_name,) = _texts(joint, "name")
+        numbers = _numbers(joint, "value")
+        if len(numbers) == 1:  # a virtual joint has several, and is none of ours
+            values.append((joint_name, numbers[0]))
+    _require_once("joint", element.findall("joint"), [joint.get("name") for joint in element.findall("joint")])
+    return GroupState(name=name, group=group, values=tuple(values))
+
+
+def _virtual_joint(element: Any) -> VirtualJoint:
+    name, kind, child = _texts(element, "name", "type", "child_link")
+    if kind not in _VIRTUAL:
+        with _at(element):
+            raise FileFormatError(f"<virtual_joint> '{name}' has type {shown(kind)}, which is none; {nearest(kind, _VIRTUAL)}")
+    return VirtualJoint(name=name, kind=kind, child_link=child)
+
+
+def _spheres(element: Any) -> tuple[str, tuple[tuple[float, ...], ...]]:
+    (link,) = _texts(element, "link")
+    spheres = []
+    for sphere in element.findall("sphere"):
+        center, radius = _numbers(sphere, "center", count=3), _numbers(sphere, "radius", count=1)
+        if radius[0] < 0:
+            with _at(sphere):
+                raise FileFormatError(f"<sphere radius> of link '{link}' is {radius[0]:g}, expected 0 or more [m]")
+        if radius[0] > 0:  # a radius of 0 says that there is none
+            spheres.append((*center, radius[0]))
+    return link, tuple(spheres)
+
+
+def _all(parent: Any, tag: str, *attributes: str) -> Iterable[tuple[str, ...]]:
+    for element in parent.findall(tag):
+        yield _texts(element, *attributes)
+
+
+def _texts(element: Any, *attributes: str) -> tuple[str, ...]:
+    for attribute in attributes:
+        if not (element.get(attribute) or "").strip():
+            with _at(element):
+                raise FileFormatError(f'<{element.tag}> has no {attribute}, expected <{element.tag} {attribute}="...">; add it')
+    return tuple(element.get(attribute).strip() for attribute in attributes)
+
+
+def _numbers(element: Any, attribute: str, *, count: int | None = None) -> list[float]:
+    (text,) = _texts(element, attribute)
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        numbers = []
+    if not numbers or (count is not None and len(numbers) != count) or not all(map(math.isfinite, numbers)):
+        wanted = "finite numbers" if count is None else f"{count} finite number{'s' if count > 1 else ''}"
+        with _at(element):
+            raise FileFormatError(f"<{element.tag} {attribute}> is {shown(text)}, expected {wanted}")
+    return numbers
+
+
+def _require_once(tag: str, elements: list[Any], names: list[str]) -> None:
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            with _at(elements[i]):
+                raise FileFormatError(f"<{tag}> '{name}' is there twice, expected once; remove one of them")
+
+
+def _at(element: Any) -> Any:
+    return located(f"line {element.sourceline}")

@@ -1,0 +1,212 @@
+"""A surface of triangles: how far points are from it, and whether they are inside of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.scene.box_tree import Array, BoxTree, Indices, squared_distance
+
+_CHUNK = 20_000  # queries at once, for the memory's sake
+
+
+class Surface:
+    """Triangles, and a tree to find the nearest.
+
+    Attributes:
+        triangles: (n, 3, 3) corners [m]; a triangle may be a segment or a point.
+    """
+
+    def __init__(self, triangles: Array) -> None:
+        """Take triangles (n, 3, 3), at least one [m]."""
+        self.triangles = triangles
+        self._columns = np.ascontiguousarray(np.moveaxis(triangles, 0, 2))  # corner, axis, triangle
+        self._low, self._high = triangles.min(axis=1), triangles.max(axis=1)
+        self._tree = BoxTree(self._low, self._high)
+
+    def nearest(self, points: Array) -> tuple[Array, Array]:
+        """Return for points (m, 3) the distance (m,) and the nearest point of the surface (m, 3) [m]."""
+        if len(points) > _CHUNK:
+            parts = [self.nearest(points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)]
+            return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+        best = np.full(len(points), np.inf)
+        found = np.zeros((len(points), 3))
+        self._take(points, np.arange(len(points)), self._tree.first_leaf(points), best, found)
+        # A little more than the distance found, lest rounding hide the triangle it was found on.
+        point, leaf = self._tree.leaves_within(points, best * (1 + 1e-12))
+        self._take(points, point, leaf, best, found)
+        return best, found
+
+    def _take(self, points: Array, point: Indices, leaf: Indices, best: Array, found: Array) -> None:
+        """Compare points with the triangles of leaves, and keep what is nearer than the best so far."""
+        place, triangle = self._tree.items(leaf)
+        point = point[place]
+        boxes = squared_distance(points[point], self._low[triangle], self._high[triangle])
+        near = boxes <= (best * (1 + 1e-12))[point] ** 2
+        point, triangle = point[near], triangle[near]
+        at = closest_on_triangles(points[point].T, self._columns[:, :, triangle]).T
+        distance = np.linalg.norm(at - points[point], axis=1)
+        order = np.lexsort((distance, point))
+        point, distance, at = point[order], distance[order], at[order]
+        first = np.flatnonzero(np.diff(point, prepend=-1))
+        point, distance, at = point[first], distance[first], at[first]
+        nearer = distance < best[point]
+        best[point[nearer]] = distance[nearer]
+        found[point[nearer]] = at[nearer]
+
+
+def closest_on_triangles(points: Array, triangles: Array) -> Array:
+    """Return the nearest point of each triangle (3, 3, m), segment or point, to its point (3, m); corner first, (3, m) [m]."""
+    squared, out = np.full(points.shape[1], np.inf), np.empty_like(points)
+    for i in range(3):
+        start, along = triangles[i], triangles[(i + 1) % 3] - triangles[i]
+        length2 = _dot(along, along)
+        share = np.clip(_dot(points - start, along) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
+        _keep_nearer(points, start + share * along, None, squared, out)
+    a, b, c = triangles
+    normal = _cross(b - a, c - a)
+    length2 = _dot(normal, normal)
+    foot = points - _dot(points - a, normal) / np.where(length2 > 0, length2, 1.0) * normal
+    inside = length2 > 0
+    for start, end in ((a, b), (b, c), (c, a)):
+        inside &= _dot(_cross(end - start, foot - start), normal) >= 0
+    _keep_nearer(points, foot, inside, squared, out)
+    return out
+
+
+def _keep_nearer(points: Array, at: Array, where: NDArray[np.bool_] | None, squared: Array, out: Array) -> None:
+    away = points - at
+    now = _dot(away, away)
+    nearer = now < squared if where is None else where & (now < squared)
+    np.copyto(squared, now, where=nearer)
+    np.copyto(out, at, where=nearer)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+class Inside:
+    """Whether points are inside a closed surface, by the triangles that a ray from them meets.
+
+    A point is inside where the surface winds around it: cavities are outside, and where closed parts overlap it is inside.
+    """
+
+    def __init__(self, vertices: Array, faces: NDArray[np.intp], *, oriented: bool) -> None:
+        """Take vertices (k, 3) [m] and faces (n, 3) of a closed surface.
+
+        Args:
+            vertices: each place once.
+            faces: indices of vertices.
+            oriented: whether neighbouring faces agree on which side is out; else inside is where a ray meets the surface
+                an odd number of times.
+        """
+        self._faces, self._oriented = faces, oriented
+        self._views = [_View(vertices @ turn.T, faces) for turn in _TURNS]
+
+    def __call__(self, points: Array) -> NDArray[np.bool_]:
+        """Return whether each point (m, 3) is inside; of points on the surface either may be said."""
+        out = np.zeros(len(points), dtype=bool)
+        unsure = np.arange(len(points))
+        for turn, view in zip(_TURNS, self._views, strict=True):
+            above, total = view.crossings(points[unsure] @ turn.T, oriented=self._oriented)
+            out[unsure] = above % 2 != 0 if not self._oriented else above != 0
+            # A whole line meets a closed surface as often inwards as outwards; else it met an edge, and rounding decided.
+            unsure = unsure[total % 2 != 0 if not self._oriented else total != 0]
+            if not unsure.size:
+                break
+        return out
+
+
+class _View:
+    """The triangles seen along z, sorted into squares."""
+
+    def __init__(self, vertices: Array, faces: NDArray[np.intp]) -> None:
+        self._vertices, self._faces = vertices, faces
+        corners = vertices[faces][:, :, :2]
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        self._origin = low.min(axis=0)
+        size = np.maximum(high.max(axis=0) - self._origin, 1e-300)
+        side = max(1, min(1024, int(np.sqrt(len(faces)))))
+        while True:
+            self._side, self._scale = side, side / size
+            first, last = self._square(low), self._square(high)
+            wide = last - first + 1
+            if side == 1 or wide.prod(axis=1).sum() <= 16 * len(faces) + 1000:
+                break
+            side //= 2
+        count = wide.prod(axis=1)
+        face = np.repeat(np.arange(len(faces)), count)
+        step = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
+        column, row = step % wide[face, 0], step // wide[face, 0]
+        square = (first[face, 0] + column) * self._side + first[face, 1] + row
+        order = np.argsort(square, kind="stable")
+        self._entries = face[order]
+        self._start = np.searchsorted(square[order], np.arange(self._side**2 + 1))
+
+    def _square(self, points: Array) -> Indices:
+        return np.clip(((points - self._origin) * self._scale).astype(np.intp), 0, self._side - 1)
+
+    def crossings(self, points: Array, *, oriented: bool) -> tuple[Indices, Indices]:
+        """Return how often the ray upwards from each point, and the whole line through it, crosses the surface."""
+        above, total = np.zeros(len(points), dtype=np.intp), np.zeros(len(points), dtype=np.intp)
+        where = self._square(points[:, :2])
+        square = where[:, 0] * self._side + where[:, 1]
+        for block in _blocks(self._start[square + 1] - self._start[square], 2_000_000):
+            count = self._start[square[block] + 1] - self._start[square[block]]
+            point = np.repeat(np.arange(len(points))[block], count)
+            step = np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
+            face = self._entries[np.repeat(self._start[square[block]], count) + step]
+            hit, sign, height = self._hits(points[point], face)
+            point = point[hit]
+            turn = sign if oriented else np.ones(len(point), dtype=np.intp)
+            np.add.at(total, point, turn)
+            over = height > points[point, 2]
+            np.add.at(above, point[over], turn[over])
+        return above, total
+
+    def _hits(self, points: Array, face: Indices) -> tuple[NDArray[np.bool_], Indices, Array]:
+        """Return which pairs of a point and a face meet, seen along z; for those the face's turn and height."""
+        corner = self._faces[face]
+        weights, left = [], []
+        for i in range(3):
+            a, b = corner[:, i], corner[:, (i + 1) % 3]
+            # From the lesser index to the greater, so that two faces with a common edge compute the very same number.
+            swapped = a > b
+            u, v = self._vertices[np.where(swapped, b, a)], self._vertices[np.where(swapped, a, b)]
+            area = (v[:, 0] - u[:, 0]) * (points[:, 1] - u[:, 1]) - (v[:, 1] - u[:, 1]) * (points[:, 0] - u[:, 0])
+            left.append((area > 0) != swapped)
+            weights.append(np.where(swapped, -area, area))
+        hit = (left[0] == left[1]) & (left[1] == left[2])
+        w = np.stack(weights, axis=1)[hit][:, [1, 2, 0]]  # of the corner that lies opposite
+        total = w.sum(axis=1)
+        flat = total == 0
+        z = self._vertices[corner[hit], 2]
+        height = np.where(flat, z.max(axis=1), (w * z).sum(axis=1) / np.where(flat, 1.0, total))
+        return hit, np.where(left[0][hit], 1, -1), height
+
+
+def _blocks(counts: Indices, most: int) -> list[slice]:
+    """Cut a list into slices whose counts add up to no more than `most`, or that have one entry."""
+    ends = np.searchsorted(np.cumsum(counts), np.arange(most, counts.sum() + most, most), side="right")
+    cuts = np.unique(np.concatenate([[0], ends, [len(counts)]]))
+    return [slice(int(a), int(b)) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+
+
+def _turned(*angles: float) -> Array:
+    out = np.eye(3)
+    for i, angle in enumerate(angles):
+        turn = np.eye(3)
+        j, k = (i + 1) % 3, (i + 2) % 3
+        turn[j, j] = turn[k, k] = np.cos(angle)
+        turn[j, k], turn[k, j] = -np.sin(angle), np.sin(angle)
+        out = turn @ out
+    return out
+
+
+# Views that no one's mesh is aligned with.
+_TURNS = (_turned(0.6180, 1.2345, 0.4142), _turned(2.2361, 0.5772, 1.7321), _turned(1.0987, 2.7183, 0.3679))

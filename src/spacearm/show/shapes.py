@@ -1,0 +1,169 @@
+"""Obstacles as drawings: what they span, their outlines as seen from somewhere, and where they cut a plane."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
+
+Array = NDArray[np.float64]
+
+_TURN = np.linspace(0.0, 2 * np.pi, 73)[:-1]
+_COS, _SIN = np.cos(_TURN)[:, None], np.sin(_TURN)[:, None]
+_MOST_ARCS = 2000  # balls whose common outline is still worked out; each is compared with all others
+
+Convex = Sphere | Capsule | Box | Cylinder
+
+
+def span(obstacle: Obstacle) -> tuple[Array, Array]:
+    """Return the least and the greatest coordinates, (3,) each [m]; of a half-space, those of its point."""
+    if isinstance(obstacle, SphereSet):
+        reach = obstacle.radii[:, None]
+        return (obstacle.centers - reach).min(axis=0), (obstacle.centers + reach).max(axis=0)
+    if isinstance(obstacle, HalfSpace):
+        return obstacle.point, obstacle.point
+    if isinstance(obstacle, Sphere):
+        return obstacle.center - obstacle.radius, obstacle.center + obstacle.radius
+    if isinstance(obstacle, Capsule):
+        ends = np.array([obstacle.a, obstacle.b])
+        return ends.min(axis=0) - obstacle.radius, ends.max(axis=0) + obstacle.radius
+    R, middle = obstacle.pose[:3, :3], obstacle.pose[:3, 3]
+    if isinstance(obstacle, Box):
+        reach = np.abs(R) @ obstacle.size / 2
+    else:
+        reach = np.abs(R[:, 2]) * obstacle.length / 2 + obstacle.radius * np.sqrt(np.clip(1 - R[:, 2] ** 2, 0, 1))
+    return middle - reach, middle + reach
+
+
+def middle(obstacle: Obstacle) -> Array:
+    """Return the point (3,) by which obstacles are told nearer or farther [m]."""
+    low, high = span(obstacle)
+    return (low + high) / 2
+
+
+def silhouette(obstacle: Convex, across: Array, up: Array) -> Array:
+    """Return the outline of a convex obstacle seen at right angles to two unit vectors.
+
+    Args:
+        obstacle: the obstacle.
+        across, up: (3,) the picture's axes, at right angles.
+
+    Returns:
+        (k, 3) points of the obstacle, in the order of the outline, counter-clockwise [m].
+    """
+    disc = _COS * across + _SIN * up
+    if isinstance(obstacle, Sphere):
+        return obstacle.center + obstacle.radius * disc
+    if isinstance(obstacle, Capsule):
+        points = np.concatenate([end + obstacle.radius * disc for end in (obstacle.a, obstacle.b)])
+    elif isinstance(obstacle, Box):
+        points = np.concatenate(box_faces(obstacle))
+    else:
+        points = np.concatenate(cylinder_ends(obstacle))
+    return points[hull(points @ np.column_stack([across, up]))]
+
+
+def box_faces(box: Box) -> list[Array]:
+    """Return the six faces, (4, 3) each, counter-clockwise seen from outside [m]: -x, +x, -y, +y, -z, +z."""
+    faces = []
+    for axis in range(3):
+        u, v = np.roll(np.eye(3), axis, axis=1)[1:]
+        for side in (-1.0, 1.0):
+            corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)][:: int(side)]
+            local = [(side * np.eye(3)[axis] + a * u + b * v) * box.size / 2 for a, b in corners]
+            faces.append(np.array(local) @ box.pose[:3, :3].T + box.pose[:3, 3])
+    return faces
+
+
+def cylinder_ends(cylinder: Cylinder) -> list[Array]:
+    """Return the two rims, (72, 3) each, counter-clockwise seen from outside [m]: -z, +z."""
+    ends = []
+    for side in (-1.0, 1.0):
+        rim = np.column_stack([_COS, side * _SIN, np.full_like(_COS, side * cylinder.length / 2 / cylinder.radius)])
+        ends.append(cylinder.radius * rim @ cylinder.pose[:3, :3].T + cylinder.pose[:3, 3])
+    return ends
+
+
+def hull(points: Array) -> NDArray[np.intp]:
+    """Return the indices of the corners of the convex hull of points (k, 2), counter-clockwise (monotone chain)."""
+    order = np.lexsort((points[:, 1], points[:, 0]))
+    halves = []
+    for sequence in (order, order[::-1]):
+        chain: list[int] = []
+        for i in sequence.tolist():
+            while len(chain) > 1 and _turn(points[chain[-2]], points[chain[-1]], points[i]) <= 0:
+                chain.pop()
+            chain.append(i)
+        halves.append(chain[:-1])
+    return np.array([*halves[0], *halves[1]] or [int(order[0])], dtype=np.intp)
+
+
+def _turn(a: Array, b: Array, c: Array) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def common_outline(centers: Array, radii: Array) -> Array:
+    """Return the outline of discs in the plane that overlap, as one line with gaps.
+
+    Args:
+        centers: (k, 2) [m].
+        radii: (k,) [m].
+
+    Returns:
+        (m, 2) points [m], NaN where the pen is lifted; empty if there are too many discs to draw one.
+    """
+    if len(centers) > _MOST_ARCS:
+        return np.empty((0, 2))
+    turn = np.linspace(0.0, 2 * np.pi, 97 if len(centers) < 200 else 33)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    parts = []
+    for i, (center, radius) in enumerate(zip(centers, radii, strict=True)):
+        rim = center + radius * circle
+        near = np.linalg.norm(centers - center, axis=1) < radius + radii
+        near[i] = False
+        apart = np.linalg.norm(rim[:, None] - centers[near], axis=2) - radii[near]
+        rim[(apart < -1e-9 * radius).any(axis=1)] = np.nan
+        parts += [rim, np.full((1, 2), np.nan)]
+    return np.concatenate(parts)
+
+
+def cut(half_space: HalfSpace, low: Array, high: Array) -> Array:
+    """Return where the plane of a half-space cuts a box, (k, 3) corners in order [m]; empty if it does not."""
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1).reshape(-1, 3)
+    height = (corners - half_space.point) @ half_space.normal
+    a, b = np.nonzero(np.triu((corners[:, None] != corners).sum(axis=2) == 1))  # the box's edges
+    crossed = (height[a] > 0) != (height[b] > 0)
+    a, b = a[crossed], b[crossed]
+    share = (height[a] / (height[a] - height[b]))[:, None]
+    points = corners[a] + share * (corners[b] - corners[a])
+    if len(points) < 3:
+        return np.empty((0, 3))
+    return points[hull(points @ _plane_axes(half_space.normal))]
+
+
+def cut_in_plane(half_space: HalfSpace, low: Array, high: Array) -> Array:
+    """Return the part of a rectangle in the plane z = 0 that is solid, (k, 2) corners in order [m]; empty if none is.
+
+    A half-space whose boundary does not cross the plane z = 0 covers all of it or nothing, and is left out.
+    """
+    corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+    normal = half_space.normal
+    if np.hypot(normal[0], normal[1]) < 1e-9:
+        return np.empty((0, 2))
+    height = (corners - half_space.point[:2]) @ normal[:2] - half_space.point[2] * normal[2]
+    kept = []
+    for i in range(4):
+        j = (i + 1) % 4
+        if height[i] <= 0:
+            kept.append(corners[i])
+        if (height[i] <= 0) != (height[j] <= 0):
+            kept.append(corners[i] + height[i] / (height[i] - height[j]) * (corners[j] - corners[i]))
+    return np.array(kept, dtype=np.float64).reshape(-1, 2)
+
+
+def _plane_axes(normal: Array) -> Array:
+    """Return two unit vectors in a plane, (3, 2)."""
+    u = np.asarray(np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]), dtype=np.float64)
+    u /= np.linalg.norm(u)
+    return np.column_stack([u, np.asarray(np.cross(normal, u), dtype=np.float64)])

@@ -1,0 +1,166 @@
+"""Why there can be no plan: contacts, limits and closest approaches, against closed forms and Coal."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import strategies
+import urdf_text
+from oracles.coal_shapes import clearances as coal_clearances
+from oracles.pinocchio_points import joint_frames as pinocchio_frames
+from proof.dense import planar
+from snapshot import assert_sentence
+from spacearm.planner import ConfigurationGoal, PlannerSettings, PoseGoal, PositionGoal, Problem
+from spacearm.planner.explain import EndReport, check_ends, contacts, explain_goal, reach_of
+from spacearm.planner.goal_search import find_goal_configurations
+from spacearm.robot import Robot, forward_kinematics, load_robot
+from spacearm.scene import Scene, Sphere, pose
+
+ARM = load_robot("zhang2022")
+FEW = PlannerSettings(goal_candidates=2)
+
+
+def turn(goal: Any, *scene: Sphere, robot: Robot | None = None, start: Any = (-1.0, 0.0)) -> Problem:
+    """The planar arm, two links of 1 m, stretched at first."""
+    return Problem(robot or planar(), Scene(scene), start=start, goal=goal)
+
+
+def explained(problem: Problem) -> EndReport:
+    """What the planner would say of a problem whose motion cannot begin or end."""
+    report = check_ends(problem)
+    return report if report.status != "free" else explain_goal(problem, find_goal_configurations(problem, FEW, 0))
+
+
+def bent() -> Robot:
+    """The planar arm with an elbow that hardly bends."""
+    return planar(lower=(-np.pi, -0.1), upper=(np.pi, 0.1))
+
+
+def slide() -> Robot:
+    """A slide of 2 m along x and an arm of 0.5 m on it."""
+    limit = 'lower="-1" upper="1" velocity="1"'
+    text = urdf_text.chain(
+        urdf_text.joint("slide", "link_0", "link_1", kind="prismatic", limit=limit, axis="1 0 0"),
+        urdf_text.joint("swing", "link_1", "link_2", kind="continuous"),
+        urdf_text.joint("end", "link_2", "link_3", kind="fixed", xyz="0.5 0 0"),
+    )
+    return urdf_text.loaded(text, tip="link_3")
+
+
+BALL = Sphere((1.5, 0.0, 0.0), 0.1, name="ball")
+NEAR = Sphere((0.5, 0.1, 0.0), 0.1)
+CASES: dict[str, Any] = {
+    "start in collision": lambda: turn((2.0, 0.0), BALL, start=(0.0, 0.0)),
+    "start in collision twice": lambda: turn((2.0, 0.0), BALL, NEAR, start=(0.0, 0.0)),
+    "start in collision with five": lambda: turn(
+        (2.0, 0.0), *[Sphere((1.5, 0.02 * i, 0), 0.1) for i in range(5)], start=(0, 0)
+    ),
+    "start touches": lambda: turn((2.0, 0.0), Sphere((1.5, 0.15, 0.0), 0.1), start=(0.0, 0.0)),
+    "both ends in collision": lambda: turn((0.1, 0.0), BALL, start=(0.0, 0.0)),
+    "goal in collision": lambda: turn((0.0, 0.0), BALL),
+    "goal in collision within its tolerance": lambda: turn(ConfigurationGoal((0, 0), tolerance=0.05), BALL),
+    "all goals in collision": lambda: turn([(0.0, 0.0), (0.09, 0.0), (0.02, 0.0)], BALL),
+    "position inside a ball": lambda: turn(PositionGoal((1.5, 0.0, 0.0)), BALL),
+    "position out of reach": lambda: turn(PositionGoal((3.0, 4.0, 0.0))),
+    "position out of the plane": lambda: turn(PositionGoal((1.0, 0.0, 0.3))),
+    "position that the elbow's limit keeps": lambda: turn(PositionGoal((1.0, 0.0, 0.0)), robot=bent()),
+    "pose that the elbow's limit keeps": lambda: turn(PoseGoal(forward_kinematics(planar(), [0.3, 1.0])), robot=bent()),
+    "pose turned out of the plane": lambda: turn(PoseGoal(pose((2.0, 0.0, 0.0), (1, 1, 0, 0)))),
+    "axis turned out of the plane": lambda: turn(PoseGoal(pose((1.0, 0.0, 0.0), (1, 1, 0, 0)), free_axis="z")),
+    "position beyond the slide": lambda: turn(PositionGoal((2.2, 0.0, 0.0)), robot=slide(), start=(0.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_why_there_can_be_no_motion_is_said_in_a_sentence(case: str) -> None:
+    report = explained(CASES[case]())
+    assert report.status != "free"
+    assert_sentence("explain", case, report.message)
+
+
+def test_free_ends_need_no_words() -> None:
+    for goal in ((2.0, 0.0), [(0.0, 0.0), (2.0, 0.0)], PositionGoal((0.0, 1.5, 0.0)), ConfigurationGoal((0, 0), tolerance=0.5)):
+        problem = turn(goal, BALL)
+        report = check_ends(problem)
+        assert (report.status, report.contacts, report.message, report.q) == ("free", (), "", None)
+        assert explain_goal(problem, find_goal_configurations(problem, FEW, 0)).status == "free"
+
+
+def test_the_depth_is_the_distance_that_is_missing() -> None:
+    report = check_ends(turn((0.0, 0.0), BALL, NEAR))
+    assert report.status == "goal_in_collision"
+    np.testing.assert_array_equal(report.q, [0.0, 0.0])
+    assert [(c.link, c.other, c.kind) for c in report.contacts] == [("fore", "'ball'", "obstacle"), ("upper", "1", "obstacle")]
+    np.testing.assert_allclose([c.depth for c in report.contacts], [0.15, 0.05], rtol=0, atol=1e-12)
+
+
+@settings(max_examples=30)
+@given(st.data())
+def test_contacts_are_coals(data: st.DataObject) -> None:
+    """Every pair that Coal finds penetrating is named with its greatest depth, and no other."""
+    robot = data.draw(strategies.robots(max_joints=4))
+    assume(robot.capsules)
+    scene = data.draw(strategies.scenes())
+    start, goal = data.draw(strategies.configurations(robot, (2,)))
+    problem = Problem(robot, scene, start=start, goal=goal)
+    by_coal = coal_clearances(pinocchio_frames(robot, start[None]), robot.capsules, scene.obstacles)[0]
+    assume(not (np.abs(by_coal) < 1e-6).any())
+    expected: dict[tuple[str, str], float] = {}
+    for i, capsule in enumerate(robot.capsules):
+        for k in range(len(scene.obstacles)):
+            if by_coal[i, k] < 0:
+                key = (capsule.name, scene.called(k))
+                expected[key] = max(expected.get(key, 0.0), -by_coal[i, k])
+    found = contacts(problem, problem.start)
+    assert {(c.link, c.other) for c in found} == set(expected)
+    assert len(found) == len(expected)
+    for contact in found:
+        np.testing.assert_allclose(contact.depth, expected[contact.link, contact.other], rtol=0, atol=1e-6)
+    assert [c.depth for c in found] == sorted((c.depth for c in found), reverse=True)
+    assert (check_ends(problem).status == "start_in_collision") == bool(expected)
+
+
+@given(st.floats(2.1, 6.0), st.floats(-3.0, 3.0))
+@settings(max_examples=10)
+def test_the_closest_approach_is_the_stretched_arms(r: float, bearing: float) -> None:
+    report = explained(turn(PositionGoal((r * math.cos(bearing), r * math.sin(bearing), 0.0))))
+    assert (report.status, report.angle, report.beyond) == ("goal_unreachable", 0.0, ())
+    np.testing.assert_allclose(report.distance, r - 2, rtol=0, atol=1e-5)
+    assert report.q is not None
+    np.testing.assert_allclose(report.q, [bearing, 0.0], rtol=0, atol=1e-2)
+
+
+@given(st.floats(0.3, 1.8))
+@settings(max_examples=10)
+def test_a_limit_in_the_way_is_named_with_the_angle_that_is_needed(r: float) -> None:
+    """An elbow that bends by 0.1 keeps the hand 2 cos(0.05) m away; a point at r takes acos(r^2 / 2 - 1)."""
+    report = explained(turn(PositionGoal((r, 0.0, 0.0)), robot=bent()))
+    assert report.status == "goal_unreachable"
+    np.testing.assert_allclose(report.distance, 2 * math.cos(0.05) - r, rtol=0, atol=1e-5)
+    (elbow,) = report.beyond
+    assert (elbow.joint, abs(elbow.limit), elbow.unit) == ("elbow", 0.1, "rad")
+    np.testing.assert_allclose(abs(elbow.value), math.acos(r**2 / 2 - 1), rtol=0, atol=2e-3)
+    assert elbow.value * elbow.limit > 0
+
+
+def test_a_goal_inside_an_obstacle_keeps_the_least_bad_configuration() -> None:
+    report = explained(turn(PositionGoal((0.0, 1.5, 0.0)), Sphere((0.0, 1.5, 0.0), 0.3)))
+    assert (report.status, report.distance, report.angle) == ("goal_in_collision", report.distance, 0.0)
+    assert report.distance <= 1e-3
+    assert report.contacts[0].other == "0"
+    assert report.contacts[0].depth >= 0.35 - 1e-3  # the hand is at the ball's middle
+
+
+@settings(max_examples=20)
+@given(st.data())
+def test_no_configuration_gets_farther_than_the_reach(data: st.DataObject) -> None:
+    robot = data.draw(strategies.robots())
+    q = data.draw(strategies.configurations(robot, (20,)))
+    far = np.linalg.norm(forward_kinematics(robot, q)[:, :3, 3], axis=1)
+    assert (far <= reach_of(robot, robot.tip) + 1e-9).all()
