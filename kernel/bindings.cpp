@@ -166,7 +166,7 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
         .def("joint_frames", &joint_frames<T>)
         .def("points", &point_positions<T>)
         .def("clearances", &clearances<T>)
-        .def("surrounded", &surrounded<T>, "joint"_a, "link"_a, "a"_a, "b"_a, "radius"_a, "pairs"_a, "obstacle_kind"_a, "obstacle_numbers"_a)
+        .def("surrounded", &surrounded<T>, "index"_a, "joint"_a, "link"_a, "a"_a, "b"_a, "radius"_a, "pairs"_a, "obstacle_kind"_a, "obstacle_numbers"_a)
         .def("obstacle_clearances", &obstacle_clearances<T>)
         .def("pair_clearances", &pair_clearances<T>)
         .def("shortfalls", &shortfalls<T>);

@@ -246,9 +246,9 @@ template <class T> void add_obstacle(model<T>& m, int kind, const double* v) {
 }
 
 // A copy of the model with its capsules in clusters, link by link, the pairs of links that must keep clear, and obstacles of
-// every shape. Capsules of one link stand together and ride on one joint.
+// every shape. Capsules of one link stand together; `index` is their place in the robot's own list.
 template <class T>
-model<T> surrounded(const model<T>& plain, in1<std::int32_t> joint, in1<std::int32_t> link, in2c<double> a, in2c<double> b, in1<double> radius,
+model<T> surrounded(const model<T>& plain, in1<std::int32_t> index, in1<std::int32_t> joint, in1<std::int32_t> link, in2c<double> a, in2c<double> b, in1<double> radius,
                     nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig> pairs, in1<std::int32_t> kinds, in2c<double> numbers) {
     model<T> m = plain;
     m.envelope = {};
@@ -257,7 +257,7 @@ model<T> surrounded(const model<T>& plain, in1<std::int32_t> joint, in1<std::int
     m.obstacle_centers.clear();
     const std::size_t capsules = joint.shape(0);
     const int joints = static_cast<int>(m.robot.joints.size());
-    require(link.shape(0) == capsules && a.shape(0) == capsules && b.shape(0) == capsules && radius.shape(0) == capsules, "the capsules' arrays do not fit");
+    require(index.shape(0) == capsules && link.shape(0) == capsules && a.shape(0) == capsules && b.shape(0) == capsules && radius.shape(0) == capsules, "the capsules' arrays do not fit");
     require(capsules == 0 || (a.shape(1) == 3 && b.shape(1) == 3), "the capsules' arrays do not fit");
     require(kinds.shape(0) == 0 || (numbers.shape(0) == kinds.shape(0) && numbers.shape(1) == 15), "the obstacles' arrays do not fit");
     std::vector<std::vector<int>> clusters_of;   // by link
@@ -266,7 +266,8 @@ model<T> surrounded(const model<T>& plain, in1<std::int32_t> joint, in1<std::int
         for (; last < capsules && link(last) == link(first) && joint(last) == joint(first); ++last) {
             require(joint(last) >= -1 && joint(last) < joints, "a capsule's joint is out of range");
             body_capsule<T> c = make_body_capsule<T>(a.data() + 3 * last, b.data() + 3 * last, radius(last));
-            c.index = static_cast<int>(last);
+            require(index(last) >= 0 && index(last) < static_cast<int>(capsules), "a capsule's index is out of range");
+            c.index = index(last);
             m.envelope.capsules.push_back(c);
         }
         require(link(first) >= 0, "a link is out of range");

@@ -20,7 +20,7 @@ struct motion_search_settings {
     swarm_settings swarm;              // evaluations: of one turn
     probe_settings probe;
     std::vector<int> interior = {2, 3};                            // control points of the swarm's motions, turn by turn
-    std::vector<int> ladder = {1, 2, 3, 4, 5, 6, 8, 10, 12, 16};   // tried on a path, in this order
+    std::vector<int> ladder = {1, 2, 3, 4, 6, 8, 12, 16, 24};   // tried on a path, in this order
     int refine_stall = 100;            // refining ends after as many failures in a row
     int swarm_turn = 3;                // every so manieth turn is the swarm's
     int swarm_stall = 20;              // rounds without improvement that end its turn
@@ -58,6 +58,7 @@ template <class T> class motion_search {
         go_on_ = &go_on;
         begun_ = std::chrono::steady_clock::now();
         stopped_ = false;
+        next_question_ = 0;
         first_evaluation_ = evaluations_;
         last_gain_ = evaluations_;
         if (!tried_straight_) straight();
@@ -208,7 +209,7 @@ template <class T> class motion_search {
             refine({fitness, m});
             return;
         }
-        if (best_.empty() && !over()) {   // almost: the swarm may mend it
+        if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {   // almost, again and again: the swarm may mend it
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
             fly(K, {nearest_to(way, K)});
         }
@@ -370,7 +371,7 @@ template <class T> class motion_search {
             }
             particles_of.tell(fitness.data(), violation.data());
             if (hunting && !best_.empty()) break;
-            since = least < T(0.9995) * before || (since == 0 && least == infinity && before == infinity && false) ? 0 : since + 1;
+            since = least < T(0.9995) * before ? 0 : since + 1;
         }
         if (hunting && !best_.empty()) refine(best_.front());
         else if (least < infinity && particles_of.best().violation <= T(0)) keep({K, goal, particles_of.best_position()}, particles_of.best().fitness);
@@ -431,7 +432,7 @@ template <class T> class motion_search {
     double spent_ = 0, next_question_ = 0;
     std::int64_t evaluations_ = 0, first_evaluation_ = 0, last_gain_ = 0;
     std::uint64_t asked_ = 0;
-    int turn_ = 0, swarm_turns_ = 0;
+    int turn_ = 0, swarm_turns_ = 0, unfit_ = 0;
     T last_noted_ = infinity, fallback_violation_ = infinity;
     std::vector<known> best_, pool_;   // best_ holds one motion or none
     motion<T> fallback_;

@@ -55,8 +55,8 @@ template <class T> T distance_between(const T* a, const T* b, int n) {
 }
 
 struct probe_settings {
-    double step = 1.5;        // [rad or m] longest edge
-    double near_line = 0.5;   // share of the samples drawn around the straight motion ...
+    double step = 1.0;        // [rad or m] longest edge
+    double near_line = 0.9;   // share of the samples drawn around the straight motion ...
     double spread = 1.0;      // ... with this deviation [rad or m]
 };
 

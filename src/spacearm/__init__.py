@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from spacearm._kernel import KernelInfo, kernel_info
     from spacearm.errors import SpacearmError
-    from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory, load_trajectory
+    from spacearm.motion import (
+        Motion,
+        PiecewisePath,
+        RecordedTrajectory,
+        TimeLaw,
+        Trajectory,
+        load_trajectory,
+        resampled,
+        time_optimal,
+    )
     from spacearm.planner import (
         ConfigurationGoal,
         ConfigurationsGoal,
@@ -50,7 +59,16 @@ _ROOM_OF = {
     "_kernel": ("KernelInfo", "kernel_info"),
     "proof": ("Certificate", "certify"),
     "errors": ("SpacearmError",),
-    "motion": ("Motion", "PiecewisePath", "RecordedTrajectory", "TimeLaw", "Trajectory", "load_trajectory"),
+    "motion": (
+        "Motion",
+        "PiecewisePath",
+        "RecordedTrajectory",
+        "TimeLaw",
+        "Trajectory",
+        "load_trajectory",
+        "resampled",
+        "time_optimal",
+    ),
     "planner": (
         "ConfigurationGoal",
         "ConfigurationsGoal",
@@ -139,7 +157,9 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "named_settings",
     "plan",
     "pose",
+    "resampled",
     "save_plan",
+    "time_optimal",
 ]
 
 

@@ -17,8 +17,9 @@ from oracles.pinocchio_points import joint_frames as pinocchio_frames
 from proof.dense import planar
 from snapshot import assert_sentence
 from spacearm.planner import ConfigurationGoal, PlannerSettings, PoseGoal, PositionGoal, Problem
-from spacearm.planner.explain import EndReport, check_ends, contacts, explain_goal, reach_of
+from spacearm.planner.explain import EndReport, check_ends, contacts, explain_goal
 from spacearm.planner.goal_search import find_goal_configurations
+from spacearm.planner.reaching import reach_of
 from spacearm.robot import Robot, forward_kinematics, load_robot
 from spacearm.scene import Scene, Sphere, pose
 

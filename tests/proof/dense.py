@@ -80,8 +80,8 @@ def least_clearance(setting: Setting, trajectory: Trajectory, instants: int, see
 
 
 @st.composite
-def arms(draw: st.DrawFn) -> Robot:
-    """Drawn trees with at least one capsule; in some a joint follows another."""
+def arms(draw: st.DrawFn, *, self_pairs: bool = False) -> Robot:
+    """Drawn trees with at least one capsule; in some a joint follows another, in some links must keep clear of each other."""
     robot = draw(strategies.robots(min_joints=1, max_joints=4))
     count = len(robot.joints)
     capsules = tuple(draw(st.lists(strategies.capsules(count), min_size=1, max_size=4)))
@@ -107,7 +107,13 @@ def arms(draw: st.DrawFn) -> Robot:
         frames=robot.frames,
         tip="tip",
         **{name: getattr(robot, name)[:kept] for name in ("lower", "upper", "velocity", "acceleration")},
+        self_pairs=tuple(draw(_pairs(sorted({capsule.name for capsule in capsules})))) if self_pairs else (),
     )
+
+
+def _pairs(links: list[str]) -> st.SearchStrategy[list[tuple[str, str]]]:
+    every = [(one, other) for i, one in enumerate(links) for other in links[i + 1 :]]
+    return st.lists(st.sampled_from(every), unique=True) if every else st.just([])
 
 
 def fields(joint: Joint) -> dict[str, object]:

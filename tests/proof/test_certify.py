@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -12,18 +13,18 @@ from hypothesis import strategies as st
 
 from oracles.coal_shapes import clearances
 from oracles.pinocchio_points import joint_frames
-from proof.dense import Setting, arms, capsule_ends, dense_clearances, least_clearance, on_the_way, planar, swing, trajectories
+from proof.dense import Setting, dense_clearances, least_clearance, on_the_way, planar, swing, trajectories
 from snapshot import assert_refused
 from spacearm.errors import ProblemError
 from spacearm.motion import Motion, Trajectory
 from spacearm.proof import certify
 from spacearm.proof.certificate import Certificate
-from spacearm.proof.intervals import _BISECTIONS, _reaches
 from spacearm.robot import LinkCapsule
 from spacearm.scene import Scene, Sphere
 
 INSTANTS = 20_000
 ROUNDING = 1e-7  # [m] Coal's and Pinocchio's, of arms a few metres long
+TOO_CLOSE = 1e-5  # [m] further apart than this, nothing of a few metres is undecided
 DRAWN = settings(max_examples=60)
 
 
@@ -36,7 +37,6 @@ def assert_true(setting: Setting, trajectory: Trajectory, certificate: Certifica
     least = least_clearance(setting, trajectory, INSTANTS, seed)
     near = certificate.closest
     assert near is not None
-    finest = 2.0**-_BISECTIONS / (trajectory.motion.interior + 1)
     q = trajectory.sample(near.time).q
     pairs = exact_clearances(setting, q[None])[0, :, near.obstacle]
     measured = [pairs[i] for i, link in enumerate(setting.robot.capsules) if link.name == near.link]
@@ -45,16 +45,12 @@ def assert_true(setting: Setting, trajectory: Trajectory, certificate: Certifica
         assert certificate.clearance is not None
         assert certificate.clearance > 0
         assert least >= certificate.clearance - 1e-12
-        if certificate.resolution > 1.01 * finest:
-            assert near.clearance / 2 <= certificate.clearance + 2e-9
+        assert near.clearance / 2 <= certificate.clearance + 2e-9
     elif certificate.status == "fails":
         assert near.clearance <= 0
         assert min(measured) <= ROUNDING
     else:
-        # Too close to tell: the way that is possible within the smallest interval is the reason.
-        speed = np.abs(np.concatenate(trajectory.motion.hulls(1)[1:])).max(axis=0)
-        way = (_reaches(setting.robot, trajectory.motion) @ speed).max() * certificate.resolution
-        assert near.clearance <= way + 2e-9
+        assert near.clearance <= TOO_CLOSE
 
 
 @DRAWN
@@ -89,26 +85,6 @@ def test_a_ball_that_swallows_a_link_fails(trajectory: Trajectory, data: st.Data
     assert certificate.closest.clearance <= 0
 
 
-@DRAWN
-@given(st.data())
-def test_no_point_of_a_link_moves_further_than_the_reach_allows(data: st.DataObject) -> None:
-    robot = data.draw(arms())
-    from motion.drawn import motions_of
-
-    motion = data.draw(motions_of(robot, most=3))
-    q = motion.sample(np.array(data.draw(st.lists(st.floats(0, 1), min_size=2, max_size=6))))
-    allowed = np.abs(q[:, None] - q[None]) @ _reaches(robot, motion).T  # (rows, rows, capsules)
-    for share in (0.0, 0.37, 1.0):
-        a, b = capsule_ends(robot, q)
-        points = a + share * (b - a)
-        moved = np.linalg.norm(points[:, None] - points[None], axis=-1)
-        assert (moved <= allowed + 1e-9).all()
-
-
-def test_the_reach_of_a_planar_arm_is_its_lengths() -> None:
-    np.testing.assert_allclose(_reaches(planar(), swing(0, 1)), [[1, 0], [2, 1]], rtol=0, atol=1e-12)
-
-
 # ---- closed forms ----------------------------------------------------------------------------------------------------
 
 
@@ -139,13 +115,22 @@ def test_a_graze_fails(depth: float, at: float) -> None:
     assert -depth - 1e-9 <= certificate.closest.clearance <= 0
 
 
-@pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-10, 1e-9, 1e-6])
+@pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-10, 1e-9])
 def test_contact_is_told_neither_way_and_ends_soon(gap: float) -> None:
     setting = stretched(gap, 0.4)
     certificate = certify(setting, Trajectory(setting.robot, swing(-1, 1)))
     assert certificate.status in ("undecided", "fails") if gap == 0 else certificate.status == "undecided"
     assert certificate.evaluations < 2000
     assert "too close" in certificate.message or "penetrate" in certificate.message
+
+
+@pytest.mark.parametrize("gap", [1e-7, 1e-6, 1e-4])
+def test_a_gap_however_narrow_is_proven_soon(gap: float) -> None:
+    """The fingertips pass along the ball, and what they lose along its normal goes with the square of the interval."""
+    setting = stretched(gap, 0.4)
+    certificate = certify(setting, Trajectory(setting.robot, swing(-1, 1)))
+    assert certificate.holds
+    assert certificate.evaluations < 200
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-13, 1e-10])
@@ -210,7 +195,7 @@ def test_the_limits_are_the_problems_whoever_made_the_trajectory(broken: str) ->
     assert certificate.status == "fails"
     assert certificate.clearance is None
     assert not certificate.limits.holds
-    assert "joint limit" in certificate.message
+    assert re.match(r"joint 'shoulder' may (pass a position|exceed its \w+) limit", certificate.message)
     assert certify(Setting(generous, Scene([])), trajectory).holds
 
 

@@ -5,6 +5,7 @@ from spacearm.motion.margins import LimitMargins, fastest_duration, fastest_dura
 from spacearm.motion.optimal import time_optimal
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.recorded import AnyTrajectory, RecordedTrajectory
+from spacearm.motion.resampled import Samples, resampled
 from spacearm.motion.spline import Motion, basis
 from spacearm.motion.timelaw import TimeLaw
 from spacearm.motion.trajectory import JointState, Trajectory
@@ -18,6 +19,7 @@ __all__ = [
     "Motion",
     "PiecewisePath",
     "RecordedTrajectory",
+    "Samples",
     "TimeLaw",
     "Trajectory",
     "basis",
@@ -25,5 +27,6 @@ __all__ = [
     "fastest_durations",
     "limit_margins",
     "load_trajectory",
+    "resampled",
     "time_optimal",
 ]

@@ -1,6 +1,6 @@
 """Polynomials by their Bernstein coefficients on [0, 1]: p(x) = sum_i c_i C(d, i) x^i (1 - x)^(d - i).
 
-A polynomial stays in the hull of its coefficients, and cutting, raising and multiplying take only weights that are not
+A polynomial stays in the hull of its coefficients, and cutting and multiplying take only weights that are not
 negative, so nothing cancels. Farin, Curves and Surfaces for CAGD, 2002; Farouki, The Bernstein polynomial basis: a
 centennial retrospective, 2012.
 """
@@ -75,11 +75,6 @@ def times(a: Array, b: Array) -> Array:
     for i in range(e + 1):
         out[..., i : i + d + 1] += a * b[..., i : i + 1]
     return out / binomials(d + e)
-
-
-def raised(coefficients: Array, degree: int) -> Array:
-    """Write polynomials (..., d + 1) as ones of a higher degree."""
-    return times(coefficients, np.ones(degree - coefficients.shape[-1] + 2))
 
 
 def after(degree: int, inner: Array) -> Array:

@@ -18,6 +18,7 @@ from spacearm.motion.trajectory import Trajectory
 from spacearm.robot import Robot
 
 _REFINED_PIECES = 32
+_INSTANT = 1e-6  # [s]
 
 
 def time_optimal(
@@ -44,10 +45,10 @@ def time_optimal(
     """
     _require_count("gridpoints", gridpoints)
     _require_count("pieces", pieces)
-    uniform = Trajectory(robot, motion)
+    Trajectory(robot, motion)  # that it fits the robot
     slow = fastest_duration(robot, motion, jerk_limit=jerk_limit)
-    if slow == 0:
-        return uniform
+    if slow < _INSTANT:
+        return Trajectory(robot, motion, duration=slow, notes=("the uniform time law: it takes no time worth saving",))
     limits = [robot.velocity, robot.acceleration]
     if jerk_limit is not None:
         limits.append(as_jerk_limit(robot, jerk_limit))
@@ -56,7 +57,7 @@ def time_optimal(
     if smoothed is not None:
         laws.append((smoothed[0], "toppra's law made smooth"))
     if jerk_limit is not None or smoothed is None:
-        laws.append((refined_law(motion, limits, pieces=_REFINED_PIECES), "a smooth law by linear programmes"))
+        laws.append((refined_law(motion, limits, slow, pieces=_REFINED_PIECES), "a smooth law by linear programmes"))
     timed = [(fastest_duration_of_law(robot, motion, law, jerk_limit=jerk_limit), law, what) for law, what in laws]
     duration, law, what = min(timed, key=lambda entry: entry[0])
     if duration >= slow:

@@ -17,6 +17,9 @@ from spacearm.robot import Robot, forward_kinematics
 
 Array = NDArray[np.float64]
 
+_SHORTEST = 1e-9  # [s]
+_FURTHEST = 1e6  # [rad or m]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedTrajectory(Frozen):
@@ -57,6 +60,7 @@ class RecordedTrajectory(Frozen):
             raise ProblemError(f"base is {shown(self.base)}, expected 'fixed'")
         if self.path.domain[0] != 0:
             raise ProblemError(f"the path begins at {self.path.domain[0]:.9g} s, expected 0; take its first time from all")
+        self._require_sizes()
         jumps = np.abs(self.path.jumps(0))
         if jumps.any():
             i, joint = np.unravel_index(int(np.argmax(jumps)), jumps.shape)
@@ -65,6 +69,22 @@ class RecordedTrajectory(Frozen):
                 f"at {self.path.breaks[i + 1]:.9g} s, expected a path without jumps; join its pieces"
             )
         object.__setattr__(self, "notes", tuple(self.notes))
+
+    def _require_sizes(self) -> None:
+        """Refuse what would leave no digits to check."""
+        shortest = int(np.argmin(np.diff(self.path.breaks)))
+        if self.path.breaks[shortest + 1] - self.path.breaks[shortest] < _SHORTEST:
+            raise ProblemError(
+                f"the path has a piece from {self.path.breaks[shortest]:.12g} s to {self.path.breaks[shortest + 1]:.12g} s, "
+                f"expected pieces of {_SHORTEST:g} s or more; leave it out"
+            )
+        furthest = np.abs(self.path.coefficients).max(axis=(0, 1))
+        joint = int(np.argmax(furthest))
+        if furthest[joint] > _FURTHEST:
+            raise ProblemError(
+                f"joint '{self.robot.dof_names[joint]}' goes to {furthest[joint]:.4g}, expected less than {_FURTHEST:g}; "
+                "check the units, and the rates"
+            )
 
     @property
     def curve(self) -> PiecewisePath:

@@ -26,18 +26,20 @@ _LEAST_TRUST = 1e-3
 _LEAST_RATE = 1e-3  # of s, of what it is when uniform
 
 
-def refined_law(motion: Motion, limits: list[Array], *, pieces: int) -> TimeLaw:
+def refined_law(motion: Motion, limits: list[Array], unit: float, *, pieces: int) -> TimeLaw:
     """Return a law near the quickest smooth one.
 
     Args:
         motion: the path; it must move.
         limits: (n,) each: of velocity, acceleration, and jerk if it is limited.
+        unit: a duration of the right size [s], by which the numbers are scaled.
         pieces: of the law, about; 8 times a power of 2.
     """
+    scaled = [limit * unit**k for k, limit in enumerate(limits, start=1)]
     knots = np.arange(_COARSEST + 1) / _COARSEST
     points = abscissae(knots)
     while True:
-        points = _Level(motion, limits, knots).improved(points)
+        points = _Level(motion, scaled, knots).improved(points)
         if 2 * (len(knots) - 1) > pieces:
             return cubic_law(knots, points)
         knots, points = halved(knots, points)

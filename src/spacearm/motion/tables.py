@@ -62,7 +62,7 @@ def read_table(path: str | os.PathLike[str], *, what: str) -> Table:
         if not values and names is None:
             if comment and len(comment[1]) == len(cells):
                 header_line, names = comment
-            if not any(_is_number(cell) for cell in cells):
+            if not all(_is_number(cell) for cell in cells):
                 header_line, names = line, tuple(cells)
                 continue
         columns = len(names) if names else len(values[0]) if values else len(cells)
@@ -78,7 +78,8 @@ def read_table(path: str | os.PathLike[str], *, what: str) -> Table:
 def _cells(path: object, text: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the cells of each line that is not blank, stripped, with its number."""
     rows = text.splitlines()
-    first = next(row for row in rows if row.strip())
+    filled = [row for row in rows if row.strip()]
+    first = next((row for row in filled if not row.lstrip().startswith("#")), filled[0])
     mark = max(",;\t", key=first.count)
     if mark not in first:
         yield from ((i, row.split()) for i, row in enumerate(rows, start=1) if row.strip())

@@ -39,14 +39,14 @@ def toppra_law(
         gridpoints: intervals of toppra's grid.
         pieces: of the law.
     """
-    found = _solved(motion, [limit * unit**k for k, limit in enumerate(limits, start=1)], gridpoints)
+    scaled = [limit * unit**k for k, limit in enumerate(limits, start=1)]
+    found = _solved(motion, scaled, gridpoints)
     if found is None:
         return None
     t, v, rate = found
     original = t[-1] * _towards_ends(pieces)
     knots = original.copy()
     best: tuple[float, TimeLaw] | None = None
-    scaled = [limit * unit**k for k, limit in enumerate(limits, start=1)]
     for turn in range(_PASSES + 1):
         x = knots / knots[-1]
         at = np.interp(abscissae(x) * knots[-1], knots, original)
@@ -61,10 +61,10 @@ def toppra_law(
 
 
 class _PathOverV:
-    """The motion as toppra asks for it: q(s(v)) and its derivatives with respect to v."""
+    """The motion as toppra asks for it: q(s(v)) and its derivatives with respect to v, each joint in a unit of its own."""
 
-    def __init__(self, motion: Motion) -> None:
-        self._motion = motion
+    def __init__(self, motion: Motion, unit: Array) -> None:
+        self._motion = Motion((motion.control_points - motion.control_points[0]) / unit)
         self.dof = motion.dof
         self.path_interval = np.array([0.0, 1.0])
 
@@ -87,11 +87,11 @@ def _solved(motion: Motion, limits: list[Array], gridpoints: int) -> tuple[Array
 
     v = _towards_ends(gridpoints)
     constraints = [
-        JointVelocityConstraint(limits[0]),
-        JointAccelerationConstraint(limits[1], discretization_scheme=DiscretizationType.Interpolation),
+        JointVelocityConstraint(limits[0] / limits[1]),
+        JointAccelerationConstraint(np.ones(motion.dof), discretization_scheme=DiscretizationType.Interpolation),
     ]
     try:
-        solver = TOPPRA(constraints, _PathOverV(motion), gridpoints=v, solver_wrapper="seidel")
+        solver = TOPPRA(constraints, _PathOverV(motion, limits[1]), gridpoints=v, solver_wrapper="seidel")
         rate = solver.compute_parameterization(0.0, 0.0)[1]
     except Exception:  # whatever its solver makes of numbers it cannot handle; there are other laws
         return None

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.planner.kernel_model import make_kernel_model, self_capsule_pairs
+from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
 from spacearm.planner.problem import Problem
 from spacearm.robot.kinematics import as_configurations
 
@@ -27,7 +29,7 @@ def clearances(problem: Problem, q: ArrayLike) -> Array:
         RobotError: q does not fit the robot or is not finite.
     """
     array = as_configurations(problem.robot, q)
-    model = make_kernel_model(problem.robot, problem.scene)
+    model = kernel_model(problem.robot, problem.scene)
     found = model.native.obstacle_clearances(np.ascontiguousarray(array.reshape(-1, problem.robot.dof)))
     obstacles = len(problem.scene.obstacles)
     if len(model.obstacle_of) != obstacles:  # sphere sets are several of the kernel's obstacles
@@ -53,7 +55,7 @@ def self_clearances(problem: Problem, q: ArrayLike) -> Array:
     """
     array = as_configurations(problem.robot, q)
     pairs = self_capsule_pairs(problem.robot)
-    model = make_kernel_model(problem.robot, problem.scene)
+    model = kernel_model(problem.robot, problem.scene)
     rows = np.ascontiguousarray(array.reshape(-1, problem.robot.dof))
     return model.native.pair_clearances(rows, pairs).reshape(*array.shape[:-1], len(pairs))
 
@@ -73,3 +75,23 @@ def clearance(problem: Problem, q: ArrayLike) -> Array:
     """
     scene = clearances(problem, q).min(axis=(-2, -1), initial=np.inf)
     return np.minimum(scene, self_clearances(problem, q).min(axis=-1, initial=np.inf))
+
+
+def clearance_of(problem: Problem) -> Callable[[Array], Array]:
+    """Prepare `clearance` for one problem that is asked about many times.
+
+    Args:
+        problem: the robot, with n degrees of freedom, and the scene.
+
+    Returns:
+        A function of configurations (b, n) that returns their clearances (b,) [m].
+    """
+    native = kernel_model(problem.robot, problem.scene).native
+    pairs = self_capsule_pairs(problem.robot)
+
+    def least(q: Array) -> Array:
+        rows = np.ascontiguousarray(q)
+        scene = native.obstacle_clearances(rows).min(axis=(-2, -1), initial=np.inf)
+        return np.minimum(scene, native.pair_clearances(rows, pairs).min(axis=-1, initial=np.inf))
+
+    return least

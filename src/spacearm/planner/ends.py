@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from spacearm.errors import ProblemError
 from spacearm.planner.clearance import clearances
-from spacearm.planner.explain import reach_of
 from spacearm.planner.goal_search import find_goal_configurations
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
 from spacearm.planner.problem import Problem
+from spacearm.planner.reaching import reach_of
 from spacearm.planner.settings import PlannerSettings
 
 Array = NDArray[np.float64]

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.planner.clearance import clearances
+from spacearm.planner.clearance import clearance_of, clearances, self_clearances
 from spacearm.planner.goal_search import GoalConfigurations, reaching_bounds
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PositionGoal
+from spacearm.planner.kernel_model import self_capsule_pairs
 from spacearm.planner.problem import Problem, whole_turns
-from spacearm.planner.reaching import SpaceGoal, polished, reach_to, reaches
+from spacearm.planner.reaching import SpaceGoal, polished, reach_of, reach_to, reaches
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -81,6 +83,7 @@ class EndReport:
         q: (n,) the start, or the configuration that comes nearest to the goal; None if all is free.
         distance: by how much it misses the goal's position [m].
         angle: by how much it misses the goal's orientation [rad].
+        start_clearance: the least clearance of the start [m]; infinite if nothing is there to meet.
         message: in a sentence, with what to do; empty if all is free.
     """
 
@@ -90,41 +93,51 @@ class EndReport:
     q: Array | None = None
     distance: float = 0.0
     angle: float = 0.0
+    start_clearance: float = math.inf
     message: str = ""
 
 
 def contacts(problem: Problem, q: Array) -> tuple[Contact, ...]:
     """List what touches or penetrates in one configuration (n,), deepest first, each pair of names once."""
-    found = clearances(problem, q)
-    deepest: dict[tuple[str, str, str], float] = {}
-    for capsule, obstacle in np.argwhere(found <= 0):
-        key = (problem.robot.capsules[capsule].name, problem.scene.called(int(obstacle)), "obstacle")
-        deepest[key] = max(deepest.get(key, 0.0), 0.0 - float(found[capsule, obstacle]))  # 0.0 - x: never -0.0
-    made: list[Any] = [
-        Contact(link=link, other=other, kind=kind, depth=depth)  # type: ignore[arg-type]
-        for (link, other, kind), depth in deepest.items()
-    ]
+    robot, deepest = problem.robot, {}
+    met = clearances(problem, q)
+    for capsule, obstacle in np.argwhere(met <= 0):
+        key = robot.capsules[capsule].name, problem.scene.called(int(obstacle)), "obstacle"
+        deepest[key] = max(deepest.get(key, 0.0), float(-met[capsule, obstacle]))
+    between, pairs = self_clearances(problem, q), self_capsule_pairs(robot)
+    for pair in np.flatnonzero(between <= 0):
+        one, other = (robot.capsules[capsule].name for capsule in pairs[pair])
+        key = one, other, "link"
+        deepest[key] = max(deepest.get(key, 0.0), float(-between[pair]))
+    made = [Contact(link=link, other=other, kind=kind, depth=depth) for (link, other, kind), depth in deepest.items()]
     return tuple(sorted(made, key=lambda contact: (-contact.depth, contact.link, contact.other)))
 
 
-def check_ends(problem: Problem) -> EndReport:
+def check_ends(problem: Problem, clearance: Callable[[Array], Array] | None = None) -> EndReport:
     """Check the start, and a goal that is given as configurations, for collision.
 
     A goal with a tolerance and a goal in space are left to `find_goal_configurations` and `explain_goal`.
 
     Args:
         problem: robot, scene, start and goal.
+        clearance: what `clearance_of(problem)` gave, if that was asked for already.
 
     Returns:
         "start_in_collision", "goal_in_collision" or "free".
     """
-    at_goal = _goal_contacts(problem)
-    at_start = contacts(problem, problem.start)
-    if at_start:
-        both = "; so is the goal" if at_goal else ""
-        message = f"the start is in collision: {_listed(at_start)}{both}; change `start` or the scene"
-        return EndReport(status="start_in_collision", contacts=at_start, q=problem.start, message=message)
-    return at_goal or EndReport(status="free")
+    clearance = clearance_of(problem) if clearance is None else clearance
+    goal, rows = problem.goal, np.zeros((0, problem.robot.dof))
+    if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) and not np.any(goal.tolerance):
+        rows = np.atleast_2d(goal.q)
+    at_start, *at_goals = clearance(np.vstack([problem.start, rows])).tolist()
+    goal_met = bool(at_goals) and max(at_goals) <= 0
+    if at_start <= 0:
+        met = contacts(problem, problem.start)
+        message = f"the start is in collision: {_listed(met)}{'; so is the goal' * goal_met}; {_advice('start', met)}"
+        return EndReport(status="start_in_collision", contacts=met, q=problem.start, start_clearance=at_start, message=message)
+    if goal_met:
+        return replace(_goal_in_collision(problem, rows), start_clearance=at_start)
+    return EndReport(status="free", start_clearance=at_start)
 
 
 def explain_goal(problem: Problem, found: GoalConfigurations) -> EndReport:
@@ -143,14 +156,13 @@ def explain_goal(problem: Problem, found: GoalConfigurations) -> EndReport:
         return EndReport(status="free")
     goal = problem.goal
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
-        rows = np.atleast_2d(goal.q)
-        return _goal_in_collision(goal, rows, [contacts(problem, row) for row in rows])
+        return _goal_in_collision(problem, np.atleast_2d(goal.q))
     frame = goal.frame or problem.robot.tip
     if found.reached:
         met = contacts(problem, found.closest)
         message = (
-            f"frame '{frame}' reaches the goal only in collision, in {found.reached} configurations: at the least, "
-            f"{_listed(met)}; move the goal or the obstacle, or allow a larger tolerance"
+            f"frame '{frame}' reaches the goal only in collision: at the least, {_listed(met)}; move the goal or what is in "
+            "the way, or allow a larger tolerance"
         )
         return EndReport(
             status="goal_in_collision",
@@ -177,26 +189,25 @@ def explain_goal(problem: Problem, found: GoalConfigurations) -> EndReport:
     )
 
 
-def _goal_contacts(problem: Problem) -> EndReport | None:
-    goal = problem.goal
-    if not isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) or np.any(goal.tolerance):
-        return None
-    rows = np.atleast_2d(goal.q)
-    met = [contacts(problem, row) for row in rows]
-    return _goal_in_collision(goal, rows, met) if all(met) else None
-
-
-def _goal_in_collision(goal: ConfigurationGoal | ConfigurationsGoal, rows: Array, met: list[tuple[Contact, ...]]) -> EndReport:
-    least = min(range(len(rows)), key=lambda i: met[i][0].depth)
-    tolerant = " and so is all that was tried within its tolerance" if np.any(goal.tolerance) else ""
+def _goal_in_collision(problem: Problem, rows: Array) -> EndReport:
+    least = int(np.argmax(clearance_of(problem)(rows)))
+    met = contacts(problem, rows[least])
+    goal: Any = problem.goal
+    tolerant = ", as is all that was tried within its tolerance" if np.any(goal.tolerance) else ""
     if len(rows) == 1:
-        message = f"the goal is in collision{tolerant}: {_listed(met[0])}; change `goal` or the scene"
+        message = f"the goal is in collision{tolerant}: {_listed(met)}"
     else:
         message = (
-            f"all {len(rows)} goal configurations are in collision{tolerant}: at the least, in number {least}, "
-            f"{_listed(met[least])}; change `goal` or the scene"
+            f"all {len(rows)} goal configurations are in collision{tolerant}: at the least, in number {least}, {_listed(met)}"
         )
-    return EndReport(status="goal_in_collision", contacts=met[least], q=rows[least], message=message)
+    message = f"{message}; {_advice('goal', met)}"
+    return EndReport(status="goal_in_collision", contacts=met, q=rows[least], message=message)
+
+
+def _advice(what: str, met: tuple[Contact, ...]) -> str:
+    if met and all(contact.kind == "link" for contact in met):
+        return f"change `{what}`, or let the links touch (an SRDF says which may)"
+    return f"change `{what}` or the scene"
 
 
 def _limits_in_the_way(problem: Problem, goal: SpaceGoal, closest: Array) -> tuple[BeyondLimit, ...]:
@@ -242,20 +253,6 @@ def _reach_of(robot: Robot, goal: SpaceGoal) -> str:
     return f"the arm cannot {there}, whatever its joint limits"
 
 
-def reach_of(robot: Robot, frame: str) -> float:
-    """Return a bound [m] of how far from the base a frame's origin can get."""
-    placed = robot.frame(frame)
-    reach, at = float(np.linalg.norm(placed.T_joint_frame[:3, 3])), placed.joint
-    while at >= 0:
-        joint = robot.joints[at]
-        reach += float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
-        if joint.kind == "prismatic":
-            values = [joint.multiplier * limit + joint.offset for limit in (robot.lower[joint.dof], robot.upper[joint.dof])]
-            reach += float(np.abs(values).max())
-        at = joint.parent
-    return reach
-
-
-def _listed(items: tuple[Any, ...]) -> str:
-    text = ", ".join(item.message for item in items[:_SHOWN])
+def _listed(items: tuple[Contact | BeyondLimit, ...]) -> str:
+    text = ", ".join(item.message for item in items[:_SHOWN]) or "there is next to no clearance"
     return f"{text} (and {len(items) - _SHOWN} more)" if len(items) > _SHOWN else text

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.planner.clearance import clearance
+from spacearm.planner.clearance import clearance_of
 from spacearm.planner.goal_swarm import Slack, swarm_configurations
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
 from spacearm.planner.problem import Problem, nearest_turns
-from spacearm.planner.reaching import LEVER, Reach, goal_errors, nearer, polished, reach_to, reaches
+from spacearm.planner.reaching import (
+    LEVER,
+    Reach,
+    SpaceGoal,
+    goal_errors,
+    nearer,
+    polished,
+    reach_of,
+    reach_to,
+    reaches,
+    tolerances,
+)
 from spacearm.planner.settings import PlannerSettings
 from spacearm.swarm import PSO
 
@@ -22,17 +34,23 @@ JointGoal: TypeAlias = ConfigurationGoal | ConfigurationsGoal
 _HALF_TURN = np.pi
 _DISTINCT = 0.2  # [rad or m] goal configurations closer than this, in every joint, count as one
 _PULLS = 6  # steps towards the start
+_CLOSER = 1e-3  # [rad or m] by which a step must at least bring it nearer
+_NEAR = 0.01  # [m or rad] what is farther from the goal than that, after much was tried, will not get there
 _LEAST = 1e-6  # [m] of clearance: what only just does not touch leaves no room to prove a motion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Stage:
-    """How hard to look: so many swarms of such a size, and how near they must come before they are brought onto the goal."""
+    """How hard to look: so many swarms for each goal candidate asked for, their size, and how near the goal they must come.
+
+    Small swarms that come only near it do: what counts is that they come near it from everywhere, free of collision.
+    """
 
     swarms: int
     particles: int
     iterations: int
     slack: Slack
+    rounds: int  # of damped least squares
 
     @property
     def swarm(self) -> PSO:
@@ -47,11 +65,15 @@ class _Stage:
 
 
 _STAGES = (
-    _Stage(swarms=4, particles=32, iterations=60, slack=Slack(distance=0.02, angle=0.15)),
-    _Stage(swarms=16, particles=64, iterations=120, slack=Slack(distance=0.01, angle=0.08)),
-    _Stage(swarms=16, particles=100, iterations=300, slack=Slack(distance=0.0, angle=0.0)),
+    _Stage(swarms=4, particles=16, iterations=30, slack=Slack(distance=0.05, angle=0.3), rounds=20),
+    _Stage(swarms=8, particles=32, iterations=60, slack=Slack(distance=0.02, angle=0.15), rounds=40),
+    _Stage(swarms=8, particles=64, iterations=120, slack=Slack(distance=0.01, angle=0.08), rounds=40),
+    _Stage(swarms=4, particles=64, iterations=150, slack=Slack(distance=0.0, angle=0.0), rounds=40),
 )
-"""Each is gone through only if those before found nothing; its swarms are a number for each goal candidate asked for."""
+"""Each is gone through only if those before found nothing."""
+
+_NEARBY = _Stage(swarms=4, particles=64, iterations=120, slack=_STAGES[0].slack, rounds=0)
+"""For a free configuration beside one in collision; of so many swarms in all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,7 +102,20 @@ class GoalConfigurations:
     angle: float = 0.0
 
 
-def find_goal_configurations(problem: Problem, settings: PlannerSettings, seed: int) -> GoalConfigurations:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Task:
+    """A problem and all that configurations are checked against."""
+
+    problem: Problem
+    bounds: tuple[Array, Array]
+    clearance: Callable[[Array], Array]
+    settings: PlannerSettings
+    seed: int
+
+
+def find_goal_configurations(
+    problem: Problem, settings: PlannerSettings, seed: int, clearance: Callable[[Array], Array] | None = None
+) -> GoalConfigurations:
     """Find distinct collision-free configurations that reach a problem's goal.
 
     A configuration goal is taken as it is where it is free, else sought within its tolerance. For a goal in space, swarms
@@ -92,13 +127,21 @@ def find_goal_configurations(problem: Problem, settings: PlannerSettings, seed: 
         settings: of the planner: `goal_candidates` is the most that are returned of a goal in space; `margin` is the
             clearance asked for, less of it only where none has so much.
         seed: the same one gives the same configurations, on any number of threads.
+        clearance: what `clearance_of(problem)` gave, if that was asked for already.
 
     Returns:
         What was found; `q` is empty if nothing was.
     """
+    task = _Task(
+        problem=problem,
+        bounds=reaching_bounds(problem),
+        clearance=clearance_of(problem) if clearance is None else clearance,
+        settings=settings,
+        seed=seed,
+    )
     if isinstance(problem.goal, (ConfigurationGoal, ConfigurationsGoal)):
-        return _in_joint_space(problem, problem.goal, settings, seed)
-    return _in_space(problem, reach_to(problem.robot, problem.goal), settings, seed)
+        return _in_joint_space(task, problem.goal)
+    return _in_space(task, reach_to(problem.robot, problem.goal))
 
 
 def reaching_bounds(problem: Problem) -> tuple[Array, Array]:
@@ -112,101 +155,89 @@ def reaching_bounds(problem: Problem) -> tuple[Array, Array]:
 # ---- goals in joint space --------------------------------------------------------------------------------------------
 
 
-def _in_joint_space(problem: Problem, goal: JointGoal, settings: PlannerSettings, seed: int) -> GoalConfigurations:
+def _in_joint_space(task: _Task, goal: JointGoal) -> GoalConfigurations:
     rows = np.atleast_2d(goal.q)
-    clear = clearance(problem, rows)
+    clear = task.clearance(rows)
     free = clear > 0
     if free.any():
-        return _found(problem, rows[free], clear[free], reached=len(rows), in_collision=int((~free).sum()))
-    best = int(np.argmax(clear))
+        return _found(task.problem, rows[free], clear[free], reached=len(rows), in_collision=int((~free).sum()))
+    order = np.argsort(-clear, kind="stable")
     none = GoalConfigurations(
-        q=np.zeros((0, problem.robot.dof)),
+        q=np.zeros((0, task.problem.robot.dof)),
         clearance=np.zeros(0),
         reached=len(rows),
         in_collision=len(rows),
-        closest=rows[best],
+        closest=rows[order[0]],
     )
-    if not np.any(goal.tolerance):
-        return none
-    return _within_tolerance(problem, goal, rows[np.argsort(-clear, kind="stable")], settings, seed, none)
+    return _within_tolerance(task, goal, rows[order], none) if np.any(goal.tolerance) else none
 
 
-def _within_tolerance(
-    problem: Problem, goal: JointGoal, rows: Array, settings: PlannerSettings, seed: int, none: GoalConfigurations
-) -> GoalConfigurations:
+def _within_tolerance(task: _Task, goal: JointGoal, rows: Array, none: GoalConfigurations) -> GoalConfigurations:
     """Look about configurations in collision for the nearest free ones within the tolerance."""
-    stage, robot = _STAGES[1], problem.robot
+    robot, settings = task.problem.robot, task.settings
     found, seen, collided = [], none.reached, none.in_collision
     rows = rows[: settings.goal_candidates]
     for i, row in enumerate(rows):
-        box = np.maximum(row - goal.tolerance, robot.lower), np.minimum(row + goal.tolerance, robot.upper)
-        x, _ = swarm_configurations(
-            problem,
+        x = swarm_configurations(
+            task.problem,
             None,
-            box,
-            stage.swarm,
+            (np.maximum(row - goal.tolerance, robot.lower), np.minimum(row + goal.tolerance, robot.upper)),
+            _NEARBY.swarm,
             home=row,
             margin=settings.margin,
-            slack=stage.slack,
-            seed=seed,
-            first=i * 4,
-            count=4,
+            slack=_NEARBY.slack,
+            seed=task.seed,
+            first=i * _NEARBY.swarms,
+            count=_NEARBY.swarms,
             threads=settings.threads,
             nearest=True,
         )
-        clear = clearance(problem, x)
+        clear = task.clearance(x)
         seen, collided = seen + len(x), collided + int((clear <= 0).sum())
         free = np.flatnonzero(clear > _LEAST)
         if free.size:
-            kept = free[np.argmin(np.abs(x[free] - row).max(axis=1))]
+            kept = free[np.argmin(np.linalg.norm(x[free] - row, axis=1))]
             found.append((x[kept], clear[kept]))
+    searches = _NEARBY.swarms * len(rows)
     if not found:
-        return replace(none, searches=4 * len(rows), reached=seen, in_collision=collided)
+        return replace(none, searches=searches, reached=seen, in_collision=collided)
     q, clear = np.array([q for q, _ in found]), np.array([c for _, c in found])
-    return _found(problem, q, clear, searches=4 * len(rows), reached=seen, in_collision=collided)
+    return _found(task.problem, q, clear, searches=searches, reached=seen, in_collision=collided)
 
 
 # ---- goals in space --------------------------------------------------------------------------------------------------
 
 
-def _in_space(problem: Problem, reach: Reach, settings: PlannerSettings, seed: int) -> GoalConfigurations:
-    bounds = reaching_bounds(problem)
+def _in_space(task: _Task, reach: Reach) -> GoalConfigurations:
+    problem, settings = task.problem, task.settings
+    frame, (near, _) = reach.goal.frame or problem.robot.tip, tolerances(reach.goal)
+    beyond_reach = np.linalg.norm(reach.goal.position) > reach_of(problem.robot, frame) + near
     best = _Closest()
     searches, reached, in_collision = 0, 0, 0
     for stage in _STAGES:
         count = stage.swarms * settings.goal_candidates
-        seen, _ = swarm_configurations(
-            problem,
-            reach.goal,
-            bounds,
-            stage.swarm,
-            home=problem.start,
-            margin=settings.margin,
-            slack=stage.slack,
-            seed=seed,
-            first=searches,
-            count=count,
-            threads=settings.threads,
-        )
+        seen = _seen_by_swarms(task, reach.goal, stage, first=searches, count=count)
         searches += count
-        seen = nearest_turns(problem.robot, np.vstack([problem.start, seen]), problem.start)
-        onto = polished(reach, seen, *bounds)
+        onto = polished(reach, seen, *task.bounds, rounds=stage.rounds)
         as_seen = reaches(reach, seen)
         if as_seen[0]:
             onto[0] = seen[0]  # there already: nothing needs to move
         there = reaches(reach, onto)
-        clear, clear_as_seen = clearance(problem, onto), clearance(problem, seen)
+        clear, clear_as_seen = task.clearance(onto), task.clearance(seen)
         free = (there & (clear > 0)) | (as_seen & (clear_as_seen > 0))
-        reached, in_collision = reached + int((there | as_seen).sum()), in_collision + int(((there | as_seen) & ~free).sum())
+        reached += int((there | as_seen).sum())
+        in_collision += int(((there | as_seen) & ~free).sum())
         # What is at the goal's centre goes before what is only within its tolerance.
-        for q, good, room in ((onto, there, clear), (seen, as_seen, clear_as_seen)):
-            kept = good & (room >= settings.margin) if (good & (room >= settings.margin)).any() else good & (room > _LEAST)
+        for q, good, room, at_centre in ((onto, there, clear, True), (seen, as_seen, clear_as_seen, False)):
+            kept = _with_room(good, room, settings.margin)
             if kept.any():
-                q, room = _pulled(problem, reach, q[kept], room[kept], settings.margin, onto=q is onto)
+                q, room = _pulled(task, reach, q[kept], room[kept], at_centre=at_centre)
                 kept = _distinct(q, problem.start, settings.goal_candidates)
                 return _found(problem, q[kept], room[kept], searches=searches, reached=reached, in_collision=in_collision)
         best.offer(reach, onto, clear)
         best.offer(reach, seen, clear_as_seen)
+        if beyond_reach or (stage is not _STAGES[0] and best.is_far(reach)):
+            break
     return GoalConfigurations(
         q=np.zeros((0, problem.robot.dof)),
         clearance=np.zeros(0),
@@ -217,6 +248,31 @@ def _in_space(problem: Problem, reach: Reach, settings: PlannerSettings, seed: i
         distance=best.distance,
         angle=best.angle,
     )
+
+
+def _seen_by_swarms(task: _Task, goal: SpaceGoal, stage: _Stage, *, first: int, count: int) -> Array:
+    """Return the start and what the swarms of a stage end with, (1 + count, n)."""
+    start = task.problem.start
+    seen = swarm_configurations(
+        task.problem,
+        goal,
+        task.bounds,
+        stage.swarm,
+        home=start,
+        margin=task.settings.margin,
+        slack=stage.slack,
+        seed=task.seed,
+        first=first,
+        count=count,
+        threads=task.settings.threads,
+    )
+    return nearest_turns(task.problem.robot, np.vstack([start, seen]), start)
+
+
+def _with_room(good: NDArray[np.bool_], clear: Array, margin: float) -> NDArray[np.bool_]:
+    """Choose, of what is good, what has the margin; if nothing has, what has some clearance at all."""
+    roomy = good & (clear >= max(margin, _LEAST))
+    return roomy if roomy.any() else good & (clear > _LEAST)
 
 
 @dataclass(slots=True)
@@ -237,31 +293,36 @@ class _Closest:
             self.merit = bool(off[best]), float(merit[best])
             self.q, self.distance, self.angle = q[best], float(distance[best]), float(angle[best])
 
+    def is_far(self, reach: Reach) -> bool:
+        """Whether nothing came near the goal: it is brought onto without regard to obstacles, so none is in the way."""
+        near, turned = tolerances(reach.goal)
+        return self.merit[0] and (self.distance > 3 * near + _NEAR or self.angle > 3 * turned + _NEAR)
 
-def _pulled(problem: Problem, reach: Reach, q: Array, clear: Array, margin: float, *, onto: bool) -> tuple[Array, Array]:
+
+def _pulled(task: _Task, reach: Reach, q: Array, clear: Array, *, at_centre: bool) -> tuple[Array, Array]:
     """Add to configurations (b, n) what they become when pulled towards the start with the frame held in place.
 
     Args:
-        problem: robot and scene.
+        task: what to keep clear of.
         reach: the goal.
         q: free configurations that reach it.
         clear: (b,) their clearances [m]; what is pulled keeps the margin, or what there was if that was less.
-        margin: [m].
-        onto: whether to bring them back onto the goal's very centre.
+        at_centre: whether they are at the goal's very centre, and are to stay there.
 
     Returns:
         (2 b, n) and (2 b,).
     """
-    bounds = reaching_bounds(problem)
+    start, least = task.problem.start, np.minimum(task.settings.margin, clear)
     near, room = q.copy(), clear.copy()
+    away = np.linalg.norm(near - start, axis=1)
     share = np.full(len(q), 0.5)
     for _ in range(_PULLS):
-        tried = np.clip(nearer(reach, near, problem.start, share), *bounds)
-        tried = polished(reach, tried, *bounds, rounds=4) if onto else tried
-        new_room = clearance(problem, tried)
-        closer = np.linalg.norm(tried - problem.start, axis=1) < np.linalg.norm(near - problem.start, axis=1) - 1e-3
-        good = closer & reaches(reach, tried) & (new_room >= np.minimum(margin, clear))
-        near[good], room[good] = tried[good], new_room[good]
+        tried = np.clip(nearer(reach, near, start, share), *task.bounds)
+        if at_centre:
+            tried = polished(reach, tried, *task.bounds, rounds=4)
+        new_room, new_away = task.clearance(tried), np.linalg.norm(tried - start, axis=1)
+        good = (new_away < away - _CLOSER) & reaches(reach, tried) & (new_room >= least)
+        near[good], room[good], away[good] = tried[good], new_room[good], new_away[good]
         share = np.where(good, share, share * 0.4)
     return np.vstack([near, q]), np.concatenate([room, clear])
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from spacearm.swarm import PSO, run_trials
 Array = NDArray[np.float64]
 
 _PRECISION = 32  # of the search; what it finds is brought onto the goal and checked in float64
+_ANYWHERE = 1e6  # [m]
 _LEVER = 0.25  # [m] how far from the frame's origin its axes are watched
 
 
@@ -47,7 +47,7 @@ def swarm_configurations(
     count: int,
     threads: int | None,
     nearest: bool = False,
-) -> tuple[Array, Array]:
+) -> Array:
     """Run independent swarms, each of which ends with a configuration that is free and near the goal, or nearly so.
 
     Args:
@@ -65,30 +65,8 @@ def swarm_configurations(
         nearest: spend the whole budget to come near home, rather than end as soon as there is something.
 
     Returns:
-        Configurations (count, n), one a swarm, and by how much each falls short of slack and margin (count,) [m].
+        (count, n) configurations within the bounds, one a swarm; which are free and near enough is not said.
     """
-    import inspect  # FIXME until the kernel's ReachObjective takes points
-
-    if "points" not in inspect.signature(make_kernel_model).parameters:
-        model: Any = make_kernel_model(problem.robot, problem.scene, frame=goal.frame if goal else None, precision=_PRECISION)
-        at, near = (goal.position, 0.0) if goal else (np.zeros(3), 1e9)
-        if isinstance(goal, PositionGoal):
-            near = max(goal.tolerance, slack.distance)
-        objective = native_class("ReachObjective", _PRECISION)(
-            model.native, model.tip, np.array(at), near, margin, np.array(home)
-        )
-        runs = run_trials(
-            objective,
-            *bounds,
-            swarm,
-            seed=seed,
-            first_trial=first,
-            trials=count,
-            threads=threads,
-            stop_when_feasible=not nearest,
-        )
-        x = np.array([run.x for run in runs]).reshape(-1, problem.robot.dof)
-        return np.clip(x, *bounds), np.array([run.violation for run in runs])
     points, targets, tolerances = _watched(problem, goal, slack)
     model = make_kernel_model(problem.robot, problem.scene, precision=_PRECISION, points=points)
     objective = native_class("ReachObjective", _PRECISION)(
@@ -103,7 +81,7 @@ def swarm_configurations(
         objective, *bounds, swarm, seed=seed, first_trial=first, trials=count, threads=threads, stop_when_feasible=not nearest
     )
     x = np.array([run.x for run in runs]).reshape(-1, problem.robot.dof)
-    return np.clip(x, *bounds), np.array([run.violation for run in runs])
+    return np.clip(x, *bounds)  # float32 may have rounded a bound outwards
 
 
 def _watched(
@@ -114,9 +92,9 @@ def _watched(
     Near a pose the distances of points with a lever say the same as its distance and angle. They leave out the corner of
     a wide tolerance where the origin is far off and the orientation exact.
     """
+    frame = problem.robot.frame(problem.robot.tip if goal is None else goal.frame or problem.robot.tip)
     if goal is None:
-        return [], [], []
-    frame = problem.robot.frame(goal.frame or problem.robot.tip)
+        return [(frame.joint, frame.T_joint_frame[:3, 3])], [np.zeros(3)], [_ANYWHERE]
     if isinstance(goal, PositionGoal):
         return [(frame.joint, frame.T_joint_frame[:3, 3])], [goal.position], [max(goal.tolerance, slack.distance)]
     distance = max(goal.position_tolerance, slack.distance)

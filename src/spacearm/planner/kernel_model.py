@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -10,11 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel import native
-from spacearm.errors import RobotError
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import tree_arrays
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
-
 
 _SHAPE = {"Sphere": 1, "Capsule": 2, "Box": 3, "Cylinder": 4, "HalfSpace": 5}
 _NUMBERS = 15  # an obstacle's row
@@ -48,6 +47,20 @@ class KernelModel:
 def native_class(name: str, precision: int) -> Any:
     """Return the kernel's class of that name for numbers of 32 or 64 bits."""
     return getattr(native, f"{name}{precision}")
+
+
+_MADE: OrderedDict[tuple[Any, ...], tuple[Robot, Scene, KernelModel]] = OrderedDict()
+_MOST_MADE = 8
+
+
+def kernel_model(robot: Robot, scene: Scene, *, precision: int = 64) -> KernelModel:
+    """Return `make_kernel_model`'s, kept for the robots and scenes seen last: the same objects, not equal ones."""
+    key = (id(robot), id(scene), precision)
+    if key not in _MADE:  # what is kept is kept alive, so no other object can have its id
+        _MADE[key] = robot, scene, make_kernel_model(robot, scene, precision=precision)
+        while len(_MADE) > _MOST_MADE:
+            _MADE.popitem(last=False)
+    return _MADE[key][2]
 
 
 def make_kernel_model(
@@ -111,27 +124,22 @@ def self_capsule_pairs(robot: Robot) -> NDArray[np.int32]:
 
 
 def _envelope(robot: Robot) -> dict[str, Any]:
-    """Return the capsules as arrays; those of one link on one joint are a group, and pairs are of groups."""
+    """Return the capsules as arrays, link by link; the links' pairs are of such groups."""
     groups: dict[tuple[str, int], int] = {}
     link = np.array([groups.setdefault((c.name, c.joint), len(groups)) for c in robot.capsules], dtype=np.int32)
-    pairs = [
-        (i, k)
-        for one, two in robot.self_pairs
-        for (a, _), i in groups.items()
-        for (b, _), k in groups.items()
-        if a == one and b == two
-    ]
-    order = np.argsort(link, kind="stable")
-    if not np.array_equal(order, np.arange(len(order))):
-        raise RobotError(
-            f"robot '{robot.name}' lists the capsules of a link apart from each other, expected them side by side; sort them by link"
-        )
+    of: dict[str, list[int]] = {}
+    for (name, _), group in groups.items():
+        of.setdefault(name, []).append(group)
+    pairs = [(i, k) for one, two in robot.self_pairs for i in of[one] for k in of[two]]
+    order = np.argsort(link, kind="stable").astype(np.int32)
+    capsules = [robot.capsules[i] for i in order]
     return {
-        "joint": np.array([c.joint for c in robot.capsules], dtype=np.int32),
-        "link": link,
-        "a": np.array([c.a for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
-        "b": np.array([c.b for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
-        "radius": np.array([c.radius for c in robot.capsules], dtype=np.float64),
+        "index": order,
+        "joint": np.array([c.joint for c in capsules], dtype=np.int32),
+        "link": link[order],
+        "a": np.array([c.a for c in capsules], dtype=np.float64).reshape(-1, 3),
+        "b": np.array([c.b for c in capsules], dtype=np.float64).reshape(-1, 3),
+        "radius": np.array([c.radius for c in capsules], dtype=np.float64),
         "pairs": np.array(pairs, dtype=np.int32).reshape(-1, 2),
     }
 
@@ -178,14 +186,15 @@ class _Points:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self.listed: list[tuple[int, np.ndarray]] = []
+        self._known: dict[tuple[int, bytes], int] = {}
 
     def index(self, joint: int, point: np.ndarray) -> int:
         joint, point = self._towards_base(joint, np.asarray(point, dtype=np.float64))
-        for i, (other, known) in enumerate(self.listed):
-            if other == joint and np.array_equal(known, point):
-                return i
-        self.listed.append((joint, point))
-        return len(self.listed) - 1
+        point = point + 0.0  # -0.0 and 0.0 have other bytes
+        index = self._known.setdefault((joint, point.tobytes()), len(self.listed))
+        if index == len(self.listed):
+            self.listed.append((joint, point))
+        return index
 
     def _towards_base(self, joint: int, point: np.ndarray) -> tuple[int, np.ndarray]:
         while joint >= 0 and self._robot.joints[joint].kind == "revolute" and not point[:2].any():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -86,10 +87,29 @@ def goal_errors(reach: Reach, q: Array) -> tuple[Array, Array]:
 def reaches(reach: Reach, q: Array) -> NDArray[np.bool_]:
     """Tell which configurations (b, n) reach the goal within its tolerances, (b,)."""
     distance, angle = goal_errors(reach, q)
-    goal = reach.goal
+    near, turned = tolerances(reach.goal)
+    return (distance <= near) & (angle <= turned)
+
+
+def tolerances(goal: SpaceGoal) -> tuple[float, float]:
+    """Return the greatest distance [m] and angle [rad] that count as reached."""
     if isinstance(goal, PositionGoal):
-        return distance <= goal.tolerance
-    return (distance <= goal.position_tolerance) & (angle <= goal.orientation_tolerance)
+        return goal.tolerance, math.pi
+    return goal.position_tolerance, goal.orientation_tolerance
+
+
+def reach_of(robot: Robot, frame: str) -> float:
+    """Return a bound [m] of how far from the base a frame's origin can get."""
+    placed = robot.frame(frame)
+    reach, at = float(np.linalg.norm(placed.T_joint_frame[:3, 3])), placed.joint
+    while at >= 0:
+        joint = robot.joints[at]
+        reach += float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
+        if joint.kind == "prismatic":
+            values = [joint.multiplier * limit + joint.offset for limit in (robot.lower[joint.dof], robot.upper[joint.dof])]
+            reach += float(np.abs(values).max())
+        at = joint.parent
+    return reach
 
 
 def polished(reach: Reach, q: Array, lower: Array, upper: Array, *, rounds: int = 40) -> Array:

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.motion import Trajectory
+from spacearm.planner.explain import EndReport
+from spacearm.planner.goal_search import GoalConfigurations
 from spacearm.planner.problem import Problem
 from spacearm.planner.settings import PlannerSettings
 from spacearm.proof import Certificate
@@ -16,29 +18,36 @@ Array = NDArray[np.float64]
 
 STATUSES = {
     "found": "a motion was found and proven",
-    "goal_not_reached": "no collision-free configuration that reaches the goal was found",
+    "start_in_collision": "the start is in collision",
+    "goal_in_collision": "the goal is in collision",
+    "goal_unreachable": "no collision-free configuration that reaches the goal was found",
     "not_found": "no collision-free motion was found",
+    "not_proven": "a motion was found, but its proof does not hold",
 }
 """How planning ends."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Improvement:
-    """A motion better than those before it.
+    """A motion better than those before it, as the search saw it.
 
     Attributes:
+        seconds: of searching before it, on its island.
+        evaluations: candidate motions looked at before it, on its island.
+        fitness: its weighted sum.
+        by: "straight", "probe", "refine" or "swarm".
         goal: index into the plan's goal configurations.
-        restart: which search found it; -1 is the straight motion.
-        length: joint path length [rad or m].
-        violation: mean shortfall of clearance at the samples [m]; 0 if none.
-        proven: whether its certificate holds.
+        interior_points: its control points.
+        island: which search found it.
     """
 
+    seconds: float
+    evaluations: int
+    fitness: float
+    by: str
     goal: int
-    restart: int
-    length: float
-    violation: float
-    proven: bool
+    interior_points: int
+    island: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -50,12 +59,17 @@ class Plan:
         problem: what was planned.
         settings: of the planner.
         seed: repeats the plan with them.
-        trajectory: the motion in time; if none was proven, the best that was seen, or None without a goal configuration.
+        trajectory: the motion in time; if none was proven, the best that was seen; None if there is no goal configuration.
         certificate: of the trajectory.
         goals: (g, n) the goal configurations planned to, nearest first.
-        fitness: the trajectory's, by term: "length" [rad or m], "duration" [s].
-        history: the improvements in order.
-        timings: seconds by stage: "goals", "search", "certify".
+        goal_search: how these were found; None if they were given.
+        ends: what is wrong with the start or the goal, with the pairs in contact.
+        fitness: the trajectory's, by term, as `Weights` names them.
+        history: the improvements in order, as the search saw them.
+        proofs: how many motions were given to the proof.
+        evaluations: candidate motions looked at.
+        interrupted: whether it was ended from outside.
+        timings: seconds by stage: "prepare", "goals", "search", "certify"; what is left of "total" is Python between them.
         advice: what to do if there is no motion.
     """
 
@@ -66,8 +80,13 @@ class Plan:
     trajectory: Trajectory | None
     certificate: Certificate | None
     goals: Array
+    goal_search: GoalConfigurations | None
+    ends: EndReport
     fitness: dict[str, float]
     history: tuple[Improvement, ...]
+    proofs: int
+    evaluations: int
+    interrupted: bool
     timings: dict[str, float]
     advice: str = ""
 
@@ -79,5 +98,7 @@ class Plan:
     @property
     def message(self) -> str:
         """The outcome in a sentence."""
-        text = STATUSES[self.status]
+        if self.ends.message:
+            return self.ends.message
+        text = STATUSES[self.status] + ("; it was interrupted" if self.interrupted else "")
         return f"{text}; {self.advice}" if self.advice else text

@@ -1,30 +1,37 @@
-"""The planner: a swarm of splines from the start to a goal configuration, and a proof of what it finds."""
+"""The planner: goal configurations, a swarm of splines to them, and a proof of what it finds."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.checks import shown
 from spacearm.errors import ProblemError, SettingsError
-from spacearm.motion import Motion, Trajectory, basis
-from spacearm.planner.ends import goal_configurations, require_free, search_bounds
-from spacearm.planner.kernel_model import KernelModel, make_kernel_model, native_class
+from spacearm.motion import Motion, Trajectory, fastest_duration, time_optimal
+from spacearm.planner.clearance import clearance
+from spacearm.planner.explain import EndReport, check_ends, explain_goal
+from spacearm.planner.goal_search import GoalConfigurations, find_goal_configurations
+from spacearm.planner.islands import Islands
 from spacearm.planner.problem import Problem
-from spacearm.planner.result import Improvement, Plan
+from spacearm.planner.result import Plan
 from spacearm.planner.settings import PlannerSettings
 from spacearm.proof import Certificate, certify
-from spacearm.swarm import Rng, SwarmResult, run_trials, seed_of
+from spacearm.settings import setting_names
+from spacearm.swarm import Rng, seed_of
 
 Array = NDArray[np.float64]
 
-_PRECISION = 32  # the search's; the proof is float64
-_MOST_SAMPLES = 1024
+_ROOM = 0.5  # of the clearance at the start and the goal: the most that is asked for in between
+_SPREAD = 0.004  # how far around a failed instant the search looks from then on, as a share of the motion
+_AFTERWARDS = 0.25  # of the budget: for another motion, where a proof failed
+_LEAST_EVALUATIONS, _LEAST_SECONDS = 500, 0.02  # for the same
+
+Status = Literal["found", "start_in_collision", "goal_in_collision", "goal_unreachable", "not_found", "not_proven"]
 
 
 def plan(
@@ -37,7 +44,9 @@ def plan(
     """Plan a motion: collision-free and within the limits at every instant, with a proof.
 
     The particles are the interior control points of spline motions; less violation beats more, and among collision-free
-    motions the shorter joint path wins. A motion counts as found only when its certificate holds.
+    motions the fitness decides. The first motion comes at once and better ones follow until the budget is spent. A motion
+    counts as found only when its certificate holds; where a proof fails the search goes on, and looks at that instant too.
+    Ctrl-C ends the search with the best motion so far.
 
     Args:
         problem: robot, scene, start and goal.
@@ -46,145 +55,179 @@ def plan(
         progress: called with a word on each stage that begins.
 
     Returns:
-        The plan; `status` says whether there is a motion, `message` what to do if not.
+        The plan; `status` says whether there is a motion, `message` what is in the way and what to do if not.
 
     Raises:
-        ProblemError: the start or the goal configuration is in collision, or the goal position is out of reach.
+        ProblemError: no problem.
         SettingsError: settings of something else.
+        KeyboardInterrupt: Ctrl-C before there was anything to return.
     """
     if not isinstance(problem, Problem):
         raise ProblemError(f"problem is {shown(problem)}, expected a Problem; make one with Problem(...) or load_problem(...)")
     settings = PlannerSettings() if settings is None else settings
     if not isinstance(settings, PlannerSettings):
         raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
-    seed = seed_of(rng)
-    tell = progress or (lambda _: None)
-    begun = time.perf_counter()
-    start_clearance = require_free(problem, problem.start, "start")
-    tell("goal configurations")
-    goals = goal_configurations(problem, settings, seed)
-    searched = time.perf_counter()
-    deadline = None if settings.time_budget is None else begun + settings.time_budget
-    search = _Search(problem=problem, settings=settings, seed=seed, deadline=deadline, start_clearance=start_clearance)
-    for index, goal in enumerate(goals):
-        tell(f"motions to goal {index + 1} of {len(goals)}")
-        search.towards(index, goal)
-        if search.late and search.best is not None:
-            break
-    return search.finished(goals, goals_seconds=searched - begun, total=time.perf_counter() - begun)
+    run = _Run(problem=problem, settings=settings, seed=seed_of(rng), tell=progress or (lambda _: None))
+    run.ends = check_ends(problem)
+    if run.ends.status != "free":
+        return run.ended(run.ends.status)
+    run.lap("prepare")
+    run.tell("goal configurations")
+    run.goal_search = find_goal_configurations(problem, settings, run.seed)
+    run.lap("goals")
+    if not len(run.goal_search.q):
+        run.ends = explain_goal(problem, run.goal_search)
+        status: Status = "goal_in_collision" if run.ends.status == "goal_in_collision" else "goal_unreachable"
+        return run.ended(status)
+    return run.search()
 
 
 @dataclass(kw_only=True)
-class _Search:
-    """The best motion over all goals and restarts."""
+class _Run:
+    """One call of `plan`."""
 
     problem: Problem
     settings: PlannerSettings
     seed: int
-    deadline: float | None
-    start_clearance: float
-    best: Trajectory | None = None
+    tell: Callable[[str], Any]
+    ends: EndReport = field(default_factory=lambda: EndReport(status="free"))
+    goal_search: GoalConfigurations | None = None
+    islands: Islands | None = None
     certificate: Certificate | None = None
-    fallback: tuple[float, Trajectory, Certificate] | None = None
-    history: list[Improvement] = field(default_factory=list)
-    certify_seconds: float = 0.0
+    trajectory: Trajectory | None = None
+    proofs: int = 0
+    interrupted: bool = False
+    timings: dict[str, float] = field(default_factory=dict)
+    begun: float = field(default_factory=time.perf_counter)
+    last: float = field(default_factory=time.perf_counter)
+
+    def lap(self, stage: str) -> None:
+        """Book the time since the last call on a stage."""
+        now = time.perf_counter()
+        self.timings[stage] = self.timings.get(stage, 0.0) + now - self.last
+        self.last = now
+
+    def search(self) -> Plan:
+        goals = self.goals
+        ends = np.append(clearance(self.problem, goals), clearance(self.problem, self.problem.start))
+        margin = min(self.settings.margin, _ROOM * float(ends.min()))
+        self.islands = Islands(self.problem, goals, self.settings, seed=self.seed, margin=margin)
+        self.lap("prepare")
+        self.tell(f"motions to {len(goals)} goal configuration{'s' if len(goals) != 1 else ''}")
+        budget = self._budget()
+        try:
+            self._go_on(**budget)
+            status = self._proven(budget)
+        except KeyboardInterrupt:
+            self.lap("search")
+            self.interrupted = True
+            status = self._best_so_far()
+        return self.ended(status)
 
     @property
-    def late(self) -> bool:
-        return self.deadline is not None and time.perf_counter() > self.deadline
+    def goals(self) -> Array:
+        return np.zeros((0, self.problem.robot.dof)) if self.goal_search is None else self.goal_search.q
 
-    @property
-    def best_length(self) -> float:
-        return np.inf if self.best is None else self.best.motion.length()
-
-    def towards(self, index: int, goal: Array) -> None:
-        """Try the straight motion, then the swarm; where a proof fails, again with more samples."""
-        direct = float(np.linalg.norm(goal - self.problem.start))
-        if direct >= self.best_length:
-            return  # no motion there can be shorter than the straight one
-        if self._offer(index, -1, Motion(np.array([self.problem.start, goal])), violation=0.0) == "holds":
-            return
-        model = make_kernel_model(self.problem.robot, self.problem.scene, precision=_PRECISION)
-        samples, restart = self.settings.samples, 0
-        while restart < self.settings.restarts and not (self.late and self.fallback):
-            run = self._run(model, goal, samples, restart)
-            motion = self._motion(goal, run)
-            status = self._offer(index, restart, motion, run.violation)
-            if status == "undecided":
-                return  # an end in contact, or nearly: no other motion to it would fare better
-            if run.success and status == "fails" and samples < _MOST_SAMPLES:
-                samples *= 2  # it slipped through between the samples
-                continue
-            restart += 1
-
-    def finished(self, goals: Array, *, goals_seconds: float, total: float) -> Plan:
-        trajectory, certificate = self.best, self.certificate
-        status, advice = "found", ""
-        if trajectory is None and self.fallback is not None:
-            _, trajectory, certificate = self.fallback
-            status, advice = "not_found", f"the best one: {certificate.message}; allow more restarts or interior_points"
-        elif trajectory is None:
-            status, advice = "goal_not_reached", "allow more goal_candidates, a larger tolerance or a smaller margin"
-        fitness = {} if trajectory is None else {"length": trajectory.motion.length(), "duration": trajectory.duration}
+    def ended(self, status: Status) -> Plan:
+        islands = self.islands
+        if status == "not_found" and self.trajectory is None and islands is not None and islands.fallback is not None:
+            self.trajectory = self._timed(islands.fallback)  # the best that was seen
+            self.certificate = certify(self.problem, self.trajectory)
+        self.timings["total"] = time.perf_counter() - self.begun
         return Plan(
             status=status,
             problem=self.problem,
             settings=self.settings,
             seed=self.seed,
-            trajectory=trajectory,
-            certificate=certificate,
-            goals=goals,
-            fitness=fitness,
-            history=tuple(self.history),
-            timings={
-                "goals": goals_seconds,
-                "search": total - goals_seconds - self.certify_seconds,
-                "certify": self.certify_seconds,
-            },
-            advice=advice,
+            trajectory=self.trajectory,
+            certificate=self.certificate,
+            goals=self.goals,
+            goal_search=self.goal_search,
+            ends=self.ends,
+            fitness=self._fitness(),
+            history=() if islands is None else islands.history(),
+            proofs=self.proofs,
+            evaluations=0 if islands is None else islands.evaluations,
+            interrupted=self.interrupted,
+            timings=self.timings,
+            advice=self._advice(status),
         )
 
-    def _run(self, model: KernelModel, goal: Array, samples: int, restart: int) -> SwarmResult:
-        interior = self.settings.interior_points
-        table = basis(np.linspace(0.0, 1.0, samples), interior)
-        margin = min(self.settings.margin, 0.9 * self.start_clearance, 0.9 * require_free(self.problem, goal, "goal"))
-        objective = native_class("MotionObjective", _PRECISION)(
-            model.native, np.array(self.problem.start), goal, table, margin, 1.0
-        )
-        lower, upper = search_bounds(self.problem)
-        straight = self.problem.start + np.linspace(0, 1, interior + 2)[1:-1, None] * (goal - self.problem.start)
-        return run_trials(
-            objective,
-            np.tile(lower, interior),
-            np.tile(upper, interior),
-            self.settings.swarm,
-            seed=self.seed,
-            first_trial=restart,
-            threads=1,
-            initial=np.clip(straight.reshape(1, -1), np.tile(lower, interior), np.tile(upper, interior)).astype(np.float32),
-        )[0]
+    # ---- the search -------------------------------------------------------------------------------------------------
+    def _budget(self) -> dict[str, Any]:
+        given = self.settings
+        return {
+            "evaluations": given.evaluations or 0,
+            "seconds": given.time_budget or 0.0,
+            "until_first": given.stop_at_first,
+            "stall": given.convergence or 0,
+        }
 
-    def _motion(self, goal: Array, run: SwarmResult) -> Motion:
-        lower, upper = search_bounds(self.problem)
-        # Float32 may round a bound outwards.
-        inside = np.clip(run.x.reshape(self.settings.interior_points, -1), lower, upper)
-        return Motion(np.vstack([self.problem.start, inside, goal]))
+    def _go_on(self, *, evaluations: int, seconds: float, until_first: bool, stall: int) -> None:
+        assert self.islands is not None
+        self.islands.run(evaluations=evaluations, seconds=seconds, until_first=until_first, stall=stall)
+        self.lap("search")
 
-    def _offer(self, index: int, restart: int, motion: Motion, violation: float) -> str:
-        """Certify a motion and keep it if it is the best so far; return the certificate's status."""
-        length = motion.length()
-        if length >= self.best_length:
-            return "longer"  # proven or not, it would not be kept
-        trajectory = Trajectory(self.problem.robot, motion)
-        certificate = certify(self.problem, trajectory)
-        self.certify_seconds += certificate.seconds
-        if certificate.holds:
-            self.best, self.certificate = trajectory, certificate
-        else:
-            worst = certificate.closest.clearance if certificate.closest else -np.inf
-            if self.fallback is None or worst > self.fallback[0]:
-                self.fallback = (worst, trajectory, certificate)
-        entry = Improvement(goal=index, restart=restart, length=length, violation=violation, proven=certificate.holds)
-        if certificate.holds or self.best is None:
-            self.history.append(entry)
-        return certificate.status
+    def _proven(self, budget: dict[str, Any]) -> Status:
+        """Prove the best motion; where that fails, look for another."""
+        assert self.islands is not None
+        less = dict(budget)
+        if less["evaluations"]:
+            less["evaluations"] = max(_LEAST_EVALUATIONS, int(_AFTERWARDS * less["evaluations"]))
+        if less["seconds"]:
+            less["seconds"] = max(_LEAST_SECONDS, _AFTERWARDS * less["seconds"])
+        for _ in range(self.settings.proofs):
+            motion = self.islands.best
+            if motion is None:
+                return "not_proven" if self.certificate is not None else "not_found"
+            if self._holds(motion):
+                return "found"
+            near = self.certificate.closest if self.certificate is not None else None
+            if near is None or not 0 < near.u < 1:
+                return "not_proven"  # no other motion would fare better
+            self.islands.add_instant(near.u, _SPREAD)
+            self._go_on(**less)
+        return "not_proven"
+
+    def _best_so_far(self) -> Status:
+        """After Ctrl-C: the best motion that holds, of those found."""
+        assert self.islands is not None
+        for motion in self.islands.motions()[: self.settings.proofs]:
+            if self._holds(motion):
+                return "found"
+        if self.trajectory is None and self.islands.fallback is None:
+            raise KeyboardInterrupt
+        return "not_found" if self.trajectory is None else "not_proven"
+
+    def _holds(self, motion: Motion) -> bool:
+        self.tell("proof")
+        self.trajectory = self._timed(motion)
+        self.certificate = certify(self.problem, self.trajectory, jerk_limit=self.settings.jerk_limit)
+        self.proofs += 1
+        self.lap("certify")
+        return self.certificate.holds
+
+    def _timed(self, motion: Motion) -> Trajectory:
+        robot, jerk = self.problem.robot, self.settings.jerk_limit
+        if self.settings.time_law == "time_optimal":
+            return time_optimal(robot, motion, jerk_limit=jerk)
+        return Trajectory(robot, motion, duration=None if jerk is None else fastest_duration(robot, motion, jerk_limit=jerk))
+
+    # ---- what is told -----------------------------------------------------------------------------------------------
+    def _fitness(self) -> dict[str, float]:
+        """The trajectory's terms: length and duration exactly, the others, where they are weighed, as the search has them."""
+        if self.trajectory is None or self.islands is None:
+            return {}
+        terms = self.islands.terms(self.trajectory.motion)
+        weighed = {name for name in setting_names(type(self.settings.weights)) if getattr(self.settings.weights, name) > 0}
+        exact = {"length": self.trajectory.motion.length(), "duration": self.trajectory.duration}
+        return exact | {name: value for name, value in terms.items() if name in weighed and name not in exact}
+
+    def _advice(self, status: Status) -> str:
+        near = self.certificate.message if self.certificate is not None else ""
+        if status == "not_found":
+            said = f"the best one: {near}; " if near else ""
+            return f"{said}allow more evaluations or time_budget, or a smaller margin"
+        if status == "not_proven":
+            return f"the last one: {near}; ask for a larger margin, or allow more proofs"
+        return ""

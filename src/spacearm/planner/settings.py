@@ -2,71 +2,141 @@
 
 from __future__ import annotations
 
-from spacearm.checks import as_number
-from spacearm.errors import SettingsError
-from spacearm.settings import settings, whole
-from spacearm.swarm import PSO, Penalty
+from collections.abc import Mapping
+from typing import Any
 
-REACHING = PSO(
-    particles=100,
-    iterations=100,
-    inertia=0.7298,
-    cognitive=1.49618,
-    social=1.49618,
-    neighbours=3,
-    constraints=Penalty(weight=30.0, final_weight=1000.0, rise_from=0.3),
-)
-"""The swarm in configuration space that looks for configurations which reach a position."""
+from spacearm.checks import as_number, shown
+from spacearm.errors import SettingsError
+from spacearm.settings import one_of, require_settings, setting_names, settings, whole
+from spacearm.swarm import IPSO, PSO
+
+TIME_LAWS = ("uniform", "time_optimal")
+SWARM = PSO(particles=16, iterations=400, inertia=0.6, cognitive=1.49, social=1.49, neighbours=3, start_velocity=0.02)
+"""The swarm of motions: small, on a ring, and slow to start, for it begins near motions that are known to be good."""
+
+
+@settings
+class Weights:
+    """What makes a motion better: the fitness is the weighted sum of these terms, each 0 or more.
+
+    Attributes:
+        length: joint path length [rad or m].
+        duration: the fastest uniform time within the velocity, acceleration and jerk limits [s].
+        tip: path length of the end effector [m].
+        clearance: mean over the motion of what the clearances lack to `PlannerSettings.comfort`, summed over pairs [m].
+        smoothness: mean of |q'''|^2, the third derivative over s in [0, 1] [rad^2 or m^2].
+        f1: the seed's eq. (5), mean over the motion: distances of the joint centres from the obstacles' centres [m].
+        f2: eq. (6): distance of the end effector from where it ends, squared and 1 more, then its root [m].
+        f3: eq. (7): that distance [m].
+    """
+
+    length: float = 1.0
+    duration: float = 0.0
+    tip: float = 0.0
+    clearance: float = 0.0
+    smoothness: float = 0.0
+    f1: float = 0.0
+    f2: float = 0.0
+    f3: float = 0.0
+
+    def __post_init__(self) -> None:
+        values = [
+            as_number(f"weight {name}", getattr(self, name), SettingsError, at_least=0) for name in setting_names(Weights)
+        ]
+        if not any(values):
+            raise SettingsError("all weights are 0, expected at least one above 0; weigh the length if nothing else counts")
 
 
 @settings
 class PlannerSettings:
-    """How a motion is searched for.
+    """How a motion is searched for, and when the search ends.
+
+    It ends when the budget of evaluations or of time is spent, or when it has converged. Without a time budget the same
+    seed gives the same motion, on any number of threads.
 
     Attributes:
-        interior_points: control points between start and goal, K.
-        samples: instants of each candidate motion at which clearance is taken; doubled when a proof fails.
-        particles: candidate motions at a time.
-        iterations: rounds of a search.
-        restarts: searches for each goal configuration; the shortest proven motion is kept.
-        margin: clearance asked for at the samples [m]; lowered where the start or goal is closer than that.
-        goal_candidates: for a goal position: how many swarms look for configurations that reach it, and how many of
-            the distinct ones found, nearest first, are planned to.
-        time_budget: no further search is begun after this time [s]; None: no limit.
-        threads: that searches are spread over; None: one a core. The result does not depend on it.
+        evaluations: candidate motions that each island looks at; None: no limit.
+        time_budget: the search ends after this time [s], once a motion is found and proven or not; None: no limit.
+        convergence: evaluations without an improvement of 0.1 % after which an island ends; None: never.
+        stop_at_first: be content with the first motion.
+        weights: of the fitness' terms.
+        margin: clearance asked for at the instants that are looked at [m]; lowered where the start or goal is closer.
+        comfort: clearance beyond which the term `clearance` asks for no more [m].
+        interior_points: control points of the swarm's motions, one number or several that take turns.
+        swarm: PSO or IPSO; its iterations are the most of one turn.
+        goal_candidates: for a goal in space: the most distinct configurations that are planned to.
+        islands: searches side by side, each with a stream of random numbers of its own; the best motion counts.
+        threads: that islands and goal searches are spread over; None: one a core.
+        time_law: "uniform" or "time_optimal": smooth and quicker, and slower to compute.
+        jerk_limit: of every joint [rad/s^3 or m/s^3]; None: none.
+        proofs: how often a motion whose proof failed is replaced by another one.
     """
 
-    interior_points: int = 2
-    samples: int = 32
-    particles: int = 64
-    iterations: int = 100
-    restarts: int = 4
-    margin: float = 0.005
-    goal_candidates: int = 8
+    evaluations: int | None = 20_000
     time_budget: float | None = None
+    convergence: int | None = None
+    stop_at_first: bool = False
+    weights: Weights = Weights()
+    margin: float = 0.002
+    comfort: float = 0.05
+    interior_points: tuple[int, ...] = (2, 3)
+    swarm: PSO | IPSO = SWARM
+    goal_candidates: int = 8
+    islands: int = 1
     threads: int | None = 1
+    time_law: str = "uniform"
+    jerk_limit: float | None = None
+    proofs: int = 30
 
     def __post_init__(self) -> None:
-        whole("interior_points", self.interior_points, at_least=1, at_most=20)
-        whole("samples", self.samples, at_least=4, at_most=4096)
-        whole("particles", self.particles, at_least=1)
-        whole("iterations", self.iterations, at_least=1)
-        whole("restarts", self.restarts, at_least=1)
-        as_number("margin", self.margin, SettingsError, at_least=0, unit="m")
-        whole("goal_candidates", self.goal_candidates, at_least=1)
+        keep = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        if self.evaluations is not None:
+            whole("evaluations", self.evaluations, at_least=1)
         if self.time_budget is not None:
             as_number("time_budget", self.time_budget, SettingsError, above=0, unit="s")
+        if self.evaluations is None and self.time_budget is None and self.convergence is None and not self.stop_at_first:
+            raise SettingsError(
+                "neither evaluations nor time_budget nor convergence is given, expected one of them; else the search never ends"
+            )
+        if self.convergence is not None:
+            whole("convergence", self.convergence, at_least=1)
+        if not isinstance(self.stop_at_first, bool):
+            raise SettingsError(f"stop_at_first is {shown(self.stop_at_first)}, expected True or False")
+        keep("weights", _record("weights", self.weights, (Weights,)))
+        keep("swarm", _record("swarm", self.swarm, (PSO, IPSO)))
+        as_number("margin", self.margin, SettingsError, at_least=0, unit="m")
+        as_number("comfort", self.comfort, SettingsError, at_least=0, unit="m")
+        keep("interior_points", _counts(self.interior_points))
+        whole("goal_candidates", self.goal_candidates, at_least=1)
+        whole("islands", self.islands, at_least=1, at_most=256)
         if self.threads is not None:
             whole("threads", self.threads, at_least=1)
+        one_of("time_law", self.time_law, TIME_LAWS)
+        if self.jerk_limit is not None:
+            as_number("jerk_limit", self.jerk_limit, SettingsError, above=0)
+        whole("proofs", self.proofs, at_least=1)
 
-    @property
-    def swarm(self) -> PSO:
-        """The swarm of motions."""
-        return PSO(
-            particles=self.particles,
-            iterations=self.iterations,
-            inertia=0.7298,
-            cognitive=1.49618,
-            social=1.49618,
-            neighbours=3,
-        )
+
+def _counts(given: Any) -> tuple[int, ...]:
+    rows = (given,) if hasattr(given, "__index__") or isinstance(given, str) else given
+    try:
+        counts = tuple(rows)
+    except TypeError:
+        raise SettingsError(f"interior_points is {shown(given)}, expected whole numbers from 1 to 24") from None
+    if not counts:
+        raise SettingsError("interior_points is empty, expected whole numbers from 1 to 24")
+    return tuple(whole("interior_points", count, at_least=1, at_most=24) for count in counts)
+
+
+def _record(name: str, given: Any, kinds: tuple[type, ...]) -> Any:
+    """Take a record, or the mapping that a file holds for the first of the kinds (or the one that `kind` names)."""
+    if isinstance(given, kinds):
+        return given
+    if not isinstance(given, Mapping):
+        raise SettingsError(f"{name} is {shown(given)}, expected {' or '.join(f'{kind.__name__}(...)' for kind in kinds)}")
+    values = dict(given)
+    kind = values.pop("kind", kinds[0].__name__)
+    one_of(f"{name}: kind", kind, tuple(known.__name__ for known in kinds))
+    chosen = next(known for known in kinds if known.__name__ == kind)
+    require_settings(chosen, values)
+    return chosen(**values)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -72,9 +72,9 @@ class Certificate:
     evaluations: int
     seconds: float
     witness: str
-    robot: Robot
-    scene: Scene
-    trajectory: AnyTrajectory
+    robot: Robot = field(repr=False)
+    scene: Scene = field(repr=False)
+    trajectory: AnyTrajectory = field(repr=False)
 
     @property
     def holds(self) -> bool:

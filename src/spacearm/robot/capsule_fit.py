@@ -214,7 +214,8 @@ def across(directions: Array) -> tuple[Array, Array]:
     x = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
     x = x - (x * directions).sum(axis=1, keepdims=True) * directions
     x /= np.linalg.norm(x, axis=1, keepdims=True)
-    return x, np.roll(directions, -1, 1) * np.roll(x, -2, 1) - np.roll(directions, -2, 1) * np.roll(x, -1, 1)
+    yzx, zxy = [1, 2, 0], [2, 0, 1]
+    return x, directions[:, yzx] * x[:, zxy] - directions[:, zxy] * x[:, yzx]
 
 
 def _refined(points: Array, best: Segment, axis: Array) -> Segment:

@@ -21,6 +21,7 @@ from spacearm.checks import shown_error
 from spacearm.errors import RobotError
 from spacearm.robot.capsule_fit import Segment, shortest_axis
 from spacearm.robot.capsule_split import enclose
+from spacearm.robot.links import LONGEST
 from spacearm.robot.segments import point_segment_distance
 
 if TYPE_CHECKING:
@@ -73,7 +74,22 @@ def link_shapes(link: yourdfpy.Link, directory: Path) -> list[Shape]:
         else:
             scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
             shapes.append(Shape("mesh", (), T, _mesh_triangles(geometry.mesh.filename, link.name, directory) * scale))
+    for shape in shapes:
+        _require_within_reach(shape, link.name)
     return shapes
+
+
+def _require_within_reach(shape: Shape, link: str) -> None:
+    """Refuse lengths whose squares and cubes would no longer be numbers."""
+    lengths = [*shape.size, *shape.T_link_shape[:3, 3]]
+    if shape.triangles is not None:
+        lengths += [shape.triangles.min(), shape.triangles.max()]
+    largest = max(abs(float(length)) for length in lengths)
+    if largest > LONGEST:
+        raise RobotError(
+            f"link '{link}' has a {shape.kind} with a length of {largest:g} m, expected {LONGEST:g} m or less; check its units, "
+            f"{_OTHERWISE}"
+        )
 
 
 def enclosed(shapes: list[Shape], count: int) -> list[Segment]:

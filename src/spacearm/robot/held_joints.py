@@ -94,7 +94,7 @@ def rest_value(joint: LinkJoint) -> float:
 
 
 def _require_within(joint: LinkJoint, value: float, what: str) -> None:
-    if joint.kind == "continuous" or joint.lower is None or joint.upper is None:
+    if joint.kind == "continuous" or joint.lower is None or joint.upper is None or joint.upper < joint.lower:
         return
     if not joint.lower - _ROUNDING <= value <= joint.upper + _ROUNDING:
         raise RobotError(

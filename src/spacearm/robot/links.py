@@ -11,6 +11,9 @@ from spacearm.errors import RobotError, nearest
 
 Array = NDArray[np.float64]
 
+LONGEST = 1e6
+"""Lengths of a robot beyond this are taken for a mistake [m]."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mimic:
@@ -49,6 +52,16 @@ class LinkJoint:
     mimic: Mimic | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkMass:
+    """The mass of a link [kg], its centre (3,) [m], and its inertia (3, 3) about that [kg m^2], all in the link's frame."""
+
+    link: str
+    mass: float
+    com: Array
+    inertia: Array
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkTree:
     """Links and the joints between them.
@@ -57,6 +70,7 @@ class LinkTree:
         name: for people.
         links, joints: names of links, and joints, in the file's order.
         capsules: the envelope, (link, a, b, radius) in the link's frame [m].
+        masses: of the links that have one.
         with_envelope: False if the user wants none.
         self_collision: what the file asks for: "none", "computed", or pairs of links that must keep clear.
         tip: the link that is the end effector, if the file says so.
@@ -68,6 +82,7 @@ class LinkTree:
     links: tuple[str, ...]
     joints: tuple[LinkJoint, ...]
     capsules: tuple[tuple[str, Array, Array, float], ...] = ()
+    masses: tuple[LinkMass, ...] = ()
     with_envelope: bool = True
     self_collision: str | tuple[tuple[str, str], ...] = "none"
     tip: str | None = None

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, shown
 from spacearm.errors import RobotError, nearest
+from spacearm.robot.bodies import Body
 
 Array = NDArray[np.float64]
 
@@ -161,6 +162,7 @@ class Robot(Frozen):
         lower, upper: (n,) limits of q [rad or m]; -inf and inf where a joint turns without end.
         velocity: (n,) limits of |dq| [rad/s or m/s], above 0.
         acceleration: (n,) limits of |ddq| [rad/s^2 or m/s^2], above 0.
+        bodies: the masses of the links, as far as the file states them; empty if it states none.
         self_pairs: names of links that must keep clear of each other, two by two; empty if none need to.
         configurations: named ones.
         source: the file or built-in name it came from.
@@ -180,6 +182,7 @@ class Robot(Frozen):
     upper: Array
     velocity: Array
     acceleration: Array
+    bodies: tuple[Body, ...] = ()
     self_pairs: tuple[tuple[str, str], ...] = ()
     configurations: tuple[NamedConfiguration, ...] = ()
     source: str = ""
@@ -190,18 +193,19 @@ class Robot(Frozen):
         joints = _number_dofs(_members("joints", self.joints, Joint))
         frames = _members("frames", self.frames, Frame)
         capsules = _members("capsules", self.capsules, LinkCapsule)
+        bodies = _members("bodies", self.bodies, Body)
         if not joints:
             raise RobotError(f"robot '{self.name}' has no moving joint, expected at least one; nothing can be planned")
         _require_unique("joint", [joint.name for joint in joints])
         _require_unique("frame", [frame.name for frame in frames])
-        _require_tree(joints, frames, capsules)
+        _require_unique("body", [body.name for body in bodies])
+        _require_tree(joints, (*frames, *capsules, *bodies))
         names = tuple(self.dof_names) or _own_names(joints)
         _require_unique("dof", [as_name("a dof's name", name, RobotError) for name in names])
         _require_dofs_used(joints, names)
         pairs = _checked_pairs(self.self_pairs, {capsule.name for capsule in capsules})
-        _freeze(
-            self, joints=joints, frames=frames, capsules=capsules, dof_names=names, notes=tuple(self.notes), self_pairs=pairs
-        )
+        _freeze(self, joints=joints, frames=frames, capsules=capsules, bodies=bodies, dof_names=names)
+        _freeze(self, notes=tuple(self.notes), self_pairs=pairs)
         _freeze(self, **_checked_limits(self))
         _freeze(self, configurations=_checked_configurations(self))
         self.frame(self.tip)
@@ -296,16 +300,16 @@ def _require_unique(what: str, names: list[str]) -> None:
         raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
 
 
-def _require_tree(joints: tuple[Joint, ...], frames: tuple[Frame, ...], capsules: tuple[LinkCapsule, ...]) -> None:
+def _require_tree(joints: tuple[Joint, ...], riders: tuple[Frame | LinkCapsule | Body, ...]) -> None:
     for i, joint in enumerate(joints):
         if joint.parent >= i:
             raise RobotError(
                 f"joint '{joint.name}' (index {i}) has parent {joint.parent}, expected -1 or an index below "
                 f"{i}; list parents before children"
             )
-    for rider in (*frames, *capsules):
+    for rider in riders:
         if rider.joint >= len(joints):
-            what = "frame" if isinstance(rider, Frame) else "capsule"
+            what = {Frame: "frame", LinkCapsule: "capsule", Body: "body"}[type(rider)]
             raise RobotError(f"{what} '{rider.name}' rides on joint {rider.joint}, expected -1 (base) to {len(joints) - 1}")
 
 

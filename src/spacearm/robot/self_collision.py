@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 
 Reason = Literal["checked", "rigid", "adjacent", "always", "cannot meet"]
 
+_VAST = 1e6  # [rad or m] limits beyond this are none
+
 ALWAYS = 0.95
 """Share of the samples from which on a pair counts as one that always meets."""
 
@@ -165,7 +167,8 @@ def _samples(robot: Robot, count: int, seed: int) -> Array:
 
 def finite_range(robot: Robot) -> tuple[Array, Array]:
     """Return limits (n,) and (n,) between which configurations are drawn: one turn where there are none."""
-    lower, upper = robot.lower.copy(), robot.upper.copy()
+    lower, upper = np.maximum(robot.lower, -_VAST), np.minimum(robot.upper, _VAST)
+    lower, upper = np.where(robot.lower < -_VAST, -np.inf, lower), np.where(robot.upper > _VAST, np.inf, upper)
     free = np.isinf(lower) & np.isinf(upper)
     lower[free], upper[free] = -math.pi, math.pi
     lower, upper = np.where(np.isinf(lower), upper - 2 * math.pi, lower), np.where(np.isinf(upper), lower + 2 * math.pi, upper)

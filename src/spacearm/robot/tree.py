@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import as_number, shown
 from spacearm.errors import RobotError, nearest
+from spacearm.robot.bodies import Body
 from spacearm.robot.limits import joint_limits
-from spacearm.robot.links import LinkJoint, LinkTree, Mimic, leader_of
+from spacearm.robot.links import LONGEST, LinkJoint, LinkMass, LinkTree, Mimic, leader_of
 from spacearm.robot.model import Frame, Joint, LinkCapsule, Robot
 
 Array = NDArray[np.float64]
@@ -62,6 +63,7 @@ def build_robot(tree: LinkTree, *, velocity_limit: float | None = None, accelera
         frames=tuple(
             Frame(name=link, joint=j, T_joint_frame=T, parent=parents.get(link, "")) for link, (j, T) in places.items()
         ),
+        bodies=tuple(_body(mass, places[mass.link]) for mass in tree.masses),
         capsules=tuple(_carried(link, places[link], a, b, radius) for link, a, b, radius in tree.capsules),
         tip=_tip(tree, places),
         dof_names=tuple(leaders),
@@ -148,6 +150,11 @@ def require_tree(tree: LinkTree) -> list[LinkJoint]:
             raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
     parents: dict[str, LinkJoint] = {}
     for joint in tree.joints:
+        furthest = float(np.abs(np.asarray(joint.T_parent_child)[:3, 3]).max())
+        if furthest > LONGEST:
+            raise RobotError(
+                f"joint '{joint.name}' has its origin {furthest:g} m away, expected {LONGEST:g} m or less; check its units"
+            )
         for role, link in (("parent", joint.parent), ("child", joint.child)):
             if link not in tree.links:
                 raise RobotError(
@@ -217,6 +224,12 @@ def _placed(
 def _carried(link: str, place: tuple[int, Array], a: Array, b: Array, radius: float) -> LinkCapsule:
     joint, T = place
     return LinkCapsule(name=link, joint=joint, a=T[:3, :3] @ a + T[:3, 3], b=T[:3, :3] @ b + T[:3, 3], radius=radius)
+
+
+def _body(mass: LinkMass, place: tuple[int, Array]) -> Body:
+    joint, T = place
+    R = T[:3, :3]
+    return Body(name=mass.link, joint=joint, mass=mass.mass, com=R @ mass.com + T[:3, 3], inertia=R @ mass.inertia @ R.T)
 
 
 def _tip(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> str:

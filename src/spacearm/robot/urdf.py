@@ -18,6 +18,7 @@ from spacearm.checks import shown_error
 from spacearm.errors import FileFormatError
 from spacearm.reading import located, read_bytes
 from spacearm.robot.assembly import Assembly, assemble
+from spacearm.robot.inertials import link_masses
 from spacearm.robot.links import LinkJoint, LinkTree, Mimic
 from spacearm.robot.model import Robot
 from spacearm.robot.tree import require_collision, require_count
@@ -63,8 +64,10 @@ def urdf_tree(
     """Read a URDF file as a tree of links; arguments and errors as those of `load_urdf`."""
     require_collision(collision)
     count = require_count("capsules_per_shape", capsules_per_shape, at_least=1)
-    urdf = parsed_urdf(path, with_collision=collision == "urdf")
+    content = read_bytes(path, what="a URDF")
     with located(path):
+        urdf = _parsed(content, with_collision=collision == "urdf")
+        masses, notes = link_masses(content)
         capsules = []
         if collision == "urdf":
             from spacearm.robot.envelope import enclosed, link_shapes
@@ -76,9 +79,11 @@ def urdf_tree(
             links=tuple(link.name for link in urdf.links),
             joints=tuple(_joint(joint) for joint in urdf.joints),
             capsules=tuple(capsules),
+            masses=masses,
             with_envelope=collision == "urdf",
             self_collision="computed",
             source=str(path),
+            notes=notes,
         )
 
 
@@ -102,7 +107,7 @@ def _parsed(content: bytes, *, with_collision: bool) -> yourdfpy.Robot:
     root = checked_root(content, with_collision=with_collision)
     try:
         urdf = yourdfpy.URDF.load(
-            io.BytesIO(etree.tostring(root)),
+            io.BytesIO(etree.tostring(root, encoding="utf-8")),
             build_scene_graph=False,
             load_meshes=False,
             filename_handler=yourdfpy.urdf.filename_handler_null,

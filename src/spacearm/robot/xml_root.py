@@ -24,7 +24,7 @@ def xml_root(content: bytes, *, what: str, root: str) -> Any:
         parser = etree.XMLParser(remove_comments=True, remove_pis=True, resolve_entities=False, no_network=True)
         element = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
-        reason = error.msg.split(", line")[0]
+        reason = " ".join(error.msg.split(", line")[0].split())
         raise FileFormatError(
             f"line {error.lineno or 1}: this is no XML ({reason}), expected {what}; correct the file"
         ) from None
@@ -38,4 +38,8 @@ def xml_root(content: bytes, *, what: str, root: str) -> Any:
         for child in list(element.iter(f"{{{name.namespace}}}*")):
             child.tag = etree.QName(child).localname
         etree.cleanup_namespaces(element)  # or the tags would be in it again once written
+    for child in element.iter(etree.Element):
+        for key, value in child.attrib.items():
+            if not value.isprintable():  # a name that breaks lines would break the messages about it
+                child.set(key, " ".join("".join(c if c.isprintable() else " " for c in value).split()))
     return element

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.scene.box_tree import Array, Indices
-from spacearm.scene.surface import Inside
+from spacearm.scene.enclose.box_tree import Array, Indices
+from spacearm.scene.enclose.inside import Inside
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=bool)
 

@@ -1,97 +1,15 @@
-"""A surface of triangles: how far points are from it, and whether they are inside of it."""
+"""Whether points are inside a closed surface of triangles: by the triangles that a ray from them meets."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.scene.box_tree import Array, BoxTree, Indices, squared_distance
-
-_CHUNK = 20_000  # queries at once, for the memory's sake
-
-
-class Surface:
-    """Triangles, and a tree to find the nearest.
-
-    Attributes:
-        triangles: (n, 3, 3) corners [m]; a triangle may be a segment or a point.
-    """
-
-    def __init__(self, triangles: Array) -> None:
-        """Take triangles (n, 3, 3), at least one [m]."""
-        self.triangles = triangles
-        self._columns = np.ascontiguousarray(np.moveaxis(triangles, 0, 2))  # corner, axis, triangle
-        self._low, self._high = triangles.min(axis=1), triangles.max(axis=1)
-        self._tree = BoxTree(self._low, self._high)
-
-    def nearest(self, points: Array) -> tuple[Array, Array]:
-        """Return for points (m, 3) the distance (m,) and the nearest point of the surface (m, 3) [m]."""
-        if len(points) > _CHUNK:
-            parts = [self.nearest(points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)]
-            return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
-        best = np.full(len(points), np.inf)
-        found = np.zeros((len(points), 3))
-        self._take(points, np.arange(len(points)), self._tree.first_leaf(points), best, found)
-        # A little more than the distance found, lest rounding hide the triangle it was found on.
-        point, leaf = self._tree.leaves_within(points, best * (1 + 1e-12))
-        self._take(points, point, leaf, best, found)
-        return best, found
-
-    def _take(self, points: Array, point: Indices, leaf: Indices, best: Array, found: Array) -> None:
-        """Compare points with the triangles of leaves, and keep what is nearer than the best so far."""
-        place, triangle = self._tree.items(leaf)
-        point = point[place]
-        boxes = squared_distance(points[point], self._low[triangle], self._high[triangle])
-        near = boxes <= (best * (1 + 1e-12))[point] ** 2
-        point, triangle = point[near], triangle[near]
-        at = closest_on_triangles(points[point].T, self._columns[:, :, triangle]).T
-        distance = np.linalg.norm(at - points[point], axis=1)
-        order = np.lexsort((distance, point))
-        point, distance, at = point[order], distance[order], at[order]
-        first = np.flatnonzero(np.diff(point, prepend=-1))
-        point, distance, at = point[first], distance[first], at[first]
-        nearer = distance < best[point]
-        best[point[nearer]] = distance[nearer]
-        found[point[nearer]] = at[nearer]
-
-
-def closest_on_triangles(points: Array, triangles: Array) -> Array:
-    """Return the nearest point of each triangle (3, 3, m), segment or point, to its point (3, m); corner first, (3, m) [m]."""
-    squared, out = np.full(points.shape[1], np.inf), np.empty_like(points)
-    for i in range(3):
-        start, along = triangles[i], triangles[(i + 1) % 3] - triangles[i]
-        length2 = _dot(along, along)
-        share = np.clip(_dot(points - start, along) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
-        _keep_nearer(points, start + share * along, None, squared, out)
-    a, b, c = triangles
-    normal = _cross(b - a, c - a)
-    length2 = _dot(normal, normal)
-    foot = points - _dot(points - a, normal) / np.where(length2 > 0, length2, 1.0) * normal
-    inside = length2 > 0
-    for start, end in ((a, b), (b, c), (c, a)):
-        inside &= _dot(_cross(end - start, foot - start), normal) >= 0
-    _keep_nearer(points, foot, inside, squared, out)
-    return out
-
-
-def _keep_nearer(points: Array, at: Array, where: NDArray[np.bool_] | None, squared: Array, out: Array) -> None:
-    away = points - at
-    now = _dot(away, away)
-    nearer = now < squared if where is None else where & (now < squared)
-    np.copyto(squared, now, where=nearer)
-    np.copyto(out, at, where=nearer)
-
-
-def _dot(a: Array, b: Array) -> Array:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+from spacearm.scene.enclose.box_tree import Array, Indices
 
 
 class Inside:
-    """Whether points are inside a closed surface, by the triangles that a ray from them meets.
+    """Tells which points are inside a closed surface.
 
     A point is inside where the surface winds around it: cavities are outside, and where closed parts overlap it is inside.
     """

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from spacearm.scene.box_tree import Array, BoxTree, Indices
-from spacearm.scene.cells import Cells
+from spacearm.scene.enclose.box_tree import Array, BoxTree, Indices
+from spacearm.scene.enclose.cells import Cells
 
 
 def thinned(center: Array, depth: Array, excess: float) -> tuple[Array, Array]:

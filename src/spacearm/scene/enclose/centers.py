@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.scene.box_tree import Array
-from spacearm.scene.cells import Cells
-from spacearm.scene.surface import Inside, Surface
+from spacearm.scene.enclose.box_tree import Array
+from spacearm.scene.enclose.cells import Cells
+from spacearm.scene.enclose.inside import Inside
+from spacearm.scene.enclose.surface import Surface
 
 _SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.12, 0.06)  # of the way from the surface to the medial axis
 _SAMPLE = 200
@@ -32,12 +33,15 @@ class Body:
     surface: Surface
     inside: Inside | None
 
-    def depth(self, points: Array) -> tuple[Array, Array]:
-        """Return how deep points (m, 3) are inside (m,), below 0 outside [m], and the nearest points of the surface."""
-        distance, nearest = self.surface.nearest(points)
+    def depth(self, points: Array, *, tolerance: float) -> tuple[Array, Array]:
+        """Return how deep points (m, 3) are inside at least (m,), below 0 outside [m], and near points of the surface.
+
+        With a tolerance they may be deeper by as much [m].
+        """
+        distance, nearest = self.surface.nearest(points, tolerance=tolerance)
         if self.inside is None:
             return -distance, nearest
-        return np.where(self.inside(points), distance, -distance), nearest
+        return np.where(self.inside(points), np.maximum(distance - tolerance, 0.0), -distance), nearest
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +90,7 @@ def joined(parts: list[Centers]) -> Centers:
 def centers_for(body: Body, cells: Cells, *, tolerance: float) -> Centers:
     """Find where balls for each cell may be centred; the medial axis to a tolerance [m]."""
     middle = _middle(cells)
-    depth, nearest = body.depth(middle)
+    depth, nearest = body.depth(middle, tolerance=tolerance)
     excess = _reach(cells, middle) - depth
     anchor, inward = nearest, np.zeros_like(middle)
     room, slack = np.zeros(len(middle)), np.zeros(len(middle))
@@ -126,7 +130,8 @@ def _anchors(cells: Cells, middle: Array, depth: Array, nearest: Array) -> tuple
     It is on the cell's largest polygon; of a cell without one it is the point nearest to the middle.
     """
     anchor = nearest.copy()
-    inward = (middle - nearest) / np.maximum(np.abs(depth), 1e-300)[:, None]
+    inward = middle - nearest
+    inward = inward / np.maximum(np.linalg.norm(inward, axis=1), 1e-300)[:, None]
     polygons = cells.polygons
     if len(polygons.count):
         corners = polygons.corners - polygons.corners[:, :1]
@@ -156,8 +161,9 @@ def _room(body: Body, anchor: Array, inward: Array, tolerance: float) -> tuple[A
     room, slack = np.zeros(len(anchor)), np.zeros(len(anchor))
     todo = np.flatnonzero(radius > tolerance)
     for _ in range(8):
-        distance, nearest = body.surface.nearest(anchor[todo] + radius[todo, None] * inward[todo])
-        fits = distance >= radius[todo] - tolerance
+        distance, nearest = body.surface.nearest(anchor[todo] + radius[todo, None] * inward[todo], tolerance=tolerance)
+        distance = np.maximum(distance - tolerance, 0.0)
+        fits = distance >= radius[todo] - 3 * tolerance
         done = todo[fits]
         room[done], slack[done] = radius[done], radius[done] - np.minimum(distance[fits], radius[done])
         todo, nearest = todo[~fits], nearest[~fits]

@@ -1,0 +1,159 @@
+"""The native search for motions, on one island or several side by side."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm._kernel import native
+from spacearm.motion import Motion
+from spacearm.planner.ends import search_bounds
+from spacearm.planner.kernel_model import kernel_model, native_class
+from spacearm.planner.problem import Problem
+from spacearm.planner.result import Improvement
+from spacearm.planner.settings import PlannerSettings
+from spacearm.settings import setting_names
+from spacearm.swarm.settings import kernel_settings
+
+Array = NDArray[np.float64]
+
+_PRECISION = 32  # the search's; the proof is float64
+
+
+class Islands:
+    """Searches over spline motions from the start to goal configurations; their best motion, and how it came about.
+
+    Args:
+        problem: robot, scene, start and limits.
+        goals: (g, n) configurations to end in [rad or m].
+        settings: of the planner.
+        seed: of all islands.
+        margin: clearance asked for at the instants looked at [m].
+    """
+
+    def __init__(self, problem: Problem, goals: Array, settings: PlannerSettings, *, seed: int, margin: float) -> None:
+        self._problem, self._goals, self._settings = problem, goals, settings
+        robot, n = problem.robot, problem.robot.dof
+        model = kernel_model(robot, problem.scene, precision=_PRECISION)
+        self.bounds = search_bounds(problem)
+        jerk = np.zeros(0) if settings.jerk_limit is None else np.full(n, float(settings.jerk_limit))
+        weights = {name: float(getattr(settings.weights, name)) for name in setting_names(type(settings.weights))}
+        self._all: list[Any] = [
+            native_class("MotionSearch", _PRECISION)(
+                model.native,
+                np.array(problem.start),
+                np.ascontiguousarray(goals),
+                *(np.array(bound) for bound in self.bounds),
+                np.array(robot.velocity),
+                np.array(robot.acceleration),
+                jerk,
+                margin,
+                settings.comfort,
+                model.tip,
+                np.array(model.centres, dtype=np.int32),
+                np.array([weights[name] for name in native.motion_terms]),
+                {"interior": list(settings.interior_points)},
+                native.SwarmSettings.make(kernel_settings(settings.swarm)),
+                seed,
+                island,
+            )
+            for island in range(settings.islands)
+        ]
+
+    def run(
+        self, *, evaluations: int, seconds: float, until_first: bool, stall: int, progress: Callable[[int], Any] | None = None
+    ) -> None:
+        """Go on searching; 0 is no limit. Interrupted by Ctrl-C, all islands stop and keep what they have."""
+        threads = min(self._settings.threads or os.cpu_count() or 1, len(self._all))
+        stopped = False
+
+        def go_on(done: int) -> bool:
+            if progress is not None:
+                progress(done)
+            return not stopped
+
+        def search(island: Any) -> None:
+            island.run(evaluations, seconds, until_first, stall, go_on)
+
+        if threads == 1:
+            for island in self._all:
+                search(island)
+            return
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                for outcome in [pool.submit(search, island) for island in self._all]:
+                    outcome.result()
+            except BaseException:
+                stopped = True
+                raise
+
+    def add_instant(self, s: float, spread: float) -> None:
+        """Look at an instant, and those around it, from now on; motions that collide there are forgotten."""
+        for island in self._all:
+            island.add_instant(s, spread)
+
+    @property
+    def optimal(self) -> bool:
+        """Whether nothing can be better: the straight motion to the nearest goal is free."""
+        return any(island.optimal for island in self._all)
+
+    @property
+    def best(self) -> Motion | None:
+        """The best free motion, if there is one; of the first island that has it."""
+        found = [island.best for island in self._all if island.best is not None]
+        return self._motion(min(found, key=lambda best: best["fitness"])) if found else None
+
+    @property
+    def fallback(self) -> Motion | None:
+        """The motion that is least in collision, if any was looked at."""
+        found = [island.fallback for island in self._all if island.fallback is not None]
+        return self._motion(min(found, key=lambda fallback: fallback["violation"])) if found else None
+
+    @property
+    def evaluations(self) -> int:
+        """Candidate motions looked at."""
+        return sum(island.evaluations for island in self._all)
+
+    def motions(self) -> list[Motion]:
+        """Return the motions of the history, best first."""
+        entries = [entry for island in self._all for entry in island.history]
+        return [self._motion({"goal": e[4], "points": e[5]}) for e in sorted(entries, key=lambda e: e[2])]
+
+    def history(self) -> tuple[Improvement, ...]:
+        """Return the improvements in the order of evaluations; each is better than all before it."""
+        entries = sorted(
+            ((e[1], number, e) for number, island in enumerate(self._all) for e in island.history), key=lambda row: row[:2]
+        )
+        out: list[Improvement] = []
+        for _, number, (seconds, evaluations, fitness, by, goal, points) in entries:
+            if out and fitness >= out[-1].fitness:
+                continue
+            out.append(
+                Improvement(
+                    seconds=seconds,
+                    evaluations=evaluations,
+                    fitness=fitness,
+                    by=by,
+                    goal=goal,
+                    interior_points=len(points),
+                    island=number,
+                )
+            )
+        return tuple(out)
+
+    def terms(self, motion: Motion) -> dict[str, float]:
+        """Return a motion's fitness term by term; its goal is one of this search's."""
+        goal = int(np.argmin(np.abs(self._goals - motion.control_points[-1]).max(axis=1)))
+        rows = np.ascontiguousarray(motion.control_points[1:-1].reshape(1, -1), dtype=np.float32)
+        values = self._all[0].judge(rows, motion.interior, goal)["terms"][0]
+        return {name: float(value) for name, value in zip(native.motion_terms, values, strict=True)}
+
+    def _motion(self, found: dict[str, Any]) -> Motion:
+        lower, upper = self.bounds
+        inside = np.clip(np.asarray(found["points"], dtype=np.float64), lower, upper)  # float32 may round a bound outwards
+        return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), self._goals[found["goal"]]]))

@@ -1,0 +1,64 @@
+"""The masses that a URDF states for its links. Nothing here stops anybody: what cannot be read is told in a note."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from spacearm.checks import shown
+from spacearm.robot.links import LinkMass
+from spacearm.robot.xml_root import xml_root
+from spacearm.robot.yaml_robot import rotation_from_rpy
+
+_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def link_masses(content: bytes) -> tuple[tuple[LinkMass, ...], tuple[str, ...]]:
+    """Read the <inertial> of every link that has one.
+
+    Args:
+        content: a URDF that was found good otherwise.
+
+    Returns:
+        The masses, and a note on each <inertial> that cannot be read, whose link is left without a mass.
+    """
+    found, notes = [], []
+    for link in xml_root(content, what="a URDF", root="robot").findall("link"):
+        inertial = link.find("inertial")
+        if inertial is None:
+            continue
+        try:
+            found.append(_link_mass(link.get("name"), inertial))
+        except ValueError as error:
+            notes.append(f"the mass of link '{link.get('name')}' cannot be read ({error}): it is left without one")
+    return tuple(found), tuple(notes)
+
+
+def _link_mass(link: str, inertial: Any) -> LinkMass:
+    com, rpy = _numbers(inertial, "origin", "xyz", 3, "0 0 0"), _numbers(inertial, "origin", "rpy", 3, "0 0 0")
+    (mass,) = _numbers(inertial, "mass", "value", 1, None)
+    if mass < 0:
+        raise ValueError(f"<mass value> is {mass:g}, below 0")
+    xx, xy, xz, yy, yz, zz = (_numbers(inertial, "inertia", moment, 1, "0")[0] for moment in _MOMENTS)
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if np.linalg.eigvalsh(inertia)[0] < -1e-9 * np.abs(inertia).max():
+        raise ValueError("<inertia> is that of no body: it has a negative principal moment")
+    R = rotation_from_rpy(rpy)
+    turned = R @ inertia @ R.T
+    return LinkMass(link, mass, np.array(com), (turned + turned.T) / 2)
+
+
+def _numbers(inertial: Any, tag: str, attribute: str, count: int, default: str | None) -> list[float]:
+    element = inertial.find(tag)
+    text = default if element is None else element.get(attribute, default)
+    if text is None:
+        raise ValueError(f"<{tag} {attribute}> is missing")
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(math.isfinite(number) and abs(number) < 1e12 for number in numbers):
+        raise ValueError(f"<{tag} {attribute}> is {shown(text)}")
+    return numbers

@@ -1,0 +1,260 @@
+"""How far bodies get: each ingredient of the bound is needed, and none is larger than it has to be.
+
+Every case has an arm whose true way is known; a bound that lost the ingredient, or half of it, would be below.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from proof.dense import arms, moving_frames, planar
+from spacearm.motion import Curve, Motion, PiecewisePath
+from spacearm.proof.bodies import bodies_of
+from spacearm.proof.middles import JointMap, Middles
+from spacearm.proof.spans import Spans, Stretches
+from spacearm.proof.witness import Witness
+from spacearm.robot import Joint, LinkCapsule, Robot
+
+
+def watched(robot: Robot, curve: Curve, stretches: Stretches | None = None) -> tuple[Middles, Stretches]:
+    """All riders on a stretch of a curve; on all of it if none is given."""
+    spans = Spans(curve)
+    if stretches is None:
+        first = spans.first()
+        whole = np.array([[first.ends[0, 0], first.ends[-1, 1]]])
+        stretches = Stretches(first=first.first[:1], last=first.last[-1:], ends=whole)
+    bodies, riders = bodies_of(robot)
+    middles = Middles(bodies, riders, JointMap(robot), Witness(robot, bodies).frames, spans.lines(stretches))
+    middles.watch(np.arange(len(riders.body)))
+    return middles, stretches
+
+
+def riders_ends(robot: Robot, q: np.ndarray) -> np.ndarray:
+    """Where the ends of every rider's axis are in the frame that it is watched from, (rows, riders, ends, 3)."""
+    bodies, riders = bodies_of(robot)
+    frames = np.concatenate([moving_frames(robot, q), np.tile(np.eye(4), (len(q), 1, 1, 1))], axis=1)
+    watched_from = {int(motion): -1 for motion in riders.motion[riders.over_base]}
+    for rider, body in zip(riders.self_rider, riders.self_body, strict=True):
+        watched_from[int(riders.motion[rider])] = int(bodies.joint[body])
+    out = np.empty((len(q), len(riders.body), bodies.ends.shape[1], 3))
+    for i, (body, motion) in enumerate(zip(riders.body, riders.motion, strict=True)):
+        T = np.linalg.inv(frames[:, watched_from[int(motion)]]) @ frames[:, bodies.joint[body]]
+        out[:, i] = bodies.ends[body] @ np.swapaxes(T[:, :3, :3], 1, 2) + T[:, None, :3, 3]
+    return out
+
+
+def directions(robot: Robot, q: np.ndarray, n: np.ndarray) -> np.ndarray:
+    """A direction of the base frame (3,) at q (1, n) in the frame that each rider is watched from, (riders, 3)."""
+    bodies, riders = bodies_of(robot)
+    frames = np.concatenate([moving_frames(robot, q), np.tile(np.eye(4), (1, 1, 1, 1))], axis=1)[0]
+    out = np.tile(n, (len(riders.body), 1))
+    for rider, body in zip(riders.self_rider, riders.self_body, strict=True):
+        same = riders.motion == riders.motion[rider]
+        out[same] = n @ frames[bodies.joint[body], :3, :3]
+    return out
+
+
+@st.composite
+def curves(draw: st.DrawFn, robot: Robot) -> Curve:
+    """Motions, and paths of lines and cubics, that may turn far."""
+    size = draw(st.sampled_from([0.05, 1.0, 3.0]))
+    count = draw(st.integers(2, 24))
+    numbers = st.lists(st.floats(-size, size, allow_subnormal=False), min_size=robot.dof, max_size=robot.dof)
+    q = np.array([draw(numbers) for _ in range(count)])
+    if count <= 6 and draw(st.booleans()):
+        return Motion(q)
+    make = draw(st.sampled_from([PiecewisePath.from_linear, PiecewisePath.from_cubic]))
+    return make(np.arange(count) / 2, q)
+
+
+@settings(max_examples=60)
+@given(st.data())
+def test_no_end_gets_further_than_its_way_nor_along_a_direction_than_its_speed_and_bend(data: st.DataObject) -> None:
+    robot = data.draw(arms(self_pairs=True))
+    curve = data.draw(curves(robot))
+    spans = Spans(curve)
+    stretches = spans.first()
+    for _ in range(data.draw(st.integers(0, 6))):
+        half = spans.halved(stretches.some(np.array([data.draw(st.integers(0, len(stretches) - 1))])))
+        stretches = half.some(np.array([data.draw(st.integers(0, 1))]))
+    stretches = stretches.some(np.array([data.draw(st.integers(0, len(stretches) - 1))]))
+    middles, _ = watched(robot, curve, stretches)
+    n = np.array(data.draw(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)))
+    n /= np.linalg.norm(n)
+    u = np.concatenate([stretches.ends[0], np.random.default_rng(0).uniform(*stretches.ends[0], 30)])
+    q = curve.sample(np.concatenate([middles.u, u]))
+    ends = riders_ends(robot, q)
+    moved = ends[1:] - ends[:1]
+    assert (np.linalg.norm(moved, axis=-1) <= middles.way[0] + 1e-9).all()
+    along = np.abs(np.einsum("umec,mc->ume", moved, directions(robot, q[:1], n)))
+    speed = np.abs(middles.velocity[0] @ n) * middles.half[0]
+    assert (along <= speed + middles.bend[0] + 1e-9).all()
+
+
+# ---- closed forms: the bound is at most this much above the truth ----------------------------------------------------
+
+
+def way_of(robot: Robot, curve: Curve, rider: int) -> tuple[float, float]:
+    """The bound of the furthest end's way, and the true one at the stretch's ends."""
+    middles, stretches = watched(robot, curve, first_part(curve))
+    ends = riders_ends(robot, curve.sample(np.concatenate([middles.u, stretches.ends[0]])))
+    moved = np.linalg.norm(ends[1:] - ends[:1], axis=-1).max(axis=0)[rider]
+    end = int(np.argmax(middles.way[0, rider]))
+    return float(middles.way[0, rider, end]), float(moved[end])
+
+
+def bend_of(robot: Robot, curve: Curve, rider: int, n: tuple[float, float, float]) -> tuple[float, float]:
+    """The bound of what an end loses along a direction beyond its speed, and the true loss at the stretch's ends."""
+    middles, stretches = watched(robot, curve, first_part(curve))
+    q = curve.sample(np.concatenate([middles.u, stretches.ends[0]]))
+    direction = np.asarray(n) / np.linalg.norm(n)
+    ends = riders_ends(robot, q)
+    along = np.abs(np.einsum("umec,mc->ume", ends[1:] - ends[:1], directions(robot, q[:1], direction)))
+    beyond = (along - np.abs(middles.velocity[0] @ direction) * middles.half[0])[:, rider].max(axis=0)
+    end = int(np.argmax(middles.bend[0, rider]))
+    return float(middles.bend[0, rider, end]), float(beyond[end])
+
+
+def first_part(curve: Curve) -> Stretches | None:
+    """The first eighth of a parabola; None, for all of a path of lines."""
+    return None if isinstance(curve, PiecewisePath) and curve.degree == 1 else Spans(curve).first().some(np.array([0]))
+
+
+def parabola(rise: float) -> PiecewisePath:
+    """The shoulder turns by so much from the middle of the first eighth to its ends, where it stands still."""
+    m = 1 / 16
+    return PiecewisePath([0, 1], [[[rise, 0], [rise * (1 - 1 / m), 0], [rise * (1 / m - 1) ** 2, 0]]])
+
+
+def line(*q: tuple[float, ...]) -> PiecewisePath:
+    return PiecewisePath.from_linear(np.arange(len(q)), q)
+
+
+def slide(**changes: Any) -> Robot:
+    """A carriage along z that a joint turned about z carries 1 m out, with a rod of 1 m across."""
+    out = np.eye(4)
+    out[0, 3] = 1.0
+    joints = (
+        Joint(name="turn", kind="revolute", parent=-1, T_parent_joint=np.eye(4)),
+        Joint(name="slide", kind="prismatic", parent=0, T_parent_joint=out, **changes),
+    )
+    rod = LinkCapsule(name="rod", joint=1, a=np.zeros(3), b=np.array([1.0, 0, 0]), radius=0.01)
+    post = LinkCapsule(name="post", joint=-1, a=np.array([0, 0, -2.0]), b=np.array([0, 0, -1.0]), radius=0.01)
+    dofs = 1 if changes.get("dof") == 0 else 2
+    limits = dict.fromkeys(("upper", "velocity", "acceleration"), (1.0,) * dofs) | {"lower": (-1.0,) * dofs}
+    return planar(joints=joints, capsules=(rod, post), self_pairs=(("post", "rod"),), **limits)
+
+
+# The capsules of `planar` are riders 1 (upper, of family 0) and 3 (fore).
+WAYS: dict[str, tuple[Robot, Curve, int, float]] = {
+    "a turn moves by the distance from its axis": (planar(), line((-0.01, 0), (0.01, 0)), 1, 0.01),
+    "distances add up along the arm": (planar(), line((-0.01, 0), (0.01, 0)), 3, 0.02),
+    "both joints": (planar(), line((-0.01, -0.01), (0.01, 0.01)), 3, 0.03),
+    "a slide moves by its way": (slide(), line((0, -0.3), (0, 0.3)), 1, 0.3),
+    "a turn carries the slide": (slide(), line((-0.01, 0.5), (0.01, 0.5)), 1, 0.02),
+    "a mimic joint counts by its multiplier": (slide(dof=0, multiplier=3.0, offset=0.2), line((-0.001,), (0.001,)), 1, 0.005),
+    "a parabola with no speed at the middle": (planar(), parabola(0.01), 3, 0.02),
+    "a corner at the middle": (planar(), line((-0.005, 0), (0.005, 0), (-0.005, 0)), 3, 0.02),
+}
+
+
+@pytest.mark.parametrize("case", WAYS)
+def test_the_way_is_no_more_than_it_has_to_be(case: str) -> None:
+    """At most so much above the truth that half of it would be below."""
+    robot, curve, rider, expected = WAYS[case]
+    bound, true = way_of(robot, curve, rider)
+    assert 0.55 * bound < true <= bound
+    assert bound == pytest.approx(expected, rel=1e-3)
+
+
+def reach_out() -> Robot:
+    """A joint that turns about z, and a slide along x that it carries: a point on it moves by both at once."""
+    along_x = np.eye(4)
+    along_x[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
+    joints = (
+        Joint(name="turn", kind="revolute", parent=-1, T_parent_joint=np.eye(4)),
+        Joint(name="slide", kind="prismatic", parent=0, T_parent_joint=along_x),
+    )
+    tip = LinkCapsule(name="tip", joint=1, a=np.zeros(3), b=np.zeros(3), radius=0.01)
+    return planar(joints=joints, capsules=(tip,))
+
+
+BENDS: dict[str, tuple[Robot, Curve, int, tuple[float, float, float]]] = {
+    "a turn falls towards its axis": (planar(), line((-0.1, 0), (0.1, 0)), 1, (1, 0, 0)),
+    "so does what it carries": (planar(), line((-0.1, 0), (0.1, 0)), 3, (1, 0, 0)),
+    "one turn on another adds up": (planar(), line((-0.1, -0.1), (0.1, 0.1)), 3, (1, 0, 0)),
+    "a slide that is turned": (reach_out(), line((-0.1, -0.1), (0.1, 0.1)), 1, (0, 1, 0)),
+    "a parabola with no speed at the middle": (planar(), parabola(0.01), 3, (0, 1, 0)),
+    "a corner at the middle": (planar(), line((-0.005, 0), (0.005, 0), (-0.005, 0)), 3, (0, 1, 0)),
+}
+
+
+@pytest.mark.parametrize("case", BENDS)
+def test_the_bend_is_needed(case: str) -> None:
+    """At most so much above the truth that half of it would be below."""
+    robot, curve, rider, n = BENDS[case]
+    bound, true = bend_of(robot, curve, rider, n)
+    assert true <= bound
+    assert true > 0.55 * bound
+
+
+def test_only_the_joints_between_move_one_link_from_another() -> None:
+    robot = slide()
+    bodies, riders = bodies_of(robot)
+    assert (riders.sign[riders.motion[riders.self_rider[0]]] == [1, 1]).all()  # the post is on the base
+    three = planar(
+        joints=(*planar().joints, Joint(name="wrist", kind="revolute", parent=1, T_parent_joint=np.eye(4))),
+        capsules=tuple(
+            LinkCapsule(name=name, joint=joint, a=np.zeros(3), b=np.array([0.5, 0, 0]), radius=0.05)
+            for joint, name in enumerate(("upper", "fore", "hand"))
+        ),
+        self_pairs=(("upper", "hand"),),
+        **dict.fromkeys(("upper", "velocity", "acceleration"), (1.0, 1.0, 1.0)),
+        lower=(-1.0, -1.0, -1.0),
+    )
+    bodies, riders = bodies_of(three)
+    rider = riders.self_rider[0]
+    assert (riders.sign[riders.motion[rider]] == [0, 1, 1]).all()
+    middles, _ = watched(three, line((-0.5, 0, 0), (0.5, 0, 0)))
+    assert middles.way[0, rider].max() < 1e-12
+    assert bodies.joint[riders.self_body[0]] == 0
+
+
+def test_two_arms_are_watched_through_their_common_root() -> None:
+    """The frame watched from moves too: its joint counts, with the other sign."""
+    side = np.eye(4)
+    side[1, 3] = 1.0
+    joints = (
+        Joint(name="left", kind="revolute", parent=-1, T_parent_joint=np.eye(4)),
+        Joint(name="right", kind="revolute", parent=-1, T_parent_joint=side),
+    )
+    robot = planar(joints=joints, self_pairs=(("upper", "fore"),))
+    riders = bodies_of(robot)[1]
+    assert sorted(riders.sign[riders.motion[riders.self_rider[0]]]) == [-1, 1]
+    turning_together = line((-0.2, -0.2), (0.2, 0.2))
+    middles, stretches = watched(robot, turning_together)
+    ends = riders_ends(robot, turning_together.sample(np.concatenate([middles.u, stretches.ends[0]])))
+    rider = riders.self_rider[0] + 1
+    assert (np.linalg.norm(ends[1:, rider] - ends[:1, rider], axis=-1) <= middles.way[0, rider]).all()
+
+
+def test_links_are_inside_of_their_balls() -> None:
+    robot = planar(
+        capsules=(
+            LinkCapsule(name="a", joint=0, a=np.zeros(3), b=np.array([1.0, 0, 0]), radius=0.05),
+            LinkCapsule(name="a", joint=0, a=np.array([0.5, 0.5, 0]), b=np.array([0.5, 0.5, 0.3]), radius=0.2),
+            LinkCapsule(name="b", joint=1, a=np.ones(3), b=np.ones(3), radius=0.0),
+        )
+    )
+    bodies, _ = bodies_of(robot)
+    assert bodies.capsules == 3
+    for ball, inside in ((3, (0, 1)), (4, (2,))):
+        assert tuple(bodies.members[bodies.first[ball] :][: bodies.count[ball]]) == inside
+        for i in inside:
+            far = np.linalg.norm(bodies.ends[i] - bodies.ends[ball], axis=1) + bodies.radius[i]
+            assert (far <= bodies.radius[ball]).all()

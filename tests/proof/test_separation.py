@@ -1,0 +1,171 @@
+"""Planes between bodies and solids: true for any direction, and as good as Coal's distance for the proposed one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import strategies
+from oracles.coal_shapes import distance, placed_capsule, placed_obstacle
+from proof.dense import planar
+from proof.test_bounds import line, watched
+from scene.drawn_shapes import bodies, directions, obstacles, points_in
+from spacearm.proof.bodies import bodies_of
+from spacearm.proof.pairs import Tasks, capsule_pairs, kinds_of, link_pairs, out_of_cells
+from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
+from spacearm.proof.solids import Balls, Solids, cells_of, solids_of
+from spacearm.robot import LinkCapsule, Robot
+from spacearm.scene import HalfSpace, Obstacle, Scene, Sphere, SphereSet
+
+COALS = 1e-7  # [m] tolerance of Coal where it has no closed form
+
+
+def resting(a: np.ndarray, b: np.ndarray, radius: float) -> Robot:
+    """An arm whose only capsule is bolted to the base."""
+    return planar(capsules=(LinkCapsule(name="bolted", joint=-1, a=a, b=b, radius=radius),))
+
+
+def looked(robot: Robot, obstacle: Obstacle, n: np.ndarray | None = None) -> Gaps:
+    """The gaps of the robot's capsules and an obstacle's solids, at rest."""
+    body, riders = bodies_of(robot)
+    middles, _ = watched(robot, line((0, 0), (0, 0)))
+    (solids,) = solids_of(Scene([obstacle]))
+    count = len(solids.radius)
+    tasks = Tasks(np.zeros(count, np.intp), np.ones(count, np.intp), np.arange(count))
+    directed = None if n is None else np.tile(n, (count, 1))
+    return gaps(middles, body, riders, tasks, solids, enough=np.inf, n=directed)
+
+
+@settings(max_examples=200)
+@given(strategies.points(2.0), strategies.points(2.0), st.booleans(), st.sampled_from([0.0, 0.05]), obstacles())
+def test_what_is_proven_is_less_than_coals_distance_and_a_balls_gap_is_it(
+    a: np.ndarray, b: np.ndarray, ball: bool, radius: float, obstacle: Obstacle
+) -> None:
+    b = a if ball else b
+    known = looked(resting(a, b, radius), obstacle)
+    link = placed_capsule(a, b, radius)
+    true = min(distance(link, solid) for solid in placed_obstacle(obstacle))
+    if true > 0:
+        assert known.left.min() <= true + COALS
+        assert known.most.min() >= true - COALS
+        assert (known.left <= known.most).all()
+    if np.array_equal(a, b) and true > 1e-6:
+        assert known.left.min() == pytest.approx(true, abs=1e-8)
+        assert known.most.min() == pytest.approx(true, abs=1e-8)
+
+
+@settings(max_examples=200)
+@given(strategies.points(2.0), strategies.points(2.0), obstacles(), directions())
+def test_no_direction_proves_more_than_there_is(a: np.ndarray, b: np.ndarray, obstacle: Obstacle, n: np.ndarray) -> None:
+    known = looked(resting(a, b, 0.05), obstacle, n / np.linalg.norm(n))
+    link = placed_capsule(a, b, 0.05)
+    true = min(distance(link, solid) for solid in placed_obstacle(obstacle))
+    assert known.left.min() <= max(0.0, true) + COALS
+
+
+@given(bodies(), directions(), st.integers(0, 2**32 - 1))
+def test_the_support_is_that_of_the_furthest_point(obstacle: Obstacle, n: np.ndarray, seed: int) -> None:
+    n = n / np.linalg.norm(n)
+    (solids,) = solids_of(Scene([obstacle]))
+    every = np.arange(len(solids.radius))
+    axes, origin = solids.placed(every)
+    local = np.tile(n, (len(every), 1)) if axes is None else n @ axes
+    extent = (origin @ n + solids.support(every, local) + solids.radius).max()
+    points = points_in(obstacle, 4000, np.random.default_rng(seed))
+    size = np.ptp(points, axis=0).max()
+    assert (points @ n).max() <= extent + 1e-12
+    assert (points @ n).max() >= extent - 0.2 * size
+
+
+@given(bodies(), strategies.points(2.0), st.integers(0, 2**32 - 1))
+def test_no_point_of_a_solid_is_nearer_than_the_nearest(obstacle: Obstacle, x: np.ndarray, seed: int) -> None:
+    (solids,) = solids_of(Scene([obstacle]))
+    every = np.arange(len(solids.radius))
+    axes, origin = solids.placed(every)
+    local = x - origin if axes is None else np.einsum("kc,kcd->kd", x - origin, axes)
+    gap = (np.linalg.norm(local - solids.nearest(every, local), axis=1) - solids.radius).min()
+    points = points_in(obstacle, 2000, np.random.default_rng(seed))
+    assert np.linalg.norm(points - x, axis=1).min() >= gap - 1e-12
+
+
+def test_a_half_space_is_bounded_along_its_normal_only() -> None:
+    (plane,) = solids_of(Scene([HalfSpace((0.6, 0, 0.8), (1, 2, 3))]))
+    n = np.array([[0, 0, 1.0], [1e-9, 0, 1], [0, 0, -1], [0, 1, 0]])
+    assert plane.support(np.zeros(4, np.intp), n).tolist() == [0, np.inf, np.inf, np.inf]
+
+
+def test_inside_of_a_solid_nothing_is_proven() -> None:
+    known = looked(resting(np.zeros(3), np.zeros(3), 0.0), Sphere((0, 0, 0), 0.5))
+    assert known.left[0] == -np.inf
+    assert known.most[0] == -0.5
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-10, GUARD / 2])
+def test_the_guard_outweighs_rounding(gap: float) -> None:
+    """Far from the origin too, where a coordinate's last digit is coarser."""
+    for far in (0.0, 1e3, 1e6):
+        at = np.array([far, 0.3, 0.7])
+        known = looked(resting(at, at, 0.1), Sphere(at + np.array([0, 0, 0.3 + gap]), 0.2))
+        assert known.left[0] <= 0
+        assert known.left[0] >= -1e-5 * max(1, far / 1e6)
+
+
+def test_links_are_solids_where_they_are() -> None:
+    robot = planar(self_pairs=(("upper", "fore"),))
+    body, riders = bodies_of(robot)
+    middles, _ = watched(robot, line((0.3, 2.5), (0.3, 2.5)))
+    solids = link_solids(body, middles)
+    rider = riders.self_rider[0] + 1  # the capsule in the first family
+    tasks = Tasks(np.zeros(1, np.intp), np.array([rider]), np.array([0]))
+    known = gaps(middles, body, riders, tasks, solids, enough=np.inf)
+    assert known.most[0] == pytest.approx(-0.1)  # they meet in the elbow
+
+
+# ---- cells -----------------------------------------------------------------------------------------------------------
+
+
+def scattered(count: int) -> Solids:
+    rng = np.random.default_rng(count)
+    return solids_of(Scene([SphereSet(rng.normal(size=(count, 3)), rng.uniform(0.01, 0.3, count))]))[0]
+
+
+@pytest.mark.parametrize("count", [65, 100, 128, 1000, 1003])
+def test_cells_enclose_their_balls_and_leave_none_out(count: int) -> None:
+    balls = scattered(count)
+    assert isinstance(balls, Balls)
+    cells = cells_of(balls)
+    assert cells is not None
+    tasks = out_of_cells(cells, Tasks(*(np.arange(len(cells.radius)),) * 3))
+    assert sorted(tasks.solid.tolist()) == list(range(count))
+    far = np.linalg.norm(balls.center[tasks.solid] - cells.center[tasks.stretch], axis=1) + balls.radius[tasks.solid]
+    assert (far <= cells.radius[tasks.stretch]).all()
+    assert cells.radius.mean() < 2.5  # of a cloud about 4 m wide: neighbours are together
+
+
+def test_few_balls_need_no_cells() -> None:
+    balls = scattered(64)
+    assert isinstance(balls, Balls)
+    assert cells_of(balls) is None
+
+
+def test_every_capsule_meets_every_solid_and_every_named_capsule() -> None:
+    robot = planar(
+        capsules=tuple(
+            LinkCapsule(name=name, joint=joint, a=np.zeros(3), b=np.array([0.5, 0, 0]), radius=0.05)
+            for joint, name in ((0, "a"), (1, "b"), (1, "b"), (0, "a"), (-1, "c"))
+        ),
+        self_pairs=(("a", "b"), ("b", "c")),
+    )
+    body, riders = bodies_of(robot)
+    kinds = kinds_of(Scene([Sphere((0, 0, 5), 1), Sphere((0, 0, -5), 1), HalfSpace((0, 0, 1), (0, 0, -9))]), riders)
+    assert len(kinds) == 3
+    for kind, expected in zip(kinds[:2], (2, 1), strict=True):
+        pairs = capsule_pairs(kind, body, riders, link_pairs(kind, riders, 2))
+        found = sorted(zip(pairs.stretch, riders.body[pairs.rider], pairs.solid, strict=True))
+        assert found == [(i, c, k) for i in range(2) for c in range(5) for k in range(expected)]
+    pairs = capsule_pairs(kinds[2], body, riders, link_pairs(kinds[2], riders, 1))
+    met = {frozenset((int(riders.body[r]), int(s))) for r, s in zip(pairs.rider, pairs.solid, strict=True)}
+    assert met == {frozenset(pair) for pair in [(0, 1), (0, 2), (3, 1), (3, 2), (1, 4), (2, 4)]}
+    assert len(pairs.rider) == len(met)

@@ -1,0 +1,62 @@
+"""Stretches of a curve: they cover it, and it strays from their lines no more than they say."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from proof.dense import planar
+from proof.test_bounds import curves
+from spacearm.motion import Motion, PiecewisePath
+from spacearm.proof.spans import Spans
+
+
+@settings(max_examples=80)
+@given(st.data(), st.integers(0, 2**32 - 1))
+def test_the_drift_bounds_how_far_a_curve_strays(data: st.DataObject, seed: int) -> None:
+    curve = data.draw(curves(planar()))
+    spans = Spans(curve)
+    stretches = spans.first()
+    for _ in range(data.draw(st.integers(0, 5))):
+        stretches = spans.halved(stretches)
+    lines = spans.lines(stretches)
+    share = np.concatenate([[0, 0.5, 1], np.random.default_rng(seed).uniform(0, 1, 12)])
+    u = stretches.ends[:, :1] + share * np.diff(stretches.ends, axis=1)
+    assert (np.abs(u - lines.u[:, None]) <= lines.h[:, None]).all()
+    straight = lines.q[:, None] + lines.rate[:, None] * (u - lines.u[:, None])[..., None]
+    assert (np.abs(curve.sample(u) - straight) <= lines.drift[:, None] + 1e-13).all()
+
+
+@given(st.data())
+def test_stretches_cover_the_curve_however_often_they_are_halved(data: st.DataObject) -> None:
+    curve = data.draw(curves(planar()))
+    spans = Spans(curve)
+    stretches = spans.first()
+    for _ in range(6):
+        order = np.argsort(stretches.ends[:, 0])
+        ends = stretches.ends[order]
+        assert (ends[0, 0], ends[-1, 1]) == curve.domain
+        np.testing.assert_array_equal(ends[1:, 0], ends[:-1, 1])
+        assert (ends[:, 1] > ends[:, 0]).all()
+        stretches = spans.halved(stretches)
+
+
+def test_a_run_of_many_pieces_begins_as_few_stretches() -> None:
+    t = np.linspace(0, 1, 10_001)
+    spans = Spans(PiecewisePath.from_linear(t, np.column_stack([np.sin(t), t])))
+    stretches = spans.first()
+    assert len(stretches) == 16
+    assert spans.lines(stretches).drift.max() < 0.002
+    for _ in range(12):
+        stretches = spans.halved(stretches)
+    assert (stretches.last - stretches.first == 1).all()
+
+
+def test_a_straight_piece_does_not_drift_and_a_motion_at_rest_does_not_move() -> None:
+    spans = Spans(PiecewisePath.from_linear([0, 1], [[0, 0], [1, 2]]))
+    assert spans.lines(spans.first()).drift.max() < 1e-13
+    still = Spans(Motion([[0.3, -2.0]] * 4))
+    lines = still.lines(still.first())
+    assert np.abs(lines.rate).max() == 0
+    assert lines.drift.max() < 1e-13
