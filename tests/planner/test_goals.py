@@ -15,19 +15,27 @@ from scipy.spatial.transform import Rotation
 
 import strategies
 import urdf_text
-from oracles.coal_shapes import clearances as coal_clearances
+from oracles.coal_shapes import least_distances
 from oracles.pinocchio_model import full_q, pinocchio_model
 from oracles.pinocchio_points import joint_frames as pinocchio_frames
 from proof.dense import arms, planar
+from scene import drawn_shapes
 from spacearm.planner import ConfigurationGoal, PlannerSettings, PoseGoal, PositionGoal, Problem
-from spacearm.planner.goal_search import GoalConfigurations, find_goal_configurations
-from spacearm.planner.reaching import goal_errors, polished, reach_to, rotation_vectors
+from spacearm.planner.goal_search import find_goal_configurations
+from spacearm.planner.goal_task import GoalConfigurations
+from spacearm.planner.reaching import goal_errors, polished, reach_to
+from spacearm.planner.turning import rotation_vectors
 from spacearm.robot import Robot, forward_kinematics, load_robot
-from spacearm.scene import Scene, Sphere
+from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, pose
 
 ARM = load_robot("zhang2022")
 FEW = PlannerSettings(goal_candidates=4)
-BALLS = (Sphere((0.5, 0.5, 0.0), 0.15), Sphere((0.2, -0.6, 0.3), 0.2), Sphere((0.0, 0.4, 0.8), 0.1))
+CLUTTER = (
+    Sphere((0.5, 0.5, 0.0), 0.15),
+    Box((0.3, 0.2, 0.4), pose((0.2, -0.6, 0.3), (1.0, 0.3, 0.0, 0.2)), name="box"),
+    Cylinder(0.1, 0.5, (0.0, 0.4, 0.8)),
+    HalfSpace((0, 0, 1), (0, 0, -1.2), name="floor"),
+)
 
 # Goals are checked against each other's kinematics; both round in the 16th digit, over a metre or so.
 ROUNDING = 1e-9
@@ -60,10 +68,10 @@ def assert_sound(problem: Problem, found: GoalConfigurations) -> None:
     assert ((q >= robot.lower) & (q <= robot.upper)).all()
     away = np.linalg.norm(q - problem.start, axis=1)
     assert (np.diff(away) >= 0).all()
-    if problem.scene.obstacles and robot.capsules and len(q):
-        by_coal = coal_clearances(pinocchio_frames(robot, q), robot.capsules, problem.scene.obstacles).min(axis=(1, 2))
+    if len(q):
+        by_coal = least_distances(robot, problem.scene, pinocchio_frames(robot, q))
         assert (by_coal > 0).all()
-        np.testing.assert_allclose(found.clearance, by_coal, rtol=0, atol=1e-7)
+        np.testing.assert_allclose(found.clearance, by_coal, rtol=0, atol=1e-6)
     if isinstance(problem.goal, (PositionGoal, PoseGoal)):
         for row in q:
             for error, tolerance in zip(missed(robot, problem.goal, row), tolerances(problem.goal), strict=True):
@@ -80,13 +88,12 @@ def goal_at(T: np.ndarray, kind: str, **options: Any) -> Any:
     return PoseGoal(T, free_axis=None if kind == "pose" else "z", **options)
 
 
-def reachable(seed: int, kind: str, *, scene: Any = BALLS, robot: Robot = ARM) -> Problem:
+def reachable(seed: int, kind: str, *, scene: Any = CLUTTER, robot: Robot = ARM) -> Problem:
     """A goal that a drawn configuration reaches, free of collision as the start is."""
     dice = np.random.default_rng(seed)
     while True:
         start, q = dice.uniform(robot.lower, robot.upper, (2, robot.dof))
-        frames = pinocchio_frames(robot, np.array([start, q]))
-        if not scene or coal_clearances(frames, robot.capsules, scene).min() > 0.02:
+        if least_distances(robot, Scene(scene), pinocchio_frames(robot, np.array([start, q]))).min() > 0.02:
             return Problem(robot, Scene(scene), start=start, goal=goal_at(forward_kinematics(robot, q), kind))
 
 
@@ -184,7 +191,10 @@ def test_whatever_is_found_for_drawn_robots_is_sound(data: st.DataObject, kind: 
     robot = data.draw(arms())
     assume(robot.frame(robot.tip).joint >= 0)
     start, q = data.draw(strategies.configurations(robot, (2,)))
-    scene = data.draw(strategies.scenes(3))
+    links = sorted({capsule.name for capsule in robot.capsules})
+    pairs = [(a, b) for i, a in enumerate(links) for b in links[i + 1 :]]
+    robot = replace(robot, self_pairs=tuple(data.draw(st.lists(st.sampled_from(pairs), max_size=2))) if pairs else ())
+    scene = Scene(data.draw(st.lists(drawn_shapes.obstacles(), max_size=3)))
     problem = Problem(robot, scene, start=start, goal=goal_at(forward_kinematics(robot, q), kind))
     found = find_goal_configurations(problem, PlannerSettings(goal_candidates=1), 0)
     assert_sound(problem, found)

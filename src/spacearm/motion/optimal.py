@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Integral
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -69,5 +70,5 @@ def time_optimal(
 
 
 def _require_count(name: str, value: Any) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or not 8 <= value <= 10_000:
+    if isinstance(value, bool) or not isinstance(value, Integral) or not 8 <= value <= 10_000:
         raise SettingsError(f"{name} is {shown(value)}, expected a whole number from 8 to 10000")

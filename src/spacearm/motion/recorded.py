@@ -72,11 +72,12 @@ class RecordedTrajectory(Frozen):
 
     def _require_sizes(self) -> None:
         """Refuse what would leave no digits to check."""
-        shortest = int(np.argmin(np.diff(self.path.breaks)))
-        if self.path.breaks[shortest + 1] - self.path.breaks[shortest] < _SHORTEST:
+        lengths = np.diff(self.path.breaks)
+        shortest = int(np.argmin(lengths))
+        if lengths[shortest] < _SHORTEST:
             raise ProblemError(
-                f"the path has a piece from {self.path.breaks[shortest]:.12g} s to {self.path.breaks[shortest + 1]:.12g} s, "
-                f"expected pieces of {_SHORTEST:g} s or more; leave it out"
+                f"the path has a piece of {lengths[shortest]:.3g} s at {self.path.breaks[shortest]:.9g} s, "
+                f"expected {_SHORTEST:g} s or more; leave it out"
             )
         furthest = np.abs(self.path.coefficients).max(axis=(0, 1))
         joint = int(np.argmax(furthest))

@@ -72,7 +72,9 @@ def read_table(path: str | os.PathLike[str], *, what: str) -> Table:
             )
         values.append([_number(path, line, i, cell, names) for i, cell in enumerate(cells)])
         lines.append(line)
-    return Table(names, header_line, lines, np.array(values, dtype=np.float64).reshape(len(values), -1))
+    return Table(
+        names, header_line, lines, np.array(values, dtype=np.float64).reshape(len(values), len(values[0]) if values else 0)
+    )
 
 
 def _cells(path: object, text: str) -> Iterator[tuple[int, list[str]]]:
@@ -106,7 +108,7 @@ def _number(path: object, line: int, column: int, cell: str, names: tuple[str, .
     try:
         number = float(cell) if "_" not in cell else math.nan
     except ValueError:
-        raise FileFormatError(f"{where} is {shown(cell)}, expected a number; correct the row") from None
+        number = math.nan
     if not math.isfinite(number):
         raise FileFormatError(f"{where} is {shown(cell)}, expected a finite number; correct the row")
     return number

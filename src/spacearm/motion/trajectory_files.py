@@ -31,6 +31,7 @@ _KINDS = ("q", "dq", "ddq")
 _NEEDS: dict[Interpolation, int] = {"linear": 1, "cubic": 2, "quintic": 3}
 _TIMES = ("t_s", "t", "time", "time_s")
 _AT_REST = 1e-9
+_SHOWN = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +108,8 @@ def _rows(robot: Robot, table: Table, notes: list[str]) -> _Rows:
         raise FileFormatError(f"line {table.header_line}: column '{twice}' is there twice, expected each once; rename one")
     time = next((name for wanted in _TIMES for name in table.names if name.lower() == wanted), None)
     if time is None:
-        raise FileFormatError(f"line {table.header_line}: no column is the time, expected 't_s'; {nearest('t_s', table.names)}")
+        there = ", ".join(table.names[:_SHOWN])
+        raise FileFormatError(f"line {table.header_line}: no column is the time, expected 't_s' [s]; there are {shown(there)}")
     used = [time]
     states = []
     for kind in _KINDS:

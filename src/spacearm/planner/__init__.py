@@ -12,23 +12,26 @@ from spacearm.planner.goals import (
     goal_from_dict,
 )
 from spacearm.planner.held import hold
+from spacearm.planner.motion_swarm import MotionSwarm
 from spacearm.planner.plan_files import load_plan, plan_as_dict, save_plan, save_trajectory
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Improvement, Plan
 from spacearm.planner.search import plan
-from spacearm.planner.settings import PlannerSettings
+from spacearm.planner.settings import PlannerSettings, Weights
 
 __all__ = [
     "ConfigurationGoal",
     "ConfigurationsGoal",
     "Goal",
     "Improvement",
+    "MotionSwarm",
     "Plan",
     "PlannerSettings",
     "PoseGoal",
     "PositionGoal",
     "Problem",
     "ProblemFile",
+    "Weights",
     "clearance",
     "clearances",
     "goal_as_dict",

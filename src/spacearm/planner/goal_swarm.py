@@ -41,7 +41,7 @@ def swarm_configurations(
     *,
     home: Array,
     margin: float,
-    slack: Slack,
+    slack: Slack | None = None,
     seed: int,
     first: int,
     count: int,
@@ -57,7 +57,7 @@ def swarm_configurations(
         swarm: settings of each.
         home: (n,) the configuration to stay near [rad or m].
         margin: clearance asked for [m].
-        slack: how near to the goal is near enough.
+        slack: how near to the goal is near enough; None: its tolerance.
         seed: of all.
         first: number of the first swarm.
         count: how many.
@@ -67,7 +67,7 @@ def swarm_configurations(
     Returns:
         (count, n) configurations within the bounds, one a swarm; which are free and near enough is not said.
     """
-    points, targets, tolerances = _watched(problem, goal, slack)
+    points, targets, tolerances = _watched(problem, goal, slack or Slack(distance=0.0, angle=0.0))
     model = make_kernel_model(problem.robot, problem.scene, precision=_PRECISION, points=points)
     objective = native_class("ReachObjective", _PRECISION)(
         model.native,

@@ -146,11 +146,15 @@ class Islands:
             )
         return tuple(out)
 
+    def judge(self, rows: NDArray[np.float32], interior: int, goal: int = 0) -> dict[str, Any]:
+        """Return fitness, violation, terms and whether free, of motions given by their interior control points (m, K n)."""
+        return self._all[0].judge(rows, interior, goal)
+
     def terms(self, motion: Motion) -> dict[str, float]:
         """Return a motion's fitness term by term; its goal is one of this search's."""
         goal = int(np.argmin(np.abs(self._goals - motion.control_points[-1]).max(axis=1)))
         rows = np.ascontiguousarray(motion.control_points[1:-1].reshape(1, -1), dtype=np.float32)
-        values = self._all[0].judge(rows, motion.interior, goal)["terms"][0]
+        values = self.judge(rows, motion.interior, goal)["terms"][0]
         return {name: float(value) for name, value in zip(native.motion_terms, values, strict=True)}
 
     def _motion(self, found: dict[str, Any]) -> Motion:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm._kernel import native
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import tree_arrays
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
 
 _SHAPE = {"Sphere": 1, "Capsule": 2, "Box": 3, "Cylinder": 4, "HalfSpace": 5}
 _NUMBERS = 15  # an obstacle's row
@@ -49,18 +49,27 @@ def native_class(name: str, precision: int) -> Any:
     return getattr(native, f"{name}{precision}")
 
 
-_MADE: OrderedDict[tuple[Any, ...], tuple[Robot, Scene, KernelModel]] = OrderedDict()
-_MOST_MADE = 8
+class _Kept:
+    """What was made for the objects seen last: the same objects, not equal ones, for comparing large ones takes longer."""
+
+    def __init__(self, most: int) -> None:
+        self._most, self._made = most, OrderedDict[tuple[Any, ...], tuple[Any, Any]]()
+
+    def get(self, objects: tuple[Any, ...], rest: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+        key = (*map(id, objects), *rest)
+        if key not in self._made:
+            self._made[key] = objects, make()  # kept alive with what was made, so that no other object gets its id
+            while len(self._made) > self._most:
+                self._made.popitem(last=False)
+        return self._made[key][1]
+
+
+_models, _arms = _Kept(8), _Kept(8)
 
 
 def kernel_model(robot: Robot, scene: Scene, *, precision: int = 64) -> KernelModel:
-    """Return `make_kernel_model`'s, kept for the robots and scenes seen last: the same objects, not equal ones."""
-    key = (id(robot), id(scene), precision)
-    if key not in _MADE:  # what is kept is kept alive, so no other object can have its id
-        _MADE[key] = robot, scene, make_kernel_model(robot, scene, precision=precision)
-        while len(_MADE) > _MOST_MADE:
-            _MADE.popitem(last=False)
-    return _MADE[key][2]
+    """Return `make_kernel_model`'s; kept for the robots and scenes seen last."""
+    return _models.get((robot, scene), (precision,), lambda: make_kernel_model(robot, scene, precision=precision))
 
 
 def make_kernel_model(
@@ -80,38 +89,62 @@ def make_kernel_model(
         frame: whose origin is the end effector's point; `robot.tip` unless given.
         points: further points to carry, each a joint's index (-1: the base) and a place in its frame (3,) [m].
     """
-    carried = _Points(robot)
-    centres = tuple(carried.index(joint, point) for joint, point in joint_centres(robot))
-    tip_frame = robot.frame(frame or robot.tip)
-    tip = carried.index(tip_frame.joint, tip_frame.T_joint_frame[:3, 3])
-    further = tuple(carried.index(joint, np.asarray(point, dtype=np.float64)) for joint, point in points)
-    ends = [(carried.index(c.joint, c.a), carried.index(c.joint, c.b)) for c in robot.capsules]
+    asked = tuple((joint, np.asarray(point, dtype=np.float64)) for joint, point in points)
+    arm = (
+        _arms.get((robot,), (precision, frame), lambda: _arm(robot, precision, frame, ()))
+        if not asked
+        else _arm(robot, precision, frame, asked)
+    )
     spheres = [o for o in scene.obstacles if isinstance(o, Sphere)]
     plain = native_class("Model", precision).make(
-        **tree_arrays(robot),
-        point_joint=np.array([joint for joint, _ in carried.listed], dtype=np.int32),
-        point_local=np.array([point for _, point in carried.listed], dtype=np.float64).reshape(-1, 3),
-        capsule_a=np.array([a for a, _ in ends], dtype=np.int32),
-        capsule_b=np.array([b for _, b in ends], dtype=np.int32),
-        capsule_radius=np.array([c.radius for c in robot.capsules], dtype=np.float64),
+        **arm.arrays,
         sphere_center=np.array([s.center for s in spheres], dtype=np.float64).reshape(-1, 3),
         sphere_radius=np.array([s.radius for s in spheres], dtype=np.float64),
     )
-    rows, of = _obstacle_rows(scene)
+    kinds, rows, of = _obstacle_rows(scene)
     return KernelModel(
         native=plain.surrounded(
-            **_envelope(robot),
-            obstacle_kind=np.array([kind for kind, _ in rows], dtype=np.int32),
-            obstacle_numbers=np.array([numbers for _, numbers in rows], dtype=np.float64).reshape(-1, _NUMBERS),
+            **arm.envelope,
+            obstacle_kind=kinds,
+            obstacle_numbers=rows,
         ),
         precision=precision,
-        centres=centres,
-        tip=tip,
-        points=further,
+        centres=arm.centres,
+        tip=arm.tip,
+        points=arm.points,
         capsules=tuple(c.name for c in robot.capsules),
         obstacle_of=of,
         dof=robot.dof,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Arm:
+    """What depends on the robot alone."""
+
+    arrays: dict[str, Any]
+    envelope: dict[str, Any]
+    centres: tuple[int, ...]
+    tip: int
+    points: tuple[int, ...]
+
+
+def _arm(robot: Robot, precision: int, frame: str | None, further: tuple[tuple[int, NDArray[np.float64]], ...]) -> _Arm:
+    carried = _Points(robot)
+    centres = tuple(carried.index(joint, point) for joint, point in joint_centres(robot))
+    tip_frame = robot.frame(frame or robot.tip)
+    tip = carried.index(tip_frame.joint, tip_frame.T_joint_frame[:3, 3])
+    points = tuple(carried.index(joint, point) for joint, point in further)
+    ends = [(carried.index(c.joint, c.a), carried.index(c.joint, c.b)) for c in robot.capsules]
+    arrays = {
+        **tree_arrays(robot),
+        "point_joint": np.array([joint for joint, _ in carried.listed], dtype=np.int32),
+        "point_local": np.array([point for _, point in carried.listed], dtype=np.float64).reshape(-1, 3),
+        "capsule_a": np.array([a for a, _ in ends], dtype=np.int32),
+        "capsule_b": np.array([b for _, b in ends], dtype=np.int32),
+        "capsule_radius": np.array([c.radius for c in robot.capsules], dtype=np.float64),
+    }
+    return _Arm(arrays=arrays, envelope=_envelope(robot), centres=centres, tip=tip, points=points)
 
 
 def self_capsule_pairs(robot: Robot) -> NDArray[np.int32]:
@@ -144,36 +177,33 @@ def _envelope(robot: Robot) -> dict[str, Any]:
     }
 
 
-def _obstacle_rows(scene: Scene) -> tuple[list[tuple[int, NDArray[np.float64]]], NDArray[np.intp]]:
+def _obstacle_rows(scene: Scene) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.intp]]:
     """Return each obstacle's shape and numbers as the kernel has them, and which of the scene's it is."""
-    rows, of = [], []
-    for i, obstacle in enumerate(scene.obstacles):
+    counts = np.array([len(o.radii) if isinstance(o, SphereSet) else 1 for o in scene.obstacles], dtype=np.intp)
+    of = np.repeat(np.arange(len(counts)), counts)
+    kinds, rows = np.full(len(of), _SHAPE["Sphere"], dtype=np.int32), np.zeros((len(of), _NUMBERS))
+    first = 0
+    for obstacle, count in zip(scene.obstacles, counts.tolist(), strict=True):
         if isinstance(obstacle, SphereSet):
-            balls = np.column_stack([obstacle.centers, obstacle.radii])
-            rows += [(_SHAPE["Sphere"], _padded(ball)) for ball in balls]
-            of += [i] * len(balls)
+            rows[first : first + count, :3], rows[first : first + count, 3] = obstacle.centers, obstacle.radii
         else:
-            rows.append((_SHAPE[type(obstacle).__name__], _padded(np.hstack(_numbers(obstacle)))))
-            of.append(i)
-    return rows, np.array(of, dtype=np.intp)
+            kinds[first] = _SHAPE[type(obstacle).__name__]
+            _write(obstacle, rows[first])
+        first += count
+    return kinds, rows, of
 
 
-def _padded(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.pad(numbers, (0, _NUMBERS - len(numbers)))
-
-
-def _numbers(o: Obstacle) -> list[Any]:
+def _write(o: Sphere | Capsule | Box | Cylinder | HalfSpace, row: NDArray[np.float64]) -> None:
     if isinstance(o, Sphere):
-        return [o.center, o.radius]
-    if isinstance(o, Capsule):
-        return [o.a, o.b, o.radius]
-    if isinstance(o, Box):
-        return [o.pose[:3, 3], o.pose[:3, :3].T.ravel(), o.size / 2]
-    if isinstance(o, Cylinder):
-        return [o.pose[:3, 3], o.pose[:3, 2], o.length / 2, o.radius]
-    if isinstance(o, HalfSpace):
-        return [o.normal, o.normal @ o.point]
-    raise AssertionError(type(o))
+        row[:3], row[3] = o.center, o.radius
+    elif isinstance(o, Capsule):
+        row[:3], row[3:6], row[6] = o.a, o.b, o.radius
+    elif isinstance(o, Box):
+        row[:3], row[3:12], row[12:] = o.pose[:3, 3], o.pose[:3, :3].T.ravel(), o.size / 2
+    elif isinstance(o, Cylinder):
+        row[:3], row[3:6], row[6], row[7] = o.pose[:3, 3], o.pose[:3, 2], o.length / 2, o.radius
+    else:
+        row[:3], row[3] = o.normal, o.normal @ o.point
 
 
 class _Points:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.planner.goals import PoseGoal, PositionGoal
+from spacearm.planner.turning import rotation_vectors, turns_between
 from spacearm.robot.kinematics import tree_model
 from spacearm.robot.model import Robot
 
@@ -198,7 +199,7 @@ def _residuals(reach: Reach, frames: Array) -> tuple[Array, Array | None]:
     if goal.free_axis is None:
         return np.concatenate([missing, LEVER * rotation_vectors(R_goal @ np.swapaxes(R, -1, -2))], axis=1), None
     axis, wanted = R @ goal.free_axis, R_goal @ goal.free_axis
-    return np.concatenate([missing, LEVER * _turns_between(axis, wanted)], axis=1), axis
+    return np.concatenate([missing, LEVER * turns_between(axis, wanted)], axis=1), axis
 
 
 def _jacobian(reach: Reach, frames: Array) -> Array:
@@ -236,36 +237,3 @@ def _solved(J: Array, wanted: Array, scale: Array) -> Array:
     diagonal = np.einsum("bmm->bm", JJ)
     diagonal += (scale + 1e-14 + 1e-13 * diagonal.sum(axis=-1))[:, None]  # never singular, whatever the arm's size
     return np.linalg.solve(JJ, wanted[..., None])[..., 0].astype(np.float64, copy=False)
-
-
-def rotation_vectors(R: Array) -> Array:
-    """Return axis times angle [rad] of rotations (..., 3, 3), (..., 3); angles up to pi."""
-    skew: Array = 0.5 * np.stack(
-        [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1
-    )
-    sine = np.linalg.norm(skew, axis=-1)
-    cosine = 0.5 * (R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2] - 1.0)
-    angle = np.arctan2(sine, cosine)
-    small = sine < 1e-8
-    out = skew * np.where(small, 1.0, angle / np.where(small, 1.0, sine))[..., None]
-    half = small & (cosine < 0)
-    if half.any():  # by pi the skew part is gone: R + I is 2 a a^T
-        whole = R[half] + np.eye(3)
-        longest = np.argmax(np.diagonal(whole, axis1=-2, axis2=-1), axis=-1)
-        column = whole[np.arange(len(whole)), :, longest]
-        out[half] = angle[half, None] * column / np.linalg.norm(column, axis=-1, keepdims=True)
-    return out
-
-
-def _turns_between(a: Array, b: Array) -> Array:
-    """Return axis times angle of the least turn from directions a (b, 3) to the direction b (3,)."""
-    cross = np.cross(a, b)
-    sine, cosine = np.linalg.norm(cross, axis=-1), a @ b
-    angle = np.arctan2(sine, cosine)
-    small = sine < 1e-8
-    out: Array = cross * np.where(small, 1.0, angle / np.where(small, 1.0, sine))[:, None]
-    half = small & (cosine < 0)
-    if half.any():  # opposite: about any axis across
-        across = np.cross(a[half], np.eye(3)[np.argmin(np.abs(b))])
-        out[half] = angle[half, None] * across / np.linalg.norm(across, axis=-1, keepdims=True)
-    return out

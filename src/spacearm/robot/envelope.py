@@ -87,8 +87,8 @@ def _require_within_reach(shape: Shape, link: str) -> None:
     largest = max(abs(float(length)) for length in lengths)
     if largest > LONGEST:
         raise RobotError(
-            f"link '{link}' has a {shape.kind} with a length of {largest:g} m, expected {LONGEST:g} m or less; check its units, "
-            f"{_OTHERWISE}"
+            f"link '{link}' has a {shape.kind} with a length of {largest:g} m, expected {LONGEST:g} m or less; "
+            f"check its units, {_OTHERWISE}"
         )
 
 

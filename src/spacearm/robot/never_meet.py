@@ -95,7 +95,9 @@ def _whole_range(robot: Robot, dofs: list[int], between: list[int]) -> tuple[Arr
     lower, upper = robot.lower[dofs].copy(), robot.upper[dofs].copy()
     for i, dof in enumerate(dofs):
         moved = [robot.joints[j] for j in between if robot.joints[j].dof == dof]
-        if upper[i] - lower[i] > 2 * math.pi and all(j.kind == "revolute" and abs(j.multiplier) == 1.0 for j in moved):
+        if float(upper[i]) - float(lower[i]) > 2 * math.pi and all(
+            j.kind == "revolute" and abs(j.multiplier) == 1.0 for j in moved
+        ):
             lower[i], upper[i] = -math.pi, math.pi
     return lower, upper
 

@@ -167,8 +167,7 @@ def _samples(robot: Robot, count: int, seed: int) -> Array:
 
 def finite_range(robot: Robot) -> tuple[Array, Array]:
     """Return limits (n,) and (n,) between which configurations are drawn: one turn where there are none."""
-    lower, upper = np.maximum(robot.lower, -_VAST), np.minimum(robot.upper, _VAST)
-    lower, upper = np.where(robot.lower < -_VAST, -np.inf, lower), np.where(robot.upper > _VAST, np.inf, upper)
+    lower, upper = np.where(robot.lower < -_VAST, -np.inf, robot.lower), np.where(robot.upper > _VAST, np.inf, robot.upper)
     free = np.isinf(lower) & np.isinf(upper)
     lower[free], upper[free] = -math.pi, math.pi
     lower, upper = np.where(np.isinf(lower), upper - 2 * math.pi, lower), np.where(np.isinf(upper), lower + 2 * math.pi, upper)

@@ -113,6 +113,25 @@ def cells_of(polygons: Polygons, low: Array, high: Array, inside: Inside | None)
     return Cells(polygons, points, start, low, high)
 
 
+def joined_cells(parts: list[Cells]) -> Cells:
+    """Return the cells of several lists in one."""
+    first = np.cumsum([0, *(len(part) for part in parts)])
+    width = max(part.polygons.corners.shape[1] for part in parts)
+    polygons = Polygons(
+        np.concatenate([_widened(part.polygons.corners, width) for part in parts]),
+        np.concatenate([part.polygons.count for part in parts]),
+        np.concatenate([part.polygons.cell + before for part, before in zip(parts, first, strict=False)]),
+    )
+    counts = np.concatenate([np.diff(part.start) for part in parts])
+    return Cells(
+        polygons,
+        np.concatenate([part.points for part in parts]),
+        np.concatenate([[0], np.cumsum(counts)]),
+        np.concatenate([part.low for part in parts]),
+        np.concatenate([part.high for part in parts]),
+    )
+
+
 def one_cell(triangles: Array, inside: Inside | None) -> Cells:
     """Return one cell with all triangles (n, 3, 3) in it [m]."""
     count = np.full(len(triangles), 3, dtype=np.intp)

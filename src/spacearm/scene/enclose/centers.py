@@ -49,59 +49,60 @@ class Centers:
     """For each cell, where a ball that holds it may be centred.
 
     Attributes:
-        middle: (k, 3) about the middle of each [m].
-        depth: (k,) of the middles [m].
-        anchor: (k, 3) a point of the surface in or near each [m].
+        best: (k, 3) the centre of the ball for this cell alone that stands out least [m].
+        best_depth: (k,) its depth [m].
+        excess: (k,) by how much that ball stands out [m].
+        anchor: (k, 3) a point of the surface in or near each cell [m].
         inward: (k, 3) unit vectors from there to the medial axis.
-        room: (k,) how far it is [m]; 0 where there is no inside.
-        slack: the depth of a point between anchor and medial axis is its distance from the anchor, less this [m].
-        excess: (k,) by how much the best ball for this cell alone stands out [m].
+        room: (k,) how far that is [m]; 0 where there is no inside.
+        slack: (k,) the depth on the way from the anchor to the medial axis is the way gone, less this [m].
     """
 
-    middle: Array
-    depth: Array
+    best: Array
+    best_depth: Array
+    excess: Array
     anchor: Array
     inward: Array
     room: Array
     slack: Array
-    excess: Array
 
     def take(self, which: NDArray[np.bool_]) -> Centers:
         """Return those of some of the cells."""
-        return Centers(*(getattr(self, name)[which] for name in self.__slots__))
+        return Centers(*(getattr(self, name)[which] for name in Centers.__slots__))
 
-    def all(self, excess: float) -> tuple[Array, Array]:
+    def candidates(self, excess: float) -> tuple[Array, Array]:
         """Return centres (c, 3) and their depths (c,) [m] that are worth trying for balls of an excess [m]."""
-        centers, depths = [self.middle], [self.depth]
-        ways = [share * self.room for share in (1.0, 0.5, 0.25)]
-        ways += [np.full(len(self.room), factor * excess) for factor in (0.0, 0.6, 1.2, 2.4)]
-        for way in ways:
-            fits = self.room > way if way is not ways[0] else self.room > 0
+        centers, depths = [self.best], [self.best_depth]
+        for way in (self.room, 0.5 * self.room, *(np.full(len(self.room), factor * excess) for factor in (0.6, 1.2, 2.4))):
+            fits = (self.room >= way) & (way > self.slack)
             centers.append(self.anchor[fits] + way[fits, None] * self.inward[fits])
             depths.append(way[fits] - self.slack[fits])
         return np.concatenate(centers), np.concatenate(depths)
 
 
-def joined(parts: list[Centers]) -> Centers:
+def joined_centers(parts: list[Centers]) -> Centers:
     """Return the centres of several lists of cells in one."""
     return Centers(*(np.concatenate([getattr(part, name) for part in parts]) for name in Centers.__slots__))
 
 
 def centers_for(body: Body, cells: Cells, *, tolerance: float) -> Centers:
     """Find where balls for each cell may be centred; the medial axis to a tolerance [m]."""
-    middle = _middle(cells)
-    depth, nearest = body.depth(middle, tolerance=tolerance)
-    excess = _reach(cells, middle) - depth
-    anchor, inward = nearest, np.zeros_like(middle)
-    room, slack = np.zeros(len(middle)), np.zeros(len(middle))
+    best = _middle(cells)
+    best_depth, nearest = body.depth(best, tolerance=tolerance)
+    excess = _reach(cells, best) - best_depth
+    anchor, inward = nearest, np.zeros_like(best)
+    room, slack = np.zeros(len(best)), np.zeros(len(best))
     if body.inside is not None:
-        anchor, inward = _anchors(cells, middle, depth, nearest)
+        anchor, inward = _anchors(cells, best, nearest)
         room, slack = _room(body, anchor, inward, tolerance)
         for share in _SHARES:
             way = share * room
-            own = _reach(cells, anchor + way[:, None] * inward) - np.maximum(way - slack, 0.0)
-            excess = np.where(room > 0, np.minimum(excess, own), excess)
-    return Centers(middle, depth, anchor, inward, room, slack, excess)
+            center, depth = anchor + way[:, None] * inward, np.maximum(way - slack, 0.0)
+            own = _reach(cells, center) - depth
+            better = (room > 0) & (own < excess)
+            excess, best_depth = np.where(better, own, excess), np.where(better, depth, best_depth)
+            best = np.where(better[:, None], center, best)
+    return Centers(best, best_depth, excess, anchor, inward, room, slack)
 
 
 def _reach(cells: Cells, centers: Array) -> Array:
@@ -124,7 +125,7 @@ def _middle(cells: Cells) -> Array:
     return center
 
 
-def _anchors(cells: Cells, middle: Array, depth: Array, nearest: Array) -> tuple[Array, Array]:
+def _anchors(cells: Cells, middle: Array, nearest: Array) -> tuple[Array, Array]:
     """Return a point of the surface for each cell, (k, 3), and the unit vector from it into the solid, (k, 3).
 
     It is on the cell's largest polygon; of a cell without one it is the point nearest to the middle.

@@ -8,19 +8,6 @@ from spacearm.scene.enclose.box_tree import Array, BoxTree, Indices
 from spacearm.scene.enclose.cells import Cells
 
 
-def thinned(center: Array, depth: Array, excess: float) -> tuple[Array, Array]:
-    """Leave out centres that are close to a deeper one, measured by what a ball's cap on the surface spans."""
-    kept = excess + depth > 0
-    center, depth = center[kept], depth[kept]
-    cap = np.sqrt(2 * np.maximum(depth, 0.0) * excess + excess**2)
-    scale = np.exp2(np.floor(np.log2(cap))) / 4
-    key = np.column_stack([np.floor(center / scale[:, None]), np.log2(scale)]).astype(np.int64)
-    order = np.argsort(-depth, kind="stable")
-    _, first = np.unique(key[order], axis=0, return_index=True)
-    chosen = np.sort(order[first])
-    return center[chosen], depth[chosen]
-
-
 def held(cells: Cells, centers: Array, radii: Array) -> tuple[Indices, Indices]:
     """Return all pairs (ball, cell) of a ball that holds a cell."""
     low, high = cells.low, cells.high
@@ -47,6 +34,14 @@ def held(cells: Cells, centers: Array, radii: Array) -> tuple[Indices, Indices]:
         balls.append(ball[both])
         found.append(cell[both])
     return np.concatenate(balls), np.concatenate(found)
+
+
+def reach_of(cells: Cells, centers: Array, cell: Indices) -> Array:
+    """Return the radius that holds a cell from a centre, for each pair of them, (m,) [m]."""
+    count = np.diff(cells.start)[cell]
+    which, points = _ranges(cells.start[cell], count)
+    away = cells.points[points] - centers[which]
+    return np.sqrt(np.maximum.reduceat(np.einsum("ij,ij->i", away, away), np.cumsum(count) - count))
 
 
 def _ranges(start: Indices, count: Indices) -> tuple[Indices, Indices]:

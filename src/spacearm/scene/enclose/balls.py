@@ -1,0 +1,122 @@
+"""Balls that enclose triangles, for a given excess or a given number."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spacearm.scene.enclose.box_tree import Array
+from spacearm.scene.enclose.cells import Cells, joined_cells, one_cell
+from spacearm.scene.enclose.centers import Body, Centers, centers_for, joined_centers
+from spacearm.scene.enclose.choice import Choice, held, reach_of
+from spacearm.scene.enclose.inside import Inside
+from spacearm.scene.enclose.surface import Surface
+
+_MOST_CELLS = 300_000
+_TOLERANCE = 0.02  # of the excess: how well distances and the medial axis need to be known
+_STEPS = 6  # of the search for the least excess that a number of balls allows
+
+Balls = tuple[Array, Array, Array]
+"""Centres (k, 3), radii (k,), and by how much each ball stands out (k,), at most [m]."""
+
+_Cut = tuple[Cells, Centers]
+
+
+def enclosing_balls(
+    triangles: Array, inside: Inside | None, *, size: float, excess: float | None, spheres: int
+) -> Balls | None:
+    """Return few balls that together hold all triangles and what is inside of them.
+
+    Args:
+        triangles: (n, 3, 3), about the origin [m].
+        inside: tells what is inside; None of what has no inside.
+        size: of the whole, above 0 [m].
+        excess: how far a ball may stand out, at most [m]; None for as little as the number of balls allows.
+        spheres: how many balls at most.
+
+    Returns:
+        The balls; None if so many are not enough.
+    """
+    body = Body(Surface(triangles), inside)
+    whole = one_cell(triangles, inside)
+    if excess is not None:
+        cut = _cut(body, [(whole, centers_for(body, whole, tolerance=_TOLERANCE * excess))], excess)
+        return None if cut is None else _covered(cut, excess, spheres)
+    return _fewest(body, whole, size, spheres)
+
+
+def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None:
+    """Return balls with nearly the least excess that so many allow: halve it until they are too few, then bisect."""
+    first = centers_for(body, whole, tolerance=1e-4 * size)
+    cut, high = [(whole, first)], float(first.excess[0])
+    best, low = _covered(cut, high, spheres), high / 2
+    while low > 1e-9 * size:
+        finer = _cut(body, cut, low)
+        found = None if finer is None else _covered(finer, low, spheres)
+        if finer is None or found is None:
+            break
+        best, cut, high, low = found, finer, low, low / 2
+    for _ in range(_STEPS):
+        middle = float(np.sqrt(low * high))
+        finer = _cut(body, cut, middle)
+        found = None if finer is None else _covered(finer, middle, spheres)
+        if finer is None or found is None:
+            low = middle
+        else:
+            best, cut, high = found, finer, middle
+    return best
+
+
+def _cut(body: Body, cut: list[_Cut], excess: float) -> list[_Cut] | None:
+    """Cut cells until each is held by a ball of its own that stands out no more than wanted; None if there are too many."""
+    done: list[_Cut] = []
+    coarse: list[Cells] = []
+    units: list[Array] = []
+    for cells, centers in cut:
+        _sort_out(cells, centers, excess, done, coarse, units)
+    while coarse:
+        halves = joined_cells(coarse).halved(body.inside, unit=np.concatenate(units))
+        coarse, units = [], []
+        if sum(len(cells) for cells, _ in done) + len(halves) > _MOST_CELLS:
+            return None
+        _sort_out(halves, centers_for(body, halves, tolerance=_TOLERANCE * excess), excess, done, coarse, units)
+    return done
+
+
+def _sort_out(cells: Cells, centers: Centers, excess: float, done: list[_Cut], coarse: list[Cells], units: list[Array]) -> None:
+    """Put cells to those that are done, or to those to be cut, with the length that their parts may have [m]."""
+    fine = centers.excess <= excess
+    if fine.any():
+        done.append((cells.take(fine), centers.take(fine)))
+    if not fine.all():
+        coarse.append(cells.take(~fine))
+        deep = np.maximum(np.maximum(centers.best_depth, centers.room), 0.0)[~fine]
+        # The edge of the square on a plane that a ball about a point so deep holds.
+        units.append(np.sqrt(2 * (2 * deep * excess + excess**2)))
+
+
+def _covered(cut: list[_Cut], excess: float, spheres: int) -> Balls | None:
+    """Choose balls for cells; None if there are more than so many."""
+    cells, centers = joined_cells([part for part, _ in cut]), joined_centers([part for _, part in cut])
+    center, depth = centers.candidates(excess)
+    kept = depth > -excess
+    center, depth = center[kept], depth[kept]
+    ball, cell = held(cells, center, (excess + depth) * (1 + 1e-12))
+    choice = Choice(ball, cell, len(center), len(cells))
+    chosen = choice.few()
+    if len(chosen) > spheres:
+        return None
+    center, depth = center[chosen], depth[chosen]
+    radii = _tight(cells, choice, chosen, center, excess + depth)
+    return center, radii, np.maximum(radii - depth, 0.0)
+
+
+def _tight(cells: Cells, choice: Choice, chosen: list[int], center: Array, radii: Array) -> Array:
+    """Return the least radii with which every cell is still held, by that of its balls which has most to spare."""
+    mine = [choice.held_by(ball) for ball in chosen]
+    ball, cell = np.repeat(np.arange(len(chosen)), [len(one) for one in mine]), np.concatenate(mine)
+    reach = reach_of(cells, center[ball], cell)
+    order = np.lexsort((reach - radii[ball], cell))
+    first = order[np.flatnonzero(np.diff(cell[order], prepend=-1))]
+    out = np.zeros(len(chosen))
+    np.maximum.at(out, ball[first], reach[first])
+    return out
