@@ -103,6 +103,7 @@ inline motion_search_settings motion_settings_from(const nb::dict& given, const 
     take("probe_step", s.probe.step);
     take("probe_near_line", s.probe.near_line);
     take("probe_spread", s.probe.spread);
+    take("patience", s.patience);
     take("interior", s.interior);
     take("ladder", s.ladder);
     take("refine_stall", s.refine_stall);

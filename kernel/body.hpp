@@ -232,7 +232,15 @@ SPACEARM_INLINE void add_shortfall(const body<T>& b, const frame<T>* frames, int
         const body_capsule<T>& capsule = b.capsules[k];
         const pack<T> from_ball = distance_to(o, w.middle[k]);
         if (!any(from_ball < capsule.reach + margin)) continue;
-        const pack<T> d = capsule.inverse_squared_length == T(0) ? from_ball : axis_distance(o, w.a[k], w.ab[k], capsule.inverse_squared_length);
+        pack<T> d = from_ball;
+        if (capsule.inverse_squared_length != T(0)) {
+            // Distances change by no more than the way: between the middle and an end no point is nearer than half of both
+            // distances less a quarter of the length.
+            const pack<T> nearest_end = min(distance_to(o, w.a[k]), distance_to(o, w.a[k] + w.ab[k]));
+            const T quarter = (capsule.reach - capsule.radius) * T(0.5);
+            if (!any((from_ball + nearest_end) * T(0.5) < capsule.radius + margin + quarter)) continue;
+            d = axis_distance(o, w.a[k], w.ab[k], capsule.inverse_squared_length);
+        }
         sum += max(pack<T>(capsule.radius + margin) - d, pack<T>(T(0)));
     }
 }

@@ -21,6 +21,7 @@ struct motion_search_settings {
     probe_settings probe;
     std::vector<int> interior = {2, 3};                            // control points of the swarm's motions, turn by turn
     std::vector<int> ladder = {1, 2, 3, 4, 6, 8, 12, 16, 24};   // tried on a path, in this order
+    int patience = 4000;               // samples of the trees before the swarm gets a turn; 0: no trees
     int refine_stall = 100;            // refining ends after as many failures in a row
     int swarm_turn = 3;                // every so manieth turn is the swarm's
     int swarm_stall = 20;              // rounds without improvement that end its turn
@@ -80,6 +81,7 @@ template <class T> class motion_search {
             if (checker_.finely_free(k.at)) kept.push_back(std::move(k));
         }
         pool_ = std::move(kept);
+        std::erase_if(history_, [&](const motion_record<T>& r) { return !checker_.finely_free(r.found); });
         best_.clear();
         for (const known& k : pool_) {
             if (best_.empty() || k.fitness < best_.front().fitness) best_.assign(1, k);
@@ -172,9 +174,9 @@ template <class T> class motion_search {
     }
 
     // ---- probe ------------------------------------------------------------------------------------------------------
-    static constexpr int patience = 4000;   // samples of the trees before the swarm gets a turn
     bool probe(path<T>& way) {
-        const bool met = probe_.grow(patience, probing_, [&] {
+        if (s_.patience == 0) return false;
+        const bool met = probe_.grow(s_.patience, probing_, [&] {
             ++evaluations_;
             return !over();
         }, way);
@@ -189,7 +191,10 @@ template <class T> class motion_search {
     }
     void follow_a_path() {
         path<T> way;
-        if (!probe(way)) return;
+        if (!probe(way)) {
+            if (!over()) swarm_turn(true);
+            return;
+        }
         const motion_weights<T>& w = p_.weight;
         const bool by_length = !(w.duration > 0) && !(w.smoothness > 0) && !w.carried();
         if (by_length && w.length * probe_.length(way) > T(s_.detour) * best_fitness()) return;
@@ -317,7 +322,7 @@ template <class T> class motion_search {
     void simplify(known& now) {
         for (int K : s_.ladder) {
             if (K >= now.at.interior) return;
-            if (K < s_.interior.front()) continue;
+            if (K < *std::min_element(s_.interior.begin(), s_.interior.end())) continue;
             const motion<T> m = with_interior(now.at, K);
             ++evaluations_;
             const T fitness = checker_.fitness(m);

@@ -1,7 +1,7 @@
 // The shapes that may be in the way, and how far a point is from each.
 //
-// All are convex, so their signed distance is convex along a line: the least over a link's axis is found exactly, by halving
-// on the sign of the slope. Inside a shape the distance is how deep the point lies, negative.
+// All are convex, so their signed distance is convex along a line: the least over a link's axis is found by halving on the
+// sign of the slope. Inside a shape the distance is how deep the point lies, negative.
 #pragma once
 
 #include <limits>
@@ -124,18 +124,21 @@ template <class T> SPACEARM_INLINE pack<T> axis_distance(const rod_obstacle<T>& 
 template <class T, class Shape>
 SPACEARM_INLINE pack<T> axis_distance(const Shape& o, const vec3<T>& a, const vec3<T>& ab, T inverse_squared_length) {
     if (inverse_squared_length == T(0)) return distance_to(o, a);
-    constexpr int halvings = sizeof(T) == 4 ? 22 : 50;
-    const pack<T> half(T(0.5));
-    pack<T> low(T(0)), high(T(1));
+    // Halve, then once where the line through the slopes at both ends is level: on the little that is left the slope of a box
+    // is straight, or nearly, unless it has a corner there.
+    constexpr int halvings = sizeof(T) == 4 ? 10 : 26;
+    const pack<T> zero(T(0)), half(T(0.5));
+    const auto at = [&](const pack<T>& t) { return vec3<T>{a.x + ab.x * t, a.y + ab.y * t, a.z + ab.z * t}; };
+    pack<T> low(zero), high(T(1));
     for (int i = 0; i < halvings; ++i) {
         const pack<T> t = (low + high) * half;
-        const pack_mask<T> falls = slope_at(o, vec3<T>{a.x + ab.x * t, a.y + ab.y * t, a.z + ab.z * t}, ab) < T(0);
+        const pack_mask<T> falls = slope_at(o, at(t), ab) < T(0);
         low = select(falls, t, low);
         high = select(falls, high, t);
     }
-    const pack<T> t = (low + high) * half;
-    const pack<T> at_ends = min(distance_to(o, a), distance_to(o, a + ab));
-    return min(at_ends, distance_to(o, vec3<T>{a.x + ab.x * t, a.y + ab.y * t, a.z + ab.z * t}));
+    const pack<T> first = slope_at(o, at(low), ab), last = slope_at(o, at(high), ab), rise = last - first;
+    const pack<T> level = low + (high - low) * clamp(-first / select(zero < rise, rise, pack<T>(T(1))), zero, pack<T>(T(1)));
+    return min(min(distance_to(o, at(low)), distance_to(o, at(high))), distance_to(o, at(level)));
 }
 
 }  // namespace SPACEARM_NAMESPACE

@@ -199,7 +199,7 @@ def test_jumps_are_told_from_rounding() -> None:
     assert not corner.jumps(2).any()
 
 
-@given(st.floats(-1e3, 1e3), st.floats(-10, 10), st.lists(st.floats(1e-3, 1.0), min_size=2, max_size=6))
+@given(NUMBERS, NUMBERS, st.lists(st.floats(1e-3, 1.0), min_size=2, max_size=6))
 def test_a_straight_line_in_pieces_has_no_corner(begin: float, slope: float, steps: list[float]) -> None:
     t = np.concatenate([[0.0], np.cumsum(steps)])
     assert PiecewisePath.from_linear(t, begin + slope * t[:, None]).is_continuous(1)

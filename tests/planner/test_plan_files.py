@@ -1,4 +1,4 @@
-"""Plans on disk: strict JSON that is the same for the same seed, read back for its own problem only, and CSV."""
+"""Plans on disk: strict JSON that is the same for the same seed and holds all that is needed, and CSV."""
 
 from __future__ import annotations
 
@@ -12,15 +12,48 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
-from planner.test_plan import SMALL, enclosed, turn, turntable, walled
-from proof.dense import planar
+import strategies
+from proof.dense import arms, planar
+from scene.drawn_shapes import obstacles
 from snapshot import assert_refused
-from spacearm.errors import FileFormatError, OutputError, ProblemError
-from spacearm.motion import Trajectory
-from spacearm.planner import Plan, PositionGoal, Problem, load_plan, plan, plan_as_dict, save_plan, save_trajectory
-from spacearm.robot import forward_kinematics
-from spacearm.scene import Scene, Sphere
+from spacearm.errors import FileFormatError, OutputError, ProblemError, SpacearmError
+from spacearm.motion import RecordedTrajectory, TimeLaw, Trajectory
+from spacearm.planner import (
+    Plan,
+    PlannerSettings,
+    PoseGoal,
+    PositionGoal,
+    Problem,
+    load_plan,
+    load_saved_plan,
+    plan,
+    plan_as_dict,
+    save_plan,
+    save_trajectory,
+)
+from spacearm.planner.plan_files import problem_as_dict, problem_hash
+from spacearm.planner.saved_plans import problem_from_dict
+from spacearm.proof import certify
+from spacearm.robot import Joint, forward_kinematics
+from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, pose
+
+SMALL = PlannerSettings(evaluations=300, goal_candidates=2)
+BALL = Sphere((1.2, 1.2, 0.0), 0.3, name="ball")
+
+
+def turn(*, scene: Any = (BALL,), start: Any = (0.0, 0.0), goal: Any = (math.pi / 2, 0.0), robot: Any = None) -> Problem:
+    """The planar arm, stretched, from x to y; a ball stands where the stretched arm would pass."""
+    return Problem(robot or planar(), Scene(scene), start=start, goal=goal)
+
+
+def turntable() -> Any:
+    limits = dict.fromkeys(("velocity", "acceleration"), (1.0,)) | {"lower": (-np.inf,), "upper": (np.inf,)}
+    capsule = planar().capsules[0]
+    return planar(joints=planar().joints[:1], capsules=(capsule,), frames=planar().frames[:1], tip="base", **limits)
+
 
 PROBLEM = turn()
 
@@ -47,6 +80,7 @@ def strictly(text: str) -> Any:
 
 def test_a_plan_is_read_back_bit_for_bit(found: Plan, saved: Path) -> None:
     assert load_plan(saved, PROBLEM) == found.trajectory
+    assert load_plan(saved) == found.trajectory
     assert load_plan(str(saved), PROBLEM).duration == found.fitness["duration"]
 
 
@@ -57,6 +91,8 @@ def test_the_file_is_the_plan_in_strict_json(found: Plan, saved: Path) -> None:
     assert (content["status"], content["seed"]) == ("found", 0)
     assert content["motion"]["control_points"][0] == [0.0, 0.0]
     assert content["certificate"]["status"] == "holds"
+    assert "\n" in saved.read_text()
+    assert '"start": [0.0, 0.0],\n' in saved.read_text()
 
 
 def test_the_same_seed_gives_the_same_bytes(saved: Path, tmp_path: Path) -> None:
@@ -64,28 +100,67 @@ def test_the_same_seed_gives_the_same_bytes(saved: Path, tmp_path: Path) -> None
     assert (tmp_path / "again.json").read_bytes() == saved.read_bytes()
 
 
-WITHOUT_NUMBERS: dict[str, Any] = {
+def test_the_file_alone_is_enough_to_prove_the_plan_again(found: Plan, saved: Path) -> None:
+    content = load_saved_plan(saved)
+    assert content.problem == PROBLEM
+    assert content.trajectory == found.trajectory
+    assert content.status == "found"
+    assert content.problem_hash == problem_hash(PROBLEM)
+    again = certify(content.problem, content.trajectory)
+    assert again.holds
+    assert again.as_dict() == content.certificate
+
+
+OUTCOMES: dict[str, Any] = {
     "free space": turn(scene=[]),
     "free space, joint without limits": Problem(turntable(), Scene([]), start=[0.0], goal=[1.0]),
     "no links": turn(robot=planar(capsules=())),
     "no motion": turn(scene=[], goal=(0.0, 0.0)),
-    "goal not reached": enclosed(0.3),
-    "no plan": walled(),
+    "no way": turn(scene=[Box((0.01, 9, 9), pose((0, 0, 0))), BALL], robot=planar(capsules=planar().capsules[1:])),
+    "start in collision": turn(scene=[Sphere((1.0, 0, 0), 0.3)]),
     "position": turn(scene=[], goal=PositionGoal((0.4, 1.1, 0.0))),
+    "out of reach": turn(scene=[], goal=PositionGoal((4.0, 1.1, 0.0))),
+    "pose": turn(scene=[], goal=PoseGoal(pose((0.4, 1.1, 0.0)), free_axis="z", orientation_tolerance=0.1)),
+    "every shape": turn(scene=[Cylinder(0.1, 0.2, (0, 0, 3)), HalfSpace((0, 0, 1), (0, 0, -1)), BALL]),
+    "time optimal": replace(SMALL, time_law="time_optimal"),
 }
 
 
-@pytest.mark.parametrize("case", WITHOUT_NUMBERS)
-def test_every_outcome_is_strict_json(case: str, tmp_path: Path) -> None:
-    made = plan(WITHOUT_NUMBERS[case], SMALL, rng=0)
-    save_plan(made, tmp_path / "plan.json")
-    assert strictly((tmp_path / "plan.json").read_text()) == plan_as_dict(made)
-    if made.trajectory is not None:
-        assert load_plan(tmp_path / "plan.json", made.problem) == made.trajectory
+@pytest.mark.parametrize("case", OUTCOMES)
+def test_every_outcome_is_strict_json_and_read_back(case: str, tmp_path: Path) -> None:
+    given = OUTCOMES[case]
+    problem, options = (turn(scene=[]), given) if isinstance(given, PlannerSettings) else (given, SMALL)
+    made = plan(problem, options, rng=0)
+    path = tmp_path / "plan.json"
+    save_plan(made, path)
+    assert strictly(path.read_text()) == plan_as_dict(made)
+    if made.trajectory is None:
+        with pytest.raises(FileFormatError, match="holds no motion"):
+            load_saved_plan(path)
+    else:
+        assert load_plan(path, made.problem) == made.trajectory
+        assert load_saved_plan(path).problem == made.problem
 
 
 def test_settings_in_numpys_numbers_are_written(tmp_path: Path) -> None:
-    save_plan(plan(turn(scene=[]), replace(SMALL, restarts=np.int64(1)), rng=0), tmp_path / "plan.json")
+    save_plan(plan(turn(scene=[]), replace(SMALL, islands=np.int64(1)), rng=0), tmp_path / "plan.json")
+
+
+@settings(max_examples=50)
+@given(st.data())
+def test_a_problem_is_the_same_after_json_whatever_is_in_it(data: st.DataObject) -> None:
+    robot = data.draw(arms(self_pairs=True))
+    start, goal = data.draw(strategies.configurations(robot, (2,)))
+    problem = Problem(robot, Scene(data.draw(st.lists(obstacles(), max_size=4))), start=start, goal=goal)
+    again = problem_from_dict(strictly(json.dumps(problem_as_dict(problem))))
+    assert again == problem
+    assert problem_hash(again) == problem_hash(problem)
+
+
+def test_where_a_robot_was_read_from_does_not_change_the_hash() -> None:
+    moved = turn(robot=replace(planar(), source="elsewhere.urdf", notes=("assumed",)))
+    assert problem_hash(moved) == problem_hash(PROBLEM)
+    assert problem_hash(turn(robot=planar(velocity=(1.0, 2.0)))) != problem_hash(PROBLEM)
 
 
 # ---- refused ---------------------------------------------------------------------------------------------------------
@@ -99,27 +174,77 @@ def edited(path: Path, change: Any) -> Path:
 
 
 BROKEN: dict[str, Any] = {
-    "plan file: text": lambda path: path.write_text("not a plan"),
-    "plan file: empty": lambda path: path.write_bytes(b""),
-    "plan file: binary": lambda path: path.write_bytes(bytes(range(256))),
-    "plan file: cut off": lambda path: path.write_bytes(path.read_bytes()[:-100]),
-    "plan file: a list": lambda path: path.write_text("[1, 2]"),
-    "plan file: nested too deeply": lambda path: path.write_text("[" * 100_000),
-    "plan file: another version": lambda path: edited(path, lambda c: c.update({"spacearm-plan": 2})),
-    "plan file: a problem": lambda path: path.write_text('{"spacearm": 1}'),
-    "plan file: no motion in it": lambda path: edited(path, lambda c: c.update(motion=None, status="goal_not_reached")),
-    "plan file: motion missing": lambda path: edited(path, lambda c: c.pop("motion")),
-    "plan file: duration missing": lambda path: edited(path, lambda c: c["motion"].pop("duration_s")),
-    "plan file: problem a text": lambda path: edited(path, lambda c: c.update(problem="mine")),
-    "plan file: problem without hash": lambda path: edited(path, lambda c: c["problem"].pop("hash")),
-    "plan file: missing": lambda path: path.unlink(),
+    "text": lambda path: path.write_text("not a plan"),
+    "empty": lambda path: path.write_bytes(b""),
+    "binary": lambda path: path.write_bytes(bytes(range(256))),
+    "cut off": lambda path: path.write_bytes(path.read_bytes()[:-100]),
+    "a list": lambda path: path.write_text("[1, 2]"),
+    "nested too deeply": lambda path: path.write_text("[" * 100_000),
+    "another version": lambda path: edited(path, lambda c: c.update({"spacearm-plan": 2})),
+    "a problem": lambda path: path.write_text('{"spacearm": 1}'),
+    "no motion in it": lambda path: edited(path, lambda c: c.update(motion=None, status="not_found")),
+    "motion missing": lambda path: edited(path, lambda c: c.pop("motion")),
+    "not a number in it": lambda path: edited(path, lambda c: c["motion"].update(duration_s=math.nan)),
+    "half a character": lambda path: edited(path, lambda c: c.update(status="\ud800")),
+    "problem a text": lambda path: edited(path, lambda c: c.update(problem="mine")),
+    "problem without hash": lambda path: edited(path, lambda c: c["problem"].pop("hash")),
+    "problem without goal": lambda path: edited(path, lambda c: c["problem"].pop("goal")),
+    "certificate a text": lambda path: edited(path, lambda c: c.update(certificate="holds")),
+    "missing": lambda path: path.unlink(),
 }
 
 
 @pytest.mark.parametrize("case", BROKEN)
 def test_a_file_that_is_no_plan_is_refused(case: str, saved: Path) -> None:
     BROKEN[case](saved)
-    assert_refused("plan", case, FileFormatError, lambda: load_plan(saved, PROBLEM), path=saved)
+    assert_refused("plan_file", case, FileFormatError, lambda: load_saved_plan(saved), path=saved)
+
+
+WRONG: dict[str, Any] = {
+    "robot: no joints": lambda c: c["problem"]["robot"].update(joints=[]),
+    "robot: a key mistyped": lambda c: c["problem"]["robot"].update(jonts=[]),
+    "robot: a key missing": lambda c: c["problem"]["robot"].pop("tip"),
+    "robot: name a number": lambda c: c["problem"]["robot"].update(name=3),
+    "robot: a joint of no kind": lambda c: c["problem"]["robot"]["joints"][0].update(kind=["revolute"]),
+    "robot: a joint a list": lambda c: c["problem"]["robot"]["joints"].__setitem__(0, []),
+    "robot: a transform that is none": lambda c: c["problem"]["robot"]["joints"][0]["T_parent_joint"][0].__setitem__(0, 2),
+    "robot: limits that are text": lambda c: c["problem"]["robot"].update(lower="low"),
+    "robot: a pair of three": lambda c: c["problem"]["robot"].update(self_pairs=[["a", "b", "c"]]),
+    "scene: no such shape": lambda c: c["problem"]["obstacles"].append({"spere": {}}),
+    "scene: two shapes": lambda c: c["problem"]["obstacles"].append({"sphere": {}, "box": {}}),
+    "scene: no radius": lambda c: c["problem"]["obstacles"][0]["sphere"].pop("radius"),
+    "scene: radius below 0": lambda c: c["problem"]["obstacles"][0]["sphere"].update(radius=-1),
+    "scene: a mapping": lambda c: c["problem"].update(obstacles={}),
+    "start: too short": lambda c: c["problem"].update(start=[0.0]),
+    "start: a mapping": lambda c: c["problem"].update(start={}),
+    "goal: of no kind": lambda c: c["problem"].update(goal={}),
+    "base: afloat": lambda c: c["problem"].update(base="floating"),
+    "motion: a text": lambda c: c.update(motion="fast"),
+    "motion: a key mistyped": lambda c: c["motion"].update(duration=3),
+    "motion: no control points": lambda c: c["motion"].pop("control_points"),
+    "motion: no duration": lambda c: c["motion"].pop("duration_s"),
+    "motion: duration null": lambda c: c["motion"].update(duration_s=None),
+    "motion: another number of joints": lambda c: c["motion"].update(control_points=[[0.0], [1.0]]),
+    "motion: rows of different lengths": lambda c: c["motion"]["control_points"].__setitem__(0, [0.0]),
+    "motion: time law a number": lambda c: c["motion"].update(time_law=1),
+    "motion: time law that falls": lambda c: c["motion"].update(
+        time_law={"breaks": [0, 1], "coefficients": [[0.0, 1.5, 0.5, 1.0]]}
+    ),
+    "motion: notes a text": lambda c: c["motion"].update(notes="slow"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_cannot_be_is_named(case: str, saved: Path) -> None:
+    edited(saved, WRONG[case])
+    error = type(_raised(lambda: load_saved_plan(saved)))
+    assert_refused("plan_file", case, error, lambda: load_saved_plan(saved), path=saved)
+
+
+def _raised(call: Any) -> SpacearmError:
+    with pytest.raises(SpacearmError) as caught:
+        call()
+    return caught.value
 
 
 OTHERS: dict[str, Any] = {
@@ -133,40 +258,97 @@ OTHERS: dict[str, Any] = {
 
 @pytest.mark.parametrize("case", OTHERS)
 def test_a_plan_of_another_problem_is_refused(case: str, saved: Path) -> None:
-    assert_refused("plan", "plan of another problem", FileFormatError, lambda: load_plan(saved, OTHERS[case]()), path=saved)
+    assert_refused("plan_file", "another problem", FileFormatError, lambda: load_plan(saved, OTHERS[case]()), path=saved)
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda motion: motion.update(duration_s=0.1),
-        lambda motion: motion.update(duration_s=math.nan),
-        lambda motion: motion.update(duration_s="long"),
-        lambda motion: motion["control_points"].__setitem__(1, [9.0, 9.0]),
-        lambda motion: motion["control_points"].__setitem__(1, [0.0]),
-        lambda motion: motion["control_points"].__setitem__(1, [math.nan, 0.0]),
-        lambda motion: motion.update(control_points=[[0.0], [1.0]]),
-        lambda motion: motion.update(control_points="none"),
-    ],
-)
-def test_a_motion_that_breaks_the_limits_is_refused(change: Any, saved: Path) -> None:
-    edited(saved, lambda content: change(content["motion"]))
+BREAKING: dict[str, Any] = {
+    "too fast": lambda motion: motion.update(duration_s=0.1),
+    "beyond a position limit": lambda motion: motion["control_points"].__setitem__(1, [9.0, 9.0]),
+}
+
+
+@pytest.mark.parametrize("case", BREAKING)
+def test_a_motion_that_breaks_the_limits_is_no_trajectory_but_can_be_judged(case: str, saved: Path) -> None:
+    edited(saved, lambda content: BREAKING[case](content["motion"]))
     with pytest.raises(ProblemError):
         load_plan(saved, PROBLEM)
+    content = load_saved_plan(saved)
+    assert isinstance(content.trajectory, RecordedTrajectory)
+    certificate = certify(content.problem, content.trajectory)
+    assert certificate.status == "fails"
+    assert certificate.broken_limits
+
+
+# ---- files that were damaged at random -------------------------------------------------------------------------------
+
+VALUES = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-3, 10),
+    st.sampled_from([10**400, -(2**63), 1e300, -1e300, 1e-300, 0.5, "", "x", "\x00", [], {}, [[]], [1, [2]], {"a": 1}]),
+    st.text(max_size=3),
+)
+
+
+def _places(value: Any, place: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [place, *(deeper for key, entry in inside for deeper in _places(entry, (*place, key)))]
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_damaged_file_is_refused_in_a_sentence_or_judged(data: st.DataObject, found: Plan, tmp_path: Path) -> None:
+    content = json.loads(json.dumps(plan_as_dict(found)))
+    del content["certificate"], content["history"], content["settings"], content["ends"]  # nothing there is read
+    for _ in range(data.draw(st.integers(1, 3))):
+        *path, last = data.draw(st.sampled_from(_places(content)[1:]))
+        at = content
+        for key in path:
+            at = at[key]
+        action = data.draw(st.sampled_from(["replace", "remove", "double"]))
+        if action == "replace":
+            at[last] = data.draw(VALUES)
+        elif action == "remove" or isinstance(at, dict):
+            del at[last]
+        else:
+            at.insert(last, at[last])
+    file = tmp_path / "damaged.json"
+    file.write_text(json.dumps(content))
+    try:
+        read = load_saved_plan(file)
+        certify(read.problem, read.trajectory)
+    except SpacearmError as error:
+        assert "\n" not in str(error)
+        assert len(str(error)) < 1000
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(at=st.floats(0, 1), cut=st.integers(0, 40), junk=st.binary(max_size=5))
+def test_damaged_bytes_are_refused_in_a_sentence(at: float, cut: int, junk: bytes, saved: Path, tmp_path: Path) -> None:
+    content = saved.read_bytes()
+    place = int(at * len(content))
+    (tmp_path / "bytes.json").write_bytes(content[:place] + junk + content[place + cut :])
+    try:
+        load_saved_plan(tmp_path / "bytes.json")
+    except SpacearmError as error:
+        assert "\n" not in str(error)
+
+
+# ---- where files go --------------------------------------------------------------------------------------------------
 
 
 def test_nothing_is_overwritten(found: Plan, saved: Path) -> None:
     before = saved.read_bytes()
-    assert_refused("plan", "plan file: exists", OutputError, lambda: save_plan(found, saved), path=saved)
+    assert_refused("plan_file", "exists", OutputError, lambda: save_plan(found, saved), path=saved)
     assert found.trajectory is not None
     trajectory = found.trajectory
-    assert_refused("plan", "CSV: exists", OutputError, lambda: save_trajectory(trajectory, saved), path=saved)
+    assert_refused("plan_file", "CSV: exists", OutputError, lambda: save_trajectory(trajectory, saved), path=saved)
     assert saved.read_bytes() == before
 
 
 def test_a_folder_that_is_missing_is_named(found: Plan, tmp_path: Path) -> None:
     path = tmp_path / "missing" / "plan.json"
-    assert_refused("plan", "plan file: no such folder", OutputError, lambda: save_plan(found, path), path=path)
+    assert_refused("plan_file", "no such folder", OutputError, lambda: save_plan(found, path), path=path)
 
 
 def test_a_full_disk_leaves_no_half_a_plan(found: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -175,8 +357,26 @@ def test_a_full_disk_leaves_no_half_a_plan(found: Plan, tmp_path: Path, monkeypa
 
     monkeypatch.setattr(os, "fsync", full)
     path = tmp_path / "plan.json"
-    assert_refused("plan", "plan file: disk full", OutputError, lambda: save_plan(found, path), path=path)
+    assert_refused("plan_file", "disk full", OutputError, lambda: save_plan(found, path), path=path)
     assert os.listdir(tmp_path) == []
+
+
+# ---- motions with a time law, mimics, slides -------------------------------------------------------------------------
+
+
+def test_a_time_law_is_kept(found: Plan, tmp_path: Path) -> None:
+    assert found.trajectory is not None
+    law = TimeLaw([0.0, 0.5, 1.0], [[0.0, 0.1, 0.3], [0.3, 0.5, 1.0]])
+    slower = Trajectory(PROBLEM.robot, found.trajectory.motion, duration=99.0, time_law=law, notes=("by hand",))
+    save_plan(replace(found, trajectory=slower), tmp_path / "plan.json")
+    assert load_plan(tmp_path / "plan.json") == slower
+
+
+def test_mimics_and_slides_are_kept(tmp_path: Path) -> None:
+    follower = Joint(name="f", kind="prismatic", parent=1, T_parent_joint=np.eye(4), dof=0, multiplier=-0.5, offset=0.1)
+    robot = planar(joints=(*planar().joints, follower))
+    save_plan(plan(turn(robot=robot), SMALL, rng=0), tmp_path / "plan.json")
+    assert load_saved_plan(tmp_path / "plan.json").problem.robot == robot
 
 
 # ---- CSV -------------------------------------------------------------------------------------------------------------

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from numbers import Integral
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from spacearm.checks import shown
@@ -35,7 +35,7 @@ def time_optimal(
         motion: the path.
         jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: none, though accelerations are continuous.
         gridpoints: intervals of toppra's grid.
-        pieces: of the smooth law; more come closer to toppra's and make less smooth.
+        pieces: of the smooth law, or up to four times as many where it needs them to come close to toppra's.
 
     Returns:
         The trajectory; its `notes` say how much time was saved, and lost by smoothing.
@@ -58,7 +58,12 @@ def time_optimal(
     if smoothed is not None:
         laws.append((smoothed[0], "toppra's law made smooth"))
     if jerk_limit is not None or smoothed is None:
-        laws.append((refined_law(motion, limits, slow, pieces=_REFINED_PIECES), "a smooth law by linear programmes"))
+        laws.append(
+            (
+                refined_law(motion, limits, slow, pieces=_REFINED_PIECES if smoothed else pieces),
+                "a smooth law by linear programmes",
+            )
+        )
     timed = [(fastest_duration_of_law(robot, motion, law, jerk_limit=jerk_limit), law, what) for law, what in laws]
     duration, law, what = min(timed, key=lambda entry: entry[0])
     if duration >= slow:
@@ -70,5 +75,5 @@ def time_optimal(
 
 
 def _require_count(name: str, value: Any) -> None:
-    if isinstance(value, bool) or not isinstance(value, Integral) or not 8 <= value <= 10_000:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 8 <= value <= 10_000:
         raise SettingsError(f"{name} is {shown(value)}, expected a whole number from 8 to 10000")

@@ -49,6 +49,8 @@ def read_table(path: str | os.PathLike[str], *, what: str) -> Table:
         text = read_bytes(path, what=what).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise FileFormatError(f"{path} is not text (byte {error.start} is no UTF-8), expected {what}; check the path") from None
+    if not text.strip():
+        raise FileFormatError(f"{path} is empty, expected {what}")
     if "\0" in text:
         raise FileFormatError(f"{path} is binary, expected {what}; check the path")
     names, header_line, comment = None, 0, None

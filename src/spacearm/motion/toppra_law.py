@@ -21,6 +21,7 @@ from spacearm.motion.timelaw import TimeLaw
 
 Array = NDArray[np.float64]
 
+_EXCESS = 0.01  # of toppra's own duration
 _PASSES = 2  # a third gains nothing
 _SAMPLES = 4  # of each piece of the law
 _NEAR_END = 1e-4  # in s: closer, the path's derivatives over v are those here
@@ -30,34 +31,50 @@ _HALVINGS = 54
 def toppra_law(
     motion: Motion, limits: list[Array], unit: float, *, gridpoints: int, pieces: int
 ) -> tuple[TimeLaw, float] | None:
-    """Return a smooth law near toppra's, and how long toppra's own takes; None where toppra finds none.
+    """Return a smooth law near toppra's, and how long toppra's own takes [s]; None where toppra finds none.
 
     Args:
         motion: the path.
         limits: (n,) each: of velocity, acceleration, and jerk if it is limited (only the smoothing heeds it).
         unit: a duration of the right size [s], by which the numbers toppra works with are scaled.
         gridpoints: intervals of toppra's grid.
-        pieces: of the law.
+        pieces: of the law at first; doubled up to twice while smoothing costs more than 1 %.
     """
     scaled = [limit * unit**k for k, limit in enumerate(limits, start=1)]
     found = _solved(motion, scaled, gridpoints)
     if found is None:
         return None
+    optimum = float(found[0][-1])
+    duration, law = _smoothed(motion, scaled, found, pieces)
+    for doubled in (2 * pieces, 4 * pieces):
+        if duration <= (1 + _EXCESS) * optimum:
+            break
+        again, finer = _smoothed(motion, scaled, found, doubled)
+        if again >= duration:
+            break
+        duration, law = again, finer
+    return law, optimum * unit
+
+
+def _smoothed(motion: Motion, limits: list[Array], found: tuple[Array, Array, Array], pieces: int) -> tuple[float, TimeLaw]:
+    """Return how long a smooth law near toppra's takes by its samples, and the law."""
     t, v, rate = found
     original = t[-1] * _towards_ends(pieces)
     knots = original.copy()
-    best: tuple[float, TimeLaw] | None = None
+    best: tuple[float, Array, Array] | None = None
     for turn in range(_PASSES + 1):
         x = knots / knots[-1]
         at = np.interp(abscissae(x) * knots[-1], knots, original)
         points = _s_of_v(_v_at(at, t, v, rate))
         points[0], points[-1] = 0.0, 1.0
-        ratio = _ratios(motion, scaled, x, points, knots[-1])
-        if best is None or ratio.max() * knots[-1] < best[0]:
-            best = ratio.max() * knots[-1], cubic_law(x, points)
+        ratio = _ratios(motion, limits, x, points, knots[-1])
+        duration = float(ratio.max() * knots[-1])
+        if best is None or duration < best[0]:
+            best = duration, x, points
         if turn < _PASSES:
             knots = np.concatenate([[0.0], np.cumsum(np.diff(knots) * _drawn_out(ratio))])
-    return (best[1], float(t[-1]) * unit) if best else None
+    assert best is not None
+    return best[0], cubic_law(best[1], best[2])
 
 
 class _PathOverV:

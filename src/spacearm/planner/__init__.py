@@ -13,9 +13,10 @@ from spacearm.planner.goals import (
 )
 from spacearm.planner.held import hold
 from spacearm.planner.motion_swarm import MotionSwarm
-from spacearm.planner.plan_files import load_plan, plan_as_dict, save_plan, save_trajectory
+from spacearm.planner.plan_files import plan_as_dict, save_plan, save_trajectory
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Improvement, Plan
+from spacearm.planner.saved_plans import SavedPlan, load_plan, load_saved_plan
 from spacearm.planner.search import plan
 from spacearm.planner.settings import PlannerSettings, Weights
 
@@ -31,6 +32,7 @@ __all__ = [
     "PositionGoal",
     "Problem",
     "ProblemFile",
+    "SavedPlan",
     "Weights",
     "clearance",
     "clearances",
@@ -40,6 +42,7 @@ __all__ = [
     "load_plan",
     "load_problem",
     "load_problem_file",
+    "load_saved_plan",
     "plan",
     "plan_as_dict",
     "save_plan",

@@ -10,8 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.planner.bounds import reaching_bounds
 from spacearm.planner.clearance import clearance_of, clearances, self_clearances
-from spacearm.planner.goal_task import GoalConfigurations, reaching_bounds
+from spacearm.planner.goal_task import GoalConfigurations
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PositionGoal
 from spacearm.planner.kernel_model import self_capsule_pairs
 from spacearm.planner.problem import Problem, whole_turns

@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.planner.bounds import reaching_bounds
 from spacearm.planner.clearance import clearance_of
-from spacearm.planner.goal_task import GoalConfigurations, GoalTask, reaching_bounds
+from spacearm.planner.goal_task import GoalConfigurations, GoalTask
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
 from spacearm.planner.joint_goals import find_in_joint_space
 from spacearm.planner.problem import Problem

@@ -18,8 +18,6 @@ Array = NDArray[np.float64]
 LEAST_CLEARANCE = 1e-6
 """[m] What only just does not touch leaves no room to prove a motion."""
 
-_HALF_TURN = np.pi
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GoalConfigurations:
@@ -64,14 +62,6 @@ class GoalTask:
     clearance: Callable[[Array], Array]
     settings: PlannerSettings
     seed: int
-
-
-def reaching_bounds(problem: Problem) -> tuple[Array, Array]:
-    """Return the box that goal configurations are sought in: the limits; for joints without, half a turn about the start."""
-    robot = problem.robot
-    lower = np.where(np.isfinite(robot.lower), robot.lower, np.minimum(problem.start, robot.upper) - _HALF_TURN)
-    upper = np.where(np.isfinite(robot.upper), robot.upper, np.maximum(problem.start, robot.lower) + _HALF_TURN)
-    return lower, upper
 
 
 def swarm_of(particles: int, iterations: int) -> PSO:

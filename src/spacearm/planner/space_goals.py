@@ -59,11 +59,10 @@ def find_in_space(task: GoalTask, reach: Reach) -> GoalConfigurations:
     frame, (near, _) = reach.goal.frame or problem.robot.tip, tolerances(reach.goal)
     beyond_reach = np.linalg.norm(reach.goal.position) > reach_of(problem.robot, frame) + near
     best = _Closest()
-    searches, reached, in_collision = 0, 0, 0
+    counts = {"searches": 0, "reached": 0, "in_collision": 0}
     for stage in _STAGES:
         count = stage.swarms * settings.goal_candidates
-        seen = _seen_by_swarms(task, reach.goal, stage, first=searches, count=count)
-        searches += count
+        seen = _seen_by_swarms(task, reach.goal, stage, first=counts["searches"], count=count)
         onto = polished(reach, seen, *task.bounds, rounds=stage.rounds)
         as_seen = reaches(reach, seen)
         if as_seen[0]:
@@ -71,31 +70,22 @@ def find_in_space(task: GoalTask, reach: Reach) -> GoalConfigurations:
         there = reaches(reach, onto)
         clear, clear_as_seen = task.clearance(onto), task.clearance(seen)
         free = (there & (clear > 0)) | (as_seen & (clear_as_seen > 0))
-        reached += int((there | as_seen).sum())
-        in_collision += int(((there | as_seen) & ~free).sum())
+        counts["searches"] += count
+        counts["reached"] += int((there | as_seen).sum())
+        counts["in_collision"] += int(((there | as_seen) & ~free).sum())
         # What is at the goal's centre goes before what is only within its tolerance.
         for q, good, room, at_centre in ((onto, there, clear, True), (seen, as_seen, clear_as_seen, False)):
             kept = _with_room(good, room, settings.margin)
             if kept.any():
                 q, room = _pulled(task, reach, q[kept], room[kept], at_centre=at_centre)
                 kept = _distinct(q, problem.start, settings.goal_candidates)
-                return nearest_first(
-                    problem, q[kept], room[kept], searches=searches, reached=reached, in_collision=in_collision
-                )
+                return nearest_first(problem, q[kept], room[kept], **counts)
         best.offer(reach, onto, clear)
         best.offer(reach, seen, clear_as_seen)
         if beyond_reach or (stage is not _STAGES[0] and best.is_far(reach)):
             break
-    return GoalConfigurations(
-        q=np.zeros((0, problem.robot.dof)),
-        clearance=np.zeros(0),
-        searches=searches,
-        reached=reached,
-        in_collision=in_collision,
-        closest=best.q,
-        distance=best.distance,
-        angle=best.angle,
-    )
+    none = np.zeros((0, problem.robot.dof))
+    return GoalConfigurations(q=none, clearance=none[:, 0], closest=best.q, distance=best.distance, angle=best.angle, **counts)
 
 
 def _seen_by_swarms(task: GoalTask, goal: SpaceGoal, stage: _Stage, *, first: int, count: int) -> Array:

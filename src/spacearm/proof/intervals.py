@@ -68,7 +68,7 @@ class Proof:
             stretches, tasks = waiting.popleft()
             middles = Middles(self._bodies, self._riders, self._joints, self.witness.frames, spans.lines(stretches))
             self.evaluations += len(stretches)
-            self.resolution = min(self.resolution, float(2 * middles.half.min()) / spans.length)
+            self.resolution = min(self.resolution, float(np.diff(stretches.ends).min()) / spans.length)
             left = self._look(middles, tasks)
             if self.measured.clearance <= self._minimum:
                 return "fails"

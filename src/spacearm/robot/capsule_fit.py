@@ -1,0 +1,265 @@
+"""The smallest capsule around points.
+
+For a direction of the axis, the points seen along it have a smallest enclosing circle, and its middle is where
+the axis goes. The radius is that of the circle or larger: the larger it is, the further the ends may be pulled
+in, and the volume decides. Directions are tried all over the half sphere, and the best are refined.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.robot.segments import point_segment_distance
+
+Array = NDArray[np.float64]
+
+
+class Segment(NamedTuple):
+    """A capsule without a name: two ends, (3,) each, and a radius [m]."""
+
+    a: Array
+    b: Array
+    radius: float
+
+    @property
+    def volume(self) -> float:
+        """Its volume [m^3]."""
+        return capsule_volume(float(np.linalg.norm(self.b - self.a)), self.radius)
+
+
+_FEW = 160  # points to fit to; of more, the outermost in so many directions come first
+_GROWTH = np.concatenate([[0.0], np.geomspace(1e-3, 4.0, 24)])  # by how much of itself the radius may grow
+_ROUGH_GROWTH = np.array([0.0, 0.003, 0.01, 0.03, 0.06, 0.1, 0.2, 0.4, 0.7])
+_ROUNDS = 20  # in which points that were left out and lie outside are taken in
+_ENOUGH = 20_000  # points to choose the outermost from
+_FINEST = 5e-3  # share of the radius by which the last step in refining moves the ends
+_FINEST_TURN = 1e-4  # [rad]
+_TURNS = 40
+
+
+def fit_capsule(points: Array, *, refine: bool = True) -> Segment:
+    """Enclose points (k, 3) [m], at least one, and so their convex hull, in a capsule of nearly the least volume.
+
+    Args:
+        points: the points.
+        refine: turn the axis until the volume no longer falls; else leave it in the best of a few directions.
+
+    Returns:
+        The capsule; its radius is the distance of the farthest point from the segment.
+    """
+    few = outermost(points)
+    best = _best(few, refine)
+    distance = point_segment_distance(points, best.a, best.b)
+    for _ in range(_ROUNDS):
+        if float(distance.max()) <= best.radius * (1 + 1e-9):
+            break
+        few = np.vstack([few, points[np.argsort(distance)[-10:]]])
+        best = _best(few, refine)
+        distance = point_segment_distance(points, best.a, best.b)
+    return Segment(best.a, best.b, float(distance.max()))
+
+
+def rough_volume(points: Array) -> float:
+    """Return about the volume of the smallest capsule around points (k, 3) [m^3], quickly."""
+    return float(_rough_volumes(outermost(points, 60), _own_axes(points)).min())
+
+
+def capsule_volume(length: float, radius: float) -> float:
+    """Return the volume of a capsule whose axis has a length [m^3]."""
+    return math.pi * radius * radius * (length + 4 / 3 * radius)
+
+
+def union_volume(capsules: Sequence[Segment], count: int) -> float:
+    """Measure the volume of capsules together by so many points, spread evenly over the box around them [m^3]."""
+    if len(capsules) == 1:
+        return capsules[0].volume
+    ends = np.array([(capsule.a, capsule.b) for capsule in capsules])
+    radii = np.array([capsule.radius for capsule in capsules])[:, None, None]
+    low, high = (ends - radii).min(axis=(0, 1)), (ends + radii).max(axis=(0, 1))
+    # An additive recurrence in three dimensions, by the powers of the root of x^4 = x + 1: the same each time.
+    root = 1.2207440846057596
+    points = low + (0.5 + np.outer(np.arange(count), [1 / root, 1 / root**2, 1 / root**3])) % 1.0 * (high - low)
+    inside = np.zeros(len(points), dtype=bool)
+    for capsule in capsules:
+        inside |= point_segment_distance(points, capsule.a, capsule.b) <= capsule.radius
+    return float(inside.mean() * np.prod(high - low))
+
+
+def along(points: Array, direction: Array) -> Segment:
+    """Enclose points (k, 3) in the smallest capsule whose axis has a direction, of length 1, and passes the middle of
+    their circle.
+    """
+    (x,), (y,) = across(direction[None])
+    flat = points @ np.column_stack([x, y])
+    middle = smallest_circle(flat)
+    first, last, radius = shortest_axis(points @ direction, np.linalg.norm(flat - middle, axis=1))
+    origin = middle[0] * x + middle[1] * y
+    return Segment(origin + first * direction, origin + last * direction, radius)
+
+
+def shortest_axis(at: Array, distance: Array) -> tuple[float, float, float]:
+    """Choose the ends and the radius of a capsule on a given line.
+
+    Args:
+        at: (k,) where along the line the points are [m].
+        distance: (k,) from it [m].
+
+    Returns:
+        First and last place on the line, and the radius [m], of least volume: a point is inside if the segment
+        comes within sqrt(radius^2 - distance^2) of it.
+    """
+    least = float(distance.max())
+    ball = float(np.hypot(at - (at.max() + at.min()) / 2, distance).max())  # needs no length at all
+    radii = np.minimum(least * (1 + _GROWTH), max(ball, least))
+    best = int(np.argmin(_ends(at, distance, radii)[2]))
+    radii = np.linspace(radii[max(best - 1, 0)], radii[min(best + 1, len(radii) - 1)], 9)
+    firsts, lasts, volumes = _ends(at, distance, radii)
+    best = int(np.argmin(volumes))
+    first, last = float(firsts[best]), float(lasts[best])
+    if last < first:  # one ball holds them all, and may be put anywhere between
+        first = last = (first + last) / 2
+    return first, last, float(radii[best])
+
+
+def _ends(at: Array, distance: Array, radii: Array) -> tuple[Array, Array, Array]:
+    """Return the ends (g,) and (g,) of the shortest axes for given radii (g,), and the volumes (g,)."""
+    slack = np.sqrt(np.maximum((radii[:, None] - distance) * (radii[:, None] + distance), 0.0))
+    last, first = (at - slack).max(axis=1), (at + slack).min(axis=1)
+    return first, last, math.pi * radii * radii * (np.maximum(last - first, 0.0) + 4 / 3 * radii)
+
+
+def smallest_circle(points: Array) -> Array:
+    """Return the middle (2,) of the smallest circle around points (k, 2).
+
+    The farthest point is taken in and the circle of the few that hold it is drawn anew, until none is outside.
+    """
+    held = [points[int(np.argmax(((points - points[0]) ** 2).sum(axis=1)))]]
+    middle, square = held[0], 0.0
+    for _ in range(100):
+        squares = ((points - middle) ** 2).sum(axis=1)
+        farthest = int(np.argmax(squares))
+        if squares[farthest] <= square * (1 + 1e-12) or not squares[farthest] > square:
+            break
+        middle, square, held = _circle_of([*held, points[farthest]])
+    return middle
+
+
+def _circle_of(points: list[Array]) -> tuple[Array, float, list[Array]]:
+    """Return the smallest circle of at most four points: its middle, squared radius, and the points on it."""
+    best: tuple[Array, float, list[Array]] | None = None
+    n = len(points)
+    for i in range(n):
+        for j in range(i + 1, n):
+            pair = [points[i], points[j]]
+            best = _better(best, (pair[0] + pair[1]) / 2, pair, points)
+            for k in range(j + 1, n):
+                three = [*pair, points[k]]
+                middle = _circumcentre(*three)
+                if middle is not None:
+                    best = _better(best, middle, three, points)
+    return best if best is not None else (points[0], 0.0, points[:1])
+
+
+def _better(
+    best: tuple[Array, float, list[Array]] | None, middle: Array, on: list[Array], points: list[Array]
+) -> tuple[Array, float, list[Array]] | None:
+    square = max(float((p[0] - middle[0]) ** 2 + (p[1] - middle[1]) ** 2) for p in points)
+    return (middle, square, on) if best is None or square < best[1] else best
+
+
+def _circumcentre(a: Array, b: Array, c: Array) -> Array | None:
+    (bx, by), (cx, cy) = b - a, c - a
+    d = 2 * float(bx * cy - by * cx)
+    if d == 0.0:
+        return None
+    b2, c2 = bx * bx + by * by, cx * cx + cy * cy
+    return a + np.array([cy * b2 - by * c2, bx * c2 - cx * b2]) / d
+
+
+def _best(points: Array, refine: bool) -> Segment:
+    axes = np.vstack([_own_axes(points), _hemisphere(40)])
+    promising = np.argsort(_rough_volumes(points, axes), kind="stable")[:3]
+    found = sorted(((along(points, axes[i]), axes[i]) for i in promising), key=lambda pair: pair[0].volume)
+    if not refine:
+        return found[0][0]
+    return min((_refined(points, *pair) for pair in found[:2]), key=lambda capsule: capsule.volume)
+
+
+def _own_axes(points: Array) -> Array:
+    """Return the main axes of points, and the coordinate axes, (k, 3)."""
+    spread = points - points.mean(axis=0)
+    main = np.linalg.eigh(spread.T @ spread)[1].T
+    return np.vstack([np.eye(3), main[np.abs(main).max(axis=1) < 1 - 1e-6]])
+
+
+def _rough_volumes(points: Array, directions: Array) -> Array:
+    """Return about the volumes of the smallest capsules along directions (d, 3), and never less: (d,)."""
+    x, y = across(directions)
+    at, u, v = directions @ points.T, x @ points.T, y @ points.T  # (d, k)
+    rows = np.arange(len(directions))
+    cu, cv = (u.max(axis=1) + u.min(axis=1)) / 2, (v.max(axis=1) + v.min(axis=1)) / 2
+    square = (u - cu[:, None]) ** 2 + (v - cv[:, None]) ** 2
+    for step in range(3, 9):  # towards the farthest point, by less and less
+        far = np.argmax(square, axis=1)
+        mu, mv = cu + (u[rows, far] - cu) / step, cv + (v[rows, far] - cv) / step
+        moved = (u - mu[:, None]) ** 2 + (v - mv[:, None]) ** 2
+        better = moved.max(axis=1) < square.max(axis=1)
+        cu, cv = np.where(better, mu, cu), np.where(better, mv, cv)
+        square = np.where(better[:, None], moved, square)
+    radii = np.sqrt(square.max(axis=1))[:, None] * (1 + _ROUGH_GROWTH)  # (d, g)
+    slack = np.sqrt(np.maximum(radii[:, :, None] ** 2 - square[:, None], 0.0))  # (d, g, k)
+    length = np.maximum((at[:, None] - slack).max(axis=2) - (at[:, None] + slack).min(axis=2), 0.0)
+    return (math.pi * radii * radii * (length + 4 / 3 * radii)).min(axis=1)
+
+
+def across(directions: Array) -> tuple[Array, Array]:
+    """Complete directions (d, 3), of length 1, to right-handed axes x, y, direction."""
+    x = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
+    x = x - (x * directions).sum(axis=1, keepdims=True) * directions
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    yzx, zxy = [1, 2, 0], [2, 0, 1]
+    return x, directions[:, yzx] * x[:, zxy] - directions[:, zxy] * x[:, yzx]
+
+
+def _refined(points: Array, best: Segment, axis: Array) -> Segment:
+    """Turn the axis by smaller and smaller steps, as long as the volume falls."""
+    step = 0.1
+    for _ in range(_TURNS):
+        if step * float(np.linalg.norm(best.b - best.a)) < _FINEST * best.radius or step < _FINEST_TURN:
+            break
+        (x,), (y,) = across(axis[None])
+        turned = [axis + step * side for side in (x, y, -x, -y)]
+        tried = [(along(points, u / np.linalg.norm(u)), u / np.linalg.norm(u)) for u in turned]
+        capsule, direction = min(tried, key=lambda pair: pair[0].volume)
+        if capsule.volume < best.volume * (1 - 1e-4):
+            best, axis = capsule, direction
+        else:
+            step /= 3
+    return best
+
+
+def outermost(points: Array, count: int = _FEW) -> Array:
+    """Return those of points (k, 3) that are about the outermost in any of so many directions; all, if there are no more."""
+    if len(points) <= count:
+        return points
+    thinned = points[:: max(1, len(points) // _ENOUGH)]
+    chosen: set[int] = set()
+    for direction in _hemisphere(count // 2):
+        at = thinned @ direction
+        chosen |= {int(np.argmax(at)), int(np.argmin(at))}
+    return thinned[sorted(chosen)]
+
+
+@cache
+def _hemisphere(count: int) -> Array:
+    """Return directions (count, 3) spread evenly over half a sphere (a Fibonacci lattice)."""
+    k = np.arange(count)
+    z, turn = (k + 0.5) / count, k * math.pi * (3 - math.sqrt(5))
+    r = np.sqrt(1 - z * z)
+    return np.column_stack([r * np.cos(turn), r * np.sin(turn), z])

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 _PRICE = 0.2  # share of the volume that each further capsule must save, since each costs time in every check;
 _PRICE_OF_MANY = 0.6  # less, this over their number, for who allows more of them
 _MANY = 1200  # triangles; of larger surfaces a selection of points tells where to cut
-_PLACES = 7  # cuts tried along each direction
+_PLACES = 5  # cuts tried along each direction
 _IN_VOLUME = 6000  # points by which the volume of a plan is measured
 _HALVINGS = 3  # of the distance between them, in placing the best
 
@@ -44,15 +44,16 @@ def enclose(triangles: Array, count: int) -> list[Segment]:
         count: 1 or more. Fewer are used where more do not pay: what must fall is the volume of all together,
             times 1 + price per further capsule; the price is 0.2, or 0.6 / count if that is less.
     """
-    best = [fit_capsule(triangles.reshape(-1, 3))]
+    best = [triangles]
+    least = fit_capsule(triangles.reshape(-1, 3), refine=False).volume if count > 1 else 0.0
     price = min(_PRICE, _PRICE_OF_MANY / count)
-    least = best[0].volume
     for plan in _promising(_selection(triangles), count) if count > 1 else ():
-        capsules = [fit_capsule(piece.reshape(-1, 3)) for piece in _pieces(triangles, plan)]
+        pieces = _pieces(triangles, plan)
+        capsules = [fit_capsule(piece.reshape(-1, 3), refine=False) for piece in pieces]
         cost = union_volume(capsules, _IN_VOLUME) * (1 + price * (len(capsules) - 1))
         if cost < least:
-            best, least = capsules, cost
-    return best
+            best, least = pieces, cost
+    return [fit_capsule(piece.reshape(-1, 3)) for piece in best]
 
 
 def cut(triangles: Array, plane: Plane, *, lids: bool = False) -> tuple[Array, Array]:

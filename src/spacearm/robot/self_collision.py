@@ -1,9 +1,9 @@
 """Which links of a robot must keep clear of each other, found from its envelope and its joints.
 
 Sampling alone proves nothing, so a pair is left out only for a reason that holds: no joint moves the two
-against each other; they are neighbours, whose envelopes meet at the joint between them; their envelopes meet
-nearly always, so that they say nothing; or it is proven that they cannot meet (`never_meet`). A pair that is
-merely never seen to meet stays in.
+against each other; they are neighbours, and the limits of the joint between them must keep them apart; their
+envelopes meet nearly always, so that they say nothing; or it is proven that they cannot meet (`never_meet`). A
+pair that is merely never seen to meet stays in.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 
 Reason = Literal["checked", "rigid", "adjacent", "always", "cannot meet"]
 
+_COINCIDENT = 1e-9  # [m] joints whose origins are nearer than this turn about one point
 _VAST = 1e6  # [rad or m] limits beyond this are none
 
 ALWAYS = 0.95
@@ -77,16 +78,16 @@ class SelfPairs:
         counts = Counter(pair.reason for pair in self.found)
         left_out = ", ".join(f"{counts[why]} {why}" for why in ("rigid", "adjacent", "cannot meet") if counts[why])
         notes = [
-            f"self-collision was computed: {len(self.pairs)} pairs of links must keep clear"
+            f"self-collision was computed: {_pairs_of_links(len(self.pairs))} must keep clear"
             + (f" (left out: {left_out})" if left_out else "")
         ]
         for pair in self.found:
             both = " and ".join(f"'{link}'" for link in pair.links)
             if pair.reason == "always":
                 notes.append(f"the envelopes of {both} meet in {pair.met:.0%} of all configurations: that pair is not checked")
-            elif pair.reason == "adjacent" and pair.met < ALWAYS:
+            elif pair.reason == "adjacent" and 0 < pair.met < ALWAYS:
                 notes.append(
-                    f"{both} are neighbours and their envelopes meet in {pair.met:.0%} of all configurations: that pair is not "
+                    f"{both} are neighbours and their envelopes meet in {pair.met:.1%} of all configurations: that pair is not "
                     "checked, the joint's limits must keep them apart"
                 )
         return tuple(notes)
@@ -110,7 +111,7 @@ def find_self_pairs(robot: Robot, *, samples: int = 1000, seed: int = 0) -> Self
         links.setdefault(capsule.name, []).append(capsule)
     axes = {name: axes_of(capsules) for name, capsules in links.items()}
     where = {name: placed(axes[name], frames) for name in links}
-    neighbours = _neighbours(robot, set(links))
+    neighbours = {pair for pair in _neighbours(robot, set(links)) if _at_one_place(robot, axes[pair[0]], axes[pair[1]])}
     found, bones = [], skeleton(robot)
     for first, second in itertools.combinations(sorted(links), 2):
         least = clearance(where[first], where[second])
@@ -142,7 +143,11 @@ def allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool]) -> tuple[
             notes.append(
                 f"the envelopes of '{first}' and '{second}' meet and no joint moves them apart: that pair is not checked"
             )
-    return tuple(pairs), (f"self-collision by the SRDF: {len(pairs)} pairs of links must keep clear", *notes)
+    return tuple(pairs), (f"self-collision by the SRDF: {_pairs_of_links(len(pairs))} must keep clear", *notes)
+
+
+def _pairs_of_links(count: int) -> str:
+    return f"{count} pair{'' if count == 1 else 's'} of links"
 
 
 def _reason(robot: Robot, first: Axes, second: Axes, met: float, neighbours: bool) -> Reason:
@@ -172,6 +177,12 @@ def finite_range(robot: Robot) -> tuple[Array, Array]:
     lower[free], upper[free] = -math.pi, math.pi
     lower, upper = np.where(np.isinf(lower), upper - 2 * math.pi, lower), np.where(np.isinf(upper), lower + 2 * math.pi, upper)
     return lower, upper
+
+
+def _at_one_place(robot: Robot, first: Axes, second: Axes) -> bool:
+    """Whether one joint moves two links against each other, or several about one point, as in a spherical wrist."""
+    between = [robot.joints[j] for j in joints_between(robot, first, second)]
+    return all(joint.kind == "revolute" and np.abs(joint.T_parent_joint[:3, 3]).max() < _COINCIDENT for joint in between[1:])
 
 
 def _neighbours(robot: Robot, links: set[str]) -> set[tuple[str, str]]:

@@ -46,18 +46,19 @@ def enclosing_balls(
 
 def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None:
     """Return balls with nearly the least excess that so many allow: halve it until they are too few, then bisect."""
+    most = min(_MOST_CELLS, 1000 + 50 * spheres)  # a ball hardly ever holds more cells on the average
     first = centers_for(body, whole, tolerance=1e-4 * size)
     cut, high = [(whole, first)], float(first.excess[0])
     best, low = _covered(cut, high, spheres), high / 2
     while low > 1e-9 * size:
-        finer = _cut(body, cut, low)
+        finer = _cut(body, cut, low, most=most)
         found = None if finer is None else _covered(finer, low, spheres)
         if finer is None or found is None:
             break
         best, cut, high, low = found, finer, low, low / 2
     for _ in range(_STEPS):
         middle = float(np.sqrt(low * high))
-        finer = _cut(body, cut, middle)
+        finer = _cut(body, cut, middle, most=most)
         found = None if finer is None else _covered(finer, middle, spheres)
         if finer is None or found is None:
             low = middle
@@ -66,8 +67,8 @@ def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None
     return best
 
 
-def _cut(body: Body, cut: list[_Cut], excess: float) -> list[_Cut] | None:
-    """Cut cells until each is held by a ball of its own that stands out no more than wanted; None if there are too many."""
+def _cut(body: Body, cut: list[_Cut], excess: float, *, most: int = _MOST_CELLS) -> list[_Cut] | None:
+    """Cut cells until each is held by a ball of its own that stands out no more than wanted; None if there are too many (`most`)."""
     done: list[_Cut] = []
     coarse: list[Cells] = []
     units: list[Array] = []
@@ -76,7 +77,7 @@ def _cut(body: Body, cut: list[_Cut], excess: float) -> list[_Cut] | None:
     while coarse:
         halves = joined_cells(coarse).halved(body.inside, unit=np.concatenate(units))
         coarse, units = [], []
-        if sum(len(cells) for cells, _ in done) + len(halves) > _MOST_CELLS:
+        if sum(len(cells) for cells, _ in done) + len(halves) > most:
             return None
         _sort_out(halves, centers_for(body, halves, tolerance=_TOLERANCE * excess), excess, done, coarse, units)
     return done

@@ -75,7 +75,7 @@ def read_points(path: str | os.PathLike[str]) -> Array:
     kind = Path(path).suffix.lower()
     try:
         if kind == ".npy":
-            points = np.load(io.BytesIO(content), allow_pickle=False)
+            points: Any = np.load(io.BytesIO(content), allow_pickle=False)
         elif kind == ".ply":
             import trimesh
 

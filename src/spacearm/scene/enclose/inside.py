@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -112,7 +114,7 @@ def _blocks(counts: Indices, most: int) -> list[slice]:
     """Cut a list into slices whose counts add up to no more than `most`, or that have one entry."""
     ends = np.searchsorted(np.cumsum(counts), np.arange(most, counts.sum() + most, most), side="right")
     cuts = np.unique(np.concatenate([[0], ends, [len(counts)]]))
-    return [slice(int(a), int(b)) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    return [slice(int(a), int(b)) for a, b in itertools.pairwise(cuts)]
 
 
 def _turned(*angles: float) -> Array:

@@ -1,0 +1,135 @@
+"""`spacearm certify`: prove a saved plan again, or a trajectory that somebody else made."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from spacearm.cli.arguments import parsed
+from spacearm.cli.terminal import show_list
+from spacearm.errors import OutputError, SettingsError
+from spacearm.motion import load_trajectory
+from spacearm.planner import load_problem
+from spacearm.planner.plan_files import save_json
+from spacearm.planner.recheck import Recheck, recheck_plan, recheck_trajectory
+from spacearm.reading import located, read_bytes
+from spacearm.version import version
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What to prove, and how.
+
+    Attributes:
+        file: a plan.json, or a trajectory as CSV: a column for the time [s] and one for each joint.
+        problem: a problem file (YAML) to prove it for; a plan is else proven for the problem in it.
+        output: write the certificate here as JSON; a new file.
+        interpolation: of a CSV, between rows; none: by what the file gives, straight lines if that is positions only.
+        degrees: a CSV's angles are in degrees.
+        unwrap: a CSV's angles take the short way from row to row.
+        limits: the joint limits to be kept; position velocity leaves out the acceleration, which a path with corners breaks.
+        jerk_limit: of every joint [rad/s^3 or m/s^3].
+        minimum_clearance: the clearance is to be more than this [m].
+        resolution: intervals shorter than this share of the motion are not halved again.
+        json: print the certificate as JSON instead of the summary.
+    """
+
+    file: Path = field(metadata={"name": "FILE"})
+    problem: Path | None = field(default=None, metadata={"name": "PROBLEM.YAML"})
+    output: Path | None = field(default=None, metadata={"name": "CERTIFICATE.JSON", "flag": "-o"})
+    interpolation: Literal["linear", "cubic", "quintic"] | None = None
+    degrees: bool = False
+    unwrap: bool = False
+    limits: tuple[Literal["position", "velocity", "acceleration"], ...] = ("position", "velocity", "acceleration")
+    jerk_limit: float | None = None
+    minimum_clearance: float = 0.0
+    resolution: float = 1e-7
+    json: bool = False
+
+    @property
+    def of_proof(self) -> dict[str, Any]:
+        """Those that `certify` takes."""
+        names = ("limits", "jerk_limit", "minimum_clearance", "resolution")
+        return {name: getattr(self, name) for name in names}
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command and return its exit code."""
+    options = parsed(
+        Options,
+        arguments,
+        command="certify",
+        description="Prove that a saved plan, or a trajectory in CSV, is free of collision and within the joint limits at "
+        "every instant. What the file says of itself is not believed. The exit code is 1 if the proof does not hold.",
+    )
+    if options.output is not None and options.output.exists():
+        raise OutputError(f"{options.output} exists, expected a new file; choose another name with -o")
+    found = _found(options)
+    values = {
+        "spacearm-certificate": 1,
+        "version": version(),
+        "file": options.file.name,
+        "notes": list(found.notes),
+        **found.certificate.as_dict(),
+    }
+    if options.output is not None:
+        save_json(values, options.output)
+    if options.json:
+        print(json.dumps(values, indent=2, allow_nan=False))
+    else:
+        show_list(_summary(found))
+    for note in found.notes:
+        print(f"spacearm: {options.file}: {note}", file=sys.stderr)
+    return 0 if found.certificate.holds else 1
+
+
+def _found(options: Options) -> Recheck:
+    problem = None if options.problem is None else load_problem(options.problem)
+    if read_bytes(options.file, what="a plan or a trajectory").lstrip().startswith((b"{", b"[")):
+        with located(options.file):
+            _refuse_for_plans(options)
+        return recheck_plan(options.file, problem, **options.of_proof)
+    if problem is None:
+        raise SettingsError(
+            f"{options.file} is no plan in JSON, so it is taken for a trajectory; give --problem PROBLEM.YAML to prove it for"
+        )
+    trajectory = load_trajectory(
+        problem.robot,
+        options.file,
+        interpolation=options.interpolation,
+        degrees=options.degrees,
+        unwrap=options.unwrap,
+    )
+    return recheck_trajectory(problem, trajectory, **options.of_proof)
+
+
+def _refuse_for_plans(options: Options) -> None:
+    for name in ("interpolation", "degrees", "unwrap"):
+        if getattr(options, name):
+            raise SettingsError(f"--{name} is for trajectories in CSV, and this is a plan; leave it out")
+
+
+def _summary(found: Recheck) -> list[tuple[str, str]]:
+    certificate = found.certificate
+    rows = [("status", certificate.status), ("finding", certificate.message)]
+    if certificate.clearance is not None and certificate.closest is not None:
+        rows.append(
+            ("clearance", f"{certificate.clearance * 1e3:.4g} mm proven, {certificate.closest.clearance * 1e3:.4g} mm measured")
+        )
+    rows += [("limits", text) for text in certificate.broken_limits] or [("limits", _kept(certificate.checked))]
+    if found.agrees is not None:
+        rows.append(("file's certificate", "says the same" if found.agrees else "says otherwise"))
+    rows += [
+        ("problem", f"SHA-256 {certificate.problem_hash}"),
+        ("trajectory", f"SHA-256 {certificate.trajectory_hash}"),
+        ("looked at", f"{certificate.evaluations} configurations, {certificate.seconds * 1e3:.0f} ms, {certificate.witness}"),
+    ]
+    return rows
+
+
+def _kept(checked: Sequence[str]) -> str:
+    return f"kept for all t: {', '.join(checked)}" if checked else "not looked at"

@@ -1,0 +1,112 @@
+"""A second proof of what a file holds: a saved plan, also one that was edited, or a trajectory that somebody else made.
+
+Nothing in the file is believed: robot, scene and motion are read, proven anew, and compared with what the file says.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from spacearm.motion import AnyTrajectory
+from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
+from spacearm.planner.plan_files import problem_as_dict, problem_hash
+from spacearm.planner.problem import Problem
+from spacearm.planner.reaching import reach_to, reaches
+from spacearm.planner.saved_plans import SavedPlan, load_saved_plan
+from spacearm.proof import Certificate, certify
+
+_SAME = 1e-9  # [rad or m] a start or goal missed by less is a file's last digit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Recheck:
+    """What a second proof found.
+
+    Attributes:
+        certificate: the new one.
+        notes: what is odd about the file, a sentence each: edited, of another problem, not from start to goal.
+        agrees: whether the file's own certificate says the same; None if it has none.
+    """
+
+    certificate: Certificate
+    notes: tuple[str, ...]
+    agrees: bool | None
+
+
+def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, **options: Any) -> Recheck:
+    """Prove a saved plan again.
+
+    Args:
+        path: a plan.json.
+        problem: to prove it for; None: the one in the file.
+        options: of `certify`.
+
+    Raises:
+        SpacearmError: a file that cannot be read, or a plan of another robot.
+    """
+    saved = load_saved_plan(path)
+    against = saved.problem if problem is None else problem
+    certificate = certify(against, saved.trajectory, **options)
+    said = None if saved.certificate is None else saved.certificate.get("status")
+    notes = [*_edited(saved, certificate), *_other_problem(saved.problem, against), *_ends(against, saved.trajectory)]
+    agrees = None if said is None else said == certificate.status
+    if agrees is False:
+        notes.append(f"the file's certificate says '{said}', the new one '{certificate.status}'")
+    return Recheck(certificate=certificate, notes=tuple(notes), agrees=agrees)
+
+
+def recheck_trajectory(problem: Problem, trajectory: AnyTrajectory, **options: Any) -> Recheck:
+    """Prove a trajectory that somebody else made.
+
+    Args:
+        problem: to prove it for.
+        trajectory: of the problem's robot.
+        options: of `certify`.
+
+    Raises:
+        ProblemError: a trajectory of another robot, or an option out of its range.
+    """
+    certificate = certify(problem, trajectory, **options)
+    return Recheck(certificate=certificate, notes=(*trajectory.notes, *_ends(problem, trajectory)), agrees=None)
+
+
+def _edited(saved: SavedPlan, certificate: Certificate) -> list[str]:
+    """Compare the file's hashes with what it holds."""
+    notes = []
+    if saved.problem_hash != problem_hash(saved.problem):
+        notes.append("the problem in the file is not the one that was planned: its hash is another; it was edited")
+    said = None if saved.certificate is None else saved.certificate.get("trajectory_hash")
+    if said is not None and said != certificate.trajectory_hash:
+        notes.append("the motion in the file is not the one that its certificate is about: its hash is another; it was edited")
+    return notes
+
+
+def _other_problem(planned: Problem, against: Problem) -> list[str]:
+    """Say in what the problem that is proven for differs from the one that was planned."""
+    if problem_hash(planned) == problem_hash(against):
+        return []
+    one, other = problem_as_dict(planned), problem_as_dict(against)
+    for values in (one, other):
+        values["robot"] = {key: value for key, value in values["robot"].items() if key not in ("source", "notes")}
+    names = ", ".join(key for key in one if one[key] != other[key])
+    return [f"the plan was made for another problem, which differs in: {names}"]
+
+
+def _ends(problem: Problem, trajectory: AnyTrajectory) -> list[str]:
+    """Say where the trajectory does not begin at the start or end at the goal."""
+    begin, end = trajectory.curve.sample(np.array(trajectory.curve.domain))
+    notes = []
+    off = np.abs(begin - problem.start)
+    if off.max() > _SAME:
+        joint = int(np.argmax(off))
+        notes.append(f"it begins {off[joint]:.4g} away from the problem's start, at joint '{problem.robot.dof_names[joint]}'")
+    goal = problem.goal
+    if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
+        missed = (np.abs(np.atleast_2d(goal.q) - end) - goal.tolerance).max(axis=1).min() > _SAME
+    else:
+        missed = not bool(reaches(reach_to(problem.robot, goal), end[None])[0])
+    return [*notes, "it does not end at the problem's goal"] if missed else notes

@@ -1,0 +1,164 @@
+"""Something in the hand: it rides along, lies in its capsules, and keeps clear of the links that can meet it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import srdf_text
+import strategies
+import urdf_text
+from kinematics import frame_transform, joint_transforms
+from snapshot import assert_refused
+from spacearm.errors import RobotError
+from spacearm.planner import hold
+from spacearm.robot import Robot, forward_kinematics, load_robot
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
+
+ROUNDING = 1e-9
+ARMS = srdf_text.loaded(srdf_text.two_arms(), tip="left_tool")
+ZHANG = load_robot("zhang2022")
+
+
+def inside(robot: Robot, q: np.ndarray, points: np.ndarray, name: str = "held") -> float:
+    """How far the farthest of points (k, 3) in the base frame is outside of what is held [m]."""
+    placed = [np.eye(4), *joint_transforms(robot, q)]
+    depths = []
+    for capsule in robot.capsules:
+        if capsule.name == name:
+            T = placed[capsule.joint + 1]
+            a, b = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))
+            d = b - a
+            share = np.clip((points - a) @ d / (d @ d), 0, 1) if d @ d > 0 else np.zeros(len(points))
+            depths.append(np.linalg.norm(points - a - share[:, None] * d, axis=1) - capsule.radius)
+    return float(np.min(depths, axis=0).max())
+
+
+def ball(count: int = 40) -> np.ndarray:
+    """Directions (count, 3)."""
+    k = np.arange(count)
+    z, turn = 1 - (2 * k + 1) / count, k * math.pi * (3 - math.sqrt(5))
+    return np.column_stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z])
+
+
+TURNED = pose((0.1, -0.2, 0.3), (0.5, 0.1, -0.7, 0.2))
+SHAPES: dict[str, tuple[Any, Callable[[], np.ndarray]]] = {
+    "sphere": (Sphere((0.1, 0.2, 0.3), 0.05), lambda: np.array([0.1, 0.2, 0.3]) + 0.05 * ball()),
+    "capsule": (Capsule((0, 0, 0), (0, 0.3, 0), 0.02), lambda: np.vstack([0.02 * ball(), (0, 0.3, 0) + 0.02 * ball()])),
+    "box": (
+        Box((0.3, 0.2, 0.05), TURNED),
+        lambda: np.sign(ball()) * (0.15, 0.1, 0.025) @ TURNED[:3, :3].T + TURNED[:3, 3],
+    ),
+    "cylinder": (
+        Cylinder(0.1, 0.06, TURNED),
+        lambda: (
+            np.column_stack([0.1 * np.cos(np.arange(40)), 0.1 * np.sin(np.arange(40)), 0.03 * np.sign(ball()[:, 2])])
+            @ TURNED[:3, :3].T
+            + TURNED[:3, 3]
+        ),
+    ),
+    "sphere set": (
+        SphereSet([(0, 0, 0), (0.1, 0, 0)], [0.05, 0.02], excess=0.004),
+        lambda: np.vstack([0.05 * ball(), (0.1, 0, 0) + 0.02 * ball()]),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_what_is_held_rides_on_the_hand_inside_its_capsules(kind: str) -> None:
+    shape, points = SHAPES[kind]
+    T_tool_x = pose((0, 0, 0.1), (0.3, 0.2, 0.9, -0.1))
+    robot = hold(ARMS, shape, frame="right_tool", pose=T_tool_x)
+    generator = np.random.default_rng(2)
+    for q in generator.uniform(-1, 1, (5, robot.dof)):
+        T = frame_transform(robot, q, "right_tool") @ T_tool_x
+        there = points() @ T[:3, :3].T + T[:3, 3]
+        assert inside(robot, q, there) <= ROUNDING
+        if hasattr(shape, "pose"):
+            np.testing.assert_allclose(frame_transform(robot, q, "held"), T @ shape.pose, atol=ROUNDING)
+    assert "mm too large" in robot.notes[-1] or "exact" in robot.notes[-1]
+    assert robot.dof == ARMS.dof
+    assert ARMS.frames == robot.frames[:-1]
+
+
+@settings(max_examples=25)
+@given(st.data())
+def test_an_obstacle_of_the_scene_is_taken_up_where_it_is(data: st.DataObject) -> None:
+    q = data.draw(strategies.configurations(ZHANG))
+    center = data.draw(strategies.points())
+    T_tip_w = np.linalg.inv(forward_kinematics(ZHANG, q))
+    T_tip_w[:3, :3] = np.linalg.svd(T_tip_w[:3, :3])[0] @ np.linalg.svd(T_tip_w[:3, :3])[2]
+    T_tip_w[3] = (0, 0, 0, 1)
+    robot = hold(ZHANG, Sphere(center, 0.1), pose=T_tip_w)
+    np.testing.assert_allclose(frame_transform(robot, q, "held")[:3, 3], center, atol=1e-12)
+
+
+def test_it_keeps_clear_of_every_link_that_can_meet_it() -> None:
+    robot = hold(ARMS, Sphere((0, 0, 0.1), 0.03))
+    with_held = {pair[1 - pair.index("held")] for pair in robot.self_pairs if "held" in pair}
+    links = {capsule.name for capsule in ARMS.capsules}
+    # The fingers slide on the hand, and so can meet it; the hand itself is tied to it.
+    assert with_held == links - {"left_hand"}
+    assert set(ARMS.self_pairs) <= set(robot.self_pairs)
+    touching = hold(ARMS, Sphere((0, 0, 0.1), 0.03), touching=["left_thumb", "left_finger", "left_tool"])
+    assert {pair[1 - pair.index("held")] for pair in touching.self_pairs if "held" in pair} == with_held - {
+        "left_thumb",
+        "left_finger",
+    }
+
+
+def test_it_keeps_clear_of_the_links_even_where_these_need_not_of_each_other() -> None:
+    robot = hold(ZHANG, Sphere((0, 0, 0), 0.03))
+    assert robot.self_pairs == (("forearm", "held"), ("held", "upper_arm"))
+
+
+def test_two_things_may_be_held_under_two_names() -> None:
+    robot = hold(hold(ARMS, Sphere((0, 0, 0), 0.03), name="cup"), Sphere((0, 0, 0), 0.03), frame="right_tool", name="lid")
+    assert ("cup", "lid") in robot.self_pairs
+    assert robot.frame("lid").parent == "right_tool"
+    on_it = hold(robot, Sphere((0, 0, 0.05), 0.01), frame="cup", name="lump")
+    assert ("cup", "lump") not in on_it.self_pairs
+
+
+def test_a_point_is_taken_for_a_pose_that_is_not_turned_and_more_capsules_fit_closer() -> None:
+    there = hold(ARMS, Sphere((0, 0, 0), 0.1), pose=(1, 2, 3)).capsules[-1]
+    assert there == hold(ARMS, Sphere((1, 2, 3), 0.1)).capsules[-1]
+    board = Box((0.3, 0.3, 0.02))
+    counts = [len(hold(ARMS, board, capsules_per_shape=count).capsules) - len(ARMS.capsules) for count in (1, 3)]
+    assert counts == [1, 3]
+
+
+def test_a_box_beside_the_hand_is_refused_by_nobody_and_a_robot_without_envelope_may_hold() -> None:
+    bare = urdf_text.loaded(urdf_text.chain(urdf_text.joint("a", "link_0", "link_1")))
+    robot = hold(bare, Box((0.1, 0.1, 0.1)))
+    assert {capsule.name for capsule in robot.capsules} == {"held"}
+    assert robot.self_pairs == ()
+
+
+@pytest.mark.parametrize(
+    ("case", "call"),
+    [
+        ("held: half-space", lambda: hold(ARMS, HalfSpace((0, 0, 1), (0, 0, 0)))),
+        ("held: no shape", lambda: hold(ARMS, "a cup")),  # type: ignore[arg-type]
+        ("held: scene", lambda: hold(ARMS, Scene())),  # type: ignore[arg-type]
+        ("held: by no robot", lambda: hold("panda", Sphere((0, 0, 0), 1))),  # type: ignore[arg-type]
+        ("held: unknown frame", lambda: hold(ARMS, Sphere((0, 0, 0), 1), frame="left_tol")),
+        ("held: name taken", lambda: hold(ARMS, Sphere((0, 0, 0), 1), name="left_tool")),
+        ("held: name taken by another", lambda: hold(hold(ARMS, Sphere((0, 0, 0), 1)), Sphere((0, 0, 0), 1))),
+        ("held: name empty", lambda: hold(ARMS, Sphere((0, 0, 0), 1), name="")),
+        ("held: touching mistyped", lambda: hold(ARMS, Sphere((0, 0, 0), 1), touching=["left_thum"])),
+        ("held: touching is one name", lambda: hold(ARMS, Sphere((0, 0, 0), 1), touching="left_thumb")),
+        ("held: pose of three by three", lambda: hold(ARMS, Sphere((0, 0, 0), 1), pose=np.eye(3))),
+        ("held: pose of two numbers", lambda: hold(ARMS, Sphere((0, 0, 0), 1), pose=(1, 2))),
+        ("held: pose that is no rotation", lambda: hold(ARMS, Sphere((0, 0, 0), 1), pose=2 * np.eye(4))),
+        ("held: no capsules", lambda: hold(ARMS, Box((1, 1, 1)), capsules_per_shape=0)),
+    ],
+)
+def test_what_cannot_be_held_is_refused(case: str, call: Callable[[], Robot]) -> None:
+    assert_refused("robot", case, RobotError, call)
