@@ -15,22 +15,28 @@ import json
 import sys
 import time
 from collections.abc import Callable
-from typing import Literal
+from pathlib import Path
 
 import numpy as np
 
-Mode = Literal["goal", "literal"]
+sys.path.append(str(Path(__file__).resolve().parents[1] / "src"))  # for environments where spacearm is not installed
+
+from spacearm.bench.numpy_reference import (
+    AXES,
+    GOAL,
+    LINKS,
+    LOWER,
+    OBSTACLES,
+    RADIUS,
+    UPPER,
+    Mode,
+    by_matrices,
+    rotation,
+    with_goal,
+)
+
 Formulation = Callable[[np.ndarray, Mode], tuple[np.ndarray, np.ndarray]]
 
-AXES = "zxyzyxz"  # joint axes at q = 0
-LINKS = np.array([0.668, 0.4128, 0.2552])  # (3,) m, along +y at q = 0
-OBSTACLES = np.array([[0.5, 0.5, 0.0], [0.4, 0.7, 0.0], [0.2, 0.8, 0.0]])  # (3, 3) m, sphere centres
-RADIUS = 0.10  # A_R [m]
-GOAL = np.array([0.7, 0.3, 0.0])  # (3,) m
-GOAL_TOLERANCE = 1e-3  # m
-WEIGHTS = (0.5, 0.25, 0.25)  # of f1, f2, f3
-LOWER = np.deg2rad([-160.0, -20.0, -180.0, -150.0, -180.0, -46.0, -80.0])  # (7,) rad
-UPPER = np.deg2rad([160.0, 20.0, 180.0, 170.0, 20.0, 20.0, 180.0])  # (7,) rad
 PENALTY = 100.0  # weight of the violation where a library knows no constraints
 
 
@@ -45,48 +51,8 @@ def penalised(q: np.ndarray, mode: Mode = "goal") -> np.ndarray:
     return fitness + PENALTY * violation
 
 
-# --- 1. as one writes it first: a chain of rotation matrices, distances by broadcasting
-
-
-def by_matrices(q: np.ndarray, mode: Mode = "goal") -> tuple[np.ndarray, np.ndarray]:
-    """Rotation matrices joint by joint, `@` over the batch, point-to-segment distances by broadcasting."""
-    links, obstacles, goal = (a.astype(q.dtype) for a in (LINKS, OBSTACLES, GOAL))
-    rotation = _rotation(AXES[0], q[:, 0])
-    points = [np.zeros((len(q), 3), q.dtype)]
-    for joint in range(1, 8):
-        if joint in (3, 4, 7):  # the links lie behind joints 3, 4 and 7
-            points.append(points[-1] + links[len(points) - 1] * rotation[:, :, 1])
-        if joint < 7:
-            rotation = rotation @ _rotation(AXES[joint], q[:, joint])
-    centres = np.stack(points, axis=1)  # (n, 4, 3)
-
-    offset = obstacles - centres[:, :, None, :]  # (n, 4, 3 obstacles, 3)
-    f1 = np.linalg.norm(offset, axis=-1).sum(axis=(1, 2))  # (5)
-    along = np.diff(centres, axis=1)[:, :, None, :]  # (n, 3 links, 1, 3)
-    t = np.sum(offset[:, :3] * along, axis=-1) / (links**2)[:, None]  # (n, 3 links, 3 obstacles)
-    nearest = offset[:, :3] - np.clip(t, 0, 1)[..., None] * along  # (1)-(3): the projection, or an end
-    violation = np.maximum(0, RADIUS - np.linalg.norm(nearest, axis=-1)).sum(axis=(1, 2))  # (10), (11)
-    return _with_goal(f1, np.linalg.norm(centres[:, 3] - goal, axis=-1), violation, mode)
-
-
-def _rotation(axis: str, angle: np.ndarray) -> np.ndarray:
-    """Rotations about a coordinate axis, (n, 3, 3)."""
-    i = "xyz".index(axis)
-    j, k = (i + 1) % 3, (i + 2) % 3
-    matrix = np.zeros((len(angle), 3, 3), angle.dtype)
-    matrix[:, i, i] = 1
-    matrix[:, j, j] = matrix[:, k, k] = np.cos(angle)
-    matrix[:, k, j] = np.sin(angle)
-    matrix[:, j, k] = -matrix[:, k, j]
-    return matrix
-
-
-def _with_goal(f1: np.ndarray, distance: np.ndarray, violation: np.ndarray, mode: Mode) -> tuple[np.ndarray, np.ndarray]:
-    f2 = np.sqrt(distance * distance + 1)  # (6), in 3-D
-    fitness = WEIGHTS[0] * f1 + WEIGHTS[1] * f2 + WEIGHTS[2] * distance  # (4), (7)
-    if mode == "goal":
-        violation = violation + np.maximum(0, distance - GOAL_TOLERANCE)
-    return fitness, violation
+# --- 1. as one writes it first, `by_matrices`: rotation matrices, distances by broadcasting. It is in the package, whose
+# own benchmarks measure by it.
 
 
 # --- 2. einsum
@@ -95,7 +61,7 @@ def _with_goal(f1: np.ndarray, distance: np.ndarray, violation: np.ndarray, mode
 def by_einsum(q: np.ndarray, mode: Mode = "goal") -> tuple[np.ndarray, np.ndarray]:
     """The same with einsum for the products and the squared lengths."""
     links, obstacles, goal = (a.astype(q.dtype) for a in (LINKS, OBSTACLES, GOAL))
-    r = [_rotation(axis, angle) for axis, angle in zip(AXES, q.T, strict=True)]
+    r = [rotation(axis, angle) for axis, angle in zip(AXES, q.T, strict=True)]
     upper = np.einsum("nij,njk->nik", r[0], r[1])  # joint 3 turns about its link: no effect on the elbow
     fore = np.einsum("nij,njk,nkl->nil", upper, r[2], r[3], optimize=["einsum_path", (0, 1), (0, 1)])
     tool = np.einsum("nij,njk,nk->ni", r[4], r[5], r[6][:, :, 1], optimize=["einsum_path", (1, 2), (0, 1)])
@@ -112,7 +78,7 @@ def by_einsum(q: np.ndarray, mode: Mode = "goal") -> tuple[np.ndarray, np.ndarra
     t = np.clip(dot / (links**2)[:, None], 0, 1)
     nearest = np.sqrt(np.maximum(0, square[:, :3] + t * (t * (links**2)[:, None] - 2 * dot)))
     violation = np.maximum(0, RADIUS - nearest).sum(axis=(1, 2))
-    return _with_goal(f1, np.linalg.norm(centres[:, 3] - goal, axis=-1), violation, mode)
+    return with_goal(f1, np.linalg.norm(centres[:, 3] - goal, axis=-1), violation, mode)
 
 
 # --- 3. coordinate by coordinate, using the arm's structure
@@ -157,7 +123,7 @@ def by_components(q: np.ndarray, mode: Mode = "goal") -> tuple[np.ndarray, np.nd
 
     to_goal = p[:, 2] - GOAL.astype(kind)[:, None]
     to_goal *= to_goal
-    return _with_goal(f1, np.sqrt(to_goal.sum(axis=0)), violation, mode)
+    return with_goal(f1, np.sqrt(to_goal.sum(axis=0)), violation, mode)
 
 
 def _centres(sin: np.ndarray, cos: np.ndarray) -> np.ndarray:

@@ -116,11 +116,12 @@ def as_transform(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float6
     """
     T = as_readonly(name, value, (4, 4), error)
     R = T[:3, :3]
-    off = float(np.abs(R.T @ R - np.eye(3)).max())
-    if off > 1e-9 or np.linalg.det(R) < 0:
+    with np.errstate(over="ignore", invalid="ignore"):
+        off, determinant = float(np.abs(R.T @ R - np.eye(3)).max()), float(np.linalg.det(R))
+    if not (off <= 1e-9 and determinant > 0):  # nor what is no number, where entries are too large to be squared
         raise error(
             f"{name} has an upper left block that is not a rotation (R^T R is {off:.2g} off the identity, "
-            f"determinant {np.linalg.det(R):.4g}); give an orthonormal, right-handed one"
+            f"determinant {determinant:.4g}); give an orthonormal, right-handed one"
         )
     if not np.array_equal(T[3], (0, 0, 0, 1)):
         raise error(f"{name} has last row {T[3].tolist()}, expected [0, 0, 0, 1]")

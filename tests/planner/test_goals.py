@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 import pytest
+import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -286,3 +289,39 @@ def test_rotation_vectors_turn_as_their_rotations_do(drawn: list[tuple[np.ndarra
     ours = rotation_vectors(R)
     np.testing.assert_allclose(Rotation.from_rotvec(ours).as_matrix(), R, rtol=0, atol=1e-7)
     assert (np.linalg.norm(ours, axis=1) <= math.pi + 1e-12).all()
+
+
+# ---- real scenes -----------------------------------------------------------------------------------------------------
+
+MBM = os.environ.get("SPACEARM_MBM")
+
+
+def moveit_scene(path: Path) -> Scene:
+    """The boxes and cylinders of a MoveIt planning scene."""
+    obstacles: list[Any] = []
+    for thing in yaml.safe_load(path.read_text())["world"]["collision_objects"]:
+        for solid, place in zip(thing["primitives"], thing["primitive_poses"], strict=True):
+            x, y, z, w = place["orientation"]
+            T, size = pose(place["position"], (w, x, y, z)), solid["dimensions"]
+            obstacles.append(Box(size, T) if solid["type"] == "box" else Cylinder(size[1], size[0], T))
+    return Scene(obstacles)
+
+
+@pytest.mark.skipif(MBM is None, reason="SPACEARM_MBM does not name the MotionBenchMaker data")
+@pytest.mark.parametrize("kind", ["position", "pose", "free axis"])
+def test_the_hand_gets_to_where_each_familys_first_request_puts_it(kind: str) -> None:
+    folder = Path(MBM or "")
+    robot = load_robot(folder / "panda_spherized.urdf", srdf=folder / "panda.srdf", group="panda_arm", tip="panda_hand")
+    families = sorted(path for path in folder.iterdir() if path.is_dir())
+    assert len(families) == 7
+    for family in families:
+        request = yaml.safe_load((family / "request0001.yaml").read_text())
+        state = request["start_state"]["joint_state"]
+        at = dict(zip(state["name"], state["position"], strict=True))
+        asked = {joint["joint_name"]: joint["position"] for joint in request["goal_constraints"][0]["joint_constraints"]}
+        start, q = ([values[name] for name in robot.dof_names] for values in (at, asked))
+        goal = goal_at(forward_kinematics(robot, q), kind)
+        problem = Problem(robot, moveit_scene(family / "scene0001.yaml"), start=start, goal=goal)
+        found = find_goal_configurations(problem, PlannerSettings(), 0)
+        assert_sound(problem, found)
+        assert len(found.q) >= 1

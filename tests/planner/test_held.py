@@ -93,8 +93,6 @@ def test_an_obstacle_of_the_scene_is_taken_up_where_it_is(data: st.DataObject) -
     q = data.draw(strategies.configurations(ZHANG))
     center = data.draw(strategies.points())
     T_tip_w = np.linalg.inv(forward_kinematics(ZHANG, q))
-    T_tip_w[:3, :3] = np.linalg.svd(T_tip_w[:3, :3])[0] @ np.linalg.svd(T_tip_w[:3, :3])[2]
-    T_tip_w[3] = (0, 0, 0, 1)
     robot = hold(ZHANG, Sphere(center, 0.1), pose=T_tip_w)
     np.testing.assert_allclose(frame_transform(robot, q, "held")[:3, 3], center, atol=1e-12)
 
@@ -134,7 +132,7 @@ def test_a_point_is_taken_for_a_pose_that_is_not_turned_and_more_capsules_fit_cl
     assert counts == [1, 3]
 
 
-def test_a_box_beside_the_hand_is_refused_by_nobody_and_a_robot_without_envelope_may_hold() -> None:
+def test_a_robot_without_an_envelope_may_hold_something() -> None:
     bare = urdf_text.loaded(urdf_text.chain(urdf_text.joint("a", "link_0", "link_1")))
     robot = hold(bare, Box((0.1, 0.1, 0.1)))
     assert {capsule.name for capsule in robot.capsules} == {"held"}

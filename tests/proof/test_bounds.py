@@ -125,10 +125,12 @@ def first_part(curve: Curve) -> Stretches | None:
     return None if isinstance(curve, PiecewisePath) and curve.degree == 1 else Spans(curve).first().some(np.array([0]))
 
 
-def parabola(rise: float) -> PiecewisePath:
-    """The shoulder turns by so much from the middle of the first eighth to its ends, where it stands still."""
+def parabola(rise: float, joints: int = 2) -> PiecewisePath:
+    """The first joint moves by so much from the middle of the first eighth, where it stands still, to its ends."""
     m = 1 / 16
-    return PiecewisePath([0, 1], [[[rise, 0], [rise * (1 - 1 / m), 0], [rise * (1 / m - 1) ** 2, 0]]])
+    points = np.zeros((1, 3, joints))
+    points[0, :, 0] = rise, rise * (1 - 1 / m), rise * (1 / m - 1) ** 2
+    return PiecewisePath([0, 1], points)
 
 
 def line(*q: tuple[float, ...]) -> PiecewisePath:
@@ -159,6 +161,7 @@ WAYS: dict[str, tuple[Robot, Curve, int, float]] = {
     "a turn carries the slide": (slide(), line((-0.01, 0.5), (0.01, 0.5)), 1, 0.02),
     "a mimic joint counts by its multiplier": (slide(dof=0, multiplier=3.0, offset=0.2), line((-0.001,), (0.001,)), 1, 0.005),
     "a parabola with no speed at the middle": (planar(), parabola(0.01), 3, 0.02),
+    "a parabola that a mimic joint follows": (slide(dof=0, multiplier=3.0), parabola(0.01, joints=1), 1, 0.05),
     "a corner at the middle": (planar(), line((-0.005, 0), (0.005, 0), (-0.005, 0)), 3, 0.02),
 }
 

@@ -60,3 +60,8 @@ def test_a_straight_piece_does_not_drift_and_a_motion_at_rest_does_not_move() ->
     lines = still.lines(still.first())
     assert np.abs(lines.rate).max() == 0
     assert lines.drift.max() < 1e-13
+
+
+def test_samples_of_large_values_are_allowed_their_rounding() -> None:
+    spans = Spans(PiecewisePath.from_linear([0, 1], [[1e6], [1e6]]))
+    assert spans.lines(spans.first()).drift.min() > 1e-9

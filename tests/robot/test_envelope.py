@@ -157,6 +157,17 @@ def test_a_cut_parts_a_surface_and_loses_nothing_of_it(through: np.ndarray, turn
     assert sum(volumes) == pytest.approx(abs(solid.volume), rel=1e-9, abs=1e-12)
 
 
+def test_cuts_in_three_directions_keep_the_corner_inside_the_solid() -> None:
+    # The middle of a box is on no triangle of it: only the lids hold it in each of the eight parts.
+    pieces = [shape_triangles("box", (1.0, 2.0, 3.0))]
+    for axis in np.eye(3):
+        pieces = [part for piece in pieces for part in cut(piece, Plane(axis, 0.0), lids=True)]
+    assert len(pieces) == 8
+    for piece in pieces:
+        assert np.linalg.norm(piece.reshape(-1, 3), axis=1).min() == pytest.approx(0, abs=ROUNDING)
+    assert outside(lattice((1, 1, 1)), enclose_box((1.0, 1.0, 1.0), 8)) <= ROUNDING
+
+
 def _signed_volume_of_convex(triangles: np.ndarray) -> float:
     """Volume of a convex surface, whichever way its triangles are turned."""
     middle = triangles.mean(axis=(0, 1))

@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.motion.bernstein import weights
 from spacearm.motion.spline import cox_de_boor
 from spacearm.motion.timelaw import TimeLaw
 
@@ -39,13 +38,25 @@ def cubic_basis(knots: Array, x: Array, derivative: int = 0) -> Array:
 
 def cubic_law(knots: Array, points: Array) -> TimeLaw:
     """Return the time law of knots (m + 1,) from 0 to 1 and control points (m + 3,) that rise from 0 to 1."""
-    nodes = (1 - np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))) / 2
-    at = knots[:-1, None] + nodes * np.diff(knots)[:, None]
-    values = (cubic_basis(knots, at.ravel()) @ points).reshape(at.shape)
-    coefficients = np.linalg.solve(weights(_DEGREE, nodes), values[:, :, None])[:, :, 0]
+    ends = (knots[:-1], knots[1:])
+    coefficients = np.stack(
+        [_blossom(knots, points, [ends[k < later] for k in range(_DEGREE)]) for later in range(_DEGREE + 1)], 1
+    )
     coefficients[1:, 0] = coefficients[:-1, -1]
     coefficients[0, 0], coefficients[-1, -1] = 0.0, 1.0
     return TimeLaw(knots, coefficients)
+
+
+def _blossom(knots: Array, points: Array, arguments: list[Array]) -> Array:
+    """Return the polar form of each piece at three arguments of its own, each (m,), by de Boor's averages."""
+    all_knots = _repeated(knots, _DEGREE)
+    piece = np.arange(len(knots) - 1)
+    values = [points[piece + i] for i in range(_DEGREE + 1)]
+    for turn, x in enumerate(arguments, start=1):
+        for i in range(_DEGREE, turn - 1, -1):
+            low, high = all_knots[piece + i], all_knots[piece + i + _DEGREE + 1 - turn]
+            values[i] = ((high - x) * values[i - 1] + (x - low) * values[i]) / (high - low)
+    return values[-1]
 
 
 def halved(knots: Array, points: Array) -> tuple[Array, Array]:

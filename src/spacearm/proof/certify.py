@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from typing import Protocol
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from spacearm.checks import as_number, shown
@@ -18,6 +19,7 @@ from spacearm.scene import Scene
 
 LIMITS: tuple[Limit, ...] = ("position", "velocity", "acceleration")
 RESOLUTION = 1e-7
+_LARGEST = 1e6
 
 
 class HasScene(Protocol):
@@ -58,7 +60,8 @@ def certify(
         why.
 
     Raises:
-        ProblemError: no trajectory, one of another number of joints, or a setting out of its range.
+        ProblemError: no trajectory, one of another number of joints, a setting out of its range, or numbers so large that
+            their rounding outweighs any clearance.
     """
     if not isinstance(trajectory, (Trajectory, RecordedTrajectory)):
         raise ProblemError(f"trajectory is {shown(trajectory)}, expected a Trajectory; make one with Trajectory(robot, motion)")
@@ -69,9 +72,16 @@ def certify(
     minimum = as_number("minimum_clearance", minimum_clearance, ProblemError, at_least=0, unit="m")
     finest = as_number("resolution", resolution, ProblemError, above=0)
     begun = time.perf_counter()
+    with np.errstate(over="ignore", invalid="ignore"):  # numbers without measure are told, not computed with
+        proof = Proof(robot, problem.scene, curve, minimum=minimum, resolution=finest)
+        largest = proof.largest()
+    if not largest <= _LARGEST:
+        raise ProblemError(
+            f"the robot, the scene or the path has a number of {largest:.4g}, expected at most {_LARGEST:g} [m or rad]: beyond "
+            "it rounding outweighs any clearance"
+        )
     margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
     checked = checked if jerk_limit is None else (*checked, "jerk")
-    proof = Proof(robot, problem.scene, curve, minimum=minimum, resolution=finest)
     status = proof.run()
     if broken_limits(robot, margins, checked):
         status = "fails"

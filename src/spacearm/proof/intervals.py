@@ -20,7 +20,7 @@ from spacearm.proof.measuring import Measurements, Near
 from spacearm.proof.middles import JointMap, Middles
 from spacearm.proof.pairs import Tasks, capsule_pairs, halved, kinds_of, link_pairs, out_of_cells
 from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
-from spacearm.proof.solids import Solids
+from spacearm.proof.solids import Solids, lengths
 from spacearm.proof.spans import Spans, Stretches
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
@@ -57,6 +57,14 @@ class Proof:
         self.measured = Measurements(self.witness, self._kinds, self._bodies, self._riders)
         self.proven = self._least = np.inf
         self.evaluations, self.resolution = 0, 1.0
+
+    def largest(self) -> float:
+        """Return the largest length and joint value that the proof computes with [m or rad]; NaN if one is none."""
+        _, low, high = self._curve.hulls(0, bisections=0)
+        numbers = [low, high, self._joints.offset, self._joints.multiplier, self._joints.reach]
+        numbers += [self._bodies.ends, self._bodies.radius]
+        numbers += [array for kind in self._kinds if kind.solids is not None for array in lengths(kind.solids)]
+        return float(np.max([np.abs(array).max(initial=0.0) for array in numbers]))
 
     def run(self) -> Status:
         """Search until the proof holds, a collision is found, or the two cannot be told apart."""

@@ -35,6 +35,7 @@ class JointMap:
         self.dof = np.array([joint.dof for joint in robot.joints])
         self.multiplier = np.array([joint.multiplier for joint in robot.joints])
         self.offset = np.array([joint.offset for joint in robot.joints])
+        self.reach = np.array([joint.T_parent_joint[:3, 3] for joint in robot.joints])  # (j, 3) from the joint before [m]
         self.turns = np.array([joint.kind == "revolute" for joint in robot.joints])
 
     def values(self, q: Array) -> Array:

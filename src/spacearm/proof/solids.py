@@ -220,6 +220,12 @@ def cells_of(balls: Balls) -> Balls | None:
     )
 
 
+def lengths(solids: Solids) -> list[Array]:
+    """Return all numbers of solids that are lengths [m]."""
+    names = ("center", "origin", "half", "round", "radius")
+    return [getattr(solids, name) for name in names if hasattr(solids, name)]
+
+
 def axes_along(z: Array) -> Array:
     """Return a rotation (3, 3) whose z is along a vector; of length 0, the world's."""
     length = float(np.linalg.norm(z))

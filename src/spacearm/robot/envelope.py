@@ -7,6 +7,7 @@ of the same link are left out.
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ Array = NDArray[np.float64]
 
 _OTHERWISE = 'or load with collision="none"'
 _SIDES = 32  # of the prism around a cylinder that is cut into pieces
+_REMEMBERED = 256  # shapes, so that a robot that is loaded again need not be enclosed again
 _SAME = 1e-6  # [m] and as a share: by so much a sphere may miss the end of its cylinder
 
 
@@ -136,15 +138,15 @@ def _enclosed(shape: Shape, count: int) -> tuple[Segment, ...]:
     if shape.kind == "box":
         return _box_capsules(shape.size, count)
     assert shape.triangles is not None
-    return _mesh_capsules(shape.triangles.tobytes(), count)
+    return _mesh_capsules(shape.triangles, count)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=_REMEMBERED)
 def _box_capsules(size: tuple[float, ...], count: int) -> tuple[Segment, ...]:
     return tuple(enclose(shape_triangles("box", size), count))
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=_REMEMBERED)
 def _cylinder_capsules(radius: float, length: float, count: int) -> tuple[Segment, ...]:
     first, last, larger = shortest_axis(np.array([-length / 2, length / 2]), np.array([radius, radius]))
     alone = Segment(np.array([0.0, 0.0, first]), np.array([0.0, 0.0, last]), larger)
@@ -152,9 +154,16 @@ def _cylinder_capsules(radius: float, length: float, count: int) -> tuple[Segmen
     return (alone,) if len(several) == 1 and alone.volume <= several[0].volume else tuple(several)
 
 
-@lru_cache(maxsize=64)
-def _mesh_capsules(triangles: bytes, count: int) -> tuple[Segment, ...]:
-    return tuple(enclose(np.frombuffer(triangles).reshape(-1, 3, 3), count))
+_meshes: dict[tuple[bytes, int], tuple[Segment, ...]] = {}
+
+
+def _mesh_capsules(triangles: Array, count: int) -> tuple[Segment, ...]:
+    key = hashlib.sha256(triangles.tobytes()).digest(), count
+    if key not in _meshes:
+        if len(_meshes) >= _REMEMBERED:
+            _meshes.clear()
+        _meshes[key] = tuple(enclose(triangles, count))
+    return _meshes[key]
 
 
 def _rounded_cylinders(shapes: list[Shape]) -> tuple[list[Segment], set[int]]:

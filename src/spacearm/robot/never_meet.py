@@ -69,10 +69,11 @@ def never_meet(robot: Robot, first: Axes, second: Axes, between: list[int]) -> b
         q = np.tile(q_rest, (len(centers), 1))
         q[:, dofs] = centers
         frames = base_and_joint_frames(robot, q)
-        gap = clearance(placed(first, frames), placed(second, frames))
+        moved = float(speed @ half) + _ROUNDING  # at most, from the middle of a box
+        gap = clearance(placed(first, frames), placed(second, frames), up_to=moved)
         if (gap < 0).any():
             return False
-        centers = _halved(centers[gap <= speed @ half + _ROUNDING], half, speed)
+        centers = _halved(centers[gap <= moved], half, speed)
     return True
 
 

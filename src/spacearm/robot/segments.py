@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,8 +52,33 @@ def placed(axes: Axes, frames: Array) -> PlacedAxes:
     return PlacedAxes(a, b, axes.radius)
 
 
-def clearance(first: PlacedAxes, second: PlacedAxes) -> Array:
-    """Return the least signed distance (m,) of any capsule of one link to any of another [m]."""
+def clearance(first: PlacedAxes, second: PlacedAxes, *, up_to: float = np.inf) -> Array:
+    """Return the least signed distance (m,) of any capsule of one link to any of another [m].
+
+    Args:
+        first, second: the links.
+        up_to: where a ball around each link shows that the distance is more than this, that of the balls will do.
+    """
+    if up_to == np.inf:
+        return _clearance(first, second)
+    (c1, r1), (c2, r2) = _ball(first), _ball(second)
+    gap = np.linalg.norm(c1 - c2, axis=1) - r1 - r2
+    near = gap <= up_to
+    if near.any():
+        gap[near] = _clearance(_rows(first, near), _rows(second, near))
+    return gap
+
+
+def least_clearance(first: PlacedAxes, second: PlacedAxes) -> tuple[float, float]:
+    """Return the least signed distance of two links in m configurations [m], and the share of these in which they meet."""
+    (c1, r1), (c2, r2) = _ball(first), _ball(second)
+    nearest = np.argsort(np.linalg.norm(c1 - c2, axis=1) - r1 - r2)[:20]
+    guess = float(_clearance(_rows(first, nearest), _rows(second, nearest)).min())
+    gap = clearance(first, second, up_to=max(guess, 0.0))
+    return float(gap.min()), float((gap < 0).mean())
+
+
+def _clearance(first: PlacedAxes, second: PlacedAxes) -> Array:
     a1, b1 = first.a[:, :, None], first.b[:, :, None]  # (m, k, 1, 3)
     a2, b2 = second.a[:, None], second.b[:, None]  # (m, 1, l, 3)
     if first.a is first.b and second.a is second.b:
@@ -64,6 +90,19 @@ def clearance(first: PlacedAxes, second: PlacedAxes) -> Array:
     else:
         distance = segment_distance(a1, b1, a2, b2)
     return (distance - (first.radius[:, None] + second.radius)).min(axis=(1, 2))
+
+
+def _rows(axes: PlacedAxes, chosen: NDArray[Any]) -> PlacedAxes:
+    a = axes.a[chosen]
+    return PlacedAxes(a, a if axes.a is axes.b else axes.b[chosen], axes.radius)
+
+
+def _ball(axes: PlacedAxes) -> tuple[Array, Array]:
+    """Return the middle (m, 3) and the radius (m,) of a ball around a link."""
+    middle = (axes.a.mean(axis=1) + axes.b.mean(axis=1)) / 2
+    ends = (axes.a,) if axes.a is axes.b else (axes.a, axes.b)
+    reach = np.maximum.reduce([np.linalg.norm(end - middle[:, None], axis=2) for end in ends])
+    return middle, (reach + axes.radius).max(axis=1)
 
 
 def segment_distance(a1: Array, b1: Array, a2: Array, b2: Array) -> Array:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from spacearm.robot.kinematics import base_and_joint_frames, skeleton
 from spacearm.robot.model import LinkCapsule, Robot
 from spacearm.robot.never_meet import joints_between, never_meet
-from spacearm.robot.segments import Axes, axes_of, clearance, placed
+from spacearm.robot.segments import Axes, axes_of, clearance, least_clearance, placed
 from spacearm.robot.tree import require_count
 
 Array = NDArray[np.float64]
@@ -114,10 +114,9 @@ def find_self_pairs(robot: Robot, *, samples: int = 1000, seed: int = 0) -> Self
     neighbours = {pair for pair in _neighbours(robot, set(links)) if _at_one_place(robot, axes[pair[0]], axes[pair[1]])}
     found, bones = [], skeleton(robot)
     for first, second in itertools.combinations(sorted(links), 2):
-        least = clearance(where[first], where[second])
-        met = float((least < 0).mean())
+        least, met = least_clearance(where[first], where[second])
         reason = _reason(bones, axes[first], axes[second], met, (first, second) in neighbours)
-        found.append(LinkPair(links=(first, second), reason=reason, met=met, clearance=float(least.min())))
+        found.append(LinkPair(links=(first, second), reason=reason, met=met, clearance=least))
     return SelfPairs(found=tuple(found), samples=len(q))
 
 

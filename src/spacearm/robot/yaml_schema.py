@@ -5,9 +5,10 @@ Imported only when such a file is read.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, Strict
+from pydantic import Field, Strict, field_validator
+from pydantic_core import PydanticCustomError
 
 from spacearm.strict_model import Number, StrictModel
 
@@ -62,3 +63,10 @@ class RobotModel(StrictModel):
     joints: list[JointModel]
     capsules: list[CapsuleModel] = []  # noqa: RUF012
     self_collision: Literal["none", "computed"] | list[list[Text]] = "none"
+
+    @field_validator("self_collision", mode="before")
+    @classmethod
+    def _word_or_pairs(cls, given: Any) -> Any:
+        if not isinstance(given, list) and given not in ("none", "computed"):
+            raise PydanticCustomError("form", "none, computed, or a list of pairs of links")
+        return given

@@ -1,0 +1,94 @@
+"""`spacearm certify`: what it prints and writes, and its exit codes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import Refused, Told
+
+
+@pytest.fixture
+def planned(told: Told, problem: Path, tmp_path: Path) -> Path:
+    """A plan of the paper's arm, found at once."""
+    code, _, _ = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures"])
+    assert code == 0
+    return tmp_path / "out"
+
+
+def test_a_plan_holds_again(told: Told, planned: Path) -> None:
+    code, out, err = told(["certify", planned / "plan.json"])
+    assert (code, err) == (0, "")
+    rows = dict(line.split("  ", 1) for line in out.splitlines())
+    assert rows["status"].strip() == "holds"
+    assert rows["file's certificate"].strip() == "says the same"
+    assert "mm proven" in rows["clearance"]
+
+
+def test_its_certificate_is_written_and_printed_as_json(told: Told, planned: Path, tmp_path: Path) -> None:
+    code, out, _ = told(["certify", planned / "plan.json", "--json", "-o", tmp_path / "certificate.json"])
+    assert code == 0
+    printed, written = json.loads(out), json.loads((tmp_path / "certificate.json").read_text())
+    assert printed == written
+    planned_values = json.loads((planned / "plan.json").read_text())
+    assert {key: written[key] for key in planned_values["certificate"]} == planned_values["certificate"]
+    assert (written["spacearm-certificate"], written["file"], written["notes"]) == (1, "plan.json", [])
+
+
+def test_an_edited_plan_exits_with_1_and_says_why(told: Told, planned: Path) -> None:
+    path = planned / "plan.json"
+    content = json.loads(path.read_text())
+    content["motion"]["duration_s"] /= 2
+    path.write_text(json.dumps(content))
+    code, out, err = told(["certify", path])
+    assert code == 1
+    assert "fails" in out
+    assert "says otherwise" in out
+    assert "may exceed its velocity limit" in out
+    assert "it was edited" in err
+    assert "the file's certificate says 'holds', the new one 'fails'" in err
+
+
+def test_a_trajectory_in_csv_is_proven_for_a_problem(told: Told, planned: Path, problem: Path) -> None:
+    code, out, err = told(["certify", planned / "trajectory.csv", "--problem", problem])
+    assert code == 0
+    assert "holds" in out
+    assert "quintic between rows" in err
+    code, out, _ = told(["certify", "--problem", problem, planned / "trajectory.csv", "--interpolation", "linear"])
+    assert code == 1
+    assert "no finite acceleration" in out
+    straight = ["certify", "--problem", problem, planned / "trajectory.csv", "--interpolation", "linear"]
+    assert told([*straight, "--limits", "position"])[0] == 0
+
+
+def test_more_clearance_than_there_is_fails(told: Told, planned: Path) -> None:
+    code, out, _ = told(["certify", planned / "plan.json", "--minimum-clearance", "5"])
+    assert code == 1
+    assert "expected more than 5000 mm" in out
+
+
+def test_another_problem_is_told(told: Told, planned: Path, problem: Path) -> None:
+    problem.write_text(problem.read_text().replace("radius: 0.1", "radius: 0.11"))
+    code, _, err = told(["certify", planned / "plan.json", "--problem", problem])
+    assert code == 0
+    assert "differs in: obstacles" in err
+
+
+def test_wrong_input_is_told_in_a_sentence(refused: Refused, planned: Path, problem: Path, tmp_path: Path) -> None:
+    (tmp_path / "rows.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "note.json").write_text('{"a": 1}')
+    (tmp_path / "there.json").write_text("mine")
+    refused("certify: no file", "certify")
+    refused("certify: missing file", "certify", tmp_path / "no.json")
+    refused("certify: CSV without problem", "certify", tmp_path / "rows.csv")
+    refused("certify: CSV of something else", "certify", tmp_path / "rows.csv", "--problem", problem)
+    refused("certify: JSON of something else", "certify", tmp_path / "note.json")
+    refused("certify: problem of something else", "certify", planned / "plan.json", "--problem", tmp_path / "note.json")
+    refused("certify: output exists", "certify", planned / "plan.json", "-o", tmp_path / "there.json")
+    refused("certify: no such folder", "certify", planned / "plan.json", "-o", tmp_path / "none" / "c.json")
+    refused("certify: interpolation of a plan", "certify", planned / "plan.json", "--interpolation", "cubic")
+    refused("certify: a limit mistyped", "certify", planned / "plan.json", "--limits", "speed")
+    refused("certify: clearance below 0", "certify", planned / "plan.json", "--minimum-clearance", "-1")
+    refused("certify: an option mistyped", "certify", planned / "plan.json", "--problm", problem)

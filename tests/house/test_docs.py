@@ -1,0 +1,74 @@
+"""What the pages show runs, in order, on a small arm; and the files that they name exist."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from house.source import REPOSITORY
+
+PAGES = sorted((REPOSITORY / "docs").glob("*.md"))
+
+_LINKS = (("base", 0.08, 0.2), ("upper", 0.06, 0.3), ("lower", 0.05, 0.3), ("wrist", 0.04, 0.1), ("hand", 0.04, 0.06))
+_JOINTS = (
+    ("j1", "base", "shoulder", "0 0 0.2", "0 0 1"),
+    ("j2", "shoulder", "upper", "0 0 0", "0 1 0"),
+    ("j3", "upper", "upper2", "0 0 0.3", "0 0 1"),
+    ("j4", "upper2", "lower", "0 0 0", "0 1 0"),
+    ("j5", "lower", "wrist", "0 0 0.35", "0 0 1"),
+    ("j6", "wrist", "hand", "0 0 0.12", "0 1 0"),
+)
+
+
+def arm() -> tuple[str, str]:
+    """Return the URDF and SRDF of an arm of six joints."""
+    shapes = {name: (radius, length) for name, radius, length in _LINKS}
+    links = "".join(
+        f'<link name="{name}">'
+        + (
+            f'<collision><origin xyz="0 0 {shapes[name][1] / 2}"/><geometry><cylinder radius="{shapes[name][0]}" '
+            f'length="{shapes[name][1]}"/></geometry></collision>'
+            if name in shapes
+            else ""
+        )
+        + "</link>"
+        for name in ("base", "shoulder", "upper", "upper2", "lower", "wrist", "hand")
+    )
+    joints = "".join(
+        f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/><origin xyz="{xyz}"/>'
+        f'<axis xyz="{axis}"/><limit lower="-2.8" upper="2.8" velocity="1.5" effort="10"/></joint>'
+        for name, parent, child, xyz, axis in _JOINTS
+    )
+    pairs = (("base", "upper"), ("upper", "lower"), ("lower", "wrist"), ("wrist", "hand"), ("lower", "hand"))
+    allowed = "".join(f'<disable_collisions link1="{a}" link2="{b}" reason="Adjacent"/>' for a, b in pairs)
+    group = '<group name="arm"><chain base_link="base" tip_link="hand"/></group>'
+    return f'<robot name="arm">{links}{joints}</robot>', f'<robot name="arm">{group}{allowed}</robot>'
+
+
+def blocks(page: Path) -> list[str]:
+    """Return a page's Python."""
+    return re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+def test_planning_for_your_own_robot_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in zip(("arm.urdf", "arm.srdf"), arm(), strict=True):
+        Path(name).write_text(text, encoding="utf-8")
+    names: dict[str, object] = {}
+    for block in blocks(REPOSITORY / "docs" / "planning.md"):
+        exec(compile(block, "planning.md", "exec"), names)
+    printed = capsys.readouterr().out
+    assert "a motion was found and proven" in printed
+    assert "holds" in printed
+    assert Path("plan.json").exists()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_the_files_a_page_names_exist(page: Path) -> None:
+    named = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+    missing = [name for name in named if not name.startswith("http") and not (page.parent / name).exists()]
+    assert not missing
