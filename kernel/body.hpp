@@ -102,9 +102,7 @@ template <class T> bounds3<T> bounds_of(const box_obstacle<T>& o) {
 }
 template <class T> bounds3<T> bounds_of(const drum_obstacle<T>& o) {
     T half[3];
-    for (int k = 0; k < 3; ++k) {
-        half[k] = std::abs(o.axis[k]) * o.half_length + std::sqrt(std::max(T(0), T(1) - o.axis[k] * o.axis[k])) * o.radius;
-    }
+    for (int k = 0; k < 3; ++k) half[k] = std::abs(o.axis[k]) * o.half_length + std::hypot(o.axis[(k + 1) % 3], o.axis[(k + 2) % 3]) * o.radius;
     bounds3<T> out;
     out.around(o.center, half);
     return out;
@@ -130,8 +128,11 @@ template <class T> void obstacle_set<T>::build_tree() {
     tree.clear();
     const auto push = [&](const bounds3<T>& b, shape kind, int index) {
         obstacle_node<T> node{};
-        std::copy(b.lower, b.lower + 3, node.lower);
-        std::copy(b.upper, b.upper + 3, node.upper);
+        for (int k = 0; k < 3; ++k) {   // a little larger, for the rounding here and where it is asked
+            const T slack = T(8 * std::numeric_limits<T>::epsilon()) * (std::abs(b.lower[k]) + std::abs(b.upper[k]));
+            node.lower[k] = b.lower[k] - slack;
+            node.upper[k] = b.upper[k] + slack;
+        }
         node.kind = kind;
         node.index = index;
         node.skip = static_cast<int>(tree.size()) + 1;

@@ -102,21 +102,23 @@ template <class T> SPACEARM_INLINE pack<T> axis_distance(const sphere<T>& o, con
 template <class T> SPACEARM_INLINE pack<T> axis_distance(const wall_obstacle<T>& o, const vec3<T>& a, const vec3<T>& ab, T) {
     return distance_to(o, a) + min(dot(ab, o.normal), pack<T>(T(0)));
 }
-// Two segments: the nearest points of the lines, clamped, then each segment's nearest point to the other's (Ericson,
-// Real-Time Collision Detection, 2005, 5.1.9). For parallel ones any pair will do, and the clamping finds it.
+// Two segments from p to p + u and from q to q + v: where they are nearest inside both, the lines are (Ericson, Real-Time
+// Collision Detection, 2005, 5.1.9); else at an end of one. Near parallel the lines' nearest points are not to be trusted, but
+// then the ends are as near.
 template <class T>
 SPACEARM_INLINE pack<T> squared_distance_of_axes(const vec3<T>& p, const vec3<T>& u, T inverse_u2, const vec3<T>& q, const vec3<T>& v, T inverse_v2) {
-    const pack<T> zero(T(0)), one(T(1));
+    const pack<T> zero(T(0)), one(T(1)), to_u(inverse_u2), to_v(inverse_v2);
     const vec3<T> r = p - q;
     const pack<T> uv = dot(u, v), ur = dot(u, r), vr = dot(v, r), uu = dot(u, u), vv = dot(v, v);
     const pack<T> across = uu * vv - uv * uv;                       // 0 where parallel
-    const pack_mask<T> skew = uu * vv * T(1e-6) < across;
-    pack<T> s = select(skew, clamp((uv * vr - ur * vv) / select(skew, across, one), zero, one), zero);
-    pack<T> t = clamp((uv * s + vr) * inverse_v2, zero, one);
-    s = clamp((uv * t - ur) * inverse_u2, zero, one);
-    t = clamp((uv * s + vr) * inverse_v2, zero, one);
+    const pack_mask<T> skew = uu * vv * T(8 * std::numeric_limits<T>::epsilon()) < across;
+    const pack<T> s = select(skew, clamp((uv * vr - ur * vv) / select(skew, across, one), zero, one), zero);
+    const pack<T> t = clamp((uv * s + vr) * inverse_v2, zero, one);
     const vec3<T> d{r.x + u.x * s - v.x * t, r.y + u.y * s - v.y * t, r.z + u.z * s - v.z * t};
-    return dot(d, d);
+    const vec3<T> back = q - p;
+    const pack<T> first = min(squared_distance_to_axis(r, v, to_v), squared_distance_to_axis(r + u, v, to_v));
+    const pack<T> second = min(squared_distance_to_axis(back, u, to_u), squared_distance_to_axis(back + v, u, to_u));
+    return min(min(dot(d, d), first), second);
 }
 template <class T> SPACEARM_INLINE pack<T> axis_distance(const rod_obstacle<T>& o, const vec3<T>& a, const vec3<T>& ab, T inverse_squared_length) {
     return sqrt(squared_distance_of_axes(a, ab, inverse_squared_length, constant(o.a), constant(o.ab), o.inverse_squared_length)) - o.radius;

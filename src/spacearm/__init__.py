@@ -100,7 +100,6 @@ _ROOM_OF = {
         "LinkEnvelope",
         "NamedConfiguration",
         "Robot",
-    "SavedPlan",
         "SelfPairs",
         "builtin_robots",
         "envelope_report",

@@ -29,6 +29,7 @@ Place = tuple[str | int, ...]
 """Where in a file: keys and list positions from the root."""
 
 _VERSION = 1
+_DEEPEST = 100  # levels of nesting
 
 _FOREIGN = (
     (
@@ -141,6 +142,19 @@ def read_yaml(path: str | os.PathLike[str], *, key: str, what: str) -> YamlFile:
     Raises:
         FileFormatError: no such file, no YAML, not a mapping, another format or another version.
     """
+    value, root = _composed(read_text(path, what=what), path, what)
+    if not isinstance(value, dict):
+        raise FileFormatError(f"{path} holds {shown(value)}, expected {what}: a mapping that begins with '{key}: {_VERSION}'")
+    _require_format(value, path, key, what)
+    return YamlFile(path=Path(path), value=value, root=root)
+
+
+def read_text(path: str | os.PathLike[str], *, what: str) -> str:
+    """Read a file of UTF-8 text that is not XML.
+
+    Raises:
+        FileFormatError: no such file, or another kind of file.
+    """
     content = read_bytes(path, what=what)
     try:
         text = content.decode("utf-8-sig")
@@ -152,10 +166,28 @@ def read_yaml(path: str | os.PathLike[str], *, key: str, what: str) -> YamlFile:
         raise FileFormatError(f"{path} is binary, expected {what} in YAML; check the path")
     if text.lstrip().startswith("<"):
         raise FileFormatError(f"{path} is XML (a URDF?), expected {what} in YAML; check the path")
+    return text
+
+
+def yaml_of_others(text: str, path: str | os.PathLike[str], *, key: str, what: str) -> YamlFile:
+    """Read a YAML mapping in a format of others, which is known by a key that it must have.
+
+    Args:
+        text: the file's text.
+        path: the file.
+        key: what the format is known by.
+        what: what the file should hold, for messages.
+
+    Raises:
+        FileFormatError: no YAML, not a mapping, or no such key.
+    """
     value, root = _composed(text, path, what)
     if not isinstance(value, dict):
-        raise FileFormatError(f"{path} holds {shown(value)}, expected {what}: a mapping that begins with '{key}: {_VERSION}'")
-    _require_format(value, path, key, what)
+        raise FileFormatError(f"{path} holds {shown(value)}, expected {what}: a mapping with the key '{key}'")
+    if key not in value:
+        foreign = _foreign(value)
+        looks = f" looks like {foreign}" if foreign else f" has no key '{key}'"
+        raise FileFormatError(f"{path}{looks}, expected {what}, which has the key '{key}'")
     return YamlFile(path=Path(path), value=value, root=root)
 
 
@@ -178,6 +210,9 @@ def require_known_keys(given: Any, known: list[str]) -> None:
 def _composed(text: str, path: Any, what: str) -> tuple[Any, Any]:
     import yaml
 
+    quickly = _composed_in_c(text)
+    if quickly is not None:
+        return quickly
     loader = None
     try:
         loader = _loader_class()(text)
@@ -202,11 +237,34 @@ def _composed(text: str, path: Any, what: str) -> tuple[Any, Any]:
             loader.dispose()
 
 
-@cache
-def _loader_class() -> Any:
+def _composed_in_c(text: str) -> tuple[Any, Any] | None:
+    """Read quickly what has nothing wrong with it; None where the slow way is to say what is, or where there is no libyaml."""
     import yaml
 
-    class Loader(yaml.SafeLoader):
+    if not yaml.__with_libyaml__:
+        return None
+    try:
+        # Composing is recursive in C, where too deep a nesting ends the process; the events are not.
+        depth = 0
+        for event in yaml.parse(text, Loader=_loader_class(quick=True)):
+            if isinstance(event, yaml.CollectionStartEvent):
+                depth += 1
+                if depth > _DEEPEST:
+                    return None
+            elif isinstance(event, yaml.CollectionEndEvent):
+                depth -= 1
+        loader = _loader_class(quick=True)(text)
+        root = loader.get_single_node()
+        return (None, None) if root is None else (loader.construct_document(root), root)
+    except Exception:  # whatever it is, the slow way has the sentence
+        return None
+
+
+@cache
+def _loader_class(*, quick: bool = False) -> Any:
+    import yaml
+
+    class Loader(yaml.CSafeLoader if quick else yaml.SafeLoader):
         """Reads the core schema of YAML 1.2 and refuses a key given twice."""
 
         def construct_mapping(self, node: Any, deep: bool = False) -> Any:
@@ -234,13 +292,17 @@ def _loader_class() -> Any:
 
 def _require_format(value: dict[Any, Any], path: Any, key: str, what: str) -> None:
     if key not in value:
-        foreign = next((name for name, keys in _FOREIGN if keys & value.keys()), None)
+        foreign = _foreign(value)
         looks = f" looks like {foreign}" if foreign else f" has no key '{key}'"
         raise FileFormatError(f"{path}{looks}, expected {what}, which begins with '{key}: {_VERSION}'")
     if value[key] != _VERSION or isinstance(value[key], bool):
         raise FileFormatError(
             f"{path} has {key}: {shown(value[key])}, expected {key}: {_VERSION}; this release reads no other version"
         )
+
+
+def _foreign(value: dict[Any, Any]) -> str | None:
+    return next((name for name, keys in _FOREIGN if keys & value.keys()), None)
 
 
 _EXPECTED = {

@@ -13,13 +13,14 @@ from hypothesis import strategies as st
 from cli.conftest import Refused, Told
 from spacearm.cli import COMMANDS, main
 from spacearm.cli.arguments import _options, parsed
+from spacearm.cli.certify import Options as CertifyOptions
 from spacearm.cli.paper import Options as PaperOptions
 from spacearm.cli.plan import Options as PlanOptions
 from spacearm.errors import SettingsError
 from spacearm.paper import PaperSettings
 from spacearm.swarm import NAMED_SETTINGS
 
-RECORDS = {"paper": PaperOptions, "plan": PlanOptions}
+RECORDS = {"certify": CertifyOptions, "paper": PaperOptions, "plan": PlanOptions}
 UNITS = {"--radii": "[m]", "--tolerance": "[m]", "--link-radius": "[m]"}
 
 

@@ -15,7 +15,7 @@ PACKAGE = REPOSITORY / "src" / "spacearm"
 
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("cli",),
-    ("paper",),
+    ("paper", "bench"),
     ("study",),
     ("show",),
     ("planner",),

@@ -12,7 +12,7 @@ import numpy as np
 from spacearm._kernel import load_level
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import tree_arrays
-from spacearm.scene import Sphere
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 
 LEVELS = ("x86-64-v4", "x86-64-v3", "x86-64-v2", "generic")
 Point = tuple[int, Sequence[float] | np.ndarray]
@@ -105,3 +105,78 @@ def place(
         sphere_radius=np.array([s.radius for s in spheres], dtype=np.float64),
     )
     return Placed(native, tuple(listed))
+
+
+# ---- envelopes among obstacles ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Surrounded:
+    """A kernel model with its envelope among obstacles.
+
+    Attributes:
+        native: the kernel's own object.
+        pairs: (p, 2) the capsules that must keep clear of each other.
+    """
+
+    native: Any
+    pairs: np.ndarray
+
+
+def obstacle_row(obstacle: Obstacle) -> tuple[int, list[float]]:
+    """A shape's kind and 15 numbers, as `add_obstacle` has them."""
+    if isinstance(obstacle, Sphere):
+        kind, parts = 1, [obstacle.center, obstacle.radius]
+    elif isinstance(obstacle, Capsule):
+        kind, parts = 2, [obstacle.a, obstacle.b, obstacle.radius]
+    elif isinstance(obstacle, Box):
+        kind, parts = 3, [obstacle.pose[:3, 3], *obstacle.pose[:3, :3].T, obstacle.size / 2]
+    elif isinstance(obstacle, Cylinder):
+        kind, parts = 4, [obstacle.pose[:3, 3], obstacle.pose[:3, 2], obstacle.length / 2, obstacle.radius]
+    else:
+        assert isinstance(obstacle, HalfSpace)
+        kind, parts = 5, [obstacle.normal, obstacle.normal @ obstacle.point]
+    numbers = np.hstack(parts)
+    return kind, [*numbers, *[0.0] * (15 - len(numbers))]
+
+
+def single_shapes(obstacles: Sequence[Obstacle]) -> list[Obstacle]:
+    """The obstacles, sets of spheres as their spheres."""
+    out: list[Obstacle] = []
+    for obstacle in obstacles:
+        if isinstance(obstacle, SphereSet):
+            out += [Sphere(c, float(r)) for c, r in zip(obstacle.centers, obstacle.radii, strict=True)]
+        else:
+            out.append(obstacle)
+    return out
+
+
+def surround(build: Build, robot: Robot, obstacles: Sequence[Obstacle] = (), *, points: Sequence[Point] = ()) -> Surrounded:
+    """Make a kernel model whose capsules are arranged link by link, among obstacles of any shape."""
+    links = sorted({(c.name, c.joint) for c in robot.capsules})
+    order = sorted(range(len(robot.capsules)), key=lambda i: links.index((robot.capsules[i].name, robot.capsules[i].joint)))
+    capsules = [robot.capsules[i] for i in order]
+    close = [
+        (links.index(a), links.index(b)) for one, two in robot.self_pairs for a in links for b in links if (a[0], b[0]) == (one, two)
+    ]
+    rows = [obstacle_row(obstacle) for obstacle in single_shapes(obstacles)]
+    native = place(build, robot, points=points).native.surrounded(
+        index=np.array(order, dtype=np.int32),
+        joint=np.array([c.joint for c in capsules], dtype=np.int32),
+        link=np.array([links.index((c.name, c.joint)) for c in capsules], dtype=np.int32),
+        a=np.array([c.a for c in capsules], dtype=np.float64).reshape(-1, 3),
+        b=np.array([c.b for c in capsules], dtype=np.float64).reshape(-1, 3),
+        radius=np.array([c.radius for c in capsules], dtype=np.float64),
+        pairs=np.array(close, dtype=np.int32).reshape(-1, 2),
+        obstacle_kind=np.array([kind for kind, _ in rows], dtype=np.int32),
+        obstacle_numbers=np.array([numbers for _, numbers in rows], dtype=np.float64).reshape(-1, 15),
+    )
+    names = [c.name for c in robot.capsules]
+    pairs = [
+        (i, k)
+        for one, two in robot.self_pairs
+        for i, name in enumerate(names)
+        for k, other in enumerate(names)
+        if (name, other) == (one, two)
+    ]
+    return Surrounded(native, np.array(pairs, dtype=np.int32).reshape(-1, 2))

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 
 COMMANDS = {
+    "bench": "measure the planner on a collection of problems: spacearm bench mbm -d DIR",
     "certify": "prove a plan.json again, or a trajectory in CSV: free of collision and within the limits, at every instant",
     "paper": "run the paper's experiment: Table 3, Figures 4-9, report.json",
     "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, figures",

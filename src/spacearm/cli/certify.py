@@ -31,7 +31,7 @@ class Options:
         interpolation: of a CSV, between rows; none: by what the file gives, straight lines if that is positions only.
         degrees: a CSV's angles are in degrees.
         unwrap: a CSV's angles take the short way from row to row.
-        limits: the joint limits to be kept; position velocity leaves out the acceleration, which a path with corners breaks.
+        limits: the joint limits to be kept; a path with corners has no acceleration, so leave that out for one.
         jerk_limit: of every joint [rad/s^3 or m/s^3].
         minimum_clearance: the clearance is to be more than this [m].
         resolution: intervals shorter than this share of the motion are not halved again.
@@ -44,7 +44,9 @@ class Options:
     interpolation: Literal["linear", "cubic", "quintic"] | None = None
     degrees: bool = False
     unwrap: bool = False
-    limits: tuple[Literal["position", "velocity", "acceleration"], ...] = ("position", "velocity", "acceleration")
+    limits: tuple[Literal["position", "velocity", "acceleration"], ...] = field(
+        default=("position", "velocity", "acceleration"), metadata={"name": "LIMIT"}
+    )
     jerk_limit: float | None = None
     minimum_clearance: float = 0.0
     resolution: float = 1e-7

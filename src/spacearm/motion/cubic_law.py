@@ -38,13 +38,18 @@ def cubic_basis(knots: Array, x: Array, derivative: int = 0) -> Array:
 
 def cubic_law(knots: Array, points: Array) -> TimeLaw:
     """Return the time law of knots (m + 1,) from 0 to 1 and control points (m + 3,) that rise from 0 to 1."""
-    ends = (knots[:-1], knots[1:])
-    coefficients = np.stack(
-        [_blossom(knots, points, [ends[k < later] for k in range(_DEGREE)]) for later in range(_DEGREE + 1)], 1
-    )
+    coefficients = bezier_points(knots, points)
     coefficients[1:, 0] = coefficients[:-1, -1]
     coefficients[0, 0], coefficients[-1, -1] = 0.0, 1.0
     return TimeLaw(knots, coefficients)
+
+
+def bezier_points(knots: Array, points: Array) -> Array:
+    """Return the Bernstein coefficients of each piece of a law, (m, 4)."""
+    ends = (knots[:-1], knots[1:])
+    return np.stack(
+        [_blossom(knots, points, [ends[k < later] for k in range(_DEGREE)]) for later in range(_DEGREE + 1)], axis=1
+    )
 
 
 def _blossom(knots: Array, points: Array, arguments: list[Array]) -> Array:

@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 # Bezier points carry rounding of about 1e-14 of the control points' size; the duration makes up for it.
 ROUNDING = 1e-12
+_POSITION_TOLERANCE = 1e-10  # of the furthest: a path may run along a limit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,7 +99,7 @@ def path_margins(robot: Robot, path: PiecewisePath, *, jerk_limit: ArrayLike | N
     if jerk_limit is not None:
         jerk = greatest_size(path, 3) / as_jerk_limit(robot, jerk_limit)
         jerk = np.where(velocity_jumps | acceleration_jumps, np.inf, jerk)
-    low, high = extremes(path, 0, tolerance=1e-6)
+    low, high = extremes(path, 0, tolerance=_POSITION_TOLERANCE)
     return LimitMargins(
         position=np.minimum(low - robot.lower, robot.upper - high),
         velocity=greatest_size(path, 1) / robot.velocity,

@@ -19,6 +19,8 @@ from spacearm.motion.trajectory import Trajectory
 from spacearm.robot import Robot
 
 _REFINED_PIECES = 32
+_REFINED_ALONE = 64  # where toppra has none to compare with
+_MOST = 1000
 _INSTANT = 1e-6  # [s]
 
 
@@ -58,22 +60,19 @@ def time_optimal(
     if smoothed is not None:
         laws.append((smoothed[0], "toppra's law made smooth"))
     if jerk_limit is not None or smoothed is None:
-        laws.append(
-            (
-                refined_law(motion, limits, slow, pieces=_REFINED_PIECES if smoothed else pieces),
-                "a smooth law by linear programmes",
-            )
-        )
+        most = _REFINED_PIECES if smoothed is not None else _REFINED_ALONE
+        laws.append((refined_law(motion, limits, slow, pieces=most), "a smooth law by linear programmes"))
     timed = [(fastest_duration_of_law(robot, motion, law, jerk_limit=jerk_limit), law, what) for law, what in laws]
     duration, law, what = min(timed, key=lambda entry: entry[0])
     if duration >= slow:
         return Trajectory(robot, motion, duration=slow, notes=("the uniform time law: no quicker one was found",))
-    note = f"{what}: {duration:.6g} s, {(1 - duration / slow) * 100:.3g} % less than the uniform law's {slow:.6g} s"
-    if smoothed is not None:
-        note += f"; {(duration / smoothed[1] - 1) * 100:.2g} % more than toppra's, which keeps the limits at grid points only"
+    note = f"{what}: {duration:.6g} s, {(1 - duration / slow) * 100:.3g} % less than the uniform law's {slow:.6g} s, within the limits for all t"
+    if smoothed is not None and jerk_limit is None:
+        excess = (duration / smoothed[1] - 1) * 100
+        note += f", {abs(excess):.2g} % {'more' if excess > 0 else 'less'} than toppra's, which heeds them at grid points only"
     return Trajectory(robot, motion, duration=duration, time_law=law, notes=(note,))
 
 
 def _require_count(name: str, value: Any) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 8 <= value <= 10_000:
-        raise SettingsError(f"{name} is {shown(value)}, expected a whole number from 8 to 10000")
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 8 <= value <= _MOST:
+        raise SettingsError(f"{name} is {shown(value)}, expected a whole number from 8 to {_MOST}")

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import Frozen, as_readonly
 from spacearm.errors import ProblemError
+from spacearm.motion.bernstein import weights
 
 Array = NDArray[np.float64]
 
@@ -225,16 +226,6 @@ def _hull_matrix(interior: int, derivative: int, bisections: int, pieces: NDArra
     ends = (pieces[:, None] + np.arange(2)) / ((interior + 1) * 2**bisections)
     # Chebyshev nodes, for which solving costs no more than the last digit or two.
     nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
-    binomial = np.array([_choose(degree, i) for i in range(degree + 1)])
-    i = np.arange(degree + 1)
-    bernstein = binomial * nodes[:, None] ** i * (1 - nodes[:, None]) ** (degree - i)
     at = ends[:, :1] + nodes * np.diff(ends, axis=1)
     values = basis(at.ravel(), interior, derivative=derivative).reshape(len(pieces), degree + 1, interior + 2)
-    return ends, np.linalg.solve(bernstein, values).astype(np.float64)
-
-
-def _choose(n: int, k: int) -> int:
-    out = 1
-    for i in range(k):
-        out = out * (n - i) // (i + 1)
-    return out
+    return ends, np.linalg.solve(weights(degree, nodes), values).astype(np.float64)

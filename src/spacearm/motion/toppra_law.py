@@ -14,7 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.motion.cubic_law import abscissae, cubic_basis, cubic_law
+from spacearm.motion.bernstein import differences, weights
+from spacearm.motion.cubic_law import abscissae, bezier_points, cubic_law
 from spacearm.motion.retimed import limit_shares, needed
 from spacearm.motion.spline import Motion
 from spacearm.motion.timelaw import TimeLaw
@@ -142,9 +143,11 @@ def _s_of_v(v: Array) -> Array:
 def _ratios(motion: Motion, limits: list[Array], knots: Array, points: Array, duration: float) -> Array:
     """Return by what factor each piece of the law is too quick, (pieces,), by samples; below 1: it might be quicker."""
     share = np.arange(_SAMPLES + 1) / _SAMPLES
-    inside = np.clip(share, 1e-9, 1 - 1e-9)  # the third derivative jumps at the knots
-    x = (knots[:-1, None] + np.diff(knots)[:, None] * inside).ravel()
-    rates = [cubic_basis(knots, x, k) @ points for k in range(len(limits) + 1)]
+    law, lengths = bezier_points(knots, points)[:, :, None], np.diff(knots)[:, None]
+    rates = []
+    for k in range(len(limits) + 1):
+        derivative = differences(law, k)[:, :, 0] / lengths**k
+        rates.append((derivative @ weights(derivative.shape[1] - 1, share).T).ravel())
     needs = needed(limit_shares(motion, limits, rates)) / duration
     return needs.reshape(-1, _SAMPLES + 1).max(axis=1)
 

@@ -7,7 +7,7 @@ import numpy as np
 from spacearm.scene.enclose.box_tree import Array
 from spacearm.scene.enclose.cells import Cells, joined_cells, one_cell
 from spacearm.scene.enclose.centers import Body, Centers, centers_for, joined_centers
-from spacearm.scene.enclose.choice import Choice, held, reach_of
+from spacearm.scene.enclose.choice import Choice, held, reach_of, thinned
 from spacearm.scene.enclose.inside import Inside
 from spacearm.scene.enclose.surface import Surface
 
@@ -46,7 +46,7 @@ def enclosing_balls(
 
 def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None:
     """Return balls with nearly the least excess that so many allow: halve it until they are too few, then bisect."""
-    most = min(_MOST_CELLS, 1000 + 50 * spheres)  # a ball hardly ever holds more cells on the average
+    most = min(_MOST_CELLS, 300 + 20 * spheres)  # a ball seldom holds more cells on the average
     first = centers_for(body, whole, tolerance=1e-4 * size)
     cut, high = [(whole, first)], float(first.excess[0])
     best, low = _covered(cut, high, spheres), high / 2
@@ -68,7 +68,7 @@ def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None
 
 
 def _cut(body: Body, cut: list[_Cut], excess: float, *, most: int = _MOST_CELLS) -> list[_Cut] | None:
-    """Cut cells until each is held by a ball of its own that stands out no more than wanted; None if there are too many (`most`)."""
+    """Cut cells until each is held by a ball of its own that stands out no more than `excess`; None if more than `most`."""
     done: list[_Cut] = []
     coarse: list[Cells] = []
     units: list[Array] = []
@@ -99,9 +99,14 @@ def _covered(cut: list[_Cut], excess: float, spheres: int) -> Balls | None:
     """Choose balls for cells; None if there are more than so many."""
     cells, centers = joined_cells([part for part, _ in cut]), joined_centers([part for _, part in cut])
     center, depth = centers.candidates(excess)
-    kept = depth > -excess
+    kept = np.flatnonzero(depth > -excess)
+    kept = kept[thinned(center[kept], depth[kept], excess)]
     center, depth = center[kept], depth[kept]
-    ball, cell = held(cells, center, (excess + depth) * (1 + 1e-12))
+    ball, cell = held(cells, center, excess + depth)
+    alone = np.setdiff1d(np.arange(len(cells)), cell)  # held by none of the few; by their own balls, then
+    center, depth = np.concatenate([center, centers.best[alone]]), np.concatenate([depth, centers.best_depth[alone]])
+    more, cell_of_more = held(cells, center[len(kept) :], (excess + depth[len(kept) :]) * (1 + 1e-12))
+    ball, cell = np.concatenate([ball, more + len(kept)]), np.concatenate([cell, cell_of_more])
     choice = Choice(ball, cell, len(center), len(cells))
     chosen = choice.few()
     if len(chosen) > spheres:

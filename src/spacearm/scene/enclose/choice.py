@@ -8,13 +8,28 @@ from spacearm.scene.enclose.box_tree import Array, BoxTree, Indices
 from spacearm.scene.enclose.cells import Cells
 
 
+def thinned(centers: Array, depth: Array, excess: float, *, fineness: float = 2.0) -> Indices:
+    """Return which centres are left if one is enough in every box of a grid: the deepest.
+
+    The grid is a fraction of what a ball's cap holds of a plane.
+    """
+    cap = np.sqrt(np.maximum(2 * depth * excess, 0.0) + excess**2)
+    level = np.floor(np.log2(cap))
+    place = np.floor(centers / (np.exp2(level) / fineness)[:, None])
+    order = np.lexsort((-depth, place[:, 2], place[:, 1], place[:, 0], level))
+    key = np.column_stack([place, level])[order]
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (key[1:] != key[:-1]).any(axis=1)
+    return np.sort(order[new])
+
+
 def held(cells: Cells, centers: Array, radii: Array) -> tuple[Indices, Indices]:
     """Return all pairs (ball, cell) of a ball that holds a cell."""
     low, high = cells.low, cells.high
     tree = BoxTree(low, high)
     count = np.diff(cells.start)
     balls, found = [], []
-    for i in range(0, len(centers), 20_000):
+    for i in range(0, max(1, len(centers)), 20_000):
         ball, node = tree.leaves_within(centers[i : i + 20_000], radii[i : i + 20_000])
         place, cell = tree.items(node)
         ball = ball[place] + i

@@ -1,0 +1,181 @@
+"""A long search for a certificate that is wrong: drawn robots, scenes and trajectories, and what was proven looked at by others.
+
+Robots with branches, slides and mimics; obstacles of every shape; splines, straight lines and cubics. Where a certificate
+holds, Pinocchio and Coal measure the clearance at many random instants and around the closest approach; where it fails, at the
+instant that it names. A case is drawn from (seed, number), which is printed with whatever is wrong.
+
+    python benchmarks/soak_certificate.py --seconds 600 --instants 500
+    python benchmarks/soak_certificate.py --seed 0 --only 1234
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+
+from oracles.coal_shapes import least_distances
+from oracles.pinocchio_points import joint_frames
+from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
+from spacearm.proof import Certificate, certify
+from spacearm.robot import Frame, Joint, LinkCapsule, Robot
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
+
+TOLERANCE = 1e-7  # [m] Coal's and Pinocchio's rounding
+DEPTH = 1e-4  # [m] of Coal's penetration depths
+
+
+class Case(NamedTuple):
+    """What a certificate is asked about."""
+
+    robot: Robot
+    scene: Scene
+    trajectory: AnyTrajectory
+
+
+def drawn(seed: int, number: int) -> Case:
+    rng = np.random.default_rng((seed, number))
+    robot = drawn_robot(rng)
+    scene = Scene([drawn_obstacle(rng) for _ in range(rng.integers(0, 7))])
+    return Case(robot, scene, drawn_trajectory(rng, robot))
+
+
+def drawn_robot(rng: np.random.Generator) -> Robot:
+    count = int(rng.integers(1, 10))
+    joints: list[Joint] = []
+    dofs = 0
+    for i in range(count):
+        parent = i - 1 if rng.random() < 0.8 else int(rng.integers(-1, i)) if i else -1
+        follows = dofs > 0 and rng.random() < 0.15
+        joints.append(
+            Joint(
+                name=f"joint_{i}",
+                kind="prismatic" if rng.random() < 0.25 else "revolute",
+                parent=parent,
+                T_parent_joint=pose(0.4 * rng.normal(size=3), rng.normal(size=4)),
+                dof=int(rng.integers(0, dofs)) if follows else dofs,
+                multiplier=float(rng.choice([-1.0, 0.5, 2.0])) if follows else 1.0,
+                offset=0.3 if follows else 0.0,
+            )
+        )
+        dofs += not follows
+    balls = rng.random() < 0.4
+    capsules = []
+    for _ in range(rng.integers(1, count + 5)):
+        joint, a = int(rng.integers(-1, count)), 0.3 * rng.normal(size=3)
+        b = a if balls or rng.random() < 0.3 else a + 0.3 * rng.normal(size=3)
+        capsules.append(LinkCapsule(name=f"link_{joint}", joint=joint, a=a, b=b, radius=float(rng.choice([0, 0.01, 0.1]))))
+    links = sorted({capsule.name for capsule in capsules})
+    pairs = [(one, other) for i, one in enumerate(links) for other in links[i + 1 :] if rng.random() < 0.4]
+    names = tuple(f"dof_{i}" for i in range(dofs))
+    turns = [next(joint.kind for joint in joints if joint.dof == i) for i in range(dofs)]
+    mixed = any(joint.kind != turns[joint.dof] for joint in joints)
+    names = tuple(next(joint.name for joint in joints if joint.dof == i) for i in range(dofs)) if mixed else names
+    return Robot(
+        name="drawn",
+        joints=tuple(joints),
+        capsules=tuple(capsules),
+        frames=(Frame(name="tip", joint=count - 1, T_joint_frame=np.eye(4)),),
+        tip="tip",
+        dof_names=names,
+        lower=np.full(dofs, -np.inf),
+        upper=np.full(dofs, np.inf),
+        velocity=np.ones(dofs),
+        acceleration=np.ones(dofs),
+        self_pairs=tuple(pairs),
+    )
+
+
+def drawn_obstacle(rng: np.random.Generator) -> Obstacle:
+    size = float(rng.choice([0.001, 0.05, 0.3]))
+    at, placed = rng.normal(size=3), pose(rng.normal(size=3), rng.normal(size=4))
+    kind = int(rng.integers(6))
+    if kind == 0:
+        return Sphere(at, size)
+    if kind == 1:
+        return Capsule(at, rng.normal(size=3), size)
+    if kind == 2:
+        return Box(rng.uniform(0.001, 0.6, 3), placed)
+    if kind == 3:
+        return Cylinder(size, float(rng.uniform(0.001, 1)), placed)
+    if kind == 4:
+        normal = rng.normal(size=3)
+        return HalfSpace(normal, -rng.uniform(0.5, 2) * normal / np.linalg.norm(normal))
+    count = int(rng.integers(1, 150))
+    return SphereSet(at + 0.1 * rng.normal(size=(count, 3)), rng.uniform(0.01, 0.05, count))
+
+
+def drawn_trajectory(rng: np.random.Generator, robot: Robot) -> AnyTrajectory:
+    size, kind = float(rng.choice([0.1, 0.5, 2.0])), int(rng.integers(3))
+    if kind == 0:
+        return Trajectory(robot, Motion(size * rng.normal(size=(rng.integers(2, 7), robot.dof))))
+    count = int(rng.integers(2, 60))
+    t = np.concatenate([[0.0], np.cumsum(rng.uniform(0.01, 1, count - 1))])
+    q = np.cumsum(0.3 * size * rng.normal(size=(count, robot.dof)), axis=0)
+    return RecordedTrajectory(robot, PiecewisePath.from_linear(t, q) if kind == 1 else PiecewisePath.from_cubic(t, q))
+
+
+def complaint(case: Case, certificate: Certificate, instants: int, rng: np.random.Generator) -> str | None:
+    """Say what is wrong with a certificate, if anything is."""
+    robot, scene, trajectory = case
+    near = certificate.closest
+    if near is None:
+        return None if certificate.holds and not (scene.obstacles or robot.self_pairs) else "nothing was measured"
+    begin, end = trajectory.curve.domain
+    around = np.clip(near.u + 1e-3 * (end - begin) * rng.normal(size=20), begin, end)
+    u = np.concatenate([[near.u], around, rng.uniform(begin, end, instants)])
+    measured = least_distances(
+        robot, scene, joint_frames(robot, trajectory.curve.sample(u[: None if certificate.holds else 1]))
+    )
+    if certificate.holds and (certificate.clearance or 0) <= 0:
+        return "it holds without clearance"
+    if certificate.holds and measured.min() < (certificate.clearance or 0) - TOLERANCE:
+        i = int(np.argmin(measured))
+        return f"proven {certificate.clearance:.9g} m, but {measured[i]:.9g} m at u = {u[i]:.17g}"
+    if certificate.holds and near.clearance > 2 * (certificate.clearance or 0) + TOLERANCE:
+        return f"measured {near.clearance:.9g} m, but only {certificate.clearance:.9g} m proven"
+    if certificate.status == "fails" and measured[0] > min(TOLERANCE, near.clearance + DEPTH):
+        return f"it fails at u = {near.u:.17g}, where the clearance is {measured[0]:.9g} m"
+    return None
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--instants", type=int, default=200, help="random instants of each trajectory that is proven")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", type=int, help="this case only")
+    options = parser.parse_args()
+    begun, statuses, seconds, wrong, number, instants = time.perf_counter(), Counter[str](), [], 0, 0, 0
+    while time.perf_counter() - begun < options.seconds:
+        number = number if options.only is None else options.only
+        case = drawn(options.seed, number)
+        certificate = certify(case, case.trajectory, limits=())
+        statuses[certificate.status] += 1
+        seconds.append(certificate.seconds)
+        instants += options.instants if certificate.holds else 0
+        found = complaint(case, certificate, options.instants, np.random.default_rng(number))
+        if found is not None:
+            wrong += 1
+            print(f"--seed {options.seed} --only {number}: {found}", flush=True)
+        number += 1
+        if options.only is not None:
+            print(certificate.message)
+            break
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"{number} trajectories, {instants} random instants, {wrong} wrong: {dict(statuses)}")
+    middle, most = np.percentile(seconds, (50, 99)) * 1e3
+    print(f"a proof takes {middle:.1f} ms (median), {most:.1f} ms (99 %); memory {memory:.0f} MB")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,60 @@
+"""Signed distances in plain NumPy, from the definition of each shape: outside the way to the surface, inside minus that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
+
+
+def point_distance(obstacle: Obstacle, p: np.ndarray) -> np.ndarray:
+    """Signed distances (...) [m] of points (..., 3) to an obstacle, a set of spheres being their union."""
+    if isinstance(obstacle, Sphere):
+        return np.linalg.norm(p - obstacle.center, axis=-1) - obstacle.radius
+    if isinstance(obstacle, SphereSet):
+        every = [point_distance(Sphere(c, float(r)), p) for c, r in zip(obstacle.centers, obstacle.radii, strict=True)]
+        return np.min(every, axis=0)
+    if isinstance(obstacle, HalfSpace):
+        return (p - obstacle.point) @ obstacle.normal
+    if isinstance(obstacle, Capsule):
+        axis = obstacle.b - obstacle.a
+        squared = axis @ axis
+        along = np.clip((p - obstacle.a) @ axis / squared, 0, 1) if squared > 0 else np.zeros(p.shape[:-1])
+        return np.linalg.norm(p - obstacle.a - along[..., None] * axis, axis=-1) - obstacle.radius
+    local = (p - obstacle.pose[:3, 3]) @ obstacle.pose[:3, :3]
+    if isinstance(obstacle, Box):
+        return _outside(np.abs(local) - obstacle.size / 2)
+    assert isinstance(obstacle, Cylinder)
+    radial = np.hypot(local[..., 0], local[..., 1]) - obstacle.radius
+    return _outside(np.stack([radial, np.abs(local[..., 2]) - obstacle.length / 2], axis=-1))
+
+
+def _outside(beyond: np.ndarray) -> np.ndarray:
+    """Distance to where all coordinates are below 0, which bounds a convex shape by planes at right angles."""
+    return np.linalg.norm(np.maximum(beyond, 0), axis=-1) + np.minimum(beyond.max(axis=-1), 0)
+
+
+def least_on_segments(distance: Callable[[np.ndarray], np.ndarray], a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The least of a function of points (..., 3) over segments from a to b (..., 3), along which it is convex.
+
+    By thirds: the least is never in the third beside the greater of two values. No slope is used, and no bound.
+    """
+    low, high = np.zeros(a.shape[:-1]), np.ones(a.shape[:-1])
+    at = lambda t: a + t[..., None] * (b - a)  # noqa: E731
+    least = np.minimum(distance(a), distance(b))
+    for _ in range(90):
+        one, two = low + (high - low) / 3, high - (high - low) / 3
+        d_one, d_two = distance(at(one)), distance(at(two))
+        least = np.minimum(least, np.minimum(d_one, d_two))
+        low, high = np.where(d_one > d_two, one, low), np.where(d_one > d_two, high, two)
+    return least
+
+
+def link_distance(obstacle: Obstacle, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Least signed distance (...) [m] of the points of segments from a to b (..., 3) to an obstacle."""
+    if isinstance(obstacle, SphereSet):  # not convex
+        every = [link_distance(Sphere(c, float(r)), a, b) for c, r in zip(obstacle.centers, obstacle.radii, strict=True)]
+        return np.min(every, axis=0)
+    return least_on_segments(lambda p: point_distance(obstacle, p), a, b)

@@ -1,0 +1,342 @@
+"""Meshes and point clouds enclosed in balls: all of it is held, and no ball stands out by more than is said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import HealthCheck, given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+
+import strategies
+from snapshot import assert_refused
+from spacearm.errors import FileFormatError, SceneError
+from spacearm.scene import SphereSet, enclose_mesh, enclose_points, pose
+from spacearm.scene.enclose.files import read_points
+from spacearm.scene.enclose.inside import Inside
+from spacearm.scene.enclose.surface import Surface
+from spacearm.scene.enclose.topology import inside_of
+
+COORDINATE = st.floats(-1.0, 1.0, allow_subnormal=False)
+QUICK = hypothesis_settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+CLOSED: dict[str, Callable[[], trimesh.Trimesh]] = {
+    "cube": lambda: trimesh.creation.box((1, 1, 1)),
+    "plate": lambda: trimesh.creation.box((0.7, 0.7, 0.04)),
+    "ball": lambda: trimesh.creation.icosphere(2, 0.5),
+    "ring": lambda: trimesh.creation.annulus(0.3, 0.5, 0.4),
+    "rod": lambda: trimesh.creation.cylinder(0.05, 1.0),
+    "cone": lambda: trimesh.creation.cone(0.3, 0.5),
+    "tetrahedron": lambda: trimesh.convex.convex_hull(np.eye(4, 3)),
+}
+EXCESS = {name: 0.04 for name in CLOSED}
+
+
+def apart(points: np.ndarray, balls: SphereSet) -> np.ndarray:
+    """How far points (n, 3) are outside of the balls, below 0 within, (n,) [m]."""
+    out = np.full(len(points), np.inf)
+    for i in range(0, len(balls.radii), 64):
+        away = np.linalg.norm(points[:, None] - balls.centers[i : i + 64], axis=2) - balls.radii[i : i + 64]
+        out = np.minimum(out, away.min(axis=1))
+    return out
+
+
+def on_triangles(triangles: np.ndarray, rng: np.random.Generator, count: int = 4000) -> np.ndarray:
+    """Points of triangles (n, 3, 3), their corners and points of their edges too, (m, 3)."""
+    weights = rng.dirichlet((0.7, 0.7, 0.7), count)
+    inner = np.einsum("ij,ijk->ik", weights, triangles[rng.integers(0, len(triangles), count)])
+    share = rng.random((len(triangles), 3, 1))
+    edges = share * triangles + (1 - share) * np.roll(triangles, 1, axis=1)
+    return np.concatenate([inner, edges.reshape(-1, 3), triangles.reshape(-1, 3)])
+
+
+def within(mesh: trimesh.Trimesh, rng: np.random.Generator, count: int = 3000) -> np.ndarray:
+    """Points inside a closed mesh, by trimesh's own test."""
+    points = rng.uniform(*mesh.bounds, (count, 3))
+    return points[mesh.contains(points)]
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_all_of_a_solid_is_held_and_no_ball_stands_out_too_far(name: str) -> None:
+    mesh, rng = CLOSED[name](), np.random.default_rng(1)
+    balls = enclose_mesh(mesh, excess=EXCESS[name], name=name)
+    assert balls.excess is not None
+    assert balls.excess <= EXCESS[name] + 1e-8
+    assert apart(on_triangles(np.array(mesh.triangles), rng), balls).max() <= 0
+    assert apart(within(mesh, rng), balls).max() <= 0
+    turned = rng.normal(size=(3, len(balls.radii), 3))
+    rims = balls.centers + balls.radii[:, None] * turned / np.linalg.norm(turned, axis=2, keepdims=True)
+    out = -trimesh.proximity.signed_distance(mesh, rims.reshape(-1, 3)[:1500])
+    assert out.max() <= balls.excess + 1e-9
+
+
+@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize("count", [1, 7, 40])
+def test_so_many_balls_and_no_more(name: str, count: int) -> None:
+    mesh, rng = CLOSED[name](), np.random.default_rng(1)
+    balls = enclose_mesh(mesh, spheres=count)
+    assert len(balls.radii) <= count
+    assert apart(on_triangles(np.array(mesh.triangles), rng), balls).max() <= 0
+    assert apart(within(mesh, rng, 500), balls).max() <= 0
+
+
+def test_one_ball_is_nearly_the_least() -> None:
+    assert enclose_mesh(CLOSED["cube"](), spheres=1).radii[0] < 0.5 * np.sqrt(3) * 1.01
+
+
+def test_more_balls_stand_out_less() -> None:
+    excess = [enclose_mesh(CLOSED["ring"](), spheres=count).excess for count in (1, 8, 64, 300)]
+    assert all(a is not None and b is not None and b < 0.8 * a for a, b in zip(excess[:-1], excess[1:], strict=True))
+    numbers = [len(enclose_mesh(CLOSED["ring"](), excess=e).radii) for e in (0.2, 0.1, 0.05)]
+    assert numbers == sorted(numbers)
+
+
+def test_what_lies_deep_takes_few_balls() -> None:
+    """A ball on the surface holds a disc no wider than the excess; one from deep inside holds far more."""
+    assert len(enclose_mesh(CLOSED["cube"](), excess=0.02).radii) < 1100  # a ball for each (2 * 0.02)^2 of its sides: 3750
+
+
+@st.composite
+def soups(draw: st.DrawFn) -> np.ndarray:
+    """Triangles anywhere, (n, 3, 3); some are segments or points, some are slivers, some have corners in common."""
+    points = np.array(draw(st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=1, max_size=9)))
+    corner = st.integers(0, len(points) - 1)
+    faces = np.array(draw(st.lists(st.tuples(corner, corner, corner), min_size=1, max_size=12)))
+    flat = draw(st.sampled_from([1.0, 1e-3, 0.0]))
+    return points[faces] * (1.0, 1.0, flat)
+
+
+@QUICK
+@given(soups(), st.sampled_from([0.03, 0.1, 0.5]), st.integers(0, 9))
+def test_any_triangles_are_held(triangles: np.ndarray, excess: float, seed: int) -> None:
+    balls = enclose_mesh(triangles, excess=excess)
+    assert balls.excess is not None
+    assert balls.excess <= excess + 1e-8
+    assert apart(on_triangles(triangles, np.random.default_rng(seed), 800), balls).max() <= 0
+
+
+@QUICK
+@given(soups(), st.integers(1, 12), st.integers(0, 9))
+def test_any_triangles_are_held_by_so_many_balls(triangles: np.ndarray, count: int, seed: int) -> None:
+    balls = enclose_mesh(triangles, spheres=count)
+    assert len(balls.radii) <= count
+    assert apart(on_triangles(triangles, np.random.default_rng(seed), 300), balls).max() <= 0
+
+
+@QUICK
+@given(
+    st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=5, max_size=12, unique=True),
+    strategies.transforms(),
+    st.sampled_from([1.0, 0.01, (1.0, 2.0, -0.5)]),
+)
+def test_a_hull_is_held_where_it_was_put(corners: list[tuple[float, float, float]], T: np.ndarray, scale: Any) -> None:
+    try:
+        mesh = trimesh.convex.convex_hull(np.array(corners))
+    except Exception:  # flat
+        return
+    if not mesh.is_watertight or mesh.volume < 1e-4:
+        return
+    balls = enclose_mesh(mesh, excess=0.15 * np.max(np.abs(scale)), pose=T, scale=scale)
+    weights = np.random.default_rng(0).dirichlet(np.full(len(mesh.vertices), 0.3), 1500)
+    points = (weights @ mesh.vertices * scale) @ T[:3, :3].T + T[:3, 3]
+    assert apart(points, balls).max() <= 0
+
+
+def test_a_mesh_far_away_is_held_as_well() -> None:
+    mesh = CLOSED["ring"]()
+    balls = enclose_mesh(mesh, excess=0.05, pose=pose((3e3, -2e3, 1e3), (1, 0.2, 0.3, 0.4)), scale=1.0)
+    near = enclose_mesh(mesh, excess=0.05)
+    T = pose((3e3, -2e3, 1e3), (1, 0.2, 0.3, 0.4))
+    np.testing.assert_allclose(balls.centers, near.centers @ T[:3, :3].T + T[:3, 3], atol=1e-9)
+    mesh.apply_translation((3e3, -2e3, 1e3))
+    balls = enclose_mesh(mesh, excess=0.05)
+    assert apart(on_triangles(np.array(mesh.triangles), np.random.default_rng(0)), balls).max() <= 0
+
+
+def test_overlapping_parts_are_held_inside_and_cavities_are_not() -> None:
+    a, b = trimesh.creation.box((1, 1, 1)), trimesh.creation.box((1, 1, 1))
+    b.apply_translation((0.5, 0.3, 0.2))
+    inside = inside_of(np.concatenate([a.triangles, b.triangles]))
+    assert inside is not None
+    points = np.random.default_rng(0).uniform(-1, 1.5, (2000, 3))
+    expected = (np.abs(points) < 0.5).all(axis=1) | (np.abs(points - (0.5, 0.3, 0.2)) < 0.5).all(axis=1)
+    np.testing.assert_array_equal(inside(points), expected)
+    hole = trimesh.creation.icosphere(3, 0.4)
+    hole.invert()
+    shell = trimesh.util.concatenate([a, hole])
+    assert apart(np.zeros((1, 3)), enclose_mesh(shell, excess=0.05)) > 0.2
+    lid_off = trimesh.Trimesh(a.vertices, a.faces[:-2])
+    assert inside_of(np.array(lid_off.triangles)) is None
+    assert apart(np.zeros((1, 3)), enclose_mesh(lid_off, excess=0.05)) > 0.2
+    both = inside_of(np.concatenate([lid_off.triangles + (3, 0, 0), a.triangles]))
+    assert both is not None
+    assert both(np.zeros((1, 3)))[0]
+    assert not both(np.array([[3.0, 0, 0]]))[0]
+
+
+def test_faces_that_disagree_on_the_outside_still_bound_an_inside() -> None:
+    mesh = CLOSED["ring"]()
+    triangles = np.array(mesh.triangles)
+    triangles[::3] = triangles[::3, ::-1]
+    points = np.random.default_rng(0).uniform(-0.6, 0.6, (3000, 3))
+    inside, plain = inside_of(triangles), inside_of(np.array(mesh.triangles))
+    assert inside is not None
+    assert plain is not None
+    np.testing.assert_array_equal(inside(points), plain(points))
+    np.testing.assert_array_equal(plain(points), mesh.contains(points))
+
+
+def test_points_seen_through_corners_and_edges_are_told_right() -> None:
+    box = trimesh.creation.box((2, 2, 2))
+    inside = Inside(np.array(box.vertices), np.array(box.faces), oriented=True)
+    grid = np.stack(np.meshgrid(*[np.arange(-2, 2.01, 0.5)] * 3), axis=-1).reshape(-1, 3)
+    clear = (np.abs(np.abs(grid) - 1) > 1e-9).all(axis=1)
+    np.testing.assert_array_equal(inside(grid[clear]), (np.abs(grid[clear]) < 1).all(axis=1))
+
+
+@QUICK
+@given(soups(), st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=1, max_size=20))
+def test_the_nearest_point_is_the_nearest_of_many(triangles: np.ndarray, queries: list[tuple[float, float, float]]) -> None:
+    points = np.array(queries)
+    distance, at = Surface(triangles).nearest(points)
+    np.testing.assert_allclose(np.linalg.norm(at - points, axis=1), distance)
+    sampled = on_triangles(triangles, np.random.default_rng(0), 2000)
+    least = np.linalg.norm(points[:, None] - sampled, axis=2).min(axis=1)
+    assert (distance <= least + 1e-12).all()
+    assert Surface(at).nearest(at)[0].max() == 0 if at.ndim == 3 else True
+    rough, _ = Surface(triangles).nearest(points, tolerance=0.2)
+    assert (rough <= distance + 0.2 + 1e-12).all()
+
+
+def test_the_distance_from_a_large_mesh_is_trimeshs() -> None:
+    mesh = trimesh.creation.annulus(0.3, 0.5, 0.4)
+    points = np.random.default_rng(0).uniform(-0.7, 0.7, (400, 3))
+    _, expected, _ = trimesh.proximity.closest_point(mesh, points)
+    np.testing.assert_allclose(Surface(np.array(mesh.triangles)).nearest(points)[0], expected, atol=1e-12)
+
+
+@QUICK
+@given(
+    st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=1, max_size=30),
+    st.sampled_from([0.0, 0.02, 0.3]),
+    st.sampled_from([0.01, 0.1, 1.0]),
+)
+def test_points_are_held_with_their_radius(cloud: list[tuple[float, float, float]], radius: float, excess: float) -> None:
+    points = np.array(cloud)
+    balls = enclose_points(points, point_radius=radius, excess=excess, name="dust")
+    assert balls.name == "dust"
+    assert apart(points, balls).max() <= -radius
+    assert balls.excess is not None
+    assert balls.excess <= excess + 1e-8
+    turned = np.random.default_rng(0).normal(size=(200, 1, 3))
+    rims = balls.centers + balls.radii[:, None] * turned / np.linalg.norm(turned, axis=2, keepdims=True)
+    out = np.linalg.norm(rims[:, :, None] - points, axis=3).min(axis=2) - radius
+    assert out.max() <= balls.excess + 1e-9
+
+
+def test_one_point_and_points_at_one_place_make_one_ball() -> None:
+    for cloud in ([(1, 2, 3)], [(1, 2, 3)] * 5):
+        balls = enclose_points(cloud, point_radius=0.1)
+        assert len(balls.radii) == 1
+        np.testing.assert_allclose(balls.centers, [(1, 2, 3)])
+        np.testing.assert_allclose(balls.radii, [0.1], atol=1e-8)
+
+
+def test_files_are_read(tmp_path: Path) -> None:
+    mesh = CLOSED["rod"]()
+    expected = enclose_mesh(mesh, excess=0.02)
+    for kind in ("stl", "obj", "ply", "glb", "off"):
+        mesh.export(tmp_path / f"rod.{kind}")
+        balls = enclose_mesh(tmp_path / f"rod.{kind}", excess=0.02)
+        assert abs(len(balls.radii) - len(expected.radii)) <= 2
+        assert apart(on_triangles(np.array(mesh.triangles), np.random.default_rng(0)), balls).max() <= 1e-6  # float32
+    points = np.random.default_rng(0).random((50, 3))
+    np.save(tmp_path / "p.npy", points)
+    trimesh.PointCloud(points).export(tmp_path / "p.ply")
+    (tmp_path / "p.csv").write_text("x,y,z,intensity\n" + "".join(f"{x},{y},{z},7\n" for x, y, z in points.tolist()))
+    (tmp_path / "p.xyz").write_text("# a scan\n" + "".join(f"{x} {y}\t{z}\n" for x, y, z in points.tolist()))
+    for kind in ("npy", "ply", "csv", "xyz"):
+        np.testing.assert_allclose(read_points(tmp_path / f"p.{kind}"), points, atol=1e-6)
+
+
+SOUP = np.random.default_rng(0).random((3, 3, 3))
+
+REFUSED: dict[str, Any] = {
+    "mesh a number": lambda: enclose_mesh(3.0),
+    "mesh of four corners": lambda: enclose_mesh(np.zeros((2, 4, 3))),
+    "mesh without triangles": lambda: enclose_mesh(np.zeros((0, 3, 3))),
+    "mesh with NaN": lambda: enclose_mesh(SOUP * np.nan),
+    "mesh of another unit": lambda: enclose_mesh(SOUP, scale=1e9),
+    "mesh scale zero": lambda: enclose_mesh(SOUP, scale=0),
+    "mesh scale text": lambda: enclose_mesh(SOUP, scale="mm"),
+    "mesh scale of two": lambda: enclose_mesh(SOUP, scale=(1, 2)),
+    "mesh pose sheared": lambda: enclose_mesh(SOUP, pose=np.triu(np.ones((4, 4)))),
+    "mesh pose in a plane": lambda: enclose_mesh(SOUP, pose=(0, 0)),
+    "spheres zero": lambda: enclose_mesh(SOUP, spheres=0),
+    "spheres a fraction": lambda: enclose_mesh(SOUP, spheres=1.5),
+    "spheres true": lambda: enclose_mesh(SOUP, spheres=True),
+    "excess zero": lambda: enclose_mesh(SOUP, excess=0),
+    "excess text": lambda: enclose_mesh(SOUP, excess="1 mm"),
+    "excess that takes too many balls": lambda: enclose_mesh(SOUP, excess=1e-5, name="hull"),
+    "excess that takes more balls than given": lambda: enclose_mesh(SOUP, excess=0.01, spheres=3),
+    "points none": lambda: enclose_points(np.zeros((0, 3))),
+    "points in a plane": lambda: enclose_points([(0, 0)]),
+    "points with NaN": lambda: enclose_points([(0, 0, np.nan)]),
+    "points of another unit": lambda: enclose_points([(0, 0, 1e9)]),
+    "point radius negative": lambda: enclose_points([(0, 0, 0)], point_radius=-1),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_enclosed_is_refused(case: str) -> None:
+    assert_refused("scene", case, SceneError, REFUSED[case])
+
+
+FILES: dict[str, tuple[str, bytes]] = {
+    "mesh file empty": ("a.stl", b""),
+    "mesh file of no mesh": ("a.stl", b"solid nothing\nendsolid\n"),
+    "mesh file of another kind": ("a.txt", b"hello"),
+    "mesh file cut short": ("a.glb", b"glTF\x02\x00\x00\x00"),
+    "mesh file with a point only": ("a.obj", b"v 0 0 0\n"),
+}
+POINT_FILES: dict[str, tuple[str, bytes]] = {
+    "point file of words": ("a.xyz", b"x y z\nhello\n"),
+    "point file of two columns": ("a.csv", b"1,2\n"),
+    "point file with a gap": ("a.csv", b"1,2,3\n1,,3\n"),
+    "point file with infinity": ("a.csv", b"1,2,3\n1,inf,3\n"),
+    "point file of a pickle": ("a.npy", b"\x93NUMPY\x01\x00v\x00{'descr': '|O', 'fortran_order': False, 'shape': (1,), }"),
+    "point file of headings": ("a.csv", b"x,y,z\n"),
+}
+
+
+@pytest.mark.parametrize("case", [*FILES, *POINT_FILES])
+def test_a_file_that_holds_nothing_to_enclose_is_refused(case: str, tmp_path: Path) -> None:
+    name, content = {**FILES, **POINT_FILES}[case]
+    (tmp_path / name).write_bytes(content)
+    read = enclose_mesh if case in FILES else read_points
+    assert_refused("scene", case, FileFormatError, lambda: read(tmp_path / name), path=tmp_path)
+
+
+@QUICK
+@given(st.sampled_from(["stl", "obj", "ply", "off", "glb", "dae"]), st.binary(max_size=300), st.integers(0, 10**6))
+def test_a_damaged_mesh_file_is_read_or_refused_in_one_line(kind: str, noise: bytes, at: int) -> None:
+    import tempfile
+
+    whole = trimesh.creation.box((1, 1, 1)).export(file_type=kind)
+    content = bytearray(whole.encode() if isinstance(whole, str) else whole)
+    place = at % len(content)
+    content[place : place + len(noise)] = noise
+    with tempfile.TemporaryDirectory() as directory:
+        path = Path(directory) / f"mesh.{kind}"
+        path.write_bytes(bytes(content))
+        try:
+            enclose_mesh(path, spheres=3)
+            said = ""
+        except (FileFormatError, SceneError) as error:
+            said = str(error)
+        assert "\n" not in said
