@@ -1,4 +1,4 @@
-"""A long search for a certificate that is wrong: drawn robots, scenes and trajectories, and what was proven looked at by others.
+"""A long search for a certificate that is wrong: drawn robots, scenes and trajectories, looked at by others afterwards.
 
 Robots with branches, slides and mimics; obstacles of every shape; splines, straight lines and cubics. Where a certificate
 holds, Pinocchio and Coal measure the clearance at many random instants and around the closest approach; where it fails, at the

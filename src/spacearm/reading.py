@@ -30,6 +30,7 @@ Place = tuple[str | int, ...]
 
 _VERSION = 1
 _DEEPEST = 100  # levels of nesting
+_MOST = 100_000  # values, written out, of a file that mostly repeats itself by aliases
 
 _FOREIGN = (
     (
@@ -186,7 +187,7 @@ def yaml_of_others(text: str, path: str | os.PathLike[str], *, key: str, what: s
         raise FileFormatError(f"{path} holds {shown(value)}, expected {what}: a mapping with the key '{key}'")
     if key not in value:
         foreign = _foreign(value)
-        looks = f" looks like {foreign}" if foreign else f" has no key '{key}'"
+        looks = f" looks like {foreign}" if foreign not in (None, what) else f" has no key '{key}'"
         raise FileFormatError(f"{path}{looks}, expected {what}, which has the key '{key}'")
     return YamlFile(path=Path(path), value=value, root=root)
 
@@ -217,6 +218,8 @@ def _composed(text: str, path: Any, what: str) -> tuple[Any, Any]:
     try:
         loader = _loader_class()(text)
         root = loader.get_single_node()
+        if _is_bomb(root):
+            raise yaml.YAMLError(f"its aliases (*) stand for more than {_MOST:,} values")
         return (None, None) if root is None else (loader.construct_document(root), root)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
@@ -245,7 +248,7 @@ def _composed_in_c(text: str) -> tuple[Any, Any] | None:
         return None
     try:
         # Composing is recursive in C, where too deep a nesting ends the process; the events are not.
-        depth = 0
+        depth, aliases = 0, False
         for event in yaml.parse(text, Loader=_loader_class(quick=True)):
             if isinstance(event, yaml.CollectionStartEvent):
                 depth += 1
@@ -253,18 +256,41 @@ def _composed_in_c(text: str) -> tuple[Any, Any] | None:
                     return None
             elif isinstance(event, yaml.CollectionEndEvent):
                 depth -= 1
+            aliases = aliases or isinstance(event, yaml.AliasEvent)
         loader = _loader_class(quick=True)(text)
         root = loader.get_single_node()
+        if aliases and _is_bomb(root):
+            return None
         return (None, None) if root is None else (loader.construct_document(root), root)
     except Exception:  # whatever it is, the slow way has the sentence
         return None
+
+
+def _is_bomb(root: Any) -> bool:
+    """Whether the aliases of a small file stand for more values than anyone could have meant."""
+    known: dict[int, int] = {}
+    return _written_out(root, known) > max(_MOST, 10 * len(known))
+
+
+def _written_out(node: Any, known: dict[int, int]) -> int:
+    """Count the values below a node as if every alias were written out; what contains itself counts once there."""
+    if id(node) in known:
+        return known[id(node)]
+    known[id(node)] = 1
+    inner = getattr(node, "value", None)
+    if isinstance(inner, list):
+        parts = [part for item in inner for part in (item if isinstance(item, tuple) else (item,))]
+        known[id(node)] += sum(_written_out(part, known) for part in parts)
+    return known[id(node)]
 
 
 @cache
 def _loader_class(*, quick: bool = False) -> Any:
     import yaml
 
-    class Loader(yaml.CSafeLoader if quick else yaml.SafeLoader):
+    base: Any = yaml.CSafeLoader if quick else yaml.SafeLoader
+
+    class Loader(base):
         """Reads the core schema of YAML 1.2 and refuses a key given twice."""
 
         def construct_mapping(self, node: Any, deep: bool = False) -> Any:

@@ -119,7 +119,7 @@ def landmarks(obstacle: Obstacle) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return obstacle.center, np.eye(3), np.full(3, obstacle.radius)
     if isinstance(obstacle, Capsule):
         axis, r = obstacle.b - obstacle.a, obstacle.radius
-        R = coal_shapes.frame_along(axis) if axis.any() else np.eye(3)
+        R = coal_shapes.frame_along(axis) if np.linalg.norm(axis) > 1e-100 else np.eye(3)
         return (obstacle.a + obstacle.b) / 2, R, np.array([r, r, r + np.linalg.norm(axis) / 2])
     if isinstance(obstacle, HalfSpace):
         return obstacle.point, coal_shapes.frame_along(obstacle.normal), np.array([1.0, 1.0, 0.0])

@@ -99,6 +99,15 @@ def test_margins_are_those_of_dense_samples(data: st.DataObject) -> None:
         np.testing.assert_allclose(margins.jerk[~corner], np.abs(samples[3]).max(axis=0)[~corner] / 2, rtol=1e-3, atol=1e-9)
 
 
+@pytest.mark.parametrize("sliver", [2e-6, 1e-5, 1e-3])
+def test_a_corner_in_short_pieces_is_seen(sliver: float) -> None:
+    t = np.array([0, 1, 1 + sliver, 2])
+    q = np.column_stack([0.1 * t, np.interp(t, [0, 1, 2], [0, 0.1, 0.3])])
+    margins = RecordedTrajectory(two_link(), PiecewisePath.from_linear(t, q)).limits
+    assert margins.acceleration[1] == np.inf
+    assert margins.acceleration[0] < 1e-3
+
+
 def test_it_has_the_face_of_a_trajectory() -> None:
     robot = two_link()
     path = PiecewisePath.from_cubic([0, 1, 3], [[0, 0], [0.2, 0.1], [0.3, 0.5]])

@@ -269,6 +269,7 @@ REFUSED: dict[str, Any] = {
     "time law that turns back": lambda: TimeLaw([0, 1], [[0, 0.5, 0.4, 1]]),
     "time law that jumps": lambda: TimeLaw([0, 0.5, 1], [[0, 0.4], [0.6, 1]]),
     "time law with a corner": lambda: TimeLaw([0, 0.5, 1], [[0, 0.2], [0.2, 1]]),
+    "time law with a corner hidden in a sliver": lambda: TimeLaw([0, 0.5, 0.5 + 1e-15, 1], [[0, 0.2], [0.2, 0.2], [0.2, 1]]),
     "time law that is none": moved(time_law="fast"),
     "time law, duration too short": moved(time_law=SMOOTHSTEP, duration=0.1),
     "path of no time": lambda: Trajectory(two_link(), Motion([[0, 0], [0, 0]])).path,

@@ -55,8 +55,9 @@ _REQUEST.gjk_max_iterations = 256
 def placed_capsule(a: np.ndarray, b: np.ndarray, radius: float) -> Placed:
     """A capsule, or a ball, where it is."""
     length = float(np.linalg.norm(b - a))
-    shape = coal.Capsule(radius, length) if length else coal.Sphere(radius)
-    return shape, coal.Transform3s(frame_along(b - a) if length else np.eye(3), (a + b) / 2)
+    if length < 1e-100:  # has no direction that could be computed
+        return coal.Sphere(radius), coal.Transform3s(np.eye(3), (a + b) / 2)
+    return coal.Capsule(radius, length), coal.Transform3s(frame_along(b - a), (a + b) / 2)
 
 
 def placed_obstacle(obstacle: Obstacle) -> list[Placed]:

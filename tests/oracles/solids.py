@@ -21,7 +21,7 @@ def point_distance(obstacle: Obstacle, p: np.ndarray) -> np.ndarray:
     if isinstance(obstacle, Capsule):
         axis = obstacle.b - obstacle.a
         squared = axis @ axis
-        along = np.clip((p - obstacle.a) @ axis / squared, 0, 1) if squared > 0 else np.zeros(p.shape[:-1])
+        along = np.clip((p - obstacle.a) @ axis / squared, 0, 1) if squared > 1e-200 else np.zeros(p.shape[:-1])
         return np.linalg.norm(p - obstacle.a - along[..., None] * axis, axis=-1) - obstacle.radius
     local = (p - obstacle.pose[:3, 3]) @ obstacle.pose[:3, :3]
     if isinstance(obstacle, Box):

@@ -20,7 +20,7 @@ from spacearm.planner.goals import ConfigurationGoal, PositionGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.settings import PlannerSettings
 from spacearm.robot import load_robot
-from spacearm.scene import Scene, Sphere
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere
 
 PROBLEM = """\
 spacearm: 1
@@ -76,10 +76,12 @@ def test_the_formats_own_description_is_a_problem(tmp_path: Path) -> None:
         elif key in ("spacearm", "robot", "scene", "start", "goal", "base", "planner") and key not in seen:
             seen.add(key)
             kept.append(line)
-    problem = load_problem(written(tmp_path, "\n".join(kept)))
-    assert problem.robot.name == "zhang2022"
-    assert len(problem.scene.obstacles) == 1
-    assert isinstance(problem.goal, ConfigurationGoal)
+    file = load_problem_file(written(tmp_path, "\n".join(kept)))
+    assert file.problem.robot.name == "zhang2022"
+    kinds = [type(obstacle) for obstacle in file.problem.scene.obstacles]
+    assert kinds == [Sphere, Capsule, Box, Cylinder, HalfSpace]
+    assert isinstance(file.problem.goal, ConfigurationGoal)
+    assert file.settings.islands == 2
 
 
 @pytest.mark.parametrize(
@@ -129,8 +131,8 @@ def test_a_scene_may_be_left_out(scene: str, tmp_path: Path) -> None:
 
 
 def test_the_planners_settings_are_read(tmp_path: Path) -> None:
-    text = PROBLEM + "planner: {particles: 40, margin: 1e-2}\nbase: fixed\n"
-    assert load_problem_file(written(tmp_path, text)).settings == PlannerSettings(particles=40, margin=0.01)
+    text = PROBLEM + "planner: {islands: 4, margin: 1e-2}\nbase: fixed\n"
+    assert load_problem_file(written(tmp_path, text)).settings == PlannerSettings(islands=4, margin=0.01)
     assert load_problem_file(written(tmp_path, PROBLEM)).settings == PlannerSettings()
 
 
@@ -277,8 +279,8 @@ MEANING: dict[str, tuple[type[SpacearmError], str]] = {
     "goal frame mistyped": (ProblemError, goal("goal: {position: [0, 1, 0], frame: han}")),
     "base floating": (ProblemError, PROBLEM + "base: floating\n"),
     "base mistyped": (ProblemError, PROBLEM + "base: fix\n"),
-    "planner setting unknown": (SettingsError, PROBLEM + "planner: {restart: 3}\n"),
-    "planner setting out of range": (SettingsError, PROBLEM + "planner: {restarts: 0}\n"),
+    "planner setting unknown": (SettingsError, PROBLEM + "planner: {island: 3}\n"),
+    "planner setting out of range": (SettingsError, PROBLEM + "planner:\n  islands: 0\n"),
 }
 
 

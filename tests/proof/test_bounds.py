@@ -121,13 +121,13 @@ def bend_of(robot: Robot, curve: Curve, rider: int, n: tuple[float, float, float
 
 
 def first_part(curve: Curve) -> Stretches | None:
-    """The first eighth of a parabola; None, for all of a path of lines."""
+    """The first stretch of a parabola; None, for all of a path of lines."""
     return None if isinstance(curve, PiecewisePath) and curve.degree == 1 else Spans(curve).first().some(np.array([0]))
 
 
 def parabola(rise: float, joints: int = 2) -> PiecewisePath:
-    """The first joint moves by so much from the middle of the first eighth, where it stands still, to its ends."""
-    m = 1 / 16
+    """The first joint moves by so much from the middle of the first stretch, where it stands still, to its ends."""
+    m = float(Spans(line((0,), (0,))).first().ends[0].mean())
     points = np.zeros((1, 3, joints))
     points[0, :, 0] = rise, rise * (1 - 1 / m), rise * (1 / m - 1) ** 2
     return PiecewisePath([0, 1], points)

@@ -46,8 +46,8 @@ def test_a_run_of_many_pieces_begins_as_few_stretches() -> None:
     t = np.linspace(0, 1, 10_001)
     spans = Spans(PiecewisePath.from_linear(t, np.column_stack([np.sin(t), t])))
     stretches = spans.first()
-    assert len(stretches) == 16
-    assert spans.lines(stretches).drift.max() < 0.002
+    assert len(stretches) <= 32
+    assert spans.lines(stretches).drift.max() < 0.001
     for _ in range(12):
         stretches = spans.halved(stretches)
     assert (stretches.last - stretches.first == 1).all()

@@ -6,13 +6,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from spacearm.errors import FileFormatError, nearest
-from spacearm.planner import Problem
-from spacearm.reading import located, read_bytes
+from spacearm.planner import ConfigurationGoal, Problem
+from spacearm.planner.moveit import load_moveit
 from spacearm.robot import Robot, load_robot
-from spacearm.scene import Box, Cylinder, Obstacle, Scene, Sphere, pose
 
 _SCENE = re.compile(r"scene(\d*)\.ya?ml")
 _LAYOUT = "folders with scene*.yaml and request*.yaml, one folder a family"
@@ -111,85 +109,15 @@ def _of_family(folder: Path) -> list[Item]:
     return items
 
 
-# ---- reading -----------------------------------------------------------------------------------------------------------
-
-
 def read_item(item: Item, robot: Robot) -> Problem:
-    """Read a problem: scene, start, and the goal's joint positions.
+    """Read a problem whose goal is one configuration; a tolerance of it is not made use of.
 
     Raises:
-        FileFormatError: a file that is missing, broken or of another format, or an obstacle that is no sphere, box or
-            cylinder.
+        FileFormatError: a file that is missing, broken or of another format, or another goal.
         SpacearmError: obstacles that cannot be, or ends out of the robot's limits.
     """
-    start, goal = read_ends(item.request)
-    with located(item.request):
-        q = [[_named(end, name) for name in robot.dof_names] for end in (start, goal)]
-    with located(item.scene):
-        obstacles = [_obstacle(*primitive) for primitive in read_primitives(item.scene)]
-        return Problem(robot, Scene(obstacles), start=q[0], goal=q[1])
-
-
-def read_ends(path: Path) -> tuple[dict[str, float], dict[str, float]]:
-    """Read a request's start and goal, by joint [rad or m]."""
-    request = _mapping(path, "a motion request of MoveIt")
-    try:
-        state = request["start_state"]["joint_state"]
-        start = {str(name): float(at) for name, at in zip(state["name"], state["position"], strict=True)}
-        rows = request["goal_constraints"][0]["joint_constraints"]
-        return start, {str(row["joint_name"]): float(row["position"]) for row in rows}
-    except (KeyError, IndexError, TypeError, ValueError) as error:
-        raise FileFormatError(
-            f"{path} has no {error}, expected a motion request of MoveIt: start_state and goal_constraints by joints"
-            if isinstance(error, KeyError)
-            else f"{path} is no motion request of MoveIt with a start and a goal by joints; correct the file"
-        ) from None
-
-
-def read_primitives(path: Path) -> list[tuple[str, str, list[float], list[float], list[float]]]:
-    """Read a scene's solids as the file states them: name, kind, dimensions, position, and quaternion x y z w."""
-    scene = _mapping(path, "a planning scene of MoveIt")
-    out = []
-    try:
-        for body in scene["world"]["collision_objects"]:
-            for solid, at in zip(body["primitives"], body["primitive_poses"], strict=True):
-                numbers = [[float(x) for x in row] for row in (solid["dimensions"], at["position"], at["orientation"])]
-                out.append((str(body["id"]), str(solid["type"]), *numbers))
-    except (KeyError, TypeError, ValueError) as error:
-        raise FileFormatError(
-            f"{path} has no {error}, expected a planning scene of MoveIt whose collision objects are primitives"
-            if isinstance(error, KeyError)
-            else f"{path} is no planning scene of MoveIt whose collision objects are primitives; correct the file"
-        ) from None
-    return out
-
-
-def _obstacle(name: str, kind: str, size: list[float], position: list[float], xyzw: list[float]) -> Obstacle:
-    if len(xyzw) != 4 or len(position) != 3 or len(size) != {"box": 3, "cylinder": 2, "sphere": 1}.get(kind):
-        raise FileFormatError(
-            f"object '{name}' is a {kind} with {len(size)} dimensions, expected a box with 3, a cylinder with 2 (height, "
-            "radius) or a sphere with 1, each with a position and a quaternion"
-        )
-    if kind == "sphere":
-        return Sphere(position, size[0], name=name)
-    T = pose(position, (xyzw[3], *xyzw[:3]))
-    return Box(size, T, name=name) if kind == "box" else Cylinder(size[1], size[0], T, name=name)
-
-
-def _named(values: dict[str, float], name: str) -> float:
-    if name not in values:
-        raise FileFormatError(f"no value for joint '{name}', expected one for each joint of the group; {nearest(name, values)}")
-    return values[name]
-
-
-def _mapping(path: Path, what: str) -> dict[str, Any]:
-    import yaml
-
-    content = read_bytes(path, what=what)
-    try:
-        found = yaml.load(content, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    except (yaml.YAMLError, ValueError, RecursionError):
-        raise FileFormatError(f"{path} is no YAML, expected {what}; correct the file") from None
-    if not isinstance(found, dict):
-        raise FileFormatError(f"{path} holds no mapping, expected {what}; correct the file")
-    return found
+    found = load_moveit(robot, item.scene, item.request)
+    if not isinstance(found.goal, ConfigurationGoal):
+        kind = type(found.goal).__name__
+        raise FileFormatError(f"{item.request} has a {kind}, expected joint_constraints for one configuration; leave it out")
+    return Problem(robot, found.scene, start=found.start, goal=found.goal.q)

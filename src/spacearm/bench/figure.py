@@ -8,7 +8,7 @@ import numpy as np
 
 from spacearm.bench.mbm import Benchmark
 from spacearm.bench.summary import BUDGETS, FULL_SET_STRAIGHT, LENGTH_TARGETS, lengths_over_time, summary_of
-from spacearm.show.style import BLACK, BLUE, CYCLE, GREY, LIGHT, PAGE, SMALL, VERMILION, look, new_figure, tidy
+from spacearm.show.style import BLACK, BLUE, CYCLE, GREY, PAGE, SKY, VERMILION, look, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,25 +27,19 @@ def figure_benchmark(benchmark: Benchmark) -> Figure:
 
 def _draw_lengths(ax: Axes, benchmark: Benchmark) -> None:
     longest = benchmark.protocol.search
-    times = np.geomspace(3e-5, max(longest, 1e-4), 160)
+    times = np.geomspace(3e-5, max(longest, 1e-4), 120)
     straight = summary_of(benchmark.runs).straight
     for seed in range(benchmark.protocol.seeds):
-        _, length = lengths_over_time([run for run in benchmark.runs if run.seed == seed], times.tolist())
-        ax.plot(1e3 * times, length, color=LIGHT, linewidth=0.8, label="one seed" if seed == 0 else None)
-    share, length = lengths_over_time(benchmark.runs, times.tolist())
-    ax.plot(1e3 * times, length, color=BLUE, label="mean of those solved by then")
-    ax.axhline(straight, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8, label="straight: none is shorter")
+        length = lengths_over_time([run for run in benchmark.runs if run.seed == seed], times.tolist())
+        ax.plot(1e3 * times, length, color=SKY, linewidth=0.6, alpha=0.7, label="one seed" if seed == 0 else None)
+    ax.plot(1e3 * times, lengths_over_time(benchmark.runs, times.tolist()), color=BLUE, label="mean of all runs")
     reached = [(b, t * straight / FULL_SET_STRAIGHT) for b, t in zip(BUDGETS, LENGTH_TARGETS, strict=True) if b <= longest]
     if reached:
         ax.plot(*zip(*[(1e3 * b, t) for b, t in reached], strict=True), "v", color=VERMILION, markersize=4, label="targets")
+    ax.axhline(straight, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8, label="straight: none is shorter")
     ax.set(xscale="log", xlabel="time of search on the reference core [ms]", ylabel="joint path length [rad]")
     tidy(ax)
-    solved = ax.twinx()
-    solved.plot(1e3 * times, 100 * share, color=BLACK, linewidth=0.8, linestyle=(0, (1, 1.5)))
-    solved.set(ylim=(0, 103), ylabel="solved [%], dotted")
-    solved.tick_params(labelsize=7, width=0.6, length=2.5, pad=2)
-    solved.spines["top"].set_visible(False)
-    ax.legend(loc="center right", bbox_to_anchor=(1.0, 0.55))
+    ax.legend(loc="upper right")
     _plain_ticks(ax)
 
 
@@ -58,8 +52,7 @@ def _draw_firsts(ax: Axes, benchmark: Benchmark) -> None:
         dashed = (0, (3, 1)) if number >= 6 and name != "all" else "-"
         width = 1.5 if name == "all" else 0.9
         ax.step(np.maximum(firsts, 1e-3), share, where="post", color=color, linewidth=width, linestyle=dashed, label=name)
-    ax.axvline(0.15, color=GREY, linewidth=0.6, linestyle=(0, (4, 2)))
-    ax.annotate("target of\nthe median", (0.15, 3), xytext=(-3, 0), textcoords="offset points", ha="right", fontsize=SMALL)
+    ax.plot([0.15, 1.0], [50, 95], "v", color=VERMILION, markersize=4, label="targets", linestyle="none")
     ax.set(xscale="log", ylim=(0, 101), xlabel="time to the first motion on the reference core [ms]", ylabel="solved [%]")
     tidy(ax)
     ax.legend(loc="lower right")

@@ -69,6 +69,8 @@ def run_benchmark(
     arm = robot.load()
     problems = {item: read_item(item, arm) for item in items}
     other = OtherChecker(robot, arm.dof_names)
+    for item in items:
+        other.read(item)
     for item in items[:1]:
         measure(item, problems[item], 0, protocol, scale_now(), other)  # what is imported on the way is not timed
     runs, loads = [], []

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.bench.collection import Item, RobotFiles, read_ends, read_primitives
+from spacearm.bench.collection import Item, RobotFiles
+from spacearm.bench.stated import StatedSolid, stated_solids, stated_start
 from spacearm.checks import shown_error
 from spacearm.errors import FileFormatError
 from spacearm.motion import Motion
@@ -66,7 +67,7 @@ class OtherChecker:
     """
 
     def __init__(self, files: RobotFiles, joints: tuple[str, ...]) -> None:
-        import pinocchio as pin
+        import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         urdf, srdf = str(files.urdf), str(files.srdf)
         try:
@@ -80,12 +81,29 @@ class OtherChecker:
         self._bodies.addAllCollisionPairs()
         pin.removeCollisionPairs(self._model, self._bodies, srdf)
         names = list(self._model.names)
-        self._columns = [self._model.joints[names.index(name)].idx_q for name in joints]
+        moved = [self._model.joints[names.index(name)] for name in joints]
+        turning = [name for name, joint in zip(joints, moved, strict=True) if joint.nq != 1]
+        if turning:
+            raise FileFormatError(
+                f"{files.urdf} has the continuous joint '{turning[0]}', expected revolute and prismatic ones; give it limits"
+            )
+        self._columns = [joint.idx_q for joint in moved]
+        self._stated: dict[Item, tuple[list[StatedSolid], dict[str, float]]] = {}
+
+    def read(self, item: Item) -> None:
+        """Read a problem's files, once.
+
+        Raises:
+            FileFormatError: there is something in them that this checker does not know.
+        """
+        if item not in self._stated:
+            self._stated[item] = stated_solids(item.scene), stated_start(item.request)
 
     def look(self, item: Item, motion: Motion) -> Recheck:
         """Look at a motion in steps of 0.005 rad; bodies that stand still are not held against obstacles."""
-        import pinocchio as pin
+        import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
+        self.read(item)
         bodies = self._with_obstacles(item)
         data, found = self._model.createData(), bodies.createData()
         for request in found.collisionRequests:
@@ -101,10 +119,10 @@ class OtherChecker:
 
     def _filled(self, item: Item, q: Array) -> Array:
         """Return the model's (m, nq): joints that do not move stand where the request has them."""
-        import pinocchio as pin
+        import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         rest = pin.neutral(self._model)
-        start, _ = read_ends(item.request)
+        start = self._stated[item][1]
         for name, joint in zip(self._model.names, self._model.joints, strict=True):
             if name in start and joint.nq == 1:
                 rest[joint.idx_q] = start[name]
@@ -113,26 +131,29 @@ class OtherChecker:
         return out
 
     def _with_obstacles(self, item: Item) -> Any:
-        import pinocchio as pin
+        import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         bodies = self._bodies.copy()
         moving = [i for i, body in enumerate(bodies.geometryObjects) if body.parentJoint > 0]
-        for name, kind, size, position, xyzw in read_primitives(item.scene):
-            at = pin.SE3(pin.Quaternion(np.array(xyzw)).normalized(), np.array(position))
-            obstacle = bodies.addGeometryObject(pin.GeometryObject(f"{name} {bodies.ngeoms}", 0, 0, at, _shape(kind, size)))
+        for number, solid in enumerate(self._stated[item][0]):
+            at = pin.SE3.Identity()
+            for position, xyzw in solid.poses:
+                at = at * pin.SE3(pin.Quaternion(np.array(xyzw)).normalized(), np.array(position))
+            name = f"{solid.name} (solid {number})"
+            obstacle = bodies.addGeometryObject(pin.GeometryObject(name, 0, 0, at, _shape(solid)))
             for body in moving:
                 bodies.addCollisionPair(pin.CollisionPair(body, obstacle))
         return bodies
 
 
-def _shape(kind: str, size: list[float]) -> Any:
-    import coal
+def _shape(solid: StatedSolid) -> Any:
+    import coal  # pyright: ignore[reportMissingImports]
 
-    if kind == "box":
-        return coal.Box(*size)
-    if kind == "cylinder":
-        return coal.Cylinder(size[1], size[0])
-    return coal.Sphere(size[0])
+    if solid.kind == "box":
+        return coal.Box(*solid.size)
+    if solid.kind == "cylinder":
+        return coal.Cylinder(solid.size[1], solid.size[0])
+    return coal.Sphere(solid.size[0])
 
 
 def _pair(bodies: Any, found: Any) -> str:

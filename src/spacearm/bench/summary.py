@@ -6,9 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spacearm.bench.mbm import Benchmark
 from spacearm.bench.measure import LIMIT, Run
+
+Array = NDArray[np.float64]
 
 BUDGETS = (0.001, 0.01, 0.05)
 """When the length is told [s of the reference core]."""
@@ -198,12 +201,7 @@ def targets_of(benchmark: Benchmark) -> list[Target]:
     ]
 
 
-def lengths_over_time(runs: Sequence[Run], times: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each of some times [s of the reference core], the share of the runs with a motion by then, and its mean
-    length [rad], nan where there is none."""
-    found = np.array([[run.length_by(t) or np.nan for t in times] for run in runs if not run.ends_collide])
-    if not found.size:
-        return np.zeros(len(times)), np.full(len(times), np.nan)
-    had = np.isfinite(found)
-    total = np.where(had, found, 0.0).sum(axis=0)
-    return had.mean(axis=0), np.divide(total, had.sum(axis=0), out=np.full(len(times), np.nan), where=had.any(axis=0))
+def lengths_over_time(runs: Sequence[Run], times: Sequence[float]) -> Array:
+    """Return the mean length after each of some times [s of the reference core], as `LengthBy.all` [rad]; it never rises."""
+    solved = [run for run in runs if not run.ends_collide and run.first is not None]
+    return np.array([_length_by(solved, t).all for t in times])

@@ -33,8 +33,8 @@ class Options:
         urdf: the robot; none: the only URDF file in the data's folder.
         srdf: its groups and the links that may touch; none: the only SRDF file there.
         group: whose joints move.
-        families: measure only these.
-        problems: of each family, only so many.
+        families: measure only these; none: all.
+        problems: of each family, only so many; none: all.
         seeds: runs of each problem.
         search: ms of the reference core that the bare search goes on.
         budget: ms of the reference core that the search of plan() goes on before the proof.
@@ -47,7 +47,7 @@ class Options:
     urdf: Path | None = None
     srdf: Path | None = None
     group: str = "panda_arm"
-    families: tuple[str, ...] = ()
+    families: tuple[str, ...] | None = None
     problems: int | None = None
     seeds: int = 5
     search: float = 50.0
@@ -81,7 +81,7 @@ def run(arguments: Sequence[str]) -> int:
         "proofs, and what another checker says of the motions afterwards. Times are stated for a reference core.",
     )
     protocol = Protocol(seeds=options.seeds, search=options.search / 1e3, plan=options.budget / 1e3)
-    items = find_items(options.data, families=options.families, most=options.problems)
+    items = find_items(options.data, families=options.families or (), most=options.problems)
     robot = find_robot(options.data, urdf=options.urdf, srdf=options.srdf, group=options.group)
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
         with progress_bar("measuring") as bar:

@@ -66,7 +66,10 @@ def time_optimal(
     duration, law, what = min(timed, key=lambda entry: entry[0])
     if duration >= slow:
         return Trajectory(robot, motion, duration=slow, notes=("the uniform time law: no quicker one was found",))
-    note = f"{what}: {duration:.6g} s, {(1 - duration / slow) * 100:.3g} % less than the uniform law's {slow:.6g} s, within the limits for all t"
+    note = (
+        f"{what}: {duration:.6g} s, within the limits for all t; "
+        f"{(1 - duration / slow) * 100:.3g} % less than the uniform law's {slow:.6g} s"
+    )
     if smoothed is not None and jerk_limit is None:
         excess = (duration / smoothed[1] - 1) * 100
         note += f", {abs(excess):.2g} % {'more' if excess > 0 else 'less'} than toppra's, which heeds them at grid points only"

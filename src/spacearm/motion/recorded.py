@@ -17,7 +17,7 @@ from spacearm.robot import Robot, forward_kinematics
 
 Array = NDArray[np.float64]
 
-_SHORTEST = 1e-9  # [s]
+_SHORTEST = 1e-6  # [s]; in shorter pieces rounding would hide corners
 _FURTHEST = 1e6  # [rad or m]
 
 

@@ -19,6 +19,7 @@ from spacearm.motion.spline import DEGREE, Motion
 Array = NDArray[np.float64]
 
 _SLIVER = 1e-6  # pieces this short are not cut: the spline's pieces differ by the fifth power of it
+_SHORTEST = 1e-8  # in shorter pieces rounding would hide corners
 _HALVINGS = 54
 _ROUNDING = 1e-14
 
@@ -51,6 +52,9 @@ class TimeLaw(Frozen):
             raise ProblemError(
                 f"breaks runs from {path.domain[0]:g} to {path.domain[1]:g}, expected 0 to 1: shares of the duration"
             )
+        shortest = float(np.diff(path.breaks).min())
+        if shortest < _SHORTEST:
+            raise ProblemError(f"the time law has a piece of {shortest:.3g} of the duration, expected {_SHORTEST:g} or more")
         if (coefficients[0, 0], coefficients[-1, -1]) != (0.0, 1.0):
             raise ProblemError(
                 f"the time law runs from {coefficients[0, 0]:.6g} to {coefficients[-1, -1]:.6g}, "

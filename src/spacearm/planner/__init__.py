@@ -13,6 +13,7 @@ from spacearm.planner.goals import (
 )
 from spacearm.planner.held import hold
 from spacearm.planner.motion_swarm import MotionSwarm
+from spacearm.planner.moveit import load_moveit, load_moveit_scene
 from spacearm.planner.plan_files import plan_as_dict, save_plan, save_trajectory
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Improvement, Plan
@@ -39,6 +40,8 @@ __all__ = [
     "goal_as_dict",
     "goal_from_dict",
     "hold",
+    "load_moveit",
+    "load_moveit_scene",
     "load_plan",
     "load_problem",
     "load_problem_file",

@@ -3,18 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
-from spacearm.planner.problem import Problem
+from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
+from spacearm.scene import Scene
 
 Array = NDArray[np.float64]
 
 
-def clearances(problem: Problem, q: ArrayLike) -> Array:
+class HasScene(Protocol):
+    """Whatever has a robot and a scene; a Problem does."""
+
+    @property
+    def robot(self) -> Robot:
+        """What moves."""
+        ...
+
+    @property
+    def scene(self) -> Scene:
+        """What is in the way."""
+        ...
+
+
+def clearances(problem: HasScene, q: ArrayLike) -> Array:
     """Return the clearance of every link's capsule and every obstacle: the least signed distance of the capsule's axis to
     the obstacle, less the capsule's radius.
 
@@ -40,7 +56,7 @@ def clearances(problem: Problem, q: ArrayLike) -> Array:
     return found.reshape(*array.shape[:-1], *found.shape[1:])
 
 
-def self_clearances(problem: Problem, q: ArrayLike) -> Array:
+def self_clearances(problem: HasScene, q: ArrayLike) -> Array:
     """Return the clearance between the robot's own capsules.
 
     Args:
@@ -60,7 +76,7 @@ def self_clearances(problem: Problem, q: ArrayLike) -> Array:
     return model.native.pair_clearances(rows, pairs).reshape(*array.shape[:-1], len(pairs))
 
 
-def clearance(problem: Problem, q: ArrayLike) -> Array:
+def clearance(problem: HasScene, q: ArrayLike) -> Array:
     """Return the least clearance of each configuration: over all links and obstacles, and the robot's own pairs.
 
     Args:
@@ -77,7 +93,7 @@ def clearance(problem: Problem, q: ArrayLike) -> Array:
     return np.minimum(scene, self_clearances(problem, q).min(axis=-1, initial=np.inf))
 
 
-def clearance_of(problem: Problem) -> Callable[[Array], Array]:
+def clearance_of(problem: HasScene) -> Callable[[Array], Array]:
     """Prepare `clearance` for one problem that is asked about many times.
 
     Args:

@@ -1,74 +1,269 @@
-"""The keys of a problem file and their types; `files` explains them.
+"""The keys of a problem file, their types and what they mean; docs/problem_file.md explains them with examples.
 
 Imported only when such a file is read.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, Strict, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from spacearm.strict_model import Number, StrictModel
 
+
+def _form(words: str, *kinds: type, numbers: bool = False) -> BeforeValidator:
+    """Refuse what has none of a key's forms in one sentence, before pydantic tries each of them."""
+
+    def checked(given: Any) -> Any:
+        number = numbers and isinstance(given, (int, float)) and not isinstance(given, bool)
+        fits = abs(given) < math.inf if number else isinstance(given, kinds)  # NaN is not less
+        if not fits or (isinstance(given, dict) and not all(isinstance(key, str) for key in given)):
+            raise PydanticCustomError("form", words)  # type: ignore[arg-type]  # a sentence of ours, without braces
+        return given
+
+    return BeforeValidator(checked)
+
+
+def _numbers(count: int) -> WithJsonSchema:
+    return WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": count, "maxItems": count})
+
+
+def _one_of(*keys: str) -> ConfigDict:
+    """Tell editors that one of the keys is needed; the reader says it in a sentence of its own."""
+    return ConfigDict(json_schema_extra={"oneOf": [{"required": [key]} for key in keys]})
+
+
 Text = Annotated[str, Strict()]
-Joints = list[Number] | dict[Text, Number]
+Flag = Annotated[bool, _form("true or false", bool)]
+Count = Annotated[int, Strict()]
+Vector = Annotated[list[Number], _numbers(3)]
+Quaternion = Annotated[list[Number], _numbers(4)]
+Joints = Annotated[list[Number] | dict[Text, Number], _form("a list (one number a joint) or a mapping (joint: number)", list, dict)]
+Configuration = Annotated[
+    list[Number] | dict[Text, Number] | Text,
+    _form("a list (one number a joint), a mapping (joint: number) or a configuration's name", list, dict, str),
+]
+Each = Annotated[Number | list[Number], _form("a finite number, or a list of them", list, numbers=True)]
+Axis = Annotated[Text | Vector, _form("x, y, z or a direction (a list of three numbers)", str, list)]
+
+_POSITION = "where its origin is, in the base frame at the start [m]; by default 0, 0, 0"
+_Q_WXYZ = "its orientation as a quaternion, scalar first, of any length but 0"
+_RPY_DEG = "its orientation by turns about the fixed x, then y, then z [degrees], as in a URDF"
+_SPHERES = "how many balls may enclose it, at most"
+_EXCESS = "how far the balls may stand out, at most [m]; by default 2 % of its size"
+_SCALE = "of the file's coordinates: one number, or three for x, y and z"
+
+
+class SphereModel(StrictModel):
+    """A ball."""
+
+    center: Vector = Field(description="in the base frame at the start [m]")
+    radius: Number = Field(description="[m], above 0")
+
+
+class CapsuleModel(StrictModel):
+    """A rod with round ends."""
+
+    a: Vector = Field(description="one end of its axis [m]")
+    b: Vector = Field(description="the other end [m]")
+    radius: Number = Field(description="[m], above 0")
+
+
+class PlacedModel(StrictModel):
+    """Something with a place of its own."""
+
+    position: Vector | None = Field(None, description=_POSITION)
+    q_wxyz: Quaternion | None = Field(None, description=_Q_WXYZ)
+    rpy_deg: Vector | None = Field(None, description=_RPY_DEG)
+
+
+class BoxModel(PlacedModel):
+    """A cuboid about its own origin."""
+
+    size: Vector = Field(description="edge lengths along its x, y and z [m]")
+
+
+class CylinderModel(PlacedModel):
+    """A round cylinder about its own origin, along its z."""
+
+    radius: Number = Field(description="[m], above 0")
+    length: Number = Field(description="along its z [m], above 0")
+
+
+class HalfSpaceModel(StrictModel):
+    """Everything behind a plane: a floor, a wall, a hull."""
+
+    normal: Vector = Field(description="out of the solid, of any length but 0")
+    point: Vector = Field(description="any point on the plane [m]")
+
+
+class MeshModel(PlacedModel):
+    """A mesh, enclosed in balls."""
+
+    file: Text = Field(description="STL, OBJ, PLY, DAE or GLB; relative to the problem file")
+    scale: Each = Field(1.0, description=_SCALE)
+    spheres: Count | None = Field(None, description=_SPHERES)
+    excess: Number | None = Field(None, description=_EXCESS)
+
+
+class PointsModel(PlacedModel):
+    """A point cloud, enclosed in balls."""
+
+    file: Text = Field(description=".npy (n, 3), .ply, or text (.csv, .xyz): x, y, z in each line; relative to the problem file")
+    point_radius: Number = Field(0.0, description="each point stands for a ball of this radius [m]")
+    scale: Each = Field(1.0, description=_SCALE)
+    spheres: Count | None = Field(None, description=_SPHERES)
+    excess: Number | None = Field(None, description=_EXCESS)
+
+
+class MoveItModel(StrictModel):
+    """The obstacles of a MoveIt planning scene."""
+
+    file: Text = Field(description="a planning scene, YAML or MoveIt's own text; relative to the problem file")
+    mesh_excess: Number | None = Field(None, description="how far balls may stand out of its meshes [m]; by default 2 %")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _path(cls, given: Any) -> Any:
+        return _named(given, "file", "the path of a MoveIt scene, or a mapping with file")
+
+
+class SolidModel(StrictModel):
+    """One key: a shape that ends somewhere."""
+
+    sphere: SphereModel | None = Field(None, description="a ball")
+    capsule: CapsuleModel | None = Field(None, description="a rod with round ends")
+    box: BoxModel | None = Field(None, description="a cuboid")
+    cylinder: CylinderModel | None = Field(None, description="a round cylinder with flat ends, along its z")
+    mesh: MeshModel | None = Field(None, description="a mesh from a file, enclosed in balls")
+    points: PointsModel | None = Field(None, description="a point cloud from a file, enclosed in balls")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_shape(cls, given: Any) -> Any:
+        shapes = [key for key in SHAPES if key in cls.model_fields]
+        if isinstance(given, dict) and all(key in cls.model_fields for key in given):
+            found = [key for key in shapes if key in given]
+            if len(found) != 1:
+                words = f"one shape, not {' and '.join(found)}" if found else f"a shape: {', '.join(shapes)}"
+                raise PydanticCustomError("form", words)  # type: ignore[arg-type]
+            if given[found[0]] is None:
+                raise PydanticCustomError("form", f"{found[0]} to be a mapping (key: value)")  # type: ignore[arg-type]
+        return given
+
+
+SHAPES = ("sphere", "capsule", "box", "cylinder", "half_space", "mesh", "points", "moveit")
+_SOLIDS = ("sphere", "capsule", "box", "cylinder", "mesh", "points")
+
+
+class ObstacleModel(SolidModel):
+    """An obstacle: its shape, and a name."""
+
+    model_config = _one_of(*SHAPES)
+
+    half_space: HalfSpaceModel | None = Field(None, description="everything behind a plane")
+    moveit: MoveItModel | None = Field(None, description="all obstacles of a MoveIt planning scene")
+    name: Text | None = Field(None, description="what messages and figures call it; by default its place in the list")
+
+
+class HeldModel(SolidModel):
+    """Something in the robot's hand: its shape, and how it is held."""
+
+    model_config = _one_of(*_SOLIDS)
+
+    frame: Text | None = Field(None, description="the frame that holds it; by default the end effector")
+    position: Vector | None = Field(None, description="of the shape's coordinates in that frame [m]; by default 0, 0, 0")
+    q_wxyz: Quaternion | None = Field(None, description=_Q_WXYZ)
+    rpy_deg: Vector | None = Field(None, description=_RPY_DEG)
+    touching: list[Text] | None = Field(None, description="links that it may touch, as the fingers around it")
+    name: Text | None = Field(None, description="of the frame and the link that it becomes; by default held, held_2, ...")
 
 
 class RobotModel(StrictModel):
     """A robot: a name, or a file with options."""
 
-    name: Text | None = None
-    file: Text | None = None
-    tip: Text | None = None
-    velocity_limit: Number | None = None
-    acceleration_limit: Number | None = None
-    collision: Literal["urdf", "none"] = "urdf"
+    model_config = _one_of("name", "file")
+
+    name: Text | None = Field(None, description="of a robot that comes with spacearm")
+    file: Text | None = Field(None, description="a URDF or a robot file; relative to the problem file")
+    srdf: Text | None = Field(None, description="an SRDF about the robot; relative to the problem file")
+    group: Text | None = Field(None, description="the group of the SRDF that moves; the other joints are held")
+    fixed: dict[Text, Number] | None = Field(None, description="joints that are held, and where [rad or m]")
+    tip: Text | None = Field(None, description="the link that is the end effector; by default the end of the chain")
+    velocity_limit: Number | None = Field(None, description="no joint is to be faster [rad/s or m/s]")
+    acceleration_limit: Number | None = Field(None, description="likewise [rad/s^2 or m/s^2]")
+    collision: Literal["urdf", "none"] = Field("urdf", description="where the robot's envelope is from")
+    capsules_per_shape: Count | None = Field(
+        None, description="how many capsules may enclose one box, cylinder or mesh, of the URDF or held; by default 4"
+    )
+    self_collision: Literal["auto", "srdf", "computed", "none"] = Field(
+        "auto", description="which links must keep clear of each other; auto: by the SRDF if there is one, else computed"
+    )
+    holding: list[HeldModel] | None = Field(None, description="what the robot holds")
 
     @model_validator(mode="before")
     @classmethod
-    def _named(cls, given: Any) -> Any:
+    def _name(cls, given: Any) -> Any:
         """Take ``robot: zhang2022`` for ``robot: {name: zhang2022}``."""
-        if not isinstance(given, (str, dict)):
-            raise PydanticCustomError("form", "a name, or a mapping (key: value)")
-        return {"name": given} if isinstance(given, str) else given
+        return _named(given, "name", "a name, or a mapping (key: value)")
 
 
-class SphereModel(StrictModel):
-    """A sphere."""
+class PoseModel(StrictModel):
+    """A position and an orientation."""
 
-    center: list[Number]
-    radius: Number
+    model_config = _one_of("q_wxyz", "rpy_deg")
 
-
-class ObstacleModel(StrictModel):
-    """An obstacle: one key, its shape."""
-
-    sphere: SphereModel
+    position: Vector = Field(description="of the frame's origin, in the base frame at the start [m]")
+    q_wxyz: Quaternion | None = Field(None, description=_Q_WXYZ)
+    rpy_deg: Vector | None = Field(None, description=_RPY_DEG)
 
 
 class GoalModel(StrictModel):
-    """A goal: a configuration or a position."""
+    """A goal: one target, and what may differ from it."""
 
-    configuration: Joints | None = None
-    configuration_deg: Joints | None = None
-    position: list[Number] | None = None
-    tolerance: Number | None = None
-    frame: Text | None = None
+    model_config = _one_of("configuration", "configuration_deg", "configurations", "configurations_deg", "position", "pose")
+
+    configuration: Configuration | None = Field(None, description="joint positions [rad or m], or a configuration's name")
+    configuration_deg: Joints | None = Field(None, description="joint positions [degrees]")
+    configurations: list[Configuration] | None = Field(None, description="several, of which the best is reached")
+    configurations_deg: list[Joints] | None = Field(None, description="likewise [degrees]")
+    position: Vector | None = Field(None, description="for the frame's origin, in the base frame at the start [m]")
+    pose: PoseModel | None = Field(None, description="a position and an orientation for the frame")
+    tolerance: Each | None = Field(
+        None, description="of a position [m], by default 0.001; of configurations [rad or m], one number or one a joint, 0"
+    )
+    tolerance_deg: Each | None = Field(None, description="of configurations [degrees], one number or one a joint")
+    position_tolerance: Number | None = Field(None, description="of a pose's position [m]; by default 0.001")
+    orientation_tolerance: Number | None = Field(None, description="of a pose's orientation [rad]; by default 0.5 degrees")
+    orientation_tolerance_deg: Number | None = Field(None, description="of a pose's orientation [degrees]; by default 0.5")
+    free_axis: Axis | None = Field(None, description="of the frame: x, y, z or a direction about which a pose may be turned")
+    frame: Text | None = Field(None, description="the frame that is to get to the position or pose; by default the tip")
+    shortest: Flag | None = Field(None, description="joints without limits may end whole turns away from a configuration")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _name(cls, given: Any) -> Any:
+        """Take ``goal: ready`` for ``goal: {configuration: ready}``."""
+        return _named(given, "configuration", "a mapping, as in configuration: [...], or the name of a configuration")
 
 
 class ProblemModel(StrictModel):
     """A problem file."""
 
-    version: int = Field(alias="spacearm")
-    robot: RobotModel
-    scene: list[ObstacleModel] = []  # noqa: RUF012 (pydantic copies defaults)
-    start: Joints | None = None
-    start_deg: Joints | None = None
-    goal: GoalModel
-    base: Text = "fixed"
-    planner: dict[Text, Any] = {}  # noqa: RUF012
+    version: Literal[1] = Field(alias="spacearm", description="the format's version: 1")
+    robot: RobotModel = Field(description="what moves: the name of a robot that comes with spacearm, a file, or either with options")
+    scene: list[ObstacleModel] = Field([], description="the obstacles; by default none")
+    start: Configuration | None = Field(
+        None, description="joint positions [rad or m], one a joint or by name (others 0), or a configuration's name"
+    )
+    start_deg: Joints | None = Field(None, description="the same in degrees, instead of start")
+    goal: GoalModel = Field(description="where to end")
+    base: Text = Field("fixed", description="how the base moves: fixed")
+    planner: dict[Text, Any] = Field({}, description="settings of the planner")
+    editor_schema: Text | None = Field(None, alias="$schema", description="for editors; not read")
 
     @model_validator(mode="before")
     @classmethod
@@ -77,3 +272,10 @@ class ProblemModel(StrictModel):
         if not isinstance(given, dict):
             return given
         return {key: value for key, value in given.items() if value is not None or key not in ("scene", "planner")}
+
+
+def _named(given: Any, key: str, words: str) -> Any:
+    """Take a word for a mapping of one key."""
+    if not isinstance(given, (str, dict)):
+        raise PydanticCustomError("form", words)  # type: ignore[arg-type]
+    return {key: given} if isinstance(given, str) else given

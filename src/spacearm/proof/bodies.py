@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.proof.kept import kept
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ class Riders:
     self_body: Indices
 
 
-@lru_cache(maxsize=16)
+@kept
 def bodies_of(robot: Robot) -> tuple[Bodies, Riders]:
     """Return a robot's bodies, and the riders for its obstacles and its pairs of links."""
     bodies = _bodies(robot)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.proof.bodies import Bodies
+from spacearm.proof.kept import kept
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
 
 Array = NDArray[np.float64]
@@ -172,7 +173,8 @@ class HalfSpaces:
         return np.where((n[:, 0] == 0) & (n[:, 1] == 0) & (n[:, 2] >= 0), 0.0, np.inf)
 
 
-def solids_of(scene: Scene) -> list[Solids]:
+@kept
+def solids_of(scene: Scene) -> tuple[Solids, ...]:
     """Return the scene's obstacles by kind."""
     rows: dict[type, list[tuple[Any, ...]]] = {Balls: [], Boxes: [], Cylinders: [], HalfSpaces: []}
     for i, item in enumerate(scene.obstacles):
@@ -196,9 +198,10 @@ def solids_of(scene: Scene) -> list[Solids]:
         if rows[kind]:
             columns = [np.array(column) for column in zip(*rows[kind], strict=True)]
             out.append(kind(**dict(zip(kind.__slots__, columns, strict=True))))
-    return out
+    return tuple(out)
 
 
+@kept
 def cells_of(balls: Balls) -> Balls | None:
     """Return balls around up to 16 neighbours each; None if there are too few to be worth it."""
     if len(balls.radius) <= _FEW:

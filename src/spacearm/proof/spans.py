@@ -21,7 +21,7 @@ from spacearm.motion import Curve
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-_AT_FIRST = 8  # stretches to begin with, at least
+_AT_FIRST = 12  # stretches to begin with, at least
 _EPS = float(np.finfo(np.float64).eps)
 _ROUNDING = 32 * _EPS  # of a sample of the curve, relative to the greatest joint value on it
 

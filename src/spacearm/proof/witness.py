@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.proof.bodies import Bodies
+from spacearm.proof.kept import kept
 from spacearm.proof.solids import Balls, Boxes, Cylinders, Solids, axes_along
 from spacearm.robot import Robot
 
@@ -27,14 +28,7 @@ class Witness:
 
         self.name = f"pinocchio {pinocchio.__version__}, coal {coal.__version__}"
         self._coal, self._pinocchio, self._bodies = coal, pinocchio, bodies
-        self._model = pinocchio.Model()
-        kinds = {"revolute": pinocchio.JointModelRZ, "prismatic": pinocchio.JointModelPZ}
-        ids: list[int] = []
-        for joint in robot.joints:
-            parent = ids[joint.parent] if joint.parent >= 0 else 0
-            ids.append(
-                self._model.addJoint(parent, kinds[joint.kind](), pinocchio.SE3(np.array(joint.T_parent_joint)), joint.name)
-            )
+        self._model, ids = _pinocchio_model(robot)
         self._order = np.argsort([self._model.joints[i].idx_q for i in ids])
         self._state = self._model.createData()
         self._placed = [self._state.oMi[i] for i in ids]  # these follow the state
@@ -108,3 +102,18 @@ class Witness:
             edges = 2 * solids.half[k]
             return self._coal.Capsule(radius, float(edges[2])) if radius else self._coal.Box(*edges.tolist())
         return self._coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
+
+
+@kept
+def _pinocchio_model(robot: Robot) -> tuple[Any, list[int]]:
+    """Return Pinocchio's model, one of its joints for each of the robot's, and their numbers in it."""
+    import pinocchio  # pyright: ignore[reportMissingImports]
+
+    model = pinocchio.Model()
+    kinds = {"revolute": pinocchio.JointModelRZ, "prismatic": pinocchio.JointModelPZ}
+    ids: list[int] = []
+    for joint in robot.joints:
+        parent = ids[joint.parent] if joint.parent >= 0 else 0
+        T = pinocchio.SE3(np.array(joint.T_parent_joint))
+        ids.append(model.addJoint(parent, kinds[joint.kind](), T, joint.name))
+    return model, ids

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.motion import Trajectory
-from spacearm.planner.kernel_model import make_kernel_model
+from spacearm.planner.clearance import clearances, self_clearances
 from spacearm.proof import Certificate
+from spacearm.robot import Robot
 from spacearm.scene import Scene
 from spacearm.show.style import (
     BLACK,
@@ -42,7 +43,7 @@ def figure_clearance(
     title: str = "",
     ax: Axes | None = None,
 ) -> Figure:
-    """Draw the clearance of the whole arm to each obstacle over time, and the proven lower bound.
+    """Draw the clearance of the whole arm to each obstacle and to itself over time, and the proven lower bound.
 
     Args:
         trajectory: of the robot.
@@ -54,8 +55,8 @@ def figure_clearance(
     with look():
         ax = new_figure(COLUMN, 2.5).add_subplot() if ax is None else ax
         t = np.linspace(0.0, trajectory.duration, _SAMPLES)
-        values = _clearances(trajectory, scene, t)
-        labels = _curves(ax, t, values, [obstacle.name for obstacle in scene.obstacles])
+        values, names = _clearances(trajectory, scene, t)
+        labels = _curves(ax, t, values, names)
         tidy(ax)
         ax.set_xlim(0.0, trajectory.duration or 1.0)
         ax.set_xlabel("time [s]")
@@ -72,12 +73,24 @@ def figure_clearance(
         return figure_of(ax)
 
 
-def _clearances(trajectory: Trajectory, scene: Scene, t: Array) -> Array:
-    """Return the least clearance over the links, (times, obstacles) [m]; none of a robot without links."""
-    if not trajectory.robot.capsules or not scene.obstacles:
-        return np.empty((len(t), 0))
-    model = make_kernel_model(trajectory.robot, scene)
-    return model.native.clearances(np.ascontiguousarray(trajectory.sample(t).q)).min(axis=1)
+class _Arm(NamedTuple):
+    """A robot among obstacles."""
+
+    robot: Robot
+    scene: Scene
+
+
+def _clearances(trajectory: Trajectory, scene: Scene, t: Array) -> tuple[Array, list[str]]:
+    """Return the least clearances (times, curves) [m] and what each is of: the obstacles, and the robot's own links."""
+    arm, q = _Arm(trajectory.robot, scene), trajectory.sample(t).q
+    values, names = np.empty((len(t), 0)), []
+    if arm.robot.capsules and scene.obstacles:
+        values = clearances(arm, q).min(axis=1)
+        names = [obstacle.name or f"obstacle {i}" for i, obstacle in enumerate(scene.obstacles)]
+    if arm.robot.self_pairs:
+        values = np.column_stack([values, self_clearances(arm, q).min(axis=1)])
+        names.append("between links")
+    return values, names
 
 
 def _curves(ax: Axes, t: Array, values: Array, names: Sequence[str]) -> list[tuple[float, str, str]]:
@@ -88,7 +101,7 @@ def _curves(ax: Axes, t: Array, values: Array, names: Sequence[str]) -> list[tup
         color = CYCLE[sorted(nearest).index(obstacle)] if named else GREY
         ax.plot(t, values[:, obstacle], color=color, linewidth=1.2 if named else 0.5, zorder=2.5 if named else 2)
         if named:
-            labels.append((float(values[-1, obstacle]), names[obstacle] or f"obstacle {obstacle}", color))
+            labels.append((float(values[-1, obstacle]), names[obstacle], color))
     return labels
 
 
@@ -98,7 +111,7 @@ def _bound(ax: Axes, certificate: Certificate | None) -> None:
     if certificate is not None:
         near = certificate.closest
         if near is not None:
-            text = f"closest measured: {near.link} and {near.other}, {_length(near.clearance)}"
+            text = f"closest measured: {_length(near.clearance)},\n{near.link} and {near.other}"
             style: dict[str, Any] = {"color": BLACK, "markersize": 4, "markerfacecolor": "white", "clip_on": False}
             ax.plot(near.time, near.clearance, "o", zorder=4, label=text, **style)
         if certificate.holds and certificate.clearance is not None:

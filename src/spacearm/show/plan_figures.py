@@ -38,7 +38,7 @@ def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
         "path_3d": figure_path_3d(trajectory, robot, scene, start=start, goal=target, title=title),
         "joints": figure_joints(trajectory, title=title),
     }
-    if scene.obstacles and robot.capsules:
+    if robot.capsules and (scene.obstacles or robot.self_pairs):
         figures["clearance"] = figure_clearance(trajectory, scene, plan.certificate, title=title)
     provenance = {"Title": "spacearm plan", "Author": f"spacearm {version()}", "Subject": f"seed {plan.seed}"}
     written: list[Path] = []

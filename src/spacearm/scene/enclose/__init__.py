@@ -22,7 +22,7 @@ from spacearm.scene.shapes import SphereSet
 
 __all__ = ["enclose_mesh", "enclose_points"]
 
-_MOST_SPHERES = 100_000
+_MOST_SPHERES = 50_000
 _LARGEST = 1e6  # [m] coordinates beyond this are no arm's surroundings
 _SHARE = 0.02  # of the size of what is enclosed: the excess where none is asked for
 
@@ -55,7 +55,7 @@ def enclose_mesh(
 
     Raises:
         FileFormatError: a file that is missing, or that holds no mesh.
-        SceneError: numbers that are not finite, a scale of 0, or an excess that takes more than 100,000 balls.
+        SceneError: numbers that are not finite, a scale of 0, or an excess that takes more than 50,000 balls.
     """
     triangles = read_triangles(mesh) * _scale(scale)
     if not np.isfinite(triangles).all() or np.abs(triangles).max() > _LARGEST:
@@ -84,7 +84,7 @@ def enclose_points(
         name: for messages.
 
     Raises:
-        SceneError: no points, numbers that are not finite, or an excess that takes more than 100,000 balls.
+        SceneError: no points, numbers that are not finite, or an excess that takes more than 50,000 balls.
     """
     cloud = as_readonly("points", points, (None, 3), SceneError)
     if not len(cloud):

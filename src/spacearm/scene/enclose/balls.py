@@ -11,9 +11,9 @@ from spacearm.scene.enclose.choice import Choice, held, reach_of, thinned
 from spacearm.scene.enclose.inside import Inside
 from spacearm.scene.enclose.surface import Surface
 
-_MOST_CELLS = 300_000
+_MOST_CELLS = 150_000
 _TOLERANCE = 0.02  # of the excess: how well distances and the medial axis need to be known
-_STEPS = 6  # of the search for the least excess that a number of balls allows
+_STEPS = 4  # of the search for the least excess that a number of balls allows: to 4 %
 
 Balls = tuple[Array, Array, Array]
 """Centres (k, 3), radii (k,), and by how much each ball stands out (k,), at most [m]."""
@@ -39,14 +39,15 @@ def enclosing_balls(
     body = Body(Surface(triangles), inside)
     whole = one_cell(triangles, inside)
     if excess is not None:
-        cut = _cut(body, [(whole, centers_for(body, whole, tolerance=_TOLERANCE * excess))], excess)
+        first = centers_for(body, whole, tolerance=_TOLERANCE * excess)
+        cut = _cut(body, [(whole, first)], excess, most=_MOST_CELLS)
         return None if cut is None else _covered(cut, excess, spheres)
     return _fewest(body, whole, size, spheres)
 
 
 def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None:
     """Return balls with nearly the least excess that so many allow: halve it until they are too few, then bisect."""
-    most = min(_MOST_CELLS, 300 + 20 * spheres)  # a ball seldom holds more cells on the average
+    most = min(_MOST_CELLS, 200 + 10 * spheres)  # a ball seldom holds more cells on the average
     first = centers_for(body, whole, tolerance=1e-4 * size)
     cut, high = [(whole, first)], float(first.excess[0])
     best, low = _covered(cut, high, spheres), high / 2
@@ -67,7 +68,7 @@ def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None
     return best
 
 
-def _cut(body: Body, cut: list[_Cut], excess: float, *, most: int = _MOST_CELLS) -> list[_Cut] | None:
+def _cut(body: Body, cut: list[_Cut], excess: float, *, most: int) -> list[_Cut] | None:
     """Cut cells until each is held by a ball of its own that stands out no more than `excess`; None if more than `most`."""
     done: list[_Cut] = []
     coarse: list[Cells] = []

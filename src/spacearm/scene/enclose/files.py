@@ -81,8 +81,10 @@ def read_points(path: str | os.PathLike[str]) -> Array:
 
             points = np.asarray(trimesh.load_scene(io.BytesIO(content), file_type="ply").to_geometry().vertices)  # type: ignore[union-attr]
         else:
-            points = _table(content)
+            points = _table(content, path)
         reason = f"it holds {points.dtype} of shape {points.shape}"
+    except FileFormatError:
+        raise
     except Exception as error:  # a broken file
         points, reason = np.empty(0), shown_error(error)
     if points.ndim != 2 or points.shape[1] < 3 or not len(points) or points.dtype.kind not in "iuf":
@@ -95,18 +97,19 @@ def read_points(path: str | os.PathLike[str]) -> Array:
     return points
 
 
-def _table(content: bytes) -> Array:
-    lines = []
+def _table(content: bytes, path: str | os.PathLike[str]) -> Array:
+    rows: list[list[float]] = []
     for number, line in enumerate(content.decode("utf-8-sig").splitlines(), start=1):
-        text = line.split("#")[0].replace(",", " ").replace(";", " ").split()
-        if not text:
-            continue
+        text = line.split("#")[0].strip()
+        words = text.split(";" if ";" in text else "," if "," in text else None) if text else []
         try:
-            lines.append([float(word) for word in text[:3]])
+            row = [float(word) for word in words[:3]]
         except ValueError:
-            if lines or number > 1:  # the first may be headings
-                raise ValueError(f"line {number} is {shown(line)}") from None
-            continue
-        if len(lines[-1]) < 3:
-            raise ValueError(f"line {number} has {len(lines[-1])} numbers")
-    return np.array(lines, dtype=np.float64).reshape(-1, 3)
+            row = []
+            if not rows and number == 1:  # headings
+                continue
+        if words and len(row) < 3:
+            raise FileFormatError(f"{path}: line {number} is {shown(line)}, expected x, y and z [m] of a point; correct it")
+        if words:
+            rows.append(row)
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)

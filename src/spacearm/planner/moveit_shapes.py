@@ -1,0 +1,78 @@
+"""Obstacles from MoveIt's shapes, however they were written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.errors import SceneError
+from spacearm.scene import Box, Cylinder, HalfSpace, Obstacle, Sphere
+
+Array = NDArray[np.float64]
+
+PRIMITIVES = {"box": ("x", "y", "z"), "sphere": ("radius",), "cylinder": ("height", "radius"), "cone": ("height", "radius")}
+"""Kinds, and their dimensions in the order of ROS's messages."""
+
+NUMBERED = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}
+"""The kinds in ROS's `shape_msgs/SolidPrimitive`."""
+
+MOST_OBSTACLES = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A shape whose name and pose are still to come; `make(T, name)` gives the obstacle."""
+
+    make: Callable[[Array, str], Obstacle]
+
+
+def primitive(kind: str, size: Array) -> Made:
+    """Return a solid in the order of ROS: box x, y, z; sphere radius; cylinder and cone height, radius.
+
+    A cone, which stands on its base about the middle of its height, becomes the cylinder that encloses it.
+    """
+    if kind == "box":
+        return Made(lambda T, name: Box(size, T, name=name))
+    if kind == "sphere":
+        return Made(lambda T, name: Sphere(T[:3, 3], float(size[0]), name=name))
+    return Made(lambda T, name: Cylinder(float(size[1]), float(size[0]), T, name=name))
+
+
+def plane(coefficients: ArrayLike) -> Made:
+    """Return the half-space behind a plane a x + b y + c z + d = 0: where the left side is below 0."""
+    *normal, d = (float(value) for value in np.asarray(coefficients))
+
+    def make(T: Array, name: str) -> Obstacle:
+        n = np.array(normal)
+        square = float(n @ n)
+        if not 1e-300 < square < 1e300:
+            raise SceneError(
+                f"the plane's normal is {normal}, expected a direction; give a, b, c and d of ax + by + cz + d = 0"
+            )
+        return HalfSpace(T[:3, :3] @ n, T[:3, 3] + T[:3, :3] @ (n * (-d / square)), name=name)
+
+    return Made(make)
+
+
+def mesh(vertices: Array, triangles: NDArray[np.int64], *, excess: float | None) -> Made:
+    """Return balls that enclose a mesh of vertices (v, 3) [m] and triangles (n, 3), which count vertices from 0."""
+
+    def make(T: Array, name: str) -> Obstacle:
+        from spacearm.scene.enclose import enclose_mesh
+
+        if not len(triangles):
+            raise SceneError("the mesh has no triangles, expected at least one")
+        if triangles.min() < 0 or triangles.max() >= len(vertices):
+            worst = int(triangles.min()) if triangles.min() < 0 else int(triangles.max())
+            raise SceneError(f"a triangle has vertex {worst}, expected 0 to {len(vertices) - 1}")
+        return enclose_mesh(vertices[triangles], pose=T, excess=excess, name=name)
+
+    return Made(make)
+
+
+def named(name: str, number: int, count: int) -> str:
+    """Return an obstacle's name: its object's, with a number from 1 where the object has several shapes."""
+    return name if count == 1 else f"{name} {number + 1}".strip()
