@@ -6,6 +6,7 @@ instant that it names. A case is drawn from (seed, number), which is printed wit
 
     python benchmarks/soak_certificate.py --seconds 600 --instants 500
     python benchmarks/soak_certificate.py --seed 0 --only 1234
+    python benchmarks/soak_certificate.py --seconds 600 --data DIR    # planned motions of MotionBenchMaker's Panda instead
 """
 
 from __future__ import annotations
@@ -25,8 +26,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from oracles.coal_shapes import least_distances
 from oracles.pinocchio_points import joint_frames
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
+from spacearm.planner import PlannerSettings, load_moveit, plan
 from spacearm.proof import Certificate, certify
-from spacearm.robot import Frame, Joint, LinkCapsule, Robot
+from spacearm.robot import Frame, Joint, LinkCapsule, Robot, load_robot
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
 
 TOLERANCE = 1e-7  # [m] Coal's and Pinocchio's rounding
@@ -46,6 +48,18 @@ def drawn(seed: int, number: int) -> Case:
     robot = drawn_robot(rng)
     scene = Scene([drawn_obstacle(rng) for _ in range(rng.integers(0, 7))])
     return Case(robot, scene, drawn_trajectory(rng, robot))
+
+
+def planned(folder: Path, seed: int, number: int) -> Case:
+    """Plan one of MotionBenchMaker's problems, another one each time."""
+    fixed = {f"panda_finger_joint{i}": 0.065 for i in (1, 2)}
+    robot = load_robot(folder / "panda_spherized.urdf", srdf=folder / "panda.srdf", group="panda_arm", fixed=fixed)
+    scenes = sorted(folder.glob("*/scene*.yaml"))
+    scene = scenes[number % len(scenes)]
+    problem = load_moveit(robot, scene, scene.with_name(scene.name.replace("scene", "request")))
+    found = plan(problem, PlannerSettings(evaluations=2000), rng=seed + number)
+    assert found.trajectory is not None, f"{scene}: {found.message}"
+    return Case(robot, problem.scene, found.trajectory)
 
 
 def drawn_robot(rng: np.random.Generator) -> Robot:
@@ -152,12 +166,13 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--instants", type=int, default=200, help="random instants of each trajectory that is proven")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--data", type=Path, help="folder of MotionBenchMaker's problems, to be planned")
     parser.add_argument("--only", type=int, help="this case only")
     options = parser.parse_args()
     begun, statuses, seconds, wrong, number, instants = time.perf_counter(), Counter[str](), [], 0, 0, 0
     while time.perf_counter() - begun < options.seconds:
         number = number if options.only is None else options.only
-        case = drawn(options.seed, number)
+        case = drawn(options.seed, number) if options.data is None else planned(options.data, options.seed, number)
         certificate = certify(case, case.trajectory, limits=())
         statuses[certificate.status] += 1
         seconds.append(certificate.seconds)

@@ -16,7 +16,10 @@ from spacearm.reading import _composed, _composed_in_c, _loader_class, yaml_of_o
 
 pytestmark = pytest.mark.skipif(not yaml.__with_libyaml__, reason="this PyYAML has no libyaml")
 
-WORDS = """1 -0 010 1e-3 1. .5 .inf -.inf 0x1f 1_000 12:30 yes no on true ~ null 2001-01-01 'a' "b\\n" | é << = &a *a ? - [ {} #c !!int"""
+WORDS = (
+    "1 -0 010 1e-3 1. .5 .inf -.inf 0x1f 1_000 12:30 yes no on true ~ null 2001-01-01 "
+    "'a' \"b\\n\" | é << = &a *a ? - [ {} #c !!int"
+)
 SCALARS = st.sampled_from(["", "a b", "!!str 1", "!!int x", "&a 1", *WORDS.split()])
 LINES = st.tuples(
     st.integers(0, 3),

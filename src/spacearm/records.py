@@ -11,6 +11,7 @@ import dataclasses
 import math
 import types
 import typing
+from collections.abc import Mapping
 from functools import cache
 from typing import Any, TypeVar
 
@@ -53,7 +54,9 @@ def plain(value: Any) -> Any:
     raise TypeError(f"no plain value for {type(value).__name__}")
 
 
-def record_from_dict(record: type[T], values: Any, what: str, error: Raise, **infinite: float) -> T:
+def record_from_dict(
+    record: type[T], values: Any, what: str, error: Raise, *, infinite: Mapping[str, float] | None = None
+) -> T:
     """Make a record of plain values.
 
     Args:
@@ -73,7 +76,7 @@ def record_from_dict(record: type[T], values: Any, what: str, error: Raise, **in
     for key in values:
         if key not in hints:
             raise error(f"{what} has key {shown(key)}, which is not known; {nearest(str(key), hints)}")
-    given = {}
+    given, infinite = {}, infinite or {}
     for field in dataclasses.fields(record):  # type: ignore[arg-type]
         if field.name in values:
             value = values[field.name]

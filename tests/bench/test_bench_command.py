@@ -14,7 +14,7 @@ from snapshot import assert_sentence
 from spacearm.cli import main
 
 MBM = os.environ.get("SPACEARM_MBM")
-SHORT = ("--group", "arm", "--seeds", "2", "--search", "2", "--budget", "2")
+SHORT = ("--group", "arm", "--seeds", "2", "--search", "20", "--budget", "100")
 
 
 @pytest.fixture

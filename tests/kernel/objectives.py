@@ -1,14 +1,15 @@
-"""The seed's problem as objectives of any build: the paper's arm and obstacles, or none, or drawn ones."""
+"""The seed's problem as objectives of any build: the paper's arm and obstacles, or none, or drawn ones; and motions."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from kernel.builds import Build, place
+from kernel.builds import Build, place, surround
 from spacearm.robot import Robot, joint_centres, load_robot
-from spacearm.scene import Sphere
+from spacearm.scene import Obstacle, Sphere
 
 OBSTACLES = (Sphere((0.5, 0.5, 0.0), 0.1), Sphere((0.4, 0.7, 0.0), 0.1), Sphere((0.2, 0.8, 0.0), 0.1))
 GOAL = np.array([0.7, 0.3, 0.0])
@@ -27,20 +28,77 @@ def seed_objective(build: Build, robot: Robot, obstacles: tuple[Sphere, ...] = O
     return build.named("SeedObjective")(model, indices, len(centres) - 1, GOAL, WEIGHTS, True, 1e-3)
 
 
-def reach_objective(build: Build, robot: Robot, obstacles: tuple[Sphere, ...] = OBSTACLES) -> Any:
+def reach_objective(build: Build, robot: Robot, obstacles: Sequence[Obstacle] = OBSTACLES) -> Any:
     """A configuration near home that reaches the goal with a margin."""
     centres = list(joint_centres(robot))
-    model = place(build, robot, points=centres, spheres=obstacles).native
-    return build.named("ReachObjective")(model, len(centres) - 1, GOAL, 1e-3, 0.02, np.zeros(robot.dof))
+    model = surround(build, robot, obstacles, points=centres).native
+    tip = np.array([len(centres) - 1], dtype=np.int32)
+    return build.named("ReachObjective")(model, tip, GOAL[None].copy(), np.array([1e-3]), 0.02, np.zeros(robot.dof))
 
 
-def motion_objective(build: Build, robot: Robot, obstacles: tuple[Sphere, ...] = OBSTACLES) -> Any:
-    """Motions with two control points between start and goal, at 16 samples; any partition of unity is a basis."""
-    s = np.linspace(0, 1, 16)[:, np.newaxis]
-    basis = np.hstack([(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3])
-    model = place(build, robot, spheres=obstacles).native
-    start, goal = np.zeros(robot.dof), np.linspace(-1, 1, robot.dof)
-    return build.named("MotionObjective")(model, start, goal, basis, 0.01, 0.5)
+MOTION_SWARM = {
+    "particles": 16,
+    "evaluations": 16 * 400,
+    "inertia_start": 0.6,
+    "inertia_end": 0.6,
+    "cognitive": 1.49,
+    "social": 1.49,
+    "ring": 3,
+    "start_velocity": 0.02,
+}
+"""A small swarm on a ring, as the planner's."""
+
+
+def motion_search(
+    build: Build,
+    robot: Robot,
+    obstacles: Sequence[Obstacle],
+    start: Any,
+    goals: Any,
+    *,
+    bounds: tuple[Any, Any] | None = None,
+    jerk: Any = (),
+    margin: float = 0.002,
+    comfort: float = 0.05,
+    weights: dict[str, float] | None = None,
+    settings: dict[str, Any] | None = None,
+    swarm: dict[str, Any] | None = None,
+    seed: int = 0,
+    island: int = 0,
+) -> Any:
+    """A search for motions from start (n,) to goals (g, n); by length, unless weights are given."""
+    centres = list(joint_centres(robot))
+    tip = robot.frame(robot.tip)
+    points = [*centres, (tip.joint, tip.T_joint_frame[:3, 3])]
+    chosen = {"length": 1.0} if weights is None else weights
+    lower, upper = (robot.lower, robot.upper) if bounds is None else bounds
+    return build.named("MotionSearch")(
+        surround(build, robot, obstacles, points=points).native,
+        np.array(start, dtype=np.float64),
+        np.array(goals, dtype=np.float64).reshape(-1, robot.dof),
+        np.array(lower, dtype=np.float64),
+        np.array(upper, dtype=np.float64),
+        np.array(robot.velocity),
+        np.array(robot.acceleration),
+        np.array(jerk, dtype=np.float64),
+        margin,
+        comfort,
+        len(points) - 1,
+        np.arange(len(centres), dtype=np.int32),
+        np.array([chosen.get(name, 0.0) for name in build.module.motion_terms]),
+        settings or {},
+        build.settings(**(MOTION_SWARM if swarm is None else swarm)),
+        seed,
+        island,
+    )
+
+
+def run_motions(
+    search: Any, evaluations: int = 0, *, seconds: float = 0.0, until_first: bool = False, stall: int = 0, progress: Any = None
+) -> Any:
+    """Run a search for motions; 0 is no limit."""
+    search.run(evaluations, seconds, until_first, stall, progress)
+    return search
 
 
 def searched(

@@ -88,7 +88,7 @@ def evaluations(level: str) -> list[Function]:
 
 @pytest.mark.parametrize("level", WIDEST)
 def test_every_objective_is_evaluated_in_packs(level: str) -> None:
-    """Three objectives, evaluated and searched, and the clearances: seven functions a scalar, if none is inlined."""
+    """Objectives, evaluated and searched, and clearances of every shape: a dozen functions a scalar, if none is inlined."""
     kinds = Counter(kind for f in evaluations(level) for kind in f.kinds)
     assert kinds["pd"] >= 4
     assert kinds["ps"] >= 4
@@ -122,14 +122,15 @@ def test_angles_are_rounded_in_packs(level: str) -> None:
 
 
 @pytest.mark.parametrize("level", WIDEST)
-def test_roots_are_packed_but_for_a_few_of_single_numbers(level: str) -> None:
+def test_roots_are_packed_but_for_those_of_single_numbers(level: str) -> None:
     whole = Counter[str]()
     for body in functions(level):
         f = summed_up(body)
         whole["packed"] += f.packed["sqrt"]
         whole["scalar"] += f.scalar["sqrt"]
-    # Scalar ones only where an objective is made: what centres on the base add to f1.
-    assert whole["scalar"] <= 8 < whole["packed"]
+    # Scalar ones where there is a single number to take it of: the way between two configurations or two places of the
+    # hand, a motion's duration, and where a model is made.
+    assert whole["scalar"] < whole["packed"] / 2
 
 
 @pytest.mark.parametrize("level", LEVELS)

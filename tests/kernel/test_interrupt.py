@@ -79,16 +79,17 @@ def test_ctrl_c_ends_a_search(threads: int, progress: str) -> None:
 # Rounds of more than 40 ms, so that the calling thread waits for a helper after the search was stopped.
 LONG_ROUNDS = """
 import os, signal, threading
-import numpy as np
 from kernel import objectives
 from kernel.test_interrupt import BOUNDS, BUILD, ROBOT
 
-objective = objectives.motion_objective(BUILD, ROBOT)
-bounds = tuple(np.tile(bound, 2) for bound in BOUNDS)
+from spacearm.scene import Sphere
+
+crowd = tuple(Sphere((0.01 * i, 0.5, 0.5), 0.1) for i in range(100))
+objective = objectives.seed_objective(BUILD, ROBOT, crowd)
 
 def search(progress):
-    settings = {"particles": 200_000, "evaluations": 10**12}
-    objectives.searched(BUILD, objective, bounds, settings, trials=2, threads=2, seconds=20.0, progress=progress)
+    settings = {"particles": 100_000, "evaluations": 10**12}
+    objectives.searched(BUILD, objective, BOUNDS, settings, trials=2, threads=2, seconds=20.0, progress=progress)
 """
 
 

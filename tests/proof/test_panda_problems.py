@@ -17,7 +17,7 @@ from spacearm.robot import load_robot
 
 FOLDER = os.environ.get("SPACEARM_MBM", "")
 FAMILIES = ("bookshelf_small", "bookshelf_tall", "bookshelf_thin", "box", "cage", "table_pick", "table_under_pick")
-INSTANTS = 150
+INSTANTS = 60
 
 pytestmark = pytest.mark.skipif(not FOLDER, reason="SPACEARM_MBM does not name the folder of MotionBenchMaker's problems")
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import struct
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +23,7 @@ from spacearm.planner.saved_plans import load_plan, load_saved_plan
 from spacearm.proof import certify
 from spacearm.robot import Robot, load_robot
 from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
+from spacearm.swarm import IPSO, PSO, Swarm
 
 
 class Reader(NamedTuple):
@@ -252,8 +256,42 @@ def readers() -> dict[str, Reader]:
         ),
         "mesh stl": Reader("stl", (_stl(),), read_triangles),
         "mesh obj": Reader("obj", (OBJ,), read_triangles),
+        "checkpoint": Reader("npz", _checkpoints(), _checkpoint_read),
         "points": Reader("xyz", (CLOUD,), read_points),
     }
+
+
+@cache
+def _checkpoints() -> tuple[bytes, ...]:
+    """Checkpoints as JSON text, which `_checkpoint_read` makes files of: a zip of our own is whole, whatever it holds."""
+    out = []
+    for settings in (PSO(particles=3, iterations=4), IPSO(particles=6, iterations=4)):
+        swarm = Swarm([-1.0, -1.0], [1.0, 1.0], settings, rng=0, keep_positions=True)
+        for _ in range(2):
+            swarm.tell(np.sum(swarm.ask() ** 2, axis=1))
+        with TemporaryDirectory() as place:
+            swarm.save(Path(place) / "swarm.npz")
+            with np.load(Path(place) / "swarm.npz") as file:
+                arrays = {name: file[name] for name in file.files}
+        header = json.loads(arrays.pop("header").tobytes())
+        values = {name: [str(array.dtype), array.tolist()] for name, array in arrays.items()}
+        out.append(json.dumps({"header": header, "arrays": values}).encode())
+    return tuple(out)
+
+
+def _checkpoint_read(path: Path) -> object:
+    """Make a checkpoint of the text, where that can be done, and read it and go on."""
+    with contextlib.suppress(Exception):
+        values = json.loads(path.read_bytes())
+        arrays = {name: np.array(rows, dtype=kind) for name, (kind, rows) in values["arrays"].items()}
+        header = np.frombuffer(json.dumps(values["header"]).encode(), dtype=np.uint8)
+        buffer = io.BytesIO()
+        np.savez(buffer, header=header, **arrays)
+        path.write_bytes(buffer.getvalue())
+    swarm = Swarm.load(path)
+    if swarm.settings.particles < 1000 and not swarm.done:
+        swarm.tell(np.sum(np.asarray(swarm.ask()) ** 2, axis=1))
+    return swarm.iteration
 
 
 def _csv_proven(path: Path) -> object:

@@ -103,7 +103,7 @@ def _record(record: type) -> dict[str, Any]:
 def _type(annotation: str) -> dict[str, Any]:
     words = re.fullmatch(r"Literal\[(.*)\]", annotation)
     if words:
-        return {"enum": re.findall(r'"(\w+)"', words[1])}
+        return {"enum": re.findall(r"\w+", words[1])}
     forms = [_TYPES[form] for form in annotation.split(" | ")]
     return dict(forms[0]) if len(forms) == 1 else {"anyOf": forms}
 

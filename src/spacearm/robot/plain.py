@@ -21,4 +21,4 @@ def robot_from_dict(values: Any) -> Robot:
     Raises:
         RobotError: values that are no robot; the place is named.
     """
-    return record_from_dict(Robot, values, "robot", RobotError, lower=-math.inf, upper=math.inf)
+    return record_from_dict(Robot, values, "robot", RobotError, infinite={"lower": -math.inf, "upper": math.inf})
