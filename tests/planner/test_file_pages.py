@@ -58,7 +58,8 @@ def completed(block: str) -> str:
     given, base = yaml.safe_load(block), yaml.safe_load(BASE)
     if "start_deg" in given:
         del base["start"]
-    return block + yaml.safe_dump({key: value for key, value in base.items() if key not in given})
+    lacking = {key: value for key, value in base.items() if key not in given}
+    return block + yaml.safe_dump(lacking) if lacking else block
 
 
 @pytest.mark.parametrize("number", range(len(BLOCKS)))

@@ -1,7 +1,7 @@
 """The command line: thin, one module a command.
 
-Exit codes: 0 done, 1 no plan found, 2 wrong input, 3 an error of spacearm itself, 130 interrupted. Results go to stdout,
-everything else to stderr.
+Exit codes: 0 done, 1 no plan found or no proof that holds, 2 wrong input, 3 an error of spacearm itself, 130 interrupted.
+Results go to stdout, everything else to stderr.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ options:
   -h, --help  show this help, or a command's: spacearm COMMAND --help
   --version   show the version and the kernel's build
 
-exit codes: 0 done, 1 no plan found, 2 wrong input, 3 an error of spacearm itself, 130 interrupted
+exit codes: 0 done, 1 no plan found or no proof that holds, 2 wrong input, 3 an error of spacearm itself,
+            130 interrupted
 """
 
 

@@ -67,7 +67,9 @@ def read_goal(file: YamlFile, model: GoalModel, robot: Robot) -> Goal:
         if key not in _TARGETS[target]:
             takers = [name for name, keys in _TARGETS.items() if key in keys]
             with file.at("goal", key):
-                raise ProblemError(f"goal has {key} beside {target}, expected it with {' or '.join(takers)}; {_instead(target)}")
+                raise ProblemError(
+                    f"goal has {key} beside {target}, expected it with {' or '.join(takers)}; {_instead(target)}"
+                )
     with file.at("goal", target):
         if target == "pose":
             return _pose_goal(model, beside)
@@ -101,7 +103,9 @@ def _configuration_goal(
         rows = [_configuration(robot, row, f"{target}[{i}]", degrees=degrees) for i, row in enumerate(value)]
         lengths = {len(row) for row in rows}
         if len(lengths) > 1:
-            raise ProblemError(f"{target} has rows of {min(lengths)} and of {max(lengths)} numbers, expected {robot.dof} in each")
+            raise ProblemError(
+                f"{target} has rows of {min(lengths)} and of {max(lengths)} numbers, expected {robot.dof} in each"
+            )
         return ConfigurationsGoal(np.reshape(rows, (len(rows), -1) if rows else (0, robot.dof)), **beside)
     return ConfigurationGoal(_configuration(robot, value, target, degrees=degrees), **beside)
 

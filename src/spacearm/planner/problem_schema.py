@@ -41,7 +41,9 @@ Flag = Annotated[bool, _form("true or false", bool)]
 Count = Annotated[int, Strict()]
 Vector = Annotated[list[Number], _numbers(3)]
 Quaternion = Annotated[list[Number], _numbers(4)]
-Joints = Annotated[list[Number] | dict[Text, Number], _form("a list (one number a joint) or a mapping (joint: number)", list, dict)]
+Joints = Annotated[
+    list[Number] | dict[Text, Number], _form("a list (one number a joint) or a mapping (joint: number)", list, dict)
+]
 Configuration = Annotated[
     list[Number] | dict[Text, Number] | Text,
     _form("a list (one number a joint), a mapping (joint: number) or a configuration's name", list, dict, str),
@@ -112,7 +114,9 @@ class MeshModel(PlacedModel):
 class PointsModel(PlacedModel):
     """A point cloud, enclosed in balls."""
 
-    file: Text = Field(description=".npy (n, 3), .ply, or text (.csv, .xyz): x, y, z in each line; relative to the problem file")
+    file: Text = Field(
+        description=".npy (n, 3), .ply, or text (.csv, .xyz): x, y, z in each line; relative to the problem file"
+    )
     point_radius: Number = Field(0.0, description="each point stands for a ball of this radius [m]")
     scale: Each = Field(1.0, description=_SCALE)
     spheres: Count | None = Field(None, description=_SPHERES)
@@ -254,7 +258,9 @@ class ProblemModel(StrictModel):
     """A problem file."""
 
     version: Literal[1] = Field(alias="spacearm", description="the format's version: 1")
-    robot: RobotModel = Field(description="what moves: the name of a robot that comes with spacearm, a file, or either with options")
+    robot: RobotModel = Field(
+        description="what moves: the name of a robot that comes with spacearm, a file, or either with options"
+    )
     scene: list[ObstacleModel] = Field([], description="the obstacles; by default none")
     start: Configuration | None = Field(
         None, description="joint positions [rad or m], one a joint or by name (others 0), or a configuration's name"
