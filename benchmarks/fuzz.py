@@ -168,7 +168,9 @@ def summarize(done: list[Fuzz], took: float, options: argparse.Namespace) -> Non
     for fuzz in done:
         for kind, cases in fuzz.findings.items():
             number, details = cases[0]
-            print(f"--seed {options.seed} --readers '{fuzz.name}' --first {number} --count 1: {kind}, {len(cases)} times\n{details}")
+            print(
+                f"--seed {options.seed} --readers '{fuzz.name}' --first {number} --count 1: {kind}, {len(cases)} times\n{details}"
+            )
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from cli.conftest import Refused, Told
 from spacearm.cli import COMMANDS, main
 from spacearm.cli.arguments import _options, parsed
+from spacearm.cli.bench import Options as BenchOptions
 from spacearm.cli.certify import Options as CertifyOptions
 from spacearm.cli.paper import Options as PaperOptions
 from spacearm.cli.plan import Options as PlanOptions
@@ -20,8 +21,8 @@ from spacearm.errors import SettingsError
 from spacearm.paper import PaperSettings
 from spacearm.swarm import NAMED_SETTINGS
 
-RECORDS = {"certify": CertifyOptions, "paper": PaperOptions, "plan": PlanOptions}
-UNITS = {"--radii": "[m]", "--tolerance": "[m]", "--link-radius": "[m]"}
+RECORDS = {"bench": BenchOptions, "certify": CertifyOptions, "paper": PaperOptions, "plan": PlanOptions}
+UNITS = {"--radii": "[m]", "--tolerance": "[m]", "--link-radius": "[m]", "--search": "[ms]", "--budget": "[ms]"}
 
 
 def test_every_command_is_tested_here() -> None:

@@ -104,7 +104,9 @@ def _rename(data: bytes, rng: np.random.Generator) -> bytes:
     if len(words) < 2:
         return data
     old, new = (words[int(i)] for i in rng.integers(len(words), size=2))
-    return re.sub(rb"\b" + old + rb"\b", new if rng.random() < 0.7 else VALUES[int(rng.integers(len(VALUES)))].replace(b"\\", b""), data)
+    return re.sub(
+        rb"\b" + old + rb"\b", new if rng.random() < 0.7 else VALUES[int(rng.integers(len(VALUES)))].replace(b"\\", b""), data
+    )
 
 
 def _nest(data: bytes, rng: np.random.Generator) -> bytes:
@@ -119,4 +121,20 @@ def _repeat(data: bytes, rng: np.random.Generator) -> bytes:
     return data[:b] + data[a:b] * int(rng.choice([1, 5, 300])) + data[b:]
 
 
-_ONE = (_flip, _truncate, _delete, _lines, _lines, _number, _number, _number, _value, _value, _swap, _swap, _rename, _nest, _repeat)
+_ONE = (
+    _flip,
+    _truncate,
+    _delete,
+    _lines,
+    _lines,
+    _number,
+    _number,
+    _number,
+    _value,
+    _value,
+    _swap,
+    _swap,
+    _rename,
+    _nest,
+    _repeat,
+)

@@ -198,4 +198,3 @@ def _miss(problem: Problem, q: np.ndarray) -> float:
     else:
         angle = 2 * math.asin(min(1.0, float(np.linalg.norm(T[:3, :3] - goal.pose[:3, :3])) / math.sqrt(8)))
     return max(away - goal.position_tolerance, angle - goal.orientation_tolerance)
-

@@ -185,9 +185,16 @@ def _csv() -> tuple[bytes, ...]:
     names = robot().dof_names
     t = np.linspace(0, 2, 9)
     rows = 0.1 * np.sin(np.outer(t, np.arange(1, 8)))
-    plain = "time," + ",".join(names) + "\n" + "\n".join(",".join(f"{v:.6g}" for v in (a, *r)) for a, r in zip(t, rows, strict=True))
+    plain = (
+        "time,"
+        + ",".join(names)
+        + "\n"
+        + "\n".join(",".join(f"{v:.6g}" for v in (a, *r)) for a, r in zip(t, rows, strict=True))
+    )
     head = "t_s," + ",".join(f"{kind}_{name}" for kind in ("q", "dq", "ddq") for name in names)
-    whole = head + "\n" + "\n".join(",".join(f"{v:.6g}" for v in (a, *r, *(0 * r), *(0 * r))) for a, r in zip(t, rows, strict=True))
+    whole = (
+        head + "\n" + "\n".join(",".join(f"{v:.6g}" for v in (a, *r, *(0 * r), *(0 * r))) for a, r in zip(t, rows, strict=True))
+    )
     return plain.encode() + b"\n", whole.encode() + b"\n"
 
 

@@ -36,8 +36,8 @@ class Options:
         families: measure only these; none: all.
         problems: of each family, only so many; none: all.
         seeds: runs of each problem.
-        search: ms of the reference core that the bare search goes on.
-        budget: ms of the reference core that the search of plan() goes on before the proof.
+        search: how long the bare search goes on, on the reference core [ms].
+        budget: how long the search of plan() goes on before the proof, on the reference core [ms].
         figure: draw lengths and first motions over time.
         json: print report.json's content instead of the tables.
     """

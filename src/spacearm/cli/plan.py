@@ -79,7 +79,16 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
 
 
 def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[str, str]]:
-    rows = [("status", found.status), ("seed", str(found.seed)), ("goal configurations", str(len(found.goals)))]
+    rows = [("status", found.status), ("seed", str(found.seed)), ("goal configurations", _goals(found))]
+    if found.history:
+        first, last = found.history[0], found.history[-1]
+        rows.append(
+            (
+                "search",
+                f"first motion after {first.seconds * 1e3:.3g} ms ({first.by}), the best after {last.seconds * 1e3:.3g} ms "
+                f"({last.by}); {found.evaluations} motions looked at, {found.proofs} proven or refuted",
+            )
+        )
     if found.trajectory is not None:
         rows += [
             ("joint path length", f"{found.fitness['length']:.4f} {_unit(found)}"),
@@ -90,6 +99,13 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
     rows.append(("time", ", ".join(f"{name} {seconds * 1e3:.0f} ms" for name, seconds in found.timings.items())))
     rows.append(("written", f"{', '.join(written)} in {folder}"))
     return rows
+
+
+def _goals(found: Plan) -> str:
+    search = found.goal_search
+    if search is None or not search.searches:
+        return str(len(found.goals))
+    return f"{len(found.goals)} distinct ones, of {search.reached} that reach the goal; {search.in_collision} of these collide"
 
 
 def _unit(found: Plan) -> str:

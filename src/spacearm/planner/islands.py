@@ -70,6 +70,7 @@ class Islands:
     ) -> None:
         """Go on searching; 0 is no limit. Interrupted by Ctrl-C, all islands stop and keep what they have."""
         threads = min(self._settings.threads or os.cpu_count() or 1, len(self._all))
+        seconds /= -(-len(self._all) // threads)  # islands that wait for a thread have their share of the time
         stopped = False
 
         def go_on(done: int) -> bool:

@@ -1,0 +1,90 @@
+"""A share of benchmarks/soak.py: drawn problems are planned, and others look at the motions; the checker can see what is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reliability.drawn_problems import drawn_problem
+from reliability.other_checker import complaints
+from spacearm.planner import Plan, PlannerSettings, Problem, plan
+from spacearm.planner.goals import ConfigurationGoal
+from spacearm.robot import Robot, load_robot
+from spacearm.scene import Scene, Sphere
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_a_drawn_problem_gives_a_motion_that_others_confirm_or_a_reason(block: int) -> None:
+    for number in range(8 * block, 8 * block + 8):
+        problem, settings = drawn_problem(1, number)
+        wrong = complaints(plan(problem, settings, rng=number), instants=60, rng=np.random.default_rng(number))
+        assert not wrong, (number, wrong)
+
+
+def test_a_drawn_problem_is_the_same_again() -> None:
+    one, other = drawn_problem(1, 5), drawn_problem(1, 5)
+    assert one.settings == other.settings
+    assert np.array_equal(one.problem.start, other.problem.start)
+    assert len(one.problem.scene.obstacles) == len(other.problem.scene.obstacles)
+
+
+@pytest.fixture(scope="module")
+def found() -> Plan:
+    problem = Problem(
+        load_robot("zhang2022"),
+        Scene([Sphere((0.5, 0.5, 0.0), 0.1)]),
+        start=np.zeros(7),
+        goal=ConfigurationGoal([-1.0, 0, 0, -0.5, 0, 0, 0]),
+    )
+    out = plan(problem, PlannerSettings(evaluations=300), rng=0)
+    assert out.found
+    return out
+
+
+def said(found: Plan) -> list[str]:
+    return complaints(found, instants=300, rng=np.random.default_rng(0))
+
+
+def test_the_checker_is_content_with_a_plan_as_it_is(found: Plan) -> None:
+    assert said(found) == []
+
+
+def test_the_checker_sees_a_certificate_that_promises_too_much(found: Plan) -> None:
+    certificate = found.certificate
+    assert certificate is not None
+    assert certificate.closest is not None
+    more = certificate.closest.clearance + 1e-4
+    (sentence,) = said(replace(found, certificate=replace(certificate, clearance=more)))
+    assert sentence.startswith("proven ")
+
+
+def test_the_checker_sees_a_limit_that_is_broken(found: Plan) -> None:
+    slow = with_robot(found, replace(found.problem.robot, velocity=0.5 * found.problem.robot.velocity))
+    assert any("velocity limit" in sentence for sentence in said(slow))
+    lazy = with_robot(found, replace(found.problem.robot, acceleration=0.5 * found.problem.robot.acceleration))
+    assert any("acceleration limit" in sentence for sentence in said(lazy))
+    jerky = replace(found, settings=replace(found.settings, jerk_limit=1e-3))
+    assert any("jerk limit" in sentence for sentence in said(jerky))
+
+
+def with_robot(found: Plan, robot: Robot) -> Plan:
+    return replace(found, problem=replace(found.problem, robot=robot))
+
+
+def test_the_checker_sees_other_ends(found: Plan) -> None:
+    elsewhere = replace(found.problem, goal=ConfigurationGoal([-1.0, 0, 0, -0.4, 0, 0, 0]))
+    assert any("beyond the goal" in sentence for sentence in said(replace(found, problem=elsewhere)))
+    moved = replace(found.problem, start=np.full(7, 0.01))
+    assert any("does not begin" in sentence for sentence in said(replace(found, problem=moved)))
+
+
+def test_the_checker_sees_a_refusal_without_reason(found: Plan) -> None:
+    assert any("Coal" in sentence for sentence in said(replace(found, status="start_in_collision")))
+    hit = replace(found.problem, scene=Scene([Sphere((0, 0.5, 0), 0.1)]))
+    assert any("penetrates" in sentence for sentence in said(replace(found, problem=hit)))
+
+
+def test_the_checker_sees_a_message_of_two_lines(found: Plan) -> None:
+    assert any("no line" in sentence for sentence in said(replace(found, status="not_found", advice="a\nb")))

@@ -1,0 +1,239 @@
+"""Files appear whole or not at all, whatever ends the writing: an error, or a process that is killed."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+import pytest
+
+from spacearm.cli import main
+from spacearm.errors import OutputError
+from spacearm.planner import Plan, PlannerSettings, Problem, plan, save_plan, save_trajectory
+from spacearm.planner.goals import ConfigurationGoal
+from spacearm.robot import load_robot
+from spacearm.scene import Scene, Sphere
+from spacearm.swarm import PSO, Swarm
+
+PROBLEM = """\
+spacearm: 1
+robot: zhang2022
+scene:
+  - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}
+start: [0, 0, 0, 0, 0, 0, 0]
+goal: {configuration: [1, 0, 0, 0, 0, 0, 0]}
+"""
+
+
+@pytest.fixture(scope="module")
+def found() -> Plan:
+    problem = Problem(
+        load_robot("zhang2022"),
+        Scene([Sphere((0.6, 0.6, 0.3), 0.1)]),
+        start=np.zeros(7),
+        goal=ConfigurationGoal([0.5, 0, 0, 0.5, 0, 0, 0]),
+    )
+    return plan(problem, PlannerSettings(evaluations=200), rng=0)
+
+
+def save_swarm(_: Plan, path: Path) -> None:
+    Swarm([-1.0, -1.0], [1.0, 1.0], PSO(particles=3), rng=0).save(path)
+
+
+def save_trajectory_csv(found: Plan, path: Path) -> None:
+    assert found.trajectory is not None
+    save_trajectory(found.trajectory, path)
+
+
+def save_drawing(_: Plan, path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    from spacearm.show.save import save_figure
+
+    figure = Figure(figsize=(1, 1))
+    save_figure(figure, path.with_suffix(""), provenance={"seed": "0"})
+
+
+def save_certificate(found: Plan, path: Path) -> None:
+    """By the command, whose error is an exit code."""
+    planned = path.with_name("planned.json")
+    if not planned.exists():
+        save_plan(found, planned)
+    with pytest.MonkeyPatch.context() as patch:
+        said: list[str] = []
+        patch.setattr(sys.stderr, "write", said.append)
+        if main(["certify", str(planned), "-o", str(path)]):
+            raise OutputError("".join(said).removeprefix("spacearm: ").strip())
+
+
+WRITERS: dict[str, Callable[[Plan, Path], None]] = {
+    "plan.json": save_plan,
+    "trajectory.csv": save_trajectory_csv,
+    "swarm.npz": save_swarm,
+    "figure.png": save_drawing,
+    "certificate.json": save_certificate,
+}
+
+
+@pytest.fixture(params=WRITERS)
+def name(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.mark.parametrize("call", ["mkstemp", "fsync", "replace"])
+def test_what_cannot_be_written_is_one_sentence_and_leaves_nothing(
+    call: str, name: str, found: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if name == "certificate.json":
+        save_plan(found, tmp_path / "planned.json")
+    before = sorted(path.name for path in tmp_path.iterdir())
+
+    def fails(*_: object, **__: object) -> NoReturn:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(f"spacearm.output.{'tempfile' if call == 'mkstemp' else 'os'}.{call}", fails)
+    with pytest.raises(OutputError, match=r"cannot be written \(Input/output error\); free space there") as raised:
+        WRITERS[name](found, tmp_path / name)
+    assert len(str(raised.value).splitlines()) == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+def test_what_is_there_is_not_written_over(name: str, found: Plan, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(b"mine")
+    with pytest.raises(OutputError, match="exists"):
+        WRITERS[name](found, tmp_path / name)
+    assert (tmp_path / name).read_bytes() == b"mine"
+
+
+# A process that dies in the middle of a write, as by a power cut: nothing of it runs any more.
+DIES = """
+import os, signal, sys
+from pathlib import Path
+from spacearm import output
+
+def die(*_, **__):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+path = Path(sys.argv[1])
+output.write_atomically(path, b"first " * 20_000)
+setattr(os, sys.argv[2], die)
+output.write_atomically(path, b"second " * 20_000)
+"""
+
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+
+
+@POSIX
+@pytest.mark.parametrize("call", ["fsync", "chmod", "replace"])
+def test_a_process_killed_while_it_writes_leaves_what_was_there(call: str, tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    done = subprocess.run([sys.executable, "-c", DIES, str(path), call], check=False)
+    assert done.returncode == -signal.SIGKILL
+    assert path.read_bytes() == b"first " * 20_000
+    assert [each.name for each in tmp_path.iterdir() if not each.name.startswith(".file.")] == ["file"]
+
+
+# A shell may start us with Ctrl-C ignored, which children inherit.
+PROGRAM = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from spacearm.cli import main
+sys.exit(main())
+"""
+
+
+@pytest.fixture
+def started(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Begin `spacearm plan`; it is ended with the test."""
+    running: list[subprocess.Popen[str]] = []
+
+    def start(planner: str, *flags: str) -> subprocess.Popen[str]:
+        (tmp_path / "problem.yaml").write_text(f"{PROBLEM}planner: {planner}\n")
+        words = ["plan", str(tmp_path / "problem.yaml"), "-o", str(tmp_path / "out"), "--seed", "0", *flags]
+        command = [sys.executable, "-c", PROGRAM, *words]
+        running.append(subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+        return running[-1]
+
+    yield start
+    for process in running:
+        process.kill()
+        process.communicate()
+
+
+def wait_for(there: Callable[[], bool], process: subprocess.Popen[str]) -> None:
+    until = time.monotonic() + 60
+    while not there() and process.poll() is None and time.monotonic() < until:
+        time.sleep(0.01)
+
+
+def whole(path: Path) -> bool:
+    content = path.read_bytes()
+    if path.suffix == ".json":
+        return bool(json.loads(content))
+    if path.suffix == ".csv":
+        rows = content.decode().split("\n")
+        return rows[-1] == "" and len({row.count(",") for row in rows[:-1]}) == 1
+    return content.endswith({".png": b"IEND\xaeB`\x82", ".pdf": b"%%EOF\n"}[path.suffix])
+
+
+@POSIX
+@pytest.mark.parametrize("moment", ["plan.json", "trajectory.csv", "figures"])
+def test_a_plan_killed_while_it_is_written_has_whole_files(
+    moment: str, started: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    folder = tmp_path / "out"
+    process = started("{evaluations: 100}")
+    pattern = {"figures": "*.p*"}.get(moment, moment)
+    wait_for(lambda: any(folder.glob(pattern)), process)
+    process.kill()
+    process.communicate()
+    files = [path for path in folder.iterdir() if not path.name.startswith(".")]
+    assert files
+    assert all(whole(path) for path in files), files
+
+
+@POSIX
+def test_ctrl_c_writes_the_best_motion_so_far(started: Callable[..., subprocess.Popen[str]], tmp_path: Path) -> None:
+    """It is proven like any other, and the plan says that it was interrupted."""
+    folder = tmp_path / "out"
+    process = started("{time_budget: 600, evaluations: null}", "--no-figures")
+    wait_for(folder.exists, process)
+    time.sleep(1.5)  # into the search
+    process.send_signal(signal.SIGINT)
+    begun = time.monotonic()
+    out, err = process.communicate(timeout=60)
+    assert time.monotonic() - begun < 20
+    assert (process.returncode, err) == (0, "")
+    assert "found" in out
+    saved = json.loads((folder / "plan.json").read_text())
+    assert (saved["status"], saved["interrupted"]) == ("found", True)
+    assert saved["certificate"]["status"] == "holds"
+    assert whole(folder / "trajectory.csv")
+
+
+@POSIX
+@pytest.mark.parametrize("seconds", [0.0, 0.15, 0.3])
+def test_ctrl_c_at_any_moment_ends_in_a_line_or_in_a_plan(
+    seconds: float, started: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    folder = tmp_path / "out"
+    process = started("{time_budget: 600, evaluations: null}", "--no-figures")
+    wait_for(folder.exists, process)
+    time.sleep(seconds)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    if process.returncode == 130:
+        assert err == "spacearm: interrupted; nothing was written\n"
+        assert not folder.exists()
+    else:
+        assert (process.returncode, err) == (0, "")
+        assert all(whole(path) for path in folder.iterdir())
