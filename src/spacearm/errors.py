@@ -10,6 +10,7 @@ import difflib
 from collections.abc import Iterable
 
 _SHOWN = 12  # names listed in a message before it would no longer be read
+_LONGEST = 60  # characters of a name; more are nobody's name, and take long to compare
 
 
 class SpacearmError(Exception):
@@ -58,9 +59,9 @@ def nearest(name: str, known: Iterable[str]) -> str:
     names = [str(entry) for entry in known]
     if not names:
         return "none is known"
-    shown = ", ".join(names[:_SHOWN])
+    shown = ", ".join(entry if len(entry) <= _LONGEST else f"{entry[: _LONGEST - 3]}..." for entry in names[:_SHOWN])
     if len(names) > _SHOWN:
         shown += f", ... ({len(names)} in all)"
-    by_lower_case = {entry.lower(): entry for entry in reversed(names)}
-    close = difflib.get_close_matches(str(name).lower(), by_lower_case, n=1)
+    by_lower_case = {entry.lower(): entry for entry in reversed(names) if len(entry) <= _LONGEST}
+    close = difflib.get_close_matches(str(name)[: 2 * _LONGEST].lower(), by_lower_case, n=1)
     return f"did you mean '{by_lower_case[close[0]]}'? known: {shown}" if close else f"known: {shown}"

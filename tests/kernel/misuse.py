@@ -63,9 +63,55 @@ def evaluated(objective: Any, columns: int = 7) -> Any:
     return objective.evaluate(q(1, columns))
 
 
-def motion(**changes: Any) -> Any:
-    given = {"start": np.zeros(7), "goal": np.ones(7), "basis": np.ones((4, 4)) / 4, **changes}
-    return BUILD.named("MotionObjective")(model(), *given.values(), 0.0, 1.0)
+def reach(**changes: Any) -> Any:
+    """A reach objective with some of its arguments changed."""
+    given = {"points": ints(1), "targets": np.zeros((1, 3)), "tolerances": np.ones(1), "margin": 0.0, "home": np.zeros(7)}
+    return BUILD.named("ReachObjective")(surrounded(), *{**given, **changes}.values())
+
+
+def surrounded(**changes: Any) -> Any:
+    """The model with an envelope of two links, one capsule each, and a ball, some of its arrays changed."""
+    arrays = {
+        "index": ints(0, 1),
+        "joint": ints(0, 6),
+        "link": ints(0, 1),
+        "a": np.zeros((2, 3)),
+        "b": np.ones((2, 3)),
+        "radius": np.full(2, 0.1),
+        "pairs": ints(0, 1).reshape(1, 2),
+        "obstacle_kind": ints(1),
+        "obstacle_numbers": np.ones((1, 15)),
+    }
+    made = model().surrounded(**{**arrays, **changes})
+    made.shortfalls(q(1, 7), 0.1, False)
+    made.obstacle_clearances(q(1, 7))
+    return made
+
+
+def motions(**changes: Any) -> Any:
+    """A search for motions with some of its arguments changed, run for a little."""
+    given = {
+        "scene": surrounded(),
+        "start": np.zeros(7),
+        "goals": np.ones((2, 7)),
+        "lower": BOUNDS[0],
+        "upper": BOUNDS[1],
+        "velocity": np.ones(7),
+        "acceleration": np.ones(7),
+        "jerk": np.zeros(0),
+        "margin": 0.0,
+        "comfort": 0.1,
+        "tip": 1,
+        "centers": ints(0, 1),
+        "weights": np.ones(8),
+        "settings": {},
+        "swarm": BUILD.settings(**SETTINGS),
+        "seed": 0,
+        "island": 0,
+    }
+    made = BUILD.named("MotionSearch")(**{**given, **changes})
+    made.run(300, 0.0, False, 0, None)
+    return made
 
 
 def search(**changes: Any) -> Any:
@@ -125,10 +171,76 @@ REFUSED: dict[str, Case] = {
     "evaluate: None": lambda: seed().evaluate(None),
     "evaluate: complex numbers": lambda: seed().evaluate(q(1, 7) + 1j),
     "terms: too few columns": lambda: seed().terms(q(1, 6)),
-    "motion: too few columns": lambda: evaluated(motion(), 13),
-    "motion: a start of another length": lambda: motion(start=np.zeros(6)),
-    "motion: a goal of another length": lambda: motion(goal=np.zeros(8)),
-    "motion: a basis without ends": lambda: motion(basis=np.ones((4, 1))),
+    "reach: too few columns": lambda: evaluated(reach(), 6),
+    "reach: no targets": lambda: evaluated(reach(points=ints(), targets=q(0, 3), tolerances=q(0))),
+    "reach: fewer targets than points": lambda: evaluated(reach(points=ints(0, 1))),
+    "reach: targets in the plane": lambda: evaluated(reach(targets=q(1, 2))),
+    "reach: more tolerances than targets": lambda: evaluated(reach(tolerances=np.ones(2))),
+    "reach: a point that is none": lambda: evaluated(reach(points=ints(2))),
+    "reach: a negative point": lambda: evaluated(reach(points=ints(-1))),
+    "reach: a home of another length": lambda: evaluated(reach(home=np.zeros(6))),
+    "surrounded: fewer indices than capsules": lambda: surrounded(index=ints(0)),
+    "surrounded: an index beyond the last": lambda: surrounded(index=ints(0, 2)),
+    "surrounded: a negative index": lambda: surrounded(index=ints(0, -1)),
+    "surrounded: an index given twice": lambda: surrounded(index=ints(1, 1)),
+    "surrounded: a capsule on no joint": lambda: surrounded(joint=ints(0, 7)),
+    "surrounded: a joint below the base": lambda: surrounded(joint=ints(0, -2)),
+    "surrounded: a negative link": lambda: surrounded(link=ints(-1, 0)),
+    "surrounded: an absurdly high link": lambda: surrounded(link=ints(0, 2**31 - 1)),
+    "surrounded: fewer links than capsules": lambda: surrounded(link=ints(0)),
+    "surrounded: fewer starts than capsules": lambda: surrounded(a=q(1, 3)),
+    "surrounded: ends in the plane": lambda: surrounded(b=q(2, 2)),
+    "surrounded: fewer radii than capsules": lambda: surrounded(radius=q(1)),
+    "surrounded: a pair of an unknown link": lambda: surrounded(pairs=ints(0, 2).reshape(1, 2)),
+    "surrounded: a pair of a negative link": lambda: surrounded(pairs=ints(-1, 0).reshape(1, 2)),
+    "surrounded: a link paired with itself": lambda: surrounded(pairs=ints(1, 1).reshape(1, 2)),
+    "surrounded: pairs of three": lambda: surrounded(pairs=ints(0, 1, 0).reshape(1, 3)),
+    "surrounded: pairs of one": lambda: surrounded(pairs=ints(0).reshape(1, 1)),
+    "surrounded: an unknown shape": lambda: surrounded(obstacle_kind=ints(6)),
+    "surrounded: no shape": lambda: surrounded(obstacle_kind=ints(0)),
+    "surrounded: a negative shape": lambda: surrounded(obstacle_kind=ints(-1)),
+    "surrounded: fewer rows than obstacles": lambda: surrounded(obstacle_kind=ints(1, 1)),
+    "surrounded: rows too short": lambda: surrounded(obstacle_numbers=np.ones((1, 14))),
+    "obstacle_clearances: too few columns": lambda: surrounded().obstacle_clearances(q(1, 6)),
+    "pair_clearances: too few columns": lambda: surrounded().pair_clearances(q(1, 6), ints(0, 1).reshape(1, 2)),
+    "pair_clearances: a capsule beyond the last": lambda: surrounded().pair_clearances(q(1, 7), ints(0, 2).reshape(1, 2)),
+    "pair_clearances: a negative capsule": lambda: surrounded().pair_clearances(q(1, 7), ints(-1, 1).reshape(1, 2)),
+    "pair_clearances: pairs of one": lambda: surrounded().pair_clearances(q(1, 7), ints(0, 1).reshape(2, 1)),
+    "shortfalls: too many columns": lambda: surrounded().shortfalls(q(1, 8), 0.0, False),
+    "motions: a start of another length": lambda: motions(start=np.zeros(6)),
+    "motions: a goal of another length": lambda: motions(goals=np.ones((2, 8))),
+    "motions: no goals": lambda: motions(goals=np.ones((0, 7))),
+    "motions: bounds of another length": lambda: motions(lower=BOX[0]),
+    "motions: bounds the wrong way round": lambda: motions(lower=BOUNDS[1], upper=BOUNDS[0]),
+    "motions: bounds that are no numbers": lambda: motions(lower=np.full(7, np.nan)),
+    "motions: velocities of another length": lambda: motions(velocity=np.ones(6)),
+    "motions: one jerk for all": lambda: motions(jerk=np.ones(1)),
+    "motions: a tip that is no point": lambda: motions(tip=2),
+    "motions: a negative tip": lambda: motions(tip=-1),
+    "motions: a centre that is no point": lambda: motions(centers=ints(2)),
+    "motions: seven weights": lambda: motions(weights=np.ones(7)),
+    "motions: a misspelt setting": lambda: motions(settings={"interor": [2]}),
+    "motions: a text for a number": lambda: motions(settings={"probe_step": "far"}),
+    "motions: control points beyond 32": lambda: motions(settings={"interior": [33]}),
+    "motions: no control points": lambda: motions(settings={"interior": []}),
+    "motions: a ladder without steps": lambda: motions(settings={"ladder": []}),
+    "motions: a ladder with a step of 0": lambda: motions(settings={"ladder": [0, 1]}),
+    "motions: a step of no length": lambda: motions(settings={"probe_step": 0.0}),
+    "motions: a step that is no number": lambda: motions(settings={"probe_step": np.nan}),
+    "motions: no failures allowed": lambda: motions(settings={"refine_stall": 0}),
+    "motions: a negative patience": lambda: motions(settings={"patience": -1}),
+    "motions: a negative island": lambda: motions(island=-1),
+    "motions: a negative seed": lambda: motions(seed=-1),
+    "judge: too few columns": lambda: motions().judge(q(1, 13), 2, 0),
+    "judge: a negative number of control points": lambda: motions().judge(q(1, 0), -1, 0),
+    "judge: no such goal": lambda: motions().judge(q(1, 14), 2, 2),
+    "judge: a negative goal": lambda: motions().judge(q(1, 14), 2, -1),
+    "judge: control points beyond 32": lambda: motions().judge(q(1, 7 * 100), 100, 0),
+    "spline_values: a sixth derivative": lambda: BUILD.module.spline_values(q(3), 2, 6),
+    "spline_values: a negative derivative": lambda: BUILD.module.spline_values(q(3), 2, -1),
+    "spline_values: a negative number of control points": lambda: BUILD.module.spline_values(q(3), -1, 0),
+    "spline_values: an instant before the start": lambda: BUILD.module.spline_values(np.array([-0.5]), 2, 0),
+    "spline_values: an instant that is no number": lambda: BUILD.module.spline_values(np.array([np.nan]), 2, 0),
     "model: a child before its parent": lambda: model(parent=ints(1, 0, 1, 2, 3, 4, 5)),
     "model: a parent below -1": lambda: model(parent=ints(-2, 0, 1, 2, 3, 4, 5)),
     "model: a dof beyond the last": lambda: model(dof=ints(0, 1, 2, 3, 4, 5, 7)),
@@ -179,7 +291,6 @@ REFUSED: dict[str, Case] = {
     "seed: a tip that is no point": lambda: evaluated(seed(tip=10**6)),
     "seed: a goal in the plane": lambda: evaluated(seed(goal=np.zeros(2))),
     "seed: two weights": lambda: evaluated(seed(weights=np.ones(2))),
-    "motion: a basis without samples": lambda: evaluated(motion(basis=np.ones((0, 4))), 14),
     "restore: the state of a smaller swarm": lambda: restore(particles=5000),
     "restore: positions cut short": lambda: restore(position=np.zeros(3)),
     "restore: positions in words": lambda: restore(position="everywhere"),

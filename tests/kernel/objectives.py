@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from kernel.builds import Build, place, surround
 from spacearm.robot import Robot, joint_centres, load_robot
-from spacearm.scene import Obstacle, Sphere
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, pose
 
 OBSTACLES = (Sphere((0.5, 0.5, 0.0), 0.1), Sphere((0.4, 0.7, 0.0), 0.1), Sphere((0.2, 0.8, 0.0), 0.1))
 GOAL = np.array([0.7, 0.3, 0.0])
@@ -34,6 +35,24 @@ def reach_objective(build: Build, robot: Robot, obstacles: Sequence[Obstacle] = 
     model = surround(build, robot, obstacles, points=centres).native
     tip = np.array([len(centres) - 1], dtype=np.int32)
     return build.named("ReachObjective")(model, tip, GOAL[None].copy(), np.array([1e-3]), 0.02, np.zeros(robot.dof))
+
+
+CLUTTER = (
+    Box((0.1, 0.1, 0.6), pose((0.55, 0.35, 0.3))),
+    Cylinder(0.08, 0.5, pose((-0.3, 0.8, 0.2))),
+    Capsule((-0.2, 0.9, -0.4), (0.4, 0.9, -0.4), 0.06),
+    HalfSpace((0, 0, 1), (0, 0, -0.9)),
+    Sphere((0.3, -0.6, 0.4), 0.15),
+)
+"""One obstacle of every shape around the paper's arm."""
+AROUND = (-1.95, -0.01, 2.48, -0.26, -1.08, -0.77, 1.66), (2.34, 0.23, 2.42, 1.07, -2.28, 0.08, -0.44)
+"""A start and a goal between which the straight motion of `thick_arm` collides with them [rad]."""
+
+
+def thick_arm() -> Robot:
+    """The paper's arm with links of 8 cm."""
+    robot = paper_robot()
+    return replace(robot, capsules=tuple(replace(capsule, radius=0.04) for capsule in robot.capsules))
 
 
 MOTION_SWARM = {

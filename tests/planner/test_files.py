@@ -270,7 +270,7 @@ MEANING: dict[str, tuple[type[SpacearmError], str]] = {
     ),
     "goal tolerance beside a configuration": (
         ProblemError,
-        goal("goal: {configuration: {elbow: 1}, tolerance: 1}"),
+        goal("goal: {configuration: {elbow: 1}, position_tolerance: 1}"),
     ),
     "goal joint mistyped": (ProblemError, goal("goal: {configuration: {elbo: 1}}")),
     "goal above its limit": (ProblemError, goal("goal: {configuration: {elbow: 3.2}}")),

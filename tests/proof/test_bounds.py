@@ -27,7 +27,7 @@ def watched(robot: Robot, curve: Curve, stretches: Stretches | None = None) -> t
     if stretches is None:
         first = spans.first()
         whole = np.array([[first.ends[0, 0], first.ends[-1, 1]]])
-        stretches = Stretches(first=first.first[:1], last=first.last[-1:], ends=whole)
+        stretches = Stretches(first=first.first[:1], last=first.last[-1:], ends=whole, share=np.ones(1))
     bodies, riders = bodies_of(robot)
     middles = Middles(bodies, riders, JointMap(robot), Witness(robot, bodies).frames, spans.lines(stretches))
     middles.watch(np.arange(len(riders.body)))

@@ -264,6 +264,17 @@ def test_a_path_of_many_rows_takes_no_more_looks_than_a_smooth_one() -> None:
     assert one.closest.time == pytest.approx(other.closest.time, abs=0.05)
 
 
+def test_a_leap_within_microseconds_is_looked_at_like_any_other_piece() -> None:
+    """A file's two rows with almost the same time: the arm crosses the ball between them."""
+    robot = planar()
+    t = [0.0, 1.0, 1.0 + 2e-6, 2.0]
+    rows = [(-0.5, 0), (-0.4, 0), (0.4, 0), (0.5, 0)]
+    path = PiecewisePath.from_linear(t, rows)
+    leap = RecordedTrajectory(robot, path)
+    assert judged(robot, [Sphere((1.8, 0, 0), 0.01)], leap).status == "fails"
+    assert judged(robot, [Sphere((2.3, 0, 0), 0.1)], leap).holds
+
+
 # ---- asking for more -------------------------------------------------------------------------------------------------
 
 

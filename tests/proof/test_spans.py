@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -39,6 +40,7 @@ def test_stretches_cover_the_curve_however_often_they_are_halved(data: st.DataOb
         assert (ends[0, 0], ends[-1, 1]) == curve.domain
         np.testing.assert_array_equal(ends[1:, 0], ends[:-1, 1])
         assert (ends[:, 1] > ends[:, 0]).all()
+        assert stretches.share.sum() == pytest.approx(1)
         stretches = spans.halved(stretches)
 
 
@@ -65,3 +67,23 @@ def test_a_straight_piece_does_not_drift_and_a_motion_at_rest_does_not_move() ->
 def test_samples_of_large_values_are_allowed_their_rounding() -> None:
     spans = Spans(PiecewisePath.from_linear([0, 1], [[1e6], [1e6]]))
     assert spans.lines(spans.first()).drift.min() > 1e-9
+
+
+def test_a_piece_that_is_over_in_an_instant_is_bounded_though_it_has_no_middle() -> None:
+    """Between two times that are neighbours among the numbers there is none: the rate at the middle is another piece's."""
+    begin = 1.0
+    end = float(np.nextafter(begin, 2.0))
+    spans = Spans(PiecewisePath.from_linear([0.0, begin, end, 2.0], [[0.0], [0.0], [0.3], [0.3]]))
+    stretches = spans.first()
+    for _ in range(4):
+        stretches = spans.halved(stretches)
+    lines = spans.lines(stretches)
+    for end_of in (0, 1):
+        u = stretches.ends[:, end_of]
+        strayed = np.abs(spans_curve_at(u) - lines.q - lines.rate * (u - lines.u)[:, None])
+        assert (strayed <= lines.drift + 1e-12).all()
+
+
+def spans_curve_at(u: np.ndarray) -> np.ndarray:
+    """That step, at its ends: either of the two positions is on it."""
+    return np.where(u[:, None] <= 1.0, 0.0, 0.3)

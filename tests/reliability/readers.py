@@ -202,7 +202,8 @@ def _csv() -> tuple[bytes, ...]:
 def saved_plans() -> tuple[bytes, ...]:
     """Plans as files, by different time laws."""
     scene = Scene([
-        Sphere((0.6, 0.6, 0.5), 0.1), Box((0.1, 0.2, 0.1), pose((-0.6, 0.6, 0.5), (1, 0, 0, 0))), HalfSpace((0, 0, 1), (0, 0, -1.5)),
+        Sphere((0.6, 0.6, 0.5), 0.1), Box((0.1, 0.2, 0.1), pose((-0.6, 0.6, 0.5), (1, 0, 0, 0))),
+        HalfSpace((0, 0, 1), (0, 0, -1.5)),
         Cylinder(0.1, 0.2, pose((0, -1, 0), (1, 0, 0, 0)), name="can"), SphereSet([(1, 1, 1), (1, 1, 1.1)], [0.1, 0.1]),
     ])  # fmt: skip
     out = []
@@ -227,7 +228,8 @@ CLOUD = b"# x y z\n0.0 0.0 1.0\n0.1 0.0 1.0\n0.0 0.1 1.0\n0.2 0.1 1.1\n"
 def beside(folder: Path) -> None:
     """Write the files that the texts name."""
     for name, content in (
-        ("arm.urdf", URDF.encode()), ("arm.srdf", SRDF.encode()), ("arm.yaml", ROBOT), ("block.stl", _stl()), ("cloud.xyz", CLOUD),
+        ("arm.urdf", URDF.encode()), ("arm.srdf", SRDF.encode()), ("arm.yaml", ROBOT), ("block.stl", _stl()),
+        ("cloud.xyz", CLOUD),
         ("problem.yaml", PROBLEMS[0]), ("world.yaml", MOVEIT_SCENE), ("request.yaml", REQUESTS[0]),
     ):  # fmt: skip
         (folder / name).write_bytes(content)

@@ -1,4 +1,4 @@
-"""A share of benchmarks/soak.py: drawn problems are planned, and others look at the motions; the checker can see what is wrong."""
+"""A share of benchmarks/soak.py: drawn problems are planned and others look at the motions; what is wrong can be seen."""
 
 from __future__ import annotations
 

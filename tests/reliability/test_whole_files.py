@@ -28,7 +28,7 @@ PROBLEM = """\
 spacearm: 1
 robot: zhang2022
 scene:
-  - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}
+  - sphere: {center: [-0.55, 1.0, 0.0], radius: 0.05}
 start: [0, 0, 0, 0, 0, 0, 0]
 goal: {configuration: [1, 0, 0, 0, 0, 0, 0]}
 """
@@ -192,7 +192,7 @@ def test_a_plan_killed_while_it_is_written_has_whole_files(
 ) -> None:
     folder = tmp_path / "out"
     process = started("{evaluations: 100}")
-    pattern = {"figures": "*.p*"}.get(moment, moment)
+    pattern = {"figures": "*.png"}.get(moment, moment)
     wait_for(lambda: any(folder.glob(pattern)), process)
     process.kill()
     process.communicate()

@@ -29,6 +29,7 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
+from spacearm.checks import shown
 from spacearm.errors import SettingsError
 from spacearm.planner.goal_files import read_goal, read_start
 from spacearm.planner.problem import Problem
@@ -93,9 +94,14 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
 
 
 def _settings(file: YamlFile, given: dict[str, Any]) -> PlannerSettings:
-    values = {key: _as_settings_take(value) for key, value in given.items()}
+    values = {}
+    for key, value in given.items():
+        with file.at("planner", key):
+            require_settings(PlannerSettings, {key: value})
+            if key in ("weights", "swarm") and not isinstance(value, dict):
+                raise SettingsError(f"{key} is {shown(value)}, expected a mapping (key: value)")
+            values[key] = _as_settings_take(value)
     with file.at("planner", *_at_fault(values)):
-        require_settings(PlannerSettings, values)
         return PlannerSettings(**values)
 
 

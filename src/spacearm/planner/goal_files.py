@@ -78,10 +78,6 @@ def read_goal(file: YamlFile, model: GoalModel, robot: Robot) -> Goal:
         return _configuration_goal(model, target, beside, robot)
 
 
-def _instead(target: str) -> str:
-    return f"{target} takes {', '.join(_TARGETS[target])}"
-
-
 def _pose_goal(model: GoalModel, beside: dict[str, Any]) -> PoseGoal:
     assert model.pose is not None
     if model.pose.q_wxyz is None and model.pose.rpy_deg is None:

@@ -241,7 +241,7 @@ def _axis(value: Any) -> Array:
             raise ProblemError(f"free_axis is {shown(value)}, expected 'x', 'y', 'z' or a direction (3,) in the frame")
         value = _AXES[value]
     axis = as_readonly("free_axis", value, (3,), ProblemError, advice="or give 'x', 'y' or 'z'")
-    length = float(np.linalg.norm(axis))
-    if not 1e-150 < length < 1e150:
+    if not 1e-150 < math.hypot(*axis) < 1e150:
         raise ProblemError(f"free_axis is {axis.tolist()}, expected a direction; give 'x', 'y', 'z' or a vector")
+    length = float(np.linalg.norm(axis))
     return axis if abs(length - 1) <= 1e-15 else as_readonly("free_axis", axis / length, (3,), ProblemError)

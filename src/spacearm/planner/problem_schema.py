@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from spacearm.strict_model import Number, StrictModel
@@ -36,7 +36,13 @@ def _one_of(*keys: str) -> ConfigDict:
     return ConfigDict(json_schema_extra={"oneOf": [{"required": [key]} for key in keys]})
 
 
-Text = Annotated[str, Strict()]
+def _on_one_line(given: str) -> str:
+    if not given.isprintable():
+        raise PydanticCustomError("form", "text of printable characters on one line")
+    return given
+
+
+Text = Annotated[str, Strict(), AfterValidator(_on_one_line)]
 Flag = Annotated[bool, _form("true or false", bool)]
 Count = Annotated[int, Strict()]
 Vector = Annotated[list[Number], _numbers(3)]
@@ -268,7 +274,7 @@ class ProblemModel(StrictModel):
     start_deg: Joints | None = Field(None, description="the same in degrees, instead of start")
     goal: GoalModel = Field(description="where to end")
     base: Text = Field("fixed", description="how the base moves: fixed")
-    planner: dict[Text, Any] = Field({}, description="settings of the planner")
+    planner: Annotated[dict[str, Any], _form("a mapping (setting: value)", dict)] = Field({}, description="settings of the planner")
     editor_schema: Text | None = Field(None, alias="$schema", description="for editors; not read")
 
     @model_validator(mode="before")

@@ -55,7 +55,7 @@ class Certificate:
         closest: the least clearance measured at an instant; None without obstacles or links.
         limits: margins of the joint limits, for all t.
         checked: the limits that were asked for: "position", "velocity", "acceleration", "jerk".
-        resolution: length of the shortest interval looked at, as a share of the curve's parameter.
+        resolution: the shortest interval looked at, as a share of the curve, all its pieces counting alike.
         evaluations: configurations looked at.
         seconds: it took.
         witness: whose kinematics and distances were used.

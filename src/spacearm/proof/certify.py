@@ -53,7 +53,8 @@ def certify(
         limits: those to be kept, of "position", "velocity" and "acceleration". A path with corners has no acceleration.
         jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: jerk is not looked at.
         minimum_clearance: the clearance must be more than this [m].
-        resolution: intervals shorter than this share of the curve are not halved again; "undecided" is said then.
+        resolution: intervals shorter than this share of the curve, all its pieces counting alike, are not halved again;
+            "undecided" is said then.
 
     Returns:
         The certificate. It never says that a motion holds when it does not; it may be undecided. docs/certificate.md says

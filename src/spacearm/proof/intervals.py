@@ -46,7 +46,7 @@ class Proof:
         proven: the clearance is at least this on all that is settled so far [m]; infinite if nothing is in the way.
         measured: the closest approach, if anything is in the way.
         evaluations: configurations looked at.
-        resolution: length of the shortest stretch looked at, as a share of the curve.
+        resolution: the shortest stretch looked at, as a share of the curve, all its pieces counting alike.
     """
 
     def __init__(self, robot: Robot, scene: Scene, curve: Curve, *, minimum: float, resolution: float) -> None:
@@ -76,15 +76,16 @@ class Proof:
             stretches, tasks = waiting.popleft()
             middles = Middles(self._bodies, self._riders, self._joints, self.witness.frames, spans.lines(stretches))
             self.evaluations += len(stretches)
-            self.resolution = min(self.resolution, float(np.diff(stretches.ends).min()) / spans.length)
+            self.resolution = min(self.resolution, float(stretches.share.min()))
             left = self._look(middles, tasks)
             if self.measured.clearance <= self._minimum:
                 return "fails"
             which = np.unique(np.concatenate([pairs.stretch for pairs in left]))
-            hopeless = which.size and (self.resolution / 2 < self._finest or self.evaluations > _MOST)
+            open_stretches = stretches.some(which)
+            hopeless = (open_stretches.share / 2 < self._finest).any() or (which.size and self.evaluations > _MOST)
             if self.measured.doubt or hopeless or self._least <= self._minimum + GUARD:
                 return "undecided"
-            parts, tasks = spans.halved(stretches.some(which)), [halved(pairs, which) for pairs in left]
+            parts, tasks = spans.halved(open_stretches), [halved(pairs, which) for pairs in left]
             for i in range(0, len(parts), _BATCH):
                 waiting.append((parts.some(np.arange(i, min(i + _BATCH, len(parts)))), [_batch(pairs, i) for pairs in tasks]))
         return "holds"

@@ -24,6 +24,7 @@ Indices = NDArray[np.intp]
 _AT_FIRST = 12  # stretches to begin with, at least
 _EPS = float(np.finfo(np.float64).eps)
 _ROUNDING = 32 * _EPS  # of a sample of the curve, relative to the greatest joint value on it
+_JOINT = 64 * _EPS  # between two pieces, likewise; what PiecewisePath takes for no jump
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,11 +34,13 @@ class Stretches:
     Attributes:
         first, last: (r,) the pieces first to last - 1.
         ends: (r, 2) where they begin and end.
+        share: (r,) of the curve, all its pieces counting alike.
     """
 
     first: Indices
     last: Indices
     ends: Array
+    share: Array
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -45,7 +48,7 @@ class Stretches:
 
     def some(self, which: Indices) -> Stretches:
         """Return some of them."""
-        return Stretches(first=self.first[which], last=self.last[which], ends=self.ends[which])
+        return Stretches(first=self.first[which], last=self.last[which], ends=self.ends[which], share=self.share[which])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -79,12 +82,6 @@ class Spans:
         self._bend = np.maximum(-low, high)  # (p, n)
         _, low, high = curve.hulls(0, bisections=bisections)
         self._size = np.maximum(-low, high).max(axis=0)  # (n,)
-        self._begin, self._end = curve.domain
-
-    @property
-    def length(self) -> float:
-        """Of the curve's domain."""
-        return self._end - self._begin
 
     def first(self) -> Stretches:
         """Return stretches that make up the whole curve."""
@@ -97,24 +94,30 @@ class Spans:
         run = of.last - of.first > 1
         between = (of.first + of.last) // 2
         middle = np.where(run, self._ends[np.minimum(between, len(self._ends) - 1), 0], of.ends.mean(axis=1))
+        first = np.stack([of.first, np.where(run, between, of.first)], axis=1).ravel()
+        last = np.stack([np.where(run, between, of.last), of.last], axis=1).ravel()
         return Stretches(
-            first=np.stack([of.first, np.where(run, between, of.first)], axis=1).ravel(),
-            last=np.stack([np.where(run, between, of.last), of.last], axis=1).ravel(),
+            first=first,
+            last=last,
             ends=np.stack([of.ends[:, 0], middle, middle, of.ends[:, 1]], axis=1).reshape(-1, 2),
+            share=np.where(np.repeat(run, 2), (last - first) / len(self._ends), np.repeat(of.share, 2) / 2),
         )
 
     def lines(self, of: Stretches) -> Lines:
         """Return the straight lines, and the drifts for every u of the stretches."""
         u = of.ends.mean(axis=1)
         h = (np.diff(of.ends, axis=1)[:, 0] / 2 + 2 * _EPS * np.abs(of.ends).max(axis=1))[:, None]
-        run = of.last - of.first > 1
         rate, bend = self._curve.sample(u, 1), self._bend[of.first]
         drift = bend * h**2 / 2
-        for i in np.flatnonzero(run):
+        # A part of a piece so short that its middle is one of its ends is bounded as a run is: q' there may be another's.
+        inside = (u > of.ends[:, 0]) & (u < of.ends[:, 1])
+        for i in np.flatnonzero((of.last - of.first > 1) | ~inside):
             low = self._least_rate[of.first[i] : of.last[i]].min(axis=0)
             high = self._greatest_rate[of.first[i] : of.last[i]].max(axis=0)
             rate[i], drift[i] = (low + high) / 2, (high - low) / 2 * h[i]
-        return Lines(u=u, h=h[:, 0], q=self._curve.sample(u), rate=rate, drift=drift + _ROUNDING * self._size)
+        rounding = (_ROUNDING + _JOINT * (of.last - of.first))[:, None] * self._size
+        return Lines(u=u, h=h[:, 0], q=self._curve.sample(u), rate=rate, drift=drift + rounding)
 
     def _runs(self, first: Indices, last: Indices) -> Stretches:
-        return Stretches(first=first, last=last, ends=np.stack([self._ends[first, 0], self._ends[last - 1, 1]], axis=1))
+        ends = np.stack([self._ends[first, 0], self._ends[last - 1, 1]], axis=1)
+        return Stretches(first=first, last=last, ends=ends, share=(last - first) / len(self._ends))

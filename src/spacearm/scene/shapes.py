@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -162,11 +163,11 @@ class HalfSpace(Frozen):
 
     def __post_init__(self) -> None:
         normal = _point("the half-space's normal", self.normal)
-        length = float(np.linalg.norm(normal))
-        if not 1e-150 < length < 1e150:
+        if not 1e-150 < math.hypot(*normal) < 1e150:
             raise SceneError(
                 f"the half-space's normal is {normal.tolist()}, expected a direction; give a vector out of the solid"
             )
+        length = float(np.linalg.norm(normal))
         if abs(length - 1) > 1e-15:
             normal = as_readonly("the half-space's normal", normal / length, (3,), SceneError)
         _keep(self, normal=normal, point=_point("the half-space's point", self.point))
@@ -223,10 +224,9 @@ def pose(position: ArrayLike = (0.0, 0.0, 0.0), q_wxyz: ArrayLike = (1.0, 0.0, 0
     """
     at = as_readonly("the position", position, (3,), SceneError)
     q = as_readonly("q_wxyz", q_wxyz, (4,), SceneError)
-    length = float(np.linalg.norm(q))
-    if not 1e-6 < length < 1e6:
+    if not 1e-6 < math.hypot(*q) < 1e6:
         raise SceneError(f"q_wxyz is {q.tolist()}, expected a unit quaternion, scalar first; (1, 0, 0, 0) turns nothing")
-    w, x, y, z = q / length
+    w, x, y, z = q / float(np.linalg.norm(q))
     T = np.eye(4)
     T[:3, :3] = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

@@ -9,10 +9,10 @@ from spacearm.scene.enclose.cells import Cells, joined_cells, one_cell
 from spacearm.scene.enclose.centers import Body, Centers, centers_for, joined_centers
 from spacearm.scene.enclose.choice import Choice, held, reach_of, thinned
 from spacearm.scene.enclose.inside import Inside
-from spacearm.scene.enclose.surface import Surface
+from spacearm.scene.enclose.surface import surface_of
 
 _MOST_CELLS = 150_000
-_TOLERANCE = 0.02  # of the excess: how well distances and the medial axis need to be known
+_TOLERANCE = 0.02  # of the excess: how well the medial axis needs to be known
 _STEPS = 4  # of the search for the least excess that a number of balls allows: to 4 %
 
 Balls = tuple[Array, Array, Array]
@@ -36,7 +36,7 @@ def enclosing_balls(
     Returns:
         The balls; None if so many are not enough.
     """
-    body = Body(Surface(triangles), inside)
+    body = Body(triangles, surface_of(triangles), inside)
     whole = one_cell(triangles, inside)
     if excess is not None:
         first = centers_for(body, whole, tolerance=_TOLERANCE * excess)

@@ -63,35 +63,6 @@ class BoxTree:
             node = 2 * node + (near[1] < near[0])
         return node
 
-    def nearest_leaves(self, points: Array, reach: Array) -> tuple[Indices, Indices, Array]:
-        """Return pairs (point, lowest node) among which the point's nearest item is, if it is within its reach (m,) [m].
-
-        Returns:
-            The points and nodes, the nearest nodes of each point first, and how far the nodes are [m].
-        """
-        point, node, bound = np.arange(len(points)), np.zeros(len(points), dtype=np.intp), reach.copy()
-        away = np.zeros(len(points))
-        for level, (least, greatest) in enumerate(self.levels):
-            if level:
-                point, node = np.repeat(point, 2), (2 * node[:, None] + np.arange(2)).ravel()
-            p, low, high = points[point], least[node], greatest[node]
-            away = np.sqrt(squared_distance(p, low, high))
-            np.minimum.at(bound, point, _farthest(p, low, high) * (1 + 1e-12))
-            kept = away <= bound[point]
-            point, node, away = point[kept], node[kept], away[kept]
-        order = np.lexsort((away, point))
-        return point[order], node[order], away[order]
-
-
-def _farthest(points: Array, low: Array, high: Array) -> Array:
-    """Return how far a box's nearest item can be at most, since one touches each of its faces, (m,) [m]; Roussopoulos."""
-    empty = low[:, 0] > high[:, 0]
-    low, high = np.where(empty[:, None], 0.0, low), np.where(empty[:, None], 0.0, high)
-    far, near = np.maximum(np.abs(points - low), np.abs(high - points)), np.minimum(np.abs(points - low), np.abs(high - points))
-    far *= far
-    least = (far.sum(axis=1, keepdims=True) - far + near * near).min(axis=1)
-    return np.where(empty, np.inf, np.sqrt(least))
-
 
 def squared_distance(points: Array, low: Array, high: Array) -> Array:
     """Return the squared distance of each point (m, 3) from its box [m^2]; of an empty box it is infinite."""

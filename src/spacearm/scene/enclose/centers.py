@@ -26,22 +26,21 @@ class Body:
     """What is to be enclosed.
 
     Attributes:
-        surface: its triangles.
+        triangles: (n, 3, 3) of its surface [m].
+        surface: measures distances from them.
         inside: tells what is inside; None of what has no inside.
     """
 
+    triangles: Array
     surface: Surface
     inside: Inside | None
 
-    def depth(self, points: Array, *, tolerance: float) -> tuple[Array, Array]:
-        """Return how deep points (m, 3) are inside at least (m,), below 0 outside [m], and near points of the surface.
-
-        With a tolerance they may be deeper by as much [m].
-        """
-        distance, nearest = self.surface.nearest(points, tolerance=tolerance)
+    def depth(self, points: Array) -> tuple[Array, Array]:
+        """Return how deep points (m, 3) are inside (m,), below 0 outside [m], and the nearest points of the surface."""
+        distance, nearest = self.surface.nearest(points)
         if self.inside is None:
             return -distance, nearest
-        return np.where(self.inside(points), np.maximum(distance - tolerance, 0.0), -distance), nearest
+        return np.where(self.inside(points), distance, -distance), nearest
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +87,7 @@ def joined_centers(parts: list[Centers]) -> Centers:
 def centers_for(body: Body, cells: Cells, *, tolerance: float) -> Centers:
     """Find where balls for each cell may be centred; the medial axis to a tolerance [m]."""
     best = _middle(cells)
-    best_depth, nearest = body.depth(best, tolerance=tolerance)
+    best_depth, nearest = body.depth(best)
     excess = _reach(cells, best) - best_depth
     anchor, inward = nearest, np.zeros_like(best)
     room, slack = np.zeros(len(best)), np.zeros(len(best))
@@ -154,7 +153,7 @@ def _room(body: Body, anchor: Array, inward: Array, tolerance: float) -> tuple[A
     It shrinks from too large a ball: the nearest point of the surface to its centre is to be on the next one. By the slack
     the ball is smaller than what would touch the anchor.
     """
-    corners = body.surface.triangles
+    corners = body.triangles
     sample = corners[:: max(1, len(corners) // _SAMPLE)].mean(axis=1)
     radius = np.full(len(anchor), float((corners.max(axis=(0, 1)) - corners.min(axis=(0, 1))).max()))
     for point in sample:
@@ -162,9 +161,8 @@ def _room(body: Body, anchor: Array, inward: Array, tolerance: float) -> tuple[A
     room, slack = np.zeros(len(anchor)), np.zeros(len(anchor))
     todo = np.flatnonzero(radius > tolerance)
     for _ in range(8):
-        distance, nearest = body.surface.nearest(anchor[todo] + radius[todo, None] * inward[todo], tolerance=tolerance)
-        distance = np.maximum(distance - tolerance, 0.0)
-        fits = distance >= radius[todo] - 3 * tolerance
+        distance, nearest = body.surface.nearest(anchor[todo] + radius[todo, None] * inward[todo])
+        fits = distance >= radius[todo] - tolerance
         done = todo[fits]
         room[done], slack[done] = radius[done], radius[done] - np.minimum(distance[fits], radius[done])
         todo, nearest = todo[~fits], nearest[~fits]

@@ -1,98 +1,90 @@
-"""A surface of triangles: how far points are from it."""
+"""How far points are from a surface of triangles, or from a cloud of points."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, Protocol
 
-from spacearm.scene.enclose.box_tree import Array, BoxTree, Indices, squared_distance
+import numpy as np
+
+from spacearm.scene.enclose.box_tree import Array, BoxTree, Indices
 
 _CHUNK = 20_000  # queries at once, for the memory's sake
 
 
-class Surface:
-    """Triangles, and a tree to find the nearest.
+class Surface(Protocol):
+    """What points have a distance from."""
 
-    Attributes:
-        triangles: (n, 3, 3) corners [m]; a triangle may be a segment or a point.
+    def nearest(self, points: Array) -> tuple[Array, Array]:
+        """Return for points (m, 3) the distance (m,) and the nearest point of the surface (m, 3) [m]."""
+        ...
+
+
+def surface_of(triangles: Array) -> Surface:
+    """Return what measures distances from triangles (n, 3, 3), or from their corners if none has an area [m].
+
+    Segments and points among triangles that have an area are left out, so that a distance may be too great, but for a solid,
+    whose boundary they are not.
     """
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    proper = normal.any(axis=1)
+    return Triangles(triangles[proper]) if proper.any() else Points(np.unique(triangles.reshape(-1, 3), axis=0))
+
+
+class Triangles:
+    """Triangles in Coal's tree of boxes."""
 
     def __init__(self, triangles: Array) -> None:
-        """Take triangles (n, 3, 3), at least one [m]."""
-        self.triangles = triangles
-        self._columns = np.ascontiguousarray(np.moveaxis(triangles, 0, 2))  # corner, axis, triangle
-        self._low, self._high = triangles.min(axis=1), triangles.max(axis=1)
-        self._tree = BoxTree(self._low, self._high)
+        """Take triangles (n, 3, 3), each with an area [m]."""
+        import coal
 
-    def nearest(self, points: Array, *, tolerance: float = 0.0) -> tuple[Array, Array]:
-        """Return for points (m, 3) the distance (m,) and the nearest point of the surface (m, 3) [m].
+        self._coal: Any = coal
+        tree = coal.BVHModelOBBRSS()
+        tree.beginModel(len(triangles), 3 * len(triangles))
+        tree.addVertices(np.ascontiguousarray(triangles.reshape(-1, 3)))
+        tree.addTriangles(np.arange(3 * len(triangles), dtype=np.uint32).reshape(-1, 3))
+        tree.endModel()
+        self._tree = tree
 
-        With a tolerance there may be nearer ones, by no more than it [m].
-        """
+    def nearest(self, points: Array) -> tuple[Array, Array]:
+        """Return for points (m, 3) the distance (m,) and the nearest point of the triangles (m, 3) [m]."""
+        coal = self._coal
+        point, here, there = coal.Sphere(0.0), coal.Transform3s(), coal.Transform3s()
+        request, result = coal.DistanceRequest(), coal.DistanceResult()
+        distance, at = np.empty(len(points)), np.empty((len(points), 3))
+        for i, place in enumerate(points):
+            there.setTranslation(place)
+            result.clear()
+            coal.distance(self._tree, here, point, there, request, result)
+            at[i] = result.getNearestPoint1()
+        np.sqrt(np.einsum("ij,ij->i", at - points, at - points), out=distance)
+        return distance, at
+
+
+class Points:
+    """Points in a tree of boxes."""
+
+    def __init__(self, points: Array) -> None:
+        """Take points (n, 3), at least one [m]."""
+        self._points, self._tree = points, BoxTree(points, points)
+
+    def nearest(self, points: Array) -> tuple[Array, Array]:
+        """Return for points (m, 3) the distance (m,) and the nearest of the points (m, 3) [m]."""
         if len(points) > _CHUNK:
-            parts = [self.nearest(points[i : i + _CHUNK], tolerance=tolerance) for i in range(0, len(points), _CHUNK)]
+            parts = [self.nearest(points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)]
             return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
-        best, found = np.full(len(points), np.inf), np.zeros((len(points), 3))
+        best, found = np.full(len(points), np.inf), np.zeros(len(points), dtype=np.intp)
         self._take(points, np.arange(len(points)), self._tree.first_leaf(points), best, found)
-        point, leaf, away = self._tree.nearest_leaves(points, np.maximum(best - tolerance, 0.0))
-        turn = np.arange(len(point)) - np.searchsorted(point, point)
-        done, more = 0, 1
-        while point.size:  # a few nodes of each point, then those that are still nearer than what was found
-            now = turn < done + more
-            self._take(points, point[now], leaf[now], best, found)
-            kept = ~now & (away <= np.maximum(best - tolerance, 0.0)[point])
-            point, leaf, away, turn = point[kept], leaf[kept], away[kept], turn[kept]
-            done, more = done + more, 2 * more
-        return best, found
+        self._take(points, *self._tree.leaves_within(points, best), best, found)
+        return best, self._points[found]
 
-    def _take(self, points: Array, point: Indices, leaf: Indices, best: Array, found: Array) -> None:
-        """Compare points with the triangles of leaves, and keep what is nearer than the best so far."""
-        place, triangle = self._tree.items(leaf)
+    def _take(self, points: Array, point: Indices, leaf: Indices, best: Array, found: Indices) -> None:
+        """Compare with the points of leaves, and keep what is nearer than the best so far."""
+        place, item = self._tree.items(leaf)
         point = point[place]
-        boxes = squared_distance(points[point], self._low[triangle], self._high[triangle])
-        near = boxes <= (best * (1 + 1e-12))[point] ** 2
-        point, triangle = point[near], triangle[near]
-        at = closest_on_triangles(points[point].T, self._columns[:, :, triangle]).T
-        distance = np.linalg.norm(at - points[point], axis=1)
+        distance = np.linalg.norm(self._points[item] - points[point], axis=1)
         order = np.lexsort((distance, point))
-        point, distance, at = point[order], distance[order], at[order]
+        point, distance, item = point[order], distance[order], item[order]
         first = np.flatnonzero(np.diff(point, prepend=-1))
-        point, distance, at = point[first], distance[first], at[first]
+        point, distance, item = point[first], distance[first], item[first]
         nearer = distance < best[point]
-        best[point[nearer]] = distance[nearer]
-        found[point[nearer]] = at[nearer]
-
-
-def closest_on_triangles(points: Array, triangles: Array) -> Array:
-    """Return the nearest point of each triangle (3, 3, m), segment or point, to its point (3, m); corner first, (3, m) [m]."""
-    squared, out = np.full(points.shape[1], np.inf), np.empty_like(points)
-    for i in range(3):
-        start, along = triangles[i], triangles[(i + 1) % 3] - triangles[i]
-        length2 = _dot(along, along)
-        share = np.clip(_dot(points - start, along) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
-        _keep_nearer(points, start + share * along, None, squared, out)
-    a, b, c = triangles
-    normal = _cross(b - a, c - a)
-    length2 = _dot(normal, normal)
-    foot = points - _dot(points - a, normal) / np.where(length2 > 0, length2, 1.0) * normal
-    inside = length2 > 0
-    for start, end in ((a, b), (b, c), (c, a)):
-        inside &= _dot(_cross(end - start, foot - start), normal) >= 0
-    _keep_nearer(points, foot, inside, squared, out)
-    return out
-
-
-def _keep_nearer(points: Array, at: Array, where: NDArray[np.bool_] | None, squared: Array, out: Array) -> None:
-    away = points - at
-    now = _dot(away, away)
-    nearer = now < squared if where is None else where & (now < squared)
-    np.copyto(squared, now, where=nearer)
-    np.copyto(out, at, where=nearer)
-
-
-def _dot(a: Array, b: Array) -> Array:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+        best[point[nearer]], found[point[nearer]] = distance[nearer], item[nearer]
