@@ -33,7 +33,8 @@ def work(pipe: Connection, at: Synchronized[int], name: str, seed: int, first: i
     from reliability.readers import beside, readers
     from reliability.wrong_files import finding, wrong_file
 
-    resource.setrlimit(resource.RLIMIT_AS, (int(limit_gb * 2**30),) * 2)
+    most = int(limit_gb * 2**30)
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
     known = readers()
     reader, index = known[name], list(known).index(name)
     with tempfile.TemporaryDirectory() as place:
@@ -168,9 +169,8 @@ def summarize(done: list[Fuzz], took: float, options: argparse.Namespace) -> Non
     for fuzz in done:
         for kind, cases in fuzz.findings.items():
             number, details = cases[0]
-            print(
-                f"--seed {options.seed} --readers '{fuzz.name}' --first {number} --count 1: {kind}, {len(cases)} times\n{details}"
-            )
+            again = f"--seed {options.seed} --readers '{fuzz.name}' --first {number} --count 1"
+            print(f"{again}: {kind}, {len(cases)} times\n{details}")
 
 
 if __name__ == "__main__":

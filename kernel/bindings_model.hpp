@@ -260,13 +260,16 @@ model<T> surrounded(const model<T>& plain, in1<std::int32_t> index, in1<std::int
     require(index.shape(0) == capsules && link.shape(0) == capsules && a.shape(0) == capsules && b.shape(0) == capsules && radius.shape(0) == capsules, "the capsules' arrays do not fit");
     require(capsules == 0 || (a.shape(1) == 3 && b.shape(1) == 3), "the capsules' arrays do not fit");
     require(kinds.shape(0) == 0 || (numbers.shape(0) == kinds.shape(0) && numbers.shape(1) == 15), "the obstacles' arrays do not fit");
+    require(pairs.shape(0) == 0 || pairs.shape(1) == 2, "the pairs' array does not fit");
+    std::vector<char> taken(capsules, 0);
     std::vector<std::vector<int>> clusters_of;   // by link
     for (std::size_t first = 0; first < capsules;) {
         std::size_t last = first;
         for (; last < capsules && link(last) == link(first) && joint(last) == joint(first); ++last) {
             require(joint(last) >= -1 && joint(last) < joints, "a capsule's joint is out of range");
             body_capsule<T> c = make_body_capsule<T>(a.data() + 3 * last, b.data() + 3 * last, radius(last));
-            require(index(last) >= 0 && index(last) < static_cast<int>(capsules), "a capsule's index is out of range");
+            require(index(last) >= 0 && index(last) < static_cast<int>(capsules) && !taken[index(last)], "a capsule's index is out of range or taken");
+            taken[index(last)] = 1;
             c.index = index(last);
             m.envelope.capsules.push_back(c);
         }
@@ -344,6 +347,7 @@ template <class T> nb::object obstacle_clearances(const model<T>& m, in2<T> q) {
 template <class T> nb::object pair_clearances(const model<T>& m, in2<T> q, nb::ndarray<const std::int32_t, nb::ndim<2>, nb::c_contig> pairs) {
     require_columns(m, q);
     const std::size_t rows = q.shape(0), count = pairs.shape(0), capsules = m.envelope.capsules.size();
+    require(count == 0 || pairs.shape(1) == 2, "the pairs' array does not fit");
     std::vector<T> out(rows * count);
     std::vector<std::size_t> at(capsules);
     for (std::size_t i = 0; i < capsules; ++i) at[m.envelope.capsules[i].index] = i;

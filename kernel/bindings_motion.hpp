@@ -12,6 +12,7 @@ template <class T> std::vector<T> numbers_of(const in1<double>& from) {
     return out;
 }
 
+inline constexpr int most_interior = 32;
 inline const char* const term_names[term_count] = {"length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3"};
 
 template <class T>
@@ -56,7 +57,8 @@ template <class T> nb::object points_of(const motion<T>& m, int dofs) {
 template <class T> nb::object judge_motions(motion_search<T>& s, in2c<T> rows, int interior, int goal) {
     motion_checker<T>& checker = s.checker();
     const motion_problem<T>& p = checker.problem();
-    require(interior >= 0 && rows.shape(1) == static_cast<std::size_t>(interior) * p.dofs(), "wrong number of dimensions");
+    require(interior >= 0 && interior <= most_interior, "a number of control points out of range");
+    require(rows.shape(1) == static_cast<std::size_t>(interior) * p.dofs(), "wrong number of dimensions");
     require(goal >= 0 && goal < p.goal_count(), "no such goal");
     const std::size_t count = rows.shape(0);
     std::vector<T> fitness(count), violation(count), terms(count * term_count);
@@ -116,9 +118,9 @@ inline motion_search_settings motion_settings_from(const nb::dict& given, const 
     require(d.size() == 0, "an unknown setting");
     require(!s.interior.empty() && !s.ladder.empty(), "no number of control points");
     for (const auto& list : {s.interior, s.ladder}) {
-        for (int k : list) require(k >= 1 && k <= 32, "a number of control points out of range");
+        for (int k : list) require(k >= 1 && k <= most_interior, "a number of control points out of range");
     }
-    require(s.probe.step > 0 && s.swarm_turn >= 0 && s.refine_stall >= 1, "settings out of range");
+    require(s.probe.step > 0 && s.patience >= 0 && s.swarm_turn >= 0 && s.swarm_stall >= 0 && s.refine_stall >= 1, "settings out of range");
     return s;
 }
 
@@ -190,9 +192,10 @@ template <class T> void bind_motion_search(nb::module_& m, const std::string& su
 
 // Values of the spline's basis, (m, K + 2), for the tests.
 inline nb::object spline_values(in1<double> s, int interior, int derivative) {
-    require(interior >= 0 && derivative >= 0 && derivative <= 5, "out of range");
+    require(interior >= 0 && interior <= most_interior && derivative >= 0 && derivative <= 5, "out of range");
     std::vector<double> out;
     for (std::size_t i = 0; i < s.shape(0); ++i) {
+        require(s(i) >= 0 && s(i) <= 1, "an instant out of range");
         const std::vector<double> row = spline_basis(s(i), interior, derivative);
         out.insert(out.end(), row.begin(), row.end());
     }

@@ -116,7 +116,7 @@ def as_transform(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float6
     """
     T = as_readonly(name, value, (4, 4), error)
     R = T[:3, :3]
-    with np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         off, determinant = float(np.abs(R.T @ R - np.eye(3)).max()), float(np.linalg.det(R))
     if not (off <= 1e-9 and determinant > 0):  # nor what is no number, where entries are too large to be squared
         raise error(

@@ -10,11 +10,17 @@ import difflib
 from collections.abc import Iterable
 
 _SHOWN = 12  # names listed in a message before it would no longer be read
+_MOST, _END = 1500, 300  # characters of a message, and of its end where it is cut
 _LONGEST = 60  # characters of a name; more are nobody's name, and take long to compare
 
 
 class SpacearmError(Exception):
     """Whatever spacearm raises on purpose; catch this to catch them all."""
+
+    def __str__(self) -> str:
+        # A broken file may have names of megabytes. What to do is said at the end.
+        text = super().__str__()
+        return text if len(text) <= _MOST else f"{text[: _MOST - _END - 5]} ... {text[-_END:]}"
 
 
 class RobotError(SpacearmError):

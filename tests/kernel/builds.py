@@ -154,16 +154,21 @@ def single_shapes(obstacles: Sequence[Obstacle]) -> list[Obstacle]:
 def surround(build: Build, robot: Robot, obstacles: Sequence[Obstacle] = (), *, points: Sequence[Point] = ()) -> Surrounded:
     """Make a kernel model whose capsules are arranged link by link, among obstacles of any shape."""
     links = sorted({(c.name, c.joint) for c in robot.capsules})
-    order = sorted(range(len(robot.capsules)), key=lambda i: links.index((robot.capsules[i].name, robot.capsules[i].joint)))
+    link_of = [links.index((c.name, c.joint)) for c in robot.capsules]
+    order = sorted(range(len(robot.capsules)), key=lambda i: link_of[i])
     capsules = [robot.capsules[i] for i in order]
     close = [
-        (links.index(a), links.index(b)) for one, two in robot.self_pairs for a in links for b in links if (a[0], b[0]) == (one, two)
+        (i, k)
+        for one, two in robot.self_pairs
+        for i, (name, _) in enumerate(links)
+        for k, (other, _) in enumerate(links)
+        if (name, other) == (one, two)
     ]
     rows = [obstacle_row(obstacle) for obstacle in single_shapes(obstacles)]
     native = place(build, robot, points=points).native.surrounded(
         index=np.array(order, dtype=np.int32),
         joint=np.array([c.joint for c in capsules], dtype=np.int32),
-        link=np.array([links.index((c.name, c.joint)) for c in capsules], dtype=np.int32),
+        link=np.array([link_of[i] for i in order], dtype=np.int32),
         a=np.array([c.a for c in capsules], dtype=np.float64).reshape(-1, 3),
         b=np.array([c.b for c in capsules], dtype=np.float64).reshape(-1, 3),
         radius=np.array([c.radius for c in capsules], dtype=np.float64),

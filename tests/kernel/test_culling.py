@@ -152,7 +152,7 @@ def test_a_crowd_of_obstacles_is_no_different(build: Build, count: int, shapes: 
     q = build.array(np.random.default_rng(1).uniform(robot.lower, robot.upper, (build.lanes, 7)))
     found = assert_nothing_is_missed(build, robot, obstacles, q, 0.01)
     if count >= 300:
-        assert 0 < (found > 0).mean()
+        assert (found > 0).any()
 
 
 def test_a_cylinder_that_hardly_leans_is_met_at_its_rim(build: Build) -> None:
@@ -167,7 +167,7 @@ def test_a_cylinder_that_hardly_leans_is_met_at_its_rim(build: Build) -> None:
         at = T[:3, :3] @ [-20.0 + 1e-6, 0, 0.05]
         ball = LinkCapsule(name="ball", joint=0, a=np.zeros(3), b=np.zeros(3), radius=0.05)
         T_parent_joint = robot.joints[0].T_parent_joint.copy()
-        T_parent_joint[:3, 3] = at + [0, 0, 0.05 - 0.5 * 20 * lean]
+        T_parent_joint[:3, 3] = at + np.array([0, 0, 0.05 - 0.5 * 20 * lean])
         joints = (replace(robot.joints[0], T_parent_joint=T_parent_joint), *robot.joints[1:])
         bare = replace(robot, joints=joints, capsules=(ball,))
         found = assert_nothing_is_missed(build, bare, [rim], build.array(np.zeros((1, 7))), 0.0)

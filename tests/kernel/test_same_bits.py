@@ -28,7 +28,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "evolving": {**IPSO, "variant": "evolving", "evolving_share": 1 / 3, "shrink_to": 4, "ring": 2},
     "all evolving": {**IPSO, "variant": "evolving", "evolving_share": 1.0, "constraints": "penalty", "penalty_start": 9.0},
 }
-EVERY_TERM = {name: 0.5 for name in ("length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3")}
+EVERY_TERM = dict.fromkeys(("length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3"), 0.5)
 
 
 @pytest.fixture(params=[64, 32])
@@ -124,7 +124,12 @@ def test_every_level_finds_the_same_motions(bits: int, how: str) -> None:
         )
         objectives.run_motions(search, 1500)
         assert {entry[3] for entry in search.history} >= ({"probe", "refine"} if how == "trees" else {"swarm", "refine"})
-        return [search.evaluations, search.configurations, *(list(entry[1:5]) for entry in search.history), search.best["points"]]
+        return [
+            search.evaluations,
+            search.configurations,
+            *(list(entry[1:5]) for entry in search.history),
+            search.best["points"],
+        ]
 
     first, *others = levels(bits)
     expected = found(first)

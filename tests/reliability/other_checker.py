@@ -76,7 +76,7 @@ def least_clearance(robot: Robot, scene: Scene, frames: np.ndarray, proven: floa
     def placed(row: int, i: int) -> Placed:
         return shapes[i], coal.Transform3s(R[row, i], middle[row, i])
 
-    def look(row: int, i: int, measured: float, exact: float) -> None:
+    def look(row: int, measured: float, exact: float) -> None:
         nonlocal least, at
         found = measured if measured < proven - GJK else exact
         if found < least:
@@ -88,18 +88,18 @@ def least_clearance(robot: Robot, scene: Scene, frames: np.ndarray, proven: floa
                 apart = np.minimum((a - obstacle.point) @ obstacle.normal, (b - obstacle.point) @ obstacle.normal) - radii
             else:
                 apart = np.linalg.norm(middle - part[1].getTranslation(), axis=-1) - half - radii - _reach(part)
-            for row, i in np.argwhere(apart < proven):
+            for row, i in np.argwhere(apart < proven).tolist():
                 measured = distance(placed(row, i), part)
                 if measured < proven - ROUNDING:
-                    exact = float(link_distance(obstacle, a[row, i], b[row, i])) - radii[i]
-                    look(int(row), int(i), measured, exact)
+                    exact = float(link_distance(obstacle, a[row, i], b[row, i]) - radii[i])
+                    look(row, measured, exact)
     for i, k in _pairs(robot):
         apart = np.linalg.norm(middle[:, i] - middle[:, k], axis=-1) - half[:, i] - half[:, k] - radii[i] - radii[k]
-        for row in np.flatnonzero(apart < proven):
+        for row in np.flatnonzero(apart < proven).tolist():
             measured = distance(placed(row, i), placed(row, k))
             if measured < proven - ROUNDING:
-                exact = _between(a[row, i], b[row, i], a[row, k], b[row, k]) - radii[i] - radii[k]
-                look(int(row), i, measured, exact)
+                exact = _between(a[row, i], b[row, i], a[row, k], b[row, k]) - float(radii[i] + radii[k])
+                look(row, measured, exact)
     return least, at
 
 

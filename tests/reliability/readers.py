@@ -120,20 +120,30 @@ world:
       primitive_poses:
         - {position: [0.5, 0.3, -0.3], orientation: [0, 0, 0.6, 0.8]}
         - {position: [0.5, 0.3, 0.3], orientation: [0, 0, 0, 1]}
-    - id: wedge
-      meshes:
-        - vertices: [{x: 0, y: 0, z: 1}, {x: 0.1, y: 0, z: 1}, {x: 0, y: 0.1, z: 1}, {x: 0, y: 0, z: 1.1}]
-          triangles: [{vertex_indices: [0, 2, 1]}, {vertex_indices: [0, 1, 3]}, {vertex_indices: [0, 3, 2]}, {vertex_indices: [1, 2, 3]}]
-      mesh_poses: [{position: [0, 0, 0], orientation: [0, 0, 0, 1]}]
     - id: floor
       planes: [{coef: [0, 0, 1, 2]}]
       plane_poses: [{position: [0, 0, 0], orientation: [0, 0, 0, 1]}]
 """
 
+# A file of its own, for enclosing a mesh takes a while.
+MOVEIT_MESH = b"""\
+world:
+  collision_objects:
+    - id: wedge
+      meshes:
+        - vertices: [{x: 0, y: 0, z: 1}, {x: 0.1, y: 0, z: 1}, {x: 0, y: 0.1, z: 1}, {x: 0, y: 0, z: 1.1}]
+          triangles:
+            - {vertex_indices: [0, 2, 1]}
+            - {vertex_indices: [0, 1, 3]}
+            - {vertex_indices: [0, 3, 2]}
+            - {vertex_indices: [1, 2, 3]}
+      mesh_poses: [{position: [0, 0, 0], orientation: [0, 0, 0, 1]}]
+"""
+
 MOVEIT_TEXTS = (
     b"(noname)+\n* shelf\n0.5 0 0.2\n0 0 0 1\n1\nbox\n0.4 0.8 0.02\n0 0 0\n0 0 0 1\n0.5 0.5 0.5 1\n0\n.\n",
-    b"old\n* a\n2\nsphere\n0.1\n0 0 1\n0 0 0 1\n0 0 0 0\ncylinder\n0.1 0.3\n1 0 1\n0 0 0.6 0.8\n0 0 0 0\n* b\n1\ncone\n0.1 0.2\n"
-    b"0 1 1\n0 0 0 1\n0 0 0 0\n.\n",
+    b"old\n* a\n2\nsphere\n0.1\n0 0 1\n0 0 0 1\n0 0 0 0\ncylinder\n0.1 0.3\n1 0 1\n0 0 0.6 0.8\n0 0 0 0\n* b\n1\n"
+    b"cone\n0.1 0.2\n0 1 1\n0 0 0 1\n0 0 0 0\n.\n",
     b"mesh\n* m\n0 0 0\n0 0 0 1\n1\nmesh\n4 4\n0 0 1\n0.1 0 1\n0 0.1 1\n0 0 1.1\n0 2 1\n0 1 3\n0 3 2\n1 2 3\n0 0 0\n0 0 0 1\n"
     b"0 0 0 0\n1\ntop\n0 0 1\n0 0 0 1\n.\n",
 )
@@ -257,7 +267,7 @@ def readers() -> dict[str, Reader]:
         "plan again": Reader("json", saved_plans(), lambda path: recheck_plan(path).notes),
         "csv": Reader("csv", _csv(), lambda path: load_trajectory(robot(), path)),
         "csv proven": Reader("csv", _csv(), _csv_proven),
-        "moveit scene": Reader("yaml", (MOVEIT_SCENE,), load_moveit_scene),
+        "moveit scene": Reader("yaml", (MOVEIT_SCENE, MOVEIT_SCENE, MOVEIT_SCENE, MOVEIT_MESH), load_moveit_scene),
         "moveit text": Reader("scene", MOVEIT_TEXTS, load_moveit_scene),
         "moveit request": Reader("yaml", REQUESTS, lambda path: load_moveit(robot(), path.with_name("world.yaml"), path)),
         "moveit matrix": Reader(
@@ -295,7 +305,7 @@ def _checkpoint_read(path: Path) -> object:
         arrays = {name: np.array(rows, dtype=kind) for name, (kind, rows) in values["arrays"].items()}
         header = np.frombuffer(json.dumps(values["header"]).encode(), dtype=np.uint8)
         buffer = io.BytesIO()
-        np.savez(buffer, header=header, **arrays)
+        np.savez(buffer, **{"header": header, **arrays})  # type: ignore[arg-type]
         path.write_bytes(buffer.getvalue())
     swarm = Swarm.load(path)
     if swarm.settings.particles < 1000 and not swarm.done:

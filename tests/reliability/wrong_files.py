@@ -15,7 +15,8 @@ from reliability.mutations import mutated
 from reliability.readers import Reader
 from spacearm.errors import SpacearmError
 
-SOON = 5.0  # [s]
+SOON = 5.0  # [s] of the processor's time, for a machine may be busy
+AT_LAST = 60.0  # [s] by the clock
 LONGEST = 1500  # characters of a sentence
 
 
@@ -32,8 +33,8 @@ def wrong_file(reader: Reader, number: tuple[int, ...]) -> bytes:
 def finding(reader: Reader, path: Path, data: bytes) -> tuple[str, str]:
     """Read a file; return "read", "refused" or what went wrong, and in the last case the details."""
     path.write_bytes(data)
-    before = signal.signal(signal.SIGALRM, _over)
-    signal.setitimer(signal.ITIMER_REAL, SOON)
+    before = [signal.signal(which, _over) for which in _SIGNALS]
+    _alarm(SOON, AT_LAST)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -52,9 +53,18 @@ def finding(reader: Reader, path: Path, data: bytes) -> tuple[str, str]:
     except Exception as error:
         return f"raises {type(error).__name__}", traceback.format_exc(limit=-6)
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        _alarm(0, 0)
+        for which, handler in zip(_SIGNALS, before, strict=True):
+            signal.signal(which, handler)
     return "read", ""
+
+
+_SIGNALS = (signal.SIGPROF, signal.SIGALRM)
+
+
+def _alarm(processor: float, clock: float) -> None:
+    signal.setitimer(signal.ITIMER_PROF, processor)
+    signal.setitimer(signal.ITIMER_REAL, clock)
 
 
 def _over(signum: int, frame: FrameType | None) -> NoReturn:

@@ -24,8 +24,8 @@ PLAIN = PSO(particles=20, iterations=10)
 
 def reach(precision: int = 64, tolerance: float = 0.05) -> Any:
     model = make_kernel_model(ROBOT, SCENE, precision=precision)
-    goal, home = np.array([0.7, 0.3, 0.0]), np.full(7, 0.1)
-    return native_class("ReachObjective", precision)(model.native, model.tip, goal, tolerance, 0.01, home)
+    tip, goal = np.array([model.tip], dtype=np.int32), np.array([[0.7, 0.3, 0.0]])
+    return native_class("ReachObjective", precision)(model.native, tip, goal, np.array([tolerance]), 0.01, np.full(7, 0.1))
 
 
 def run(objective: Any, chosen: Any = PLAIN, **options: Any) -> list[SwarmResult]:

@@ -67,8 +67,9 @@ def read_goal(file: YamlFile, model: GoalModel, robot: Robot) -> Goal:
         if key not in _TARGETS[target]:
             takers = [name for name, keys in _TARGETS.items() if key in keys]
             with file.at("goal", key):
+                takes = ", ".join(_TARGETS[target])
                 raise ProblemError(
-                    f"goal has {key} beside {target}, expected it with {' or '.join(takers)}; {_instead(target)}"
+                    f"goal has {key} beside {target}, expected it with {', '.join(takers)}; {target} takes {takes}"
                 )
     with file.at("goal", target):
         if target == "pose":

@@ -20,6 +20,7 @@ from spacearm.swarm import Rng, Swarm, seed_of
 
 Array = NDArray[np.float64]
 
+_MOST_INTERIOR = 32
 _START = (0.0, 0.1, 0.3, 0.6, 1.0)  # [rad or m] how far from the straight motion the first particles are drawn
 
 
@@ -112,8 +113,10 @@ class MotionSwarm:
         n = self.problem.robot.dof
         points = as_readonly("control_points", control_points, (None, None, n), ProblemError)
         interior = points.shape[1] - 2
-        if interior < 0:
-            raise ProblemError(f"control_points has shape {points.shape}, expected (m, K + 2, {n}): start, K points, goal")
+        if not 0 <= interior <= _MOST_INTERIOR:
+            raise ProblemError(
+                f"control_points has shape {points.shape}, expected (m, K + 2, {n}): start, K points up to {_MOST_INTERIOR}, goal"
+            )
         rows = np.ascontiguousarray(points[:, 1:-1].reshape(len(points), -1), dtype=np.float32)
         found = self._islands.judge(rows, interior)
         terms = {name: found["terms"][:, i].astype(np.float64) for i, name in enumerate(native.motion_terms)}

@@ -55,6 +55,7 @@ Configuration = Annotated[
     _form("a list (one number a joint), a mapping (joint: number) or a configuration's name", list, dict, str),
 ]
 Each = Annotated[Number | list[Number], _form("a finite number, or a list of them", list, numbers=True)]
+Settings = Annotated[dict[str, Any], _form("a mapping (setting: value)", dict)]
 Axis = Annotated[Text | Vector, _form("x, y, z or a direction (a list of three numbers)", str, list)]
 
 _POSITION = "where its origin is, in the base frame at the start [m]; by default 0, 0, 0"
@@ -274,7 +275,7 @@ class ProblemModel(StrictModel):
     start_deg: Joints | None = Field(None, description="the same in degrees, instead of start")
     goal: GoalModel = Field(description="where to end")
     base: Text = Field("fixed", description="how the base moves: fixed")
-    planner: Annotated[dict[str, Any], _form("a mapping (setting: value)", dict)] = Field({}, description="settings of the planner")
+    planner: Settings = Field({}, description="settings of the planner")
     editor_schema: Text | None = Field(None, alias="$schema", description="for editors; not read")
 
     @model_validator(mode="before")

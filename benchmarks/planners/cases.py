@@ -1,0 +1,119 @@
+"""The problems of the comparison, and what a contestant leaves behind."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spacearm.bench.collection import Item, RobotFiles, find_items, find_robot, read_item
+from spacearm.planner import Problem, clearance
+from spacearm.planner.kernel_model import kernel_model
+
+HERE = Path(__file__).resolve().parent
+ENVIRONMENT = HERE.parents[1] / ".venv-planners"
+"""Where the other libraries are: apart, for they are none of ours."""
+
+MARGIN = 0.002
+"""Clearance that everybody asks for at what is looked at [m]; less where an end of the problem is closer."""
+
+PIECE = 0.05
+"""How far apart the configurations are that a planner of ways with corners looks at [rad]."""
+
+
+def use_other_libraries() -> None:
+    """Make them importable, after everything else."""
+    sys.path.append(str(ENVIRONMENT))
+
+
+@dataclass(frozen=True)
+class Case:
+    """A problem of the collection."""
+
+    item: Item
+    problem: Problem
+    margin: float
+
+    @property
+    def name(self) -> str:
+        return f"{self.item.family} {self.item.name}"
+
+    @property
+    def start(self) -> np.ndarray:
+        return self.problem.start
+
+    @property
+    def goal(self) -> np.ndarray:
+        return self.problem.goal.q  # the collection has no other
+
+    @property
+    def straight(self) -> float:
+        return float(np.linalg.norm(self.goal - self.start))
+
+
+@dataclass
+class Trace:
+    """One run of one contestant.
+
+    Attributes:
+        method: who.
+        case: what.
+        seed: how.
+        points: (seconds, evaluations, length) of each improvement.
+        seconds: in all.
+        calls: of the checker; 0 where they are native.
+        configurations: looked at by the kernel; 0 where nobody counted.
+        kernel: seconds in the kernel [s].
+        python: seconds in Python around it [s].
+        way: (m, n) configurations along what was found, to be looked at closely.
+    """
+
+    method: str
+    case: str
+    seed: int
+    points: list[tuple[float, int, float]] = field(default_factory=list)
+    seconds: float = 0.0
+    calls: int = 0
+    configurations: int = 0
+    kernel: float = 0.0
+    python: float = 0.0
+    way: Any = None
+    collisions: int | None = None
+
+    @property
+    def solved(self) -> bool:
+        return bool(self.points)
+
+    def note(self, seconds: float, evaluations: int, length: float) -> None:
+        if not self.points or length < self.points[-1][2] - 1e-9:
+            self.points.append((seconds, evaluations, length))
+
+
+def load_cases(folder: Path, *, most: int) -> tuple[list[Case], RobotFiles]:
+    """Read some problems of each family, those whose ends are free, and their models in the kernel."""
+    files = find_robot(folder, urdf=None, srdf=None, group="panda_arm")
+    robot = files.load()
+    cases = []
+    for item in find_items(folder, most=most):
+        problem = read_item(item, robot)
+        least = float(clearance(problem, np.stack([problem.start, problem.goal.q])).min())
+        if least > 0:
+            cases.append(Case(item, problem, min(MARGIN, least / 2)))
+            kernel_model(robot, problem.scene, precision=32)
+    return cases, files
+
+
+def along(corners: np.ndarray, step: float) -> np.ndarray:
+    """Configurations along a way with corners (m, n), neighbours at most a step apart."""
+    out = [corners[:1]]
+    for a, b in zip(corners[:-1], corners[1:], strict=True):
+        count = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))
+        out.append(a + np.linspace(1 / count, 1, count)[:, None] * (b - a))
+    return np.concatenate(out)
+
+
+def length_of(corners: np.ndarray) -> float:
+    return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())

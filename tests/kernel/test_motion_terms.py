@@ -1,0 +1,226 @@
+"""What the kernel thinks of a motion, against formulas written out here: SciPy's spline, Pinocchio's points, NumPy's distances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kernel import accuracy, drawn, objectives
+from kernel.builds import Build, surround
+from kernel.test_spline import by_scipy
+from oracles import pinocchio_points
+from oracles.solids import link_distance
+from spacearm.robot import Robot, joint_centres
+from spacearm.scene import Capsule, HalfSpace, Obstacle, Sphere
+
+TERMS = ("length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3")
+
+
+@dataclass
+class Setting:
+    """A drawn robot among obstacles, with a search for motions from a start to two goals."""
+
+    robot: Robot
+    obstacles: list[Obstacle]
+    start: np.ndarray
+    goals: np.ndarray
+    jerk: np.ndarray
+    margin: float
+    comfort: float
+    weights: dict[str, float]
+    search: Any
+
+
+@st.composite
+def drawn_settings(draw: st.DrawFn, build: Build) -> Setting:
+    robot = draw(drawn.robots(max_joints=7))
+    links = sorted({capsule.name for capsule in robot.capsules})
+    robot = replace(robot, self_pairs=tuple(pairwise(links)))
+    obstacles = draw(st.lists(drawn.obstacles(), max_size=3))
+    start, *goals = draw(drawn.batches(robot, build, 3)).astype(np.float64)
+    jerk = np.full(robot.dof, 3.0) if draw(st.booleans()) else np.zeros(0)
+    margin, comfort = draw(st.sampled_from([0.0, 0.05])), draw(st.sampled_from([0.0, 0.2]))
+    weights = {name: draw(st.sampled_from([0.0, 0.5, 2.0])) for name in TERMS}
+    search = objectives.motion_search(
+        build,
+        robot,
+        obstacles,
+        start,
+        goals,
+        bounds=(np.full(robot.dof, -1e4), np.full(robot.dof, 1e4)),
+        jerk=jerk,
+        margin=margin,
+        comfort=comfort,
+        weights=weights,
+    )
+    return Setting(robot, obstacles, start, np.array(goals), jerk, margin, comfort, weights, search)
+
+
+def instants(build: Build, packs: int) -> np.ndarray:
+    """What is looked at: the coarse instants are the first two packs, the fine ones all eight."""
+    return np.arange(packs * build.lanes) / (packs * build.lanes)
+
+
+def shortfalls(setting: Setting, frames: np.ndarray, margin: float) -> np.ndarray:
+    """By how much clearances fall short of a margin (rows,) [m], over links that move and obstacles, and the robot's pairs."""
+    robot, total = setting.robot, np.zeros(len(frames))
+    ends = pinocchio_points.points(frames, [(c.joint, end) for c in robot.capsules for end in (c.a, c.b)])
+    a, b = ends[:, ::2], ends[:, 1::2]
+    for i, link in enumerate(robot.capsules):
+        if link.joint < 0:
+            continue
+        for obstacle in setting.obstacles:
+            total += np.maximum(0.0, link.radius + margin - link_distance(obstacle, a[:, i], b[:, i]))
+    for i, one in enumerate(robot.capsules):
+        for k, other in enumerate(robot.capsules):
+            if (one.name, other.name) not in robot.self_pairs:
+                continue
+            for row in range(len(frames)):
+                axis = link_distance(Capsule(a[row, k], b[row, k], 1e-300), a[row, i][None], b[row, i][None])[0]
+                total[row] += max(0.0, one.radius + other.radius + margin - axis)
+    return total
+
+
+def centre_of(obstacle: Obstacle) -> np.ndarray:
+    """The obstacle's middle of the seed's eq. (5); of a half-space the point of its plane nearest to the origin."""
+    if isinstance(obstacle, HalfSpace):
+        return obstacle.normal * float(obstacle.normal @ obstacle.point)
+    if isinstance(obstacle, Capsule):
+        return (obstacle.a + obstacle.b) / 2
+    return obstacle.center if isinstance(obstacle, Sphere) else obstacle.pose[:3, 3]  # type: ignore[union-attr]
+
+
+def expected_terms(build: Build, setting: Setting, points: np.ndarray) -> dict[str, float]:
+    """All terms, and the violation, of a motion through control points (K + 2, n)."""
+    robot, K = setting.robot, len(points) - 2
+    s = instants(build, 2)
+    q, dq, ddq, dddq = (by_scipy(s, K, derivative) @ points for derivative in range(4))
+    frames = pinocchio_points.joint_frames(robot, np.vstack([q, points[-1]]))
+    tip_frame = robot.frame(robot.tip)
+    tip = pinocchio_points.points(frames, [(tip_frame.joint, tip_frame.T_joint_frame[:3, 3])])[:, 0]
+    way, end, frames = tip[:-1], tip[-1], frames[:-1]
+    fastest = [np.abs(dq / robot.velocity).max(), np.sqrt(np.abs(ddq / robot.acceleration).max())]
+    if setting.jerk.size:
+        fastest.append(np.cbrt(np.abs(dddq / setting.jerk).max()))
+    centres = pinocchio_points.points(frames, list(joint_centres(robot)))
+    left = np.linalg.norm(way - end, axis=1)
+    return {
+        "length": float(np.linalg.norm(dq, axis=1).mean()),
+        "duration": float(max(fastest)),
+        "tip": float(np.linalg.norm(np.diff(tip, axis=0), axis=1).sum()),
+        "clearance": float(shortfalls(setting, frames, setting.comfort).mean()) if setting.comfort else 0.0,
+        "smoothness": float((dddq**2).sum(axis=1).mean()),
+        "f1": float(sum(np.linalg.norm(centres - centre_of(o), axis=-1).sum(axis=1).mean() for o in setting.obstacles)),
+        "f2": float(np.sqrt(left**2 + 1).mean()),
+        "f3": float(left.mean()),
+        "violation": float(shortfalls(setting, frames, setting.margin).sum()),
+    }
+
+
+def allowed_errors(build: Build, setting: Setting, points: np.ndarray) -> dict[str, float]:
+    """What each may be off by: rounding of the control points' sums, and of where these put the robot."""
+    robot, K = setting.robot, len(points) - 2
+    eps = float(np.finfo(build.scalar).eps)
+    s = instants(build, 2)
+    sums = [4 * eps * (K + 2) * float((np.abs(by_scipy(s, K, d)) @ np.abs(points)).max()) for d in range(4)]
+    n = robot.dof
+    q = by_scipy(s, K, 0) @ points
+    mimic = max([abs(joint.multiplier) for joint in robot.joints], default=1.0)
+    far = max(
+        (float(np.linalg.norm(centre_of(o)) + np.linalg.norm(drawn.landmarks(o)[2])) for o in setting.obstacles), default=0
+    )
+    place = accuracy.placement_error(build, robot, q) + len(robot.joints) * mimic * sums[0] * accuracy.reach(robot, q)
+    place += 20 * eps * (1 + far)
+    # Of axes that all but meet the squares are rounded; boxes and cylinders are searched down to a last stretch.
+    meeting = 2 * (eps**0.5 + (2.0**-12 if build.bits == 32 else 2.0**-28)) * 2.0
+    pairs = len(robot.capsules) * (len(setting.obstacles) + len(robot.capsules))
+    expected = expected_terms(build, setting, points)
+    limits = [1 / robot.velocity.min(), 1 / robot.acceleration.min(), 1 / 3.0]
+    duration = max(sums[1] * limits[0], (sums[2] * limits[1]) ** 0.5, (sums[3] * limits[2]) ** (1 / 3))
+    if expected["duration"] > 0:  # then the roots are not taken of rounding alone
+        t = expected["duration"]
+        duration = min(duration, sums[1] * limits[0] + sums[2] * limits[1] / t + sums[3] * limits[2] / t**2)
+    count = len(s) * eps
+    distances = len(setting.obstacles) * (n + 1)
+    return {
+        "length": n**0.5 * sums[1] + count * expected["length"],
+        "duration": duration + 4 * eps * expected["duration"],
+        "tip": 2 * len(s) * place + count * expected["tip"],
+        "clearance": pairs * (place + meeting) + count * (1 + expected["clearance"]),
+        "smoothness": 2 * n * sums[3] * (expected["smoothness"] + sums[3] ** 2) ** 0.5
+        + n * sums[3] ** 2
+        + count * expected["smoothness"],
+        "f1": distances * (place + count * (1 + expected["f1"])),
+        "f2": place + count * (1 + expected["f2"]),
+        "f3": place + count * (1 + expected["f3"]),
+        "violation": len(s) * pairs * (place + meeting) + count * (1 + expected["violation"]),
+    }
+
+
+@settings(max_examples=6)
+@given(st.data(), st.sampled_from([0, 1, 3, 8, 24]), st.integers(0, 1), st.integers(0, 2**32 - 1))
+def test_terms_and_violation_are_the_formulas(build: Build, data: st.DataObject, K: int, goal: int, seed: int) -> None:
+    setting = data.draw(drawn_settings(build))
+    n, rows = setting.robot.dof, 3
+    near = np.linspace(setting.start, setting.goals[goal], K + 2)[1:-1]
+    spread = np.random.default_rng(seed).normal(size=(rows, K, n)) * [[[0.0]], [[0.3]], [[2.0]]]
+    x = build.array((near + spread).reshape(rows, K * n))
+    found = setting.search.judge(x, K, goal)
+    for row in range(rows):
+        points = np.vstack([setting.start, x[row].astype(np.float64).reshape(K, n), setting.goals[goal]])
+        expected, error = expected_terms(build, setting, points), allowed_errors(build, setting, points)
+        for i, name in enumerate(TERMS):
+            assert found["terms"][row, i] == pytest.approx(expected[name], rel=0, abs=error[name]), name
+        assert found["violation"][row] == pytest.approx(expected["violation"], rel=0, abs=error["violation"])
+        total = sum(setting.weights[name] * expected[name] for name in TERMS)
+        off = sum(setting.weights[name] * error[name] for name in TERMS) + 10 * float(np.finfo(build.scalar).eps) * total
+        assert found["fitness"][row] == pytest.approx(total, rel=0, abs=off)
+
+
+@pytest.mark.parametrize("name", TERMS)
+def test_the_fitness_is_the_weighted_term_alone(build: Build, name: str) -> None:
+    start, goal = objectives.AROUND
+    search = objectives.motion_search(
+        build, objectives.thick_arm(), objectives.CLUTTER, start, goal, weights={name: 0.5}, jerk=np.ones(7)
+    )
+    x = build.array(np.random.default_rng(0).uniform(-1, 1, (4, 14)))
+    found = search.judge(x, 2, 0)
+    np.testing.assert_array_equal(found["fitness"], build.scalar(0.5) * found["terms"][:, TERMS.index(name)])
+
+
+def looked_at(build: Build, x: np.ndarray, K: int, start: Sequence[float], goal: Sequence[float]) -> np.ndarray:
+    """The configurations (rows, instants, n) at all instants that the search looks at."""
+    basis = by_scipy(instants(build, 8), K, 0)
+    points = np.stack([np.vstack([start, row.reshape(K, len(start)), goal]) for row in x.astype(np.float64)])
+    return np.einsum("ik,rkd->rid", basis, points)
+
+
+def test_a_motion_is_free_where_every_instant_is(build: Build) -> None:
+    """At all 8 packs of instants, each with a clearance of the margin, as a double precision model measures them."""
+    robot, (start, goal) = objectives.thick_arm(), objectives.AROUND
+    rng = np.random.default_rng(3)
+    K, margin = 2, 0.01
+    free_one = objectives.run_motions(
+        objectives.motion_search(build, robot, objectives.CLUTTER, start, goal, margin=margin, settings={"interior": [K]}), 600
+    )
+    x = [entry[5].ravel() for entry in free_one.history if len(entry[5]) == K]
+    near = np.array(x)[rng.integers(len(x), size=300)]
+    rows = build.array(near + rng.choice([0.0, 0.03, 0.3], (300, 1)) * rng.normal(size=near.shape))
+    found = free_one.judge(rows, K, 0)
+    exact = surround(Build("generic", 64), robot, objectives.CLUTTER).native
+    q = looked_at(build, rows, K, start, goal)
+    least = exact.obstacle_clearances(q.reshape(-1, 7)).reshape(*q.shape[:2], -1).min(axis=(1, 2)) - margin
+    free = np.array(found["free"])
+    assert least[free].min() > -1e-4 < 1e-4 < -least[~free].max() + 2e-4
+    assert 0.1 < free.mean() < 0.9
+    # The violation is of the coarse instants only: some motions have none and are not free.
+    clean = found["violation"] <= 0
+    assert clean[free].all()
+    assert (clean & ~free).any()
