@@ -265,7 +265,8 @@ def summarize(soak: Soak, took: float) -> None:
     for worker in (*soak.workers, *soak.gone):
         if worker.resident:
             growth = f"{1e3 * worker.growth:+.2f} MB in 1000 problems" if len(worker.resident) >= ENOUGH else "too few to tell"
-            memory = f"{worker.resident[0]:.0f} to {worker.resident[-1]:.0f} MB, later {growth}"
+            resident = worker.resident
+            memory = f"{resident[0]:.0f}, at most {max(resident):.0f}, at last {resident[-1]:.0f} MB; later {growth}"
             table.add_row("memory of a process", memory)
     table.add_row("wrong", str(len(soak.wrong)))
     Console(width=110).print(table)

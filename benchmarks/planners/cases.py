@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import itertools
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,18 +15,13 @@ from spacearm.planner.kernel_model import kernel_model
 
 HERE = Path(__file__).resolve().parent
 ENVIRONMENT = HERE.parents[1] / ".venv-planners"
-"""Where the other libraries are: apart, for they are none of ours."""
+"""Where the other libraries are: apart, for they are none of ours. `compare.py` makes them importable."""
 
 MARGIN = 0.002
 """Clearance that everybody asks for at what is looked at [m]; less where an end of the problem is closer."""
 
 PIECE = 0.05
 """How far apart the configurations are that a planner of ways with corners looks at [rad]."""
-
-
-def use_other_libraries() -> None:
-    """Make them importable, after everything else."""
-    sys.path.append(str(ENVIRONMENT))
 
 
 @dataclass(frozen=True)
@@ -109,7 +104,7 @@ def load_cases(folder: Path, *, most: int) -> tuple[list[Case], RobotFiles]:
 def along(corners: np.ndarray, step: float) -> np.ndarray:
     """Configurations along a way with corners (m, n), neighbours at most a step apart."""
     out = [corners[:1]]
-    for a, b in zip(corners[:-1], corners[1:], strict=True):
+    for a, b in itertools.pairwise(corners):
         count = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))
         out.append(a + np.linspace(1 / count, 1, count)[:, None] * (b - a))
     return np.concatenate(out)

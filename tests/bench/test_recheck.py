@@ -38,7 +38,7 @@ def test_neighbours_are_at_most_a_step_apart(interior: int, seed: int, spread: f
 
 def test_a_sheet_of_a_tenth_of_a_millimetre_is_seen(tmp_path: Path) -> None:
     other, item = checked(tmp_path, box([0.3, 1e-4, 0.1], [1.0, 0.0, 0.0]))
-    found = other.look(item, ACROSS)
+    found = other.look(item, dense_configurations(ACROSS))
     assert found.collisions > 0
     assert "block" in found.first
     assert "fore" in found.first
@@ -47,29 +47,29 @@ def test_a_sheet_of_a_tenth_of_a_millimetre_is_seen(tmp_path: Path) -> None:
 def test_what_is_beside_the_way_is_not_hit(tmp_path: Path) -> None:
     """The last bead, of radius 0.05, ends at 1.15 m."""
     other, item = checked(tmp_path, box([0.1, 0.1, 0.1], [1.2001, 0.0, 0.0]))
-    assert other.look(item, ACROSS).collisions == 0
+    assert other.look(item, dense_configurations(ACROSS)).collisions == 0
     other, item = checked(tmp_path, box([0.1, 0.1, 0.1], [1.1999, 0.0, 0.0]))
-    assert other.look(item, ACROSS).collisions > 0
+    assert other.look(item, dense_configurations(ACROSS)).collisions > 0
 
 
 def test_an_objects_own_pose_comes_first(tmp_path: Path) -> None:
     """Turned by a quarter and moved: the box stands at (1, 0, 0) in the world."""
     outer = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 0, "y": 0, "z": 0.5**0.5, "w": 0.5**0.5}}
     other, item = checked(tmp_path, box([0.1, 0.1, 0.1], [0.0, -1.0, 0.0], pose=outer))
-    assert other.look(item, ACROSS).collisions > 0
+    assert other.look(item, dense_configurations(ACROSS)).collisions > 0
     other, item = checked(tmp_path, box([0.1, 0.1, 0.1], [0.0, 1.0, 0.0], pose=outer))
-    assert other.look(item, ACROSS).collisions == 0
+    assert other.look(item, dense_configurations(ACROSS)).collisions == 0
 
 
 def test_links_that_the_srdf_keeps_apart_may_not_meet(tmp_path: Path) -> None:
     """Folded together the arm's links pass through each other; allowed to touch, nothing is found."""
     folded = Motion([[0.0, 0.0], [0.0, np.pi - 0.3]])
     other, item = checked(tmp_path)
-    assert other.look(item, folded).collisions == 0
+    assert other.look(item, dense_configurations(folded)).collisions == 0
     text = (tmp_path / "arm.srdf").read_text()
     (tmp_path / "arm.srdf").write_text(text.replace('link1="upper"', 'link1="base"'))
     strict = OtherChecker(RobotFiles(urdf=tmp_path / "arm.urdf", srdf=tmp_path / "arm.srdf", group="arm"), JOINTS)
-    assert strict.look(item, folded).collisions > 0
+    assert strict.look(item, dense_configurations(folded)).collisions > 0
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -85,4 +85,4 @@ def test_it_agrees_with_the_distance_of_spheres_and_a_box(tmp_path: Path, seed: 
         upper = x * np.stack([np.cos(first), np.sin(first), 0 * first], axis=1)
         fore = 0.6 / x * upper + x * np.stack([np.cos(both), np.sin(both), 0 * both], axis=1)
         gaps += [np.linalg.norm(np.maximum(np.abs(bead - centre) - size / 2, 0), axis=1) - 0.05 for bead in (upper, fore)]
-    assert other.look(item, motion).collisions == np.count_nonzero(np.min(gaps, axis=0) <= 0)
+    assert other.look(item, q).collisions == np.count_nonzero(np.min(gaps, axis=0) <= 0)

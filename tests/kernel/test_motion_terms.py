@@ -1,4 +1,4 @@
-"""What the kernel thinks of a motion, against formulas written out here: SciPy's spline, Pinocchio's points, NumPy's distances."""
+"""What the kernel thinks of a motion, against formulas on SciPy's spline, Pinocchio's points and NumPy's distances."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kernel import accuracy, drawn, objectives
 from kernel.builds import Build, surround
 from kernel.test_spline import by_scipy
 from oracles import pinocchio_points
-from oracles.solids import link_distance
+from oracles.solids import axes_distance, link_distance
 from spacearm.robot import Robot, joint_centres
 from spacearm.scene import Capsule, HalfSpace, Obstacle, Sphere
 
@@ -40,7 +40,7 @@ class Setting:
 
 @st.composite
 def drawn_settings(draw: st.DrawFn, build: Build) -> Setting:
-    robot = draw(drawn.robots(max_joints=7))
+    robot = draw(drawn.robots(max_joints=5))
     links = sorted({capsule.name for capsule in robot.capsules})
     robot = replace(robot, self_pairs=tuple(pairwise(links)))
     obstacles = draw(st.lists(drawn.obstacles(), max_size=3))
@@ -68,24 +68,29 @@ def instants(build: Build, packs: int) -> np.ndarray:
     return np.arange(packs * build.lanes) / (packs * build.lanes)
 
 
-def shortfalls(setting: Setting, frames: np.ndarray, margin: float) -> np.ndarray:
-    """By how much clearances fall short of a margin (rows,) [m], over links that move and obstacles, and the robot's pairs."""
-    robot, total = setting.robot, np.zeros(len(frames))
+def axis_distances(setting: Setting, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far the axes of links that move are from obstacles, and those of the robot's pairs from each other (rows, pairs) [m].
+
+    And the radii (pairs,) to take off.
+    """
+    robot, distances, radii = setting.robot, [np.zeros((len(frames), 0))], []
     ends = pinocchio_points.points(frames, [(c.joint, end) for c in robot.capsules for end in (c.a, c.b)])
     a, b = ends[:, ::2], ends[:, 1::2]
-    for i, link in enumerate(robot.capsules):
-        if link.joint < 0:
-            continue
-        for obstacle in setting.obstacles:
-            total += np.maximum(0.0, link.radius + margin - link_distance(obstacle, a[:, i], b[:, i]))
     for i, one in enumerate(robot.capsules):
+        if one.joint >= 0:
+            distances += [link_distance(obstacle, a[:, i], b[:, i])[:, None] for obstacle in setting.obstacles]
+            radii += [one.radius] * len(setting.obstacles)
         for k, other in enumerate(robot.capsules):
-            if (one.name, other.name) not in robot.self_pairs:
-                continue
-            for row in range(len(frames)):
-                axis = link_distance(Capsule(a[row, k], b[row, k], 1e-300), a[row, i][None], b[row, i][None])[0]
-                total[row] += max(0.0, one.radius + other.radius + margin - axis)
-    return total
+            if (one.name, other.name) in robot.self_pairs:
+                distances.append(axes_distance(a[:, i], b[:, i], a[:, k], b[:, k])[:, None])
+                radii.append(one.radius + other.radius)
+    return np.hstack(distances), np.array(radii)
+
+
+def shortfalls(setting: Setting, frames: np.ndarray, margin: float) -> np.ndarray:
+    """By how much clearances fall short of a margin, summed over all pairs (rows,) [m]."""
+    distances, radii = axis_distances(setting, frames)
+    return np.maximum(0.0, margin + radii - distances).sum(axis=1)
 
 
 def centre_of(obstacle: Obstacle) -> np.ndarray:
@@ -138,9 +143,10 @@ def allowed_errors(build: Build, setting: Setting, points: np.ndarray) -> dict[s
     )
     place = accuracy.placement_error(build, robot, q) + len(robot.joints) * mimic * sums[0] * accuracy.reach(robot, q)
     place += 20 * eps * (1 + far)
-    # Of axes that all but meet the squares are rounded; boxes and cylinders are searched down to a last stretch.
-    meeting = 2 * (eps**0.5 + (2.0**-12 if build.bits == 32 else 2.0**-28)) * 2.0
-    pairs = len(robot.capsules) * (len(setting.obstacles) + len(robot.capsules))
+    # Of axes that all but meet the squares are rounded; in boxes and cylinders the search ends at a last stretch.
+    distances, _ = axis_distances(setting, pinocchio_points.joint_frames(robot, q))
+    pairs = distances.shape[1]
+    meeting = (distances < 0.01).sum() * 2 * (eps**0.5 + (2.0**-12 if build.bits == 32 else 2.0**-28))
     expected = expected_terms(build, setting, points)
     limits = [1 / robot.velocity.min(), 1 / robot.acceleration.min(), 1 / 3.0]
     duration = max(sums[1] * limits[0], (sums[2] * limits[1]) ** 0.5, (sums[3] * limits[2]) ** (1 / 3))
@@ -153,14 +159,14 @@ def allowed_errors(build: Build, setting: Setting, points: np.ndarray) -> dict[s
         "length": n**0.5 * sums[1] + count * expected["length"],
         "duration": duration + 4 * eps * expected["duration"],
         "tip": 2 * len(s) * place + count * expected["tip"],
-        "clearance": pairs * (place + meeting) + count * (1 + expected["clearance"]),
+        "clearance": pairs * place + meeting / len(s) + count * (1 + expected["clearance"]),
         "smoothness": 2 * n * sums[3] * (expected["smoothness"] + sums[3] ** 2) ** 0.5
         + n * sums[3] ** 2
         + count * expected["smoothness"],
         "f1": distances * (place + count * (1 + expected["f1"])),
         "f2": place + count * (1 + expected["f2"]),
         "f3": place + count * (1 + expected["f3"]),
-        "violation": len(s) * pairs * (place + meeting) + count * (1 + expected["violation"]),
+        "violation": len(s) * pairs * place + meeting + count * (1 + expected["violation"]),
     }
 
 
@@ -218,7 +224,8 @@ def test_a_motion_is_free_where_every_instant_is(build: Build) -> None:
     q = looked_at(build, rows, K, start, goal)
     least = exact.obstacle_clearances(q.reshape(-1, 7)).reshape(*q.shape[:2], -1).min(axis=(1, 2)) - margin
     free = np.array(found["free"])
-    assert least[free].min() > -1e-4 < 1e-4 < -least[~free].max() + 2e-4
+    assert least[free].min() > -1e-4
+    assert least[~free].max() < 1e-4
     assert 0.1 < free.mean() < 0.9
     # The violation is of the coarse instants only: some motions have none and are not free.
     clean = found["violation"] <= 0

@@ -19,10 +19,7 @@ def point_distance(obstacle: Obstacle, p: np.ndarray) -> np.ndarray:
     if isinstance(obstacle, HalfSpace):
         return (p - obstacle.point) @ obstacle.normal
     if isinstance(obstacle, Capsule):
-        axis = obstacle.b - obstacle.a
-        squared = axis @ axis
-        along = np.clip((p - obstacle.a) @ axis / squared, 0, 1) if squared > 1e-200 else np.zeros(p.shape[:-1])
-        return np.linalg.norm(p - obstacle.a - along[..., None] * axis, axis=-1) - obstacle.radius
+        return _from_segments(p, obstacle.a, obstacle.b) - obstacle.radius
     local = (p - obstacle.pose[:3, 3]) @ obstacle.pose[:3, :3]
     if isinstance(obstacle, Box):
         return _outside(np.abs(local) - obstacle.size / 2)
@@ -36,6 +33,18 @@ def _outside(beyond: np.ndarray) -> np.ndarray:
     return np.linalg.norm(np.maximum(beyond, 0), axis=-1) + np.minimum(beyond.max(axis=-1), 0)
 
 
+def _from_segments(p: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Distances (...) [m] of points (..., 3) from segments from a to b."""
+    axis, squared = b - a, ((b - a) ** 2).sum(axis=-1)
+    along = ((p - a) * axis).sum(axis=-1) / np.where(squared > 1e-200, squared, 1.0)
+    return np.linalg.norm(p - a - np.clip(along, 0, 1)[..., None] * axis, axis=-1)
+
+
+def axes_distance(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Least distances (...) [m] between the points of segments from a to b (..., 3) and those of segments from c to d."""
+    return least_on_segments(lambda p: _from_segments(p, c, d), a, b)
+
+
 def least_on_segments(distance: Callable[[np.ndarray], np.ndarray], a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The least of a function of points (..., 3) over segments from a to b (..., 3), along which it is convex.
 
@@ -44,7 +53,7 @@ def least_on_segments(distance: Callable[[np.ndarray], np.ndarray], a: np.ndarra
     low, high = np.zeros(a.shape[:-1]), np.ones(a.shape[:-1])
     at = lambda t: a + t[..., None] * (b - a)  # noqa: E731
     least = np.minimum(distance(a), distance(b))
-    for _ in range(90):
+    for _ in range(64):
         one, two = low + (high - low) / 3, high - (high - low) / 3
         d_one, d_two = distance(at(one)), distance(at(two))
         least = np.minimum(least, np.minimum(d_one, d_two))

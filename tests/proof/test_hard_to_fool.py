@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from proof.dense import Setting, planar, swing
@@ -93,6 +93,7 @@ SHAPES: dict[str, Any] = {
 
 @pytest.mark.parametrize("shape", SHAPES)
 @settings(max_examples=40)
+@example(at=0.20792066761153616)  # the first look falls within a nanometre of where they begin to touch
 @given(at=ANGLES)
 def test_touching_never_holds_nor_does_a_graze(shape: str, at: float) -> None:
     robot = turntable()

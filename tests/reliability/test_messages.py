@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spacearm.errors import RobotError, SceneError, nearest
+from spacearm.errors import ProblemError, RobotError, SceneError, nearest
 from spacearm.planner.goals import PoseGoal
-from spacearm.scene import HalfSpace, pose
+from spacearm.planner.problem import Problem
+from spacearm.robot import load_robot
+from spacearm.scene import Box, HalfSpace, Scene, pose
 
 
 def test_a_message_with_an_endless_name_is_cut_and_keeps_its_advice() -> None:
@@ -35,3 +37,10 @@ def test_a_direction_too_long_to_be_squared_is_refused_without_a_warning(large: 
         pose((0, 0, 0), (large, 0, 0, 0))
     with pytest.raises(Exception, match="expected a direction"):
         PoseGoal(np.eye(4), free_axis=(large, 0, 0))
+
+
+def test_rows_of_several_lengths_are_told() -> None:
+    with pytest.raises(SceneError, match="rows of different lengths"):
+        Box((1, 1, 1), [[1, 0], [1]])  # type: ignore[arg-type]
+    with pytest.raises(ProblemError, match="rows of different lengths"):
+        Problem(load_robot("zhang2022"), Scene([]), start=np.zeros(7), goal=[[[1], [1, 2]], [1]])  # type: ignore[list-item]

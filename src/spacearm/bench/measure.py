@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spacearm.bench.collection import Item
-from spacearm.bench.recheck import OtherChecker
+from spacearm.bench.recheck import OtherChecker, dense_configurations
 from spacearm.planner import Plan, PlannerSettings, Problem, plan
 from spacearm.planner.clearance import clearance
 from spacearm.planner.goals import ConfigurationGoal
@@ -127,7 +127,9 @@ def measure(item: Item, problem: Problem, seed: int, protocol: Protocol, scale: 
     seconds = time.perf_counter() - begun
     if found.interrupted:
         raise KeyboardInterrupt
-    recheck = other.look(item, found.trajectory.motion) if found.found and found.trajectory is not None else None
+    recheck = None
+    if found.found and found.trajectory is not None:
+        recheck = other.look(item, dense_configurations(found.trajectory.motion))
     return Run(
         family=item.family,
         name=item.name,

@@ -99,8 +99,11 @@ class OtherChecker:
         if item not in self._stated:
             self._stated[item] = stated_solids(item.scene), stated_start(item.request)
 
-    def look(self, item: Item, motion: Motion) -> Recheck:
-        """Look at a motion in steps of 0.005 rad; bodies that stand still are not held against obstacles."""
+    def look(self, item: Item, q: Array) -> Recheck:
+        """Look at configurations (m, n) of a problem, as `dense_configurations` gives them.
+
+        Bodies that no joint moves are not held against obstacles.
+        """
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         self.read(item)
@@ -109,7 +112,7 @@ class OtherChecker:
         for request in found.collisionRequests:
             request.gjk_tolerance = _TOLERANCE
         manager = pin.BroadPhaseManager_DynamicAABBTreeCollisionManager(self._model, bodies, found)
-        configurations = self._filled(item, dense_configurations(motion))
+        configurations = self._filled(item, q)
         hits, first = 0, ""
         for q in configurations:
             if pin.computeCollisions(self._model, data, manager, q, True):

@@ -175,7 +175,7 @@ def _configurations(robot: Robot, goal: Any) -> ConfigurationGoal | Configuratio
         )
     given: Any = goal if isinstance(goal, np.ndarray) else list(goal)
     rows = len(given) > 0 and all(isinstance(row, (list, tuple, np.ndarray)) for row in given)
-    if rows and np.shape(given[0]) == (4,) and len(given) == 4 and robot.dof != 4:
+    if rows and len(given) == 4 and robot.dof != 4 and all(np.iterable(row) and len(list(row)) == 4 for row in given):
         raise ProblemError(f"goal is 4 by 4, expected {robot.dof} joint positions; for a pose in space write PoseGoal(pose)")
     if rows:
         return ConfigurationsGoal(given)

@@ -14,6 +14,7 @@ from spacearm.errors import ProblemError, nearest
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
 from spacearm.proof.certificate import Certificate, ClosestApproach, Limit, broken_limits
 from spacearm.proof.intervals import Proof
+from spacearm.proof.measuring import Near
 from spacearm.robot import Robot
 from spacearm.scene import Scene
 
@@ -83,14 +84,14 @@ def certify(
         )
     margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
     checked = checked if jerk_limit is None else (*checked, "jerk")
-    status = proof.run()
+    status, near = proof.judged()
     if broken_limits(robot, margins, checked):
         status = "fails"
     return Certificate(
         status=status,
         clearance=proof.proven if status == "holds" else None,
         minimum_clearance=minimum,
-        closest=_closest(proof, robot, problem.scene, trajectory),
+        closest=None if near is None else _closest(near, robot, problem.scene, trajectory),
         limits=margins,
         checked=checked,
         resolution=proof.resolution,
@@ -103,10 +104,7 @@ def certify(
     )
 
 
-def _closest(proof: Proof, robot: Robot, scene: Scene, trajectory: AnyTrajectory) -> ClosestApproach | None:
-    near = proof.closest()
-    if near is None:
-        return None
+def _closest(near: Near, robot: Robot, scene: Scene, trajectory: AnyTrajectory) -> ClosestApproach:
     obstacle = near.obstacle
     return ClosestApproach(
         link=robot.capsules[near.capsule].name,

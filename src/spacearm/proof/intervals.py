@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from spacearm.motion import Curve
 from spacearm.proof.bodies import bodies_of
-from spacearm.proof.measuring import Measurements, Near
+from spacearm.proof.measuring import DISAGREEMENT, Measurements, Near
 from spacearm.proof.middles import JointMap, Middles
 from spacearm.proof.pairs import Tasks, capsule_pairs, halved, kinds_of, link_pairs, out_of_cells
 from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
@@ -90,10 +90,20 @@ class Proof:
                 waiting.append((parts.some(np.arange(i, min(i + _BATCH, len(parts)))), [_batch(pairs, i) for pairs in tasks]))
         return "holds"
 
-    def closest(self) -> Near | None:
-        """Return the closest approach measured; None if nothing is in the way."""
+    def judged(self) -> tuple[Status, Near | None]:
+        """Run, then measure around the closest approach; what is measured there counts too.
+
+        Returns:
+            The status, and the closest approach; None if nothing is in the way.
+        """
+        status = self.run()
         begin, end = self._curve.domain
-        return self.measured.closest(self._curve, self._joints, (end - begin) * min(self.resolution, 0.1))
+        near = self.measured.closest(self._curve, self._joints, (end - begin) * min(self.resolution, 0.1))
+        if near is not None and near.clearance <= self._minimum:
+            return "fails", near
+        if near is not None and status == "holds" and near.clearance < self.proven - DISAGREEMENT:
+            return "undecided", near
+        return status, near
 
     # ---- one look at some stretches ------------------------------------------------------------------------------------
 

@@ -16,7 +16,9 @@ from spacearm.proof.witness import Witness
 
 Array = NDArray[np.float64]
 
-_DISAGREEMENT = 1e-6  # [m] by which a measurement may be below what is proven there, before nothing is believed
+DISAGREEMENT = 1e-6
+"""[m] by which a measurement may be below what is proven, before nothing is believed."""
+
 _ZOOMS, _POINTS = 3, 9
 
 
@@ -71,7 +73,7 @@ class Measurements:
         stretch, rider, solid = (int(column[row]) for column in tasks)
         pair = Pair(kind, int(self._riders.body[rider]), solid)
         found = self._measured(pair, middles.frames[stretch], float(middles.u[stretch]))
-        self.doubt |= found[0] < proven - _DISAGREEMENT
+        self.doubt |= found[0] < proven - DISAGREEMENT
         return found
 
     def closest(self, curve: Curve, joints: JointMap, reach: float) -> Near | None:

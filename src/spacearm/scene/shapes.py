@@ -250,12 +250,19 @@ def _length(name: str, value: Any) -> float:
     return as_number(name, value, SceneError, above=0, unit="m")
 
 
+def _is_row(value: Any) -> bool:
+    try:
+        return np.ndim(value) == 1
+    except ValueError:  # rows of several lengths
+        return False
+
+
 def _pose(name: str, value: Any) -> Array:
     T = np.eye(4)
     if value is None:
         T.setflags(write=False)
         return T
-    if np.ndim(value) == 1:
+    if _is_row(value):
         T[:3, 3] = _point(name, value)
         value = T
     return as_transform(name, value, SceneError)

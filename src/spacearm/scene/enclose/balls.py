@@ -9,7 +9,7 @@ from spacearm.scene.enclose.cells import Cells, joined_cells, one_cell
 from spacearm.scene.enclose.centers import Body, Centers, centers_for, joined_centers
 from spacearm.scene.enclose.choice import Choice, held, reach_of, thinned
 from spacearm.scene.enclose.inside import Inside
-from spacearm.scene.enclose.surface import surface_of
+from spacearm.scene.enclose.surface import Surface
 
 _MOST_CELLS = 150_000
 _TOLERANCE = 0.02  # of the excess: how well the medial axis needs to be known
@@ -36,7 +36,7 @@ def enclosing_balls(
     Returns:
         The balls; None if so many are not enough.
     """
-    body = Body(triangles, surface_of(triangles), inside)
+    body = Body(triangles, Surface(triangles), inside)
     whole = one_cell(triangles, inside)
     if excess is not None:
         first = centers_for(body, whole, tolerance=_TOLERANCE * excess)

@@ -1,41 +1,50 @@
-"""How far points are from a surface of triangles, or from a cloud of points."""
+"""How far points are from a surface of triangles, from segments, or from a cloud of points."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spacearm.scene.enclose.box_tree import Array, BoxTree, Indices
 
 _CHUNK = 20_000  # queries at once, for the memory's sake
+_FLAT = 1e-9  # a triangle no higher than this share of its longest side is taken for that side
 
 
-class Surface(Protocol):
-    """What points have a distance from."""
+class Surface:
+    """Triangles, some of which may be segments or points, in trees that find the nearest."""
+
+    def __init__(self, triangles: Array) -> None:
+        """Take triangles (n, 3, 3), at least one [m]."""
+        sides = np.roll(triangles, -1, axis=1) - triangles
+        length = np.linalg.norm(sides, axis=2)
+        longest = length.argmax(axis=1)
+        area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        flat = area <= _FLAT * length.max(axis=1) ** 2
+        start, end = triangles[flat, longest[flat]], triangles[flat, (longest[flat] + 1) % 3]
+        self._parts: list[_Triangles | _Segments] = []
+        if not flat.all():
+            self._parts.append(_Triangles(triangles[~flat]))
+        if flat.any():
+            self._parts.append(_Segments(*_distinct(start, end)))
 
     def nearest(self, points: Array) -> tuple[Array, Array]:
         """Return for points (m, 3) the distance (m,) and the nearest point of the surface (m, 3) [m]."""
-        ...
+        distance, at = self._parts[0].nearest(points)
+        for part in self._parts[1:]:
+            other, there = part.nearest(points)
+            nearer = other < distance
+            distance[nearer], at[nearer] = other[nearer], there[nearer]
+        return distance, at
 
 
-def surface_of(triangles: Array) -> Surface:
-    """Return what measures distances from triangles (n, 3, 3), or from their corners if none has an area [m].
-
-    Segments and points among triangles that have an area are left out, so that a distance may be too great, but for a solid,
-    whose boundary they are not.
-    """
-    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    proper = normal.any(axis=1)
-    return Triangles(triangles[proper]) if proper.any() else Points(np.unique(triangles.reshape(-1, 3), axis=0))
-
-
-class Triangles:
-    """Triangles in Coal's tree of boxes."""
+class _Triangles:
+    """Triangles in Coal's tree."""
 
     def __init__(self, triangles: Array) -> None:
-        """Take triangles (n, 3, 3), each with an area [m]."""
-        import coal
+        import coal  # pyright: ignore[reportMissingImports]
 
         self._coal: Any = coal
         tree = coal.BVHModelOBBRSS()
@@ -46,45 +55,52 @@ class Triangles:
         self._tree = tree
 
     def nearest(self, points: Array) -> tuple[Array, Array]:
-        """Return for points (m, 3) the distance (m,) and the nearest point of the triangles (m, 3) [m]."""
         coal = self._coal
         point, here, there = coal.Sphere(0.0), coal.Transform3s(), coal.Transform3s()
         request, result = coal.DistanceRequest(), coal.DistanceResult()
-        distance, at = np.empty(len(points)), np.empty((len(points), 3))
+        at = np.empty((len(points), 3))
         for i, place in enumerate(points):
             there.setTranslation(place)
             result.clear()
             coal.distance(self._tree, here, point, there, request, result)
             at[i] = result.getNearestPoint1()
-        np.sqrt(np.einsum("ij,ij->i", at - points, at - points), out=distance)
-        return distance, at
+        return np.linalg.norm(at - points, axis=1), at
 
 
-class Points:
-    """Points in a tree of boxes."""
+class _Segments:
+    """Segments and points in a tree of boxes."""
 
-    def __init__(self, points: Array) -> None:
-        """Take points (n, 3), at least one [m]."""
-        self._points, self._tree = points, BoxTree(points, points)
+    def __init__(self, start: Array, end: Array) -> None:
+        self._start, self._along = start, end - start
+        length2 = np.einsum("ij,ij->i", self._along, self._along)
+        self._length2 = np.where(length2 > 0, length2, 1.0)
+        self._tree = BoxTree(np.minimum(start, end), np.maximum(start, end))
 
     def nearest(self, points: Array) -> tuple[Array, Array]:
-        """Return for points (m, 3) the distance (m,) and the nearest of the points (m, 3) [m]."""
-        if len(points) > _CHUNK:
-            parts = [self.nearest(points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)]
-            return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
-        best, found = np.full(len(points), np.inf), np.zeros(len(points), dtype=np.intp)
-        self._take(points, np.arange(len(points)), self._tree.first_leaf(points), best, found)
-        self._take(points, *self._tree.leaves_within(points, best), best, found)
-        return best, self._points[found]
+        distance, at = np.full(len(points), np.inf), np.zeros((len(points), 3))
+        for i in range(0, len(points), _CHUNK):
+            part = slice(i, i + _CHUNK)
+            near = self._tree.first_leaf(points[part])
+            self._take(points[part], np.arange(len(near)), near, distance[part], at[part])
+            self._take(points[part], *self._tree.leaves_within(points[part], distance[part]), distance[part], at[part])
+        return distance, at
 
-    def _take(self, points: Array, point: Indices, leaf: Indices, best: Array, found: Indices) -> None:
-        """Compare with the points of leaves, and keep what is nearer than the best so far."""
+    def _take(self, points: Array, point: Indices, leaf: Indices, best: Array, found: Array) -> None:
+        """Compare with the segments of leaves, and keep what is nearer than the best so far."""
         place, item = self._tree.items(leaf)
         point = point[place]
-        distance = np.linalg.norm(self._points[item] - points[point], axis=1)
+        start, along = self._start[item], self._along[item]
+        share = np.clip(np.einsum("ij,ij->i", points[point] - start, along) / self._length2[item], 0.0, 1.0)
+        at = start + share[:, None] * along
+        distance = np.linalg.norm(at - points[point], axis=1)
         order = np.lexsort((distance, point))
-        point, distance, item = point[order], distance[order], item[order]
+        point, distance, at = point[order], distance[order], at[order]
         first = np.flatnonzero(np.diff(point, prepend=-1))
-        point, distance, item = point[first], distance[first], item[first]
-        nearer = distance < best[point]
-        best[point[nearer]], found[point[nearer]] = distance[nearer], item[nearer]
+        point, distance, at = point[first], distance[first], at[first]
+        nearer: NDArray[np.bool_] = distance < best[point]
+        best[point[nearer]], found[point[nearer]] = distance[nearer], at[nearer]
+
+
+def _distinct(start: Array, end: Array) -> tuple[Array, Array]:
+    both = np.unique(np.concatenate([start, end], axis=1), axis=0)
+    return both[:, :3], both[:, 3:]

@@ -1,0 +1,538 @@
+"""The native search for motions: what it finds is free and gets better, repeatably, and it stops when it is told."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import strategies
+from kernel import drawn, objectives
+from kernel.builds import BUILDS, Build, surround
+from kernel.test_culling import enveloped
+from kernel.test_motion_terms import TERMS, looked_at
+from kernel.test_same_bits import MOTIONS
+from proof.dense import planar
+from spacearm._kernel import available_levels
+from spacearm.planner import PlannerSettings, Problem
+from spacearm.planner.islands import Islands
+from spacearm.robot import Frame, Joint, LinkCapsule, Robot
+from spacearm.scene import Box, Scene, Sphere
+
+BUILD = Build(available_levels()[0], 32)
+EXACT = Build(available_levels()[0], 64)
+START, GOAL = objectives.AROUND
+RUN = objectives.run_motions
+
+
+@pytest.fixture(scope="module", params=[build for build in BUILDS if build.level == available_levels()[0]], ids=str)
+def build(request: pytest.FixtureRequest) -> Build:
+    """The fastest level, in both scalars; tests/kernel holds the others to the same bits."""
+    return request.param
+
+
+def cluttered(build: Build = BUILD, **options: Any) -> Any:
+    """A search for motions of the thick arm from one side of the clutter to the other."""
+    return objectives.motion_search(build, objectives.thick_arm(), objectives.CLUTTER, START, GOAL, **options)
+
+
+def found_by(search: Any) -> list[list[Any]]:
+    """What a search found and when, without the clock."""
+    return [[evaluations, fitness, by, goal, points.tolist()] for _, evaluations, fitness, by, goal, points in search.history]
+
+
+def least_clearances(
+    build: Build, robot: Robot, obstacles: Any, points: np.ndarray, start: Any, goal: Any, *, margin: float = 0.0
+) -> np.ndarray:
+    """The clearance (instants,) [m], less a margin, at all instants the search looks at: measured in double precision."""
+    q = looked_at(build, points.reshape(1, -1), len(points), start, goal)[0]
+    exact = surround(EXACT, robot, obstacles)
+    moving = np.array([c.joint >= 0 for c in robot.capsules], dtype=bool)
+    q = np.ascontiguousarray(q)
+    clear = exact.native.obstacle_clearances(q)[:, moving].min(axis=(1, 2), initial=np.inf)
+    return np.minimum(clear, exact.native.pair_clearances(q, exact.pairs).min(axis=1, initial=np.inf)) - margin
+
+
+def assert_sound(build: Build, search: Any, robot: Robot, obstacles: Any, start: Any, goals: Any, *, margin: float) -> None:
+    """What was found is free at the instants, within the limits, better each time, and of the fitness it is said to have."""
+    goals = np.asarray(goals, dtype=np.float64).reshape(-1, robot.dof)
+    fitness = [entry[2] for entry in search.history]
+    assert fitness == sorted(set(fitness), reverse=True)
+    for k in (0, 1):  # seconds and evaluations
+        assert [entry[k] for entry in search.history] == sorted(entry[k] for entry in search.history)
+    assert all(entry[1] <= search.evaluations for entry in search.history)
+    assert {entry[3] for entry in search.history} <= {"straight", "probe", "refine", "swarm"}
+    eps = float(np.finfo(build.scalar).eps)
+    room = eps * (1 + np.maximum(np.abs(robot.lower), np.abs(robot.upper)))
+    for _, _, value, _, goal, points in search.history:
+        assert (points >= robot.lower - room).all()
+        assert (points <= robot.upper + room).all()
+        if len(points):
+            judged = search.judge(build.array(points.reshape(1, -1)), len(points), goal)
+            assert (judged["fitness"][0], judged["violation"][0], judged["free"][0]) == (value, 0.0, True)
+        assert least_clearances(build, robot, obstacles, points, start, goals[goal], margin=margin).min(initial=np.inf) > -1e-4
+    if search.history:
+        best, last = search.best, search.history[-1]
+        assert (best["fitness"], best["goal"]) == (last[2], last[4])
+        np.testing.assert_array_equal(best["points"], last[5])
+    else:
+        assert search.best is None
+    assert search.configurations % build.lanes == 0
+
+
+# ---- what is found ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("how", MOTIONS)
+@pytest.mark.parametrize("seed", range(3))
+def test_motions_around_clutter_are_free_and_get_better(build: Build, how: str, seed: int) -> None:
+    chosen, swarm = MOTIONS[how]
+    search = RUN(cluttered(build, seed=seed, margin=0.01, settings=chosen, swarm=swarm), 1500)
+    assert len(search.history) >= 2
+    assert_sound(build, search, objectives.thick_arm(), objectives.CLUTTER, START, GOAL, margin=0.01)
+    straight = math.dist(START, GOAL)
+    assert straight < search.best["fitness"] < 2 * straight
+    assert not search.optimal
+
+
+@st.composite
+def crowded(draw: st.DrawFn, build: Build) -> tuple[Robot, list[Any], np.ndarray, np.ndarray]:
+    """A drawn robot, obstacles that leave its start and its goals free, these included; its limits may hold no 0."""
+    robot = draw(strategies.robots(1, 12))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    robot = enveloped(rng, robot, draw(st.sampled_from([1, 2, 6])))
+    ends = build.array(draw(strategies.configurations(robot, (3,)))).astype(np.float64)
+    ends = np.clip(ends, robot.lower, robot.upper)
+    # Links that touch at an end need not keep clear, nor do links from what they touch there.
+    model = surround(EXACT, robot)
+    close = {(robot.capsules[i].name, robot.capsules[k].name) for i, k in model.pairs[(pair_least(model, ends) < 0.03)]}
+    robot = replace(robot, self_pairs=tuple(pair for pair in robot.self_pairs if pair not in close))
+    shapes = [draw(drawn.obstacles()) for _ in range(draw(st.sampled_from([0, 1, 4])))]
+    shapes += [Sphere(rng.uniform(-2, 2, 3), rng.uniform(0.02, 0.4)) for _ in range(draw(st.sampled_from([0, 8])))]
+    if shapes:
+        clear = surround(EXACT, robot, shapes).native.obstacle_clearances(np.ascontiguousarray(ends))
+        moving = np.array([c.joint >= 0 for c in robot.capsules], dtype=bool)
+        clear = clear[:, moving].min(axis=(0, 1), initial=np.inf)
+        shapes = [shape for shape, room in zip(shapes, clear, strict=True) if room > 0.03]
+    return robot, shapes, ends[0], ends[1:]
+
+
+def pair_least(model: Any, q: np.ndarray) -> np.ndarray:
+    return model.native.pair_clearances(np.ascontiguousarray(q), model.pairs).min(axis=0)
+
+
+@settings(max_examples=25)
+@given(st.data(), st.integers(0, 2**64 - 1), st.sampled_from([(1,), (2, 3), (24,), (5, 1, 32)]))
+def test_whatever_is_found_for_drawn_robots_is_sound(
+    build: Build, data: st.DataObject, seed: int, interior: tuple[int, ...]
+) -> None:
+    """One joint to twelve, slides among them, links that must keep clear, two goals; any numbers of control points."""
+    robot, obstacles, start, goals = data.draw(crowded(build))
+    search = objectives.motion_search(
+        build, robot, obstacles, start, goals, seed=seed, margin=0.01, settings={"interior": list(interior)}
+    )
+    RUN(search, 300)
+    assert_sound(build, search, robot, obstacles, start, goals, margin=0.01)
+    assert (search.best is None) == (len(search.history) == 0)
+    if search.best is None:
+        assert search.fallback is not None
+    assert search.evaluations <= 300 + 16
+
+
+def test_a_free_straight_motion_is_optimal_and_the_search_ends(build: Build) -> None:
+    goals = [[1.0, 1.0], [-0.3, 0.4], [0.5, -0.5]]
+    search = RUN(objectives.motion_search(build, planar(), [], [0.0, 0.0], goals), 10**9)
+    assert search.optimal
+    assert search.evaluations == 3
+    assert search.best["goal"] == 1
+    assert search.best["points"].shape == (0, 2)
+    # By quadrature at so many instants.
+    assert search.best["fitness"] == pytest.approx(0.5, rel=1e-4 if build.bits == 64 else 1e-5)
+
+
+def test_the_nearest_goal_is_not_optimal_when_its_straight_motion_is_blocked(build: Build) -> None:
+    ball = Sphere((math.cos(0.4) * 1.5, math.sin(0.4) * 1.5, 0), 0.1)
+    goals = [[0.8, 0.0], [-1.0, 0.0]]
+    search = RUN(objectives.motion_search(build, planar(), [ball], [0.0, 0.0], goals), 1500)
+    assert not search.optimal
+    assert search.history[0][3:5] == ("straight", 1)
+    assert_sound(build, search, planar(), [ball], [0.0, 0.0], goals, margin=0.002)
+    assert search.best["fitness"] <= 1.0
+
+
+def test_a_goal_that_is_the_start_takes_no_way(build: Build) -> None:
+    search = RUN(cluttered_to(build, START), 100)
+    assert search.optimal
+    assert (search.best["fitness"], search.evaluations) == (0.0, 1)
+
+
+def cluttered_to(build: Build, *goals: Any, **options: Any) -> Any:
+    return objectives.motion_search(build, objectives.thick_arm(), objectives.CLUTTER, START, goals, **options)
+
+
+def test_goals_may_be_the_same(build: Build) -> None:
+    one, three = (RUN(cluttered_to(build, *[GOAL] * count), 800) for count in (1, 3))
+    assert {entry[4] for entry in three.history} <= {0, 1, 2}
+    assert three.best["fitness"] == pytest.approx(one.best["fitness"], rel=0.1)
+
+
+def one_joint(kind: str) -> Robot:
+    """A turning or sliding joint that carries a ball 1 m off its axis."""
+    return Robot(
+        name="one",
+        joints=(Joint(name="joint", kind=kind, parent=-1, T_parent_joint=np.eye(4)),),
+        capsules=(LinkCapsule(name="ball", joint=0, a=np.array([1.0, 0, 0]), b=np.array([1.0, 0, 0]), radius=0.1),),
+        frames=(Frame(name="tip", joint=0, T_joint_frame=np.eye(4)),),
+        tip="tip",
+        lower=np.array([-3.0]),
+        upper=np.array([3.0]),
+        velocity=np.ones(1),
+        acceleration=np.ones(1),
+    )
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_one_joint_goes_straight_or_not_at_all(build: Build, kind: str) -> None:
+    robot = one_joint(kind)
+    free = RUN(objectives.motion_search(build, robot, [Sphere((0, 0, 5), 0.1)], [-1.0], [[1.0]]), 100)
+    assert free.optimal
+    wall = Sphere((1.0, 0, 0), 0.2)
+    blocked = RUN(objectives.motion_search(build, robot, [wall], [-1.0], [[1.0]]), 700)
+    assert blocked.best is None
+    assert blocked.history == []
+    assert blocked.fallback["violation"] > 0
+
+
+@pytest.mark.parametrize("interior", [[1], [24], [32], [1, 24, 2], [3, 3]])
+def test_the_swarm_flies_with_the_numbers_of_control_points_asked_for(build: Build, interior: list[int]) -> None:
+    search = RUN(cluttered(build, settings={"interior": interior, "patience": 0, "swarm_turn": 1}), 4000)
+    counts = {len(entry[5]) for entry in search.history if entry[3] == "swarm"}
+    assert counts
+    assert counts <= set(interior)
+    assert_sound(build, search, objectives.thick_arm(), objectives.CLUTTER, START, GOAL, margin=0.002)
+
+
+def test_a_joint_that_may_not_move_does_not(build: Build) -> None:
+    """Bounds as narrow as can be for some joints, and tight ones for the others."""
+    robot, goal = objectives.thick_arm(), np.array(GOAL)
+    goal[1] = goal[5] = 0.1
+    start = np.where([i in (1, 5) for i in range(7)], 0.1, START)
+    lower, upper = np.minimum(start, goal) - 0.2, np.maximum(start, goal) + 0.2
+    lower[[1, 5]] = upper[[1, 5]] = 0.1
+    search = RUN(objectives.motion_search(build, robot, objectives.CLUTTER, start, goal, bounds=(lower, upper)), 1500)
+    for entry in search.history:
+        assert (entry[5][:, [1, 5]] == build.scalar(0.1)).all()
+        assert (entry[5] >= build.array(lower)).all()
+        assert (entry[5] <= build.array(upper)).all()
+
+
+# ---- what cannot be found --------------------------------------------------------------------------------------------
+
+
+def caged() -> tuple[Robot, list[Box], np.ndarray, np.ndarray]:
+    """The planar arm on one side of a wall that it cannot get around, and a goal on the other."""
+    return (
+        planar(lower=(-1.7, -0.1), upper=(1.7, 0.1)),
+        [Box((0.4, 0.1, 3.0), None)],
+        np.array([-1.5, 0.0]),
+        np.array([1.5, 0.0]),
+    )
+
+
+def test_a_goal_behind_a_wall_keeps_the_least_bad_motion(build: Build) -> None:
+    robot, _, start, goal = caged()
+    wall = [Sphere((1.2, 0.0, 0.0), 0.4)]
+    search = objectives.motion_search(build, robot, wall, start, goal)
+    least = []
+    for _ in range(3):
+        RUN(search, 400)
+        assert search.best is None
+        points = search.fallback["points"]
+        judged = search.judge(build.array(points.reshape(1, -1)), len(points), search.fallback["goal"])
+        assert judged["violation"][0] == search.fallback["violation"] > 0
+        least.append(search.fallback["violation"])
+    assert least == sorted(least, reverse=True)
+    assert search.history == []
+    assert not search.optimal
+
+
+def test_an_end_in_collision_is_never_left_or_reached(build: Build) -> None:
+    robot = planar()
+    for ball in (Sphere((1.5, 0, 0), 0.2), Sphere((0, 1.5, 0), 0.2)):
+        search = RUN(objectives.motion_search(build, robot, [ball], [0.0, 0.0], [math.pi / 2, 0.0]), 400)
+        if ball.center[0] > 0:  # the start is an instant that is looked at
+            assert search.best is None
+
+
+# ---- repeatable ------------------------------------------------------------------------------------------------------
+
+
+def test_a_seed_and_an_island_make_a_search_and_others_make_another(build: Build) -> None:
+    searches = {key: RUN(cluttered(build, seed=key[0], island=key[1]), 600) for key in ((0, 0), (1, 0), (0, 1), (2**63, 0))}
+    again = RUN(cluttered(build), 600)
+    assert found_by(again) == found_by(searches[0, 0])
+    assert again.configurations == searches[0, 0].configurations
+    paths = [str(found_by(search)) for search in searches.values()]
+    assert len(set(paths)) == len(paths)
+
+
+def test_progress_and_a_time_limit_that_is_not_met_do_not_change_a_bit(build: Build) -> None:
+    told: list[int] = []
+    watched = RUN(cluttered(build), 3000, seconds=1000.0, progress=told.append)
+    assert found_by(watched) == found_by(RUN(cluttered(build), 3000))
+
+
+def test_what_is_stopped_early_has_found_the_beginning_of_what_goes_on(build: Build) -> None:
+    whole = found_by(RUN(cluttered(build), 4000))
+    for evaluations in (1, 50, 333, 2000):
+        part = found_by(RUN(cluttered(build), evaluations))
+        assert part == whole[: len(part)]
+        later = [entry for entry in whole if entry[0] <= evaluations]
+        assert len(part) >= len(later)
+    stopped = found_by(RUN(cluttered(build), 10**9, progress=lambda done: False))
+    assert stopped == whole[: len(stopped)] or whole == stopped[: len(whole)]
+
+
+def test_a_search_goes_on_where_it_stopped(build: Build) -> None:
+    """In pieces it need not find the same as in one, but repeatably, and nothing is lost."""
+
+    def in_pieces() -> Any:
+        search = cluttered(build)
+        for piece in (1, 20, 200, 300, 500):
+            before = search.evaluations
+            RUN(search, piece)
+            assert piece <= search.evaluations - before <= piece + 16
+        return search
+
+    one, other = in_pieces(), in_pieces()
+    assert found_by(one) == found_by(other)
+    assert_sound(build, one, objectives.thick_arm(), objectives.CLUTTER, START, GOAL, margin=0.002)
+    assert one.best["fitness"] < 1.2 * RUN(cluttered(build), 1021).best["fitness"]
+
+
+PROBLEM = Problem(objectives.thick_arm(), Scene(objectives.CLUTTER), start=START, goal=GOAL)
+
+
+def islands(threads: int, count: int = 3, **changes: Any) -> Islands:
+    chosen = PlannerSettings(islands=count, threads=threads, **changes)
+    made = Islands(PROBLEM, np.array([GOAL]), chosen, seed=7, margin=0.002)
+    made.run(evaluations=500, seconds=0.0, until_first=False, stall=0)
+    return made
+
+
+def test_islands_find_the_same_on_any_number_of_threads() -> None:
+    one = islands(1)
+    clockless = [replace(entry, seconds=0.0) for entry in one.history()]
+    assert one.best is not None
+    for threads in (2, 5):
+        other = islands(threads)
+        assert other.best == one.best
+        assert other.evaluations == one.evaluations
+        assert [replace(entry, seconds=0.0) for entry in other.history()] == clockless
+        assert other.motions() == one.motions()
+
+
+def test_more_islands_are_never_worse_and_each_is_one_of_its_own() -> None:
+    lengths = [islands(2, count).best.length() for count in (1, 2, 4)]  # type: ignore[union-attr]
+    assert lengths == sorted(lengths, reverse=True)
+    four = islands(1, 4)
+    assert {entry.island for entry in four.history()} <= set(range(4))
+    fitness = [entry.fitness for entry in four.history()]
+    assert fitness == sorted(set(fitness), reverse=True)
+    assert four.terms(four.best)["length"] == pytest.approx(fitness[-1], rel=1e-6)  # type: ignore[arg-type]
+
+
+# ---- when to stop ----------------------------------------------------------------------------------------------------
+
+
+def test_the_first_motion_ends_a_search_that_is_content_with_it(build: Build) -> None:
+    for seed in range(5):
+        first = RUN(cluttered(build, seed=seed), until_first=True)
+        assert len(first.history) == 1
+        assert found_by(first) == found_by(RUN(cluttered(build, seed=seed), 2000))[:1]
+
+
+@pytest.mark.parametrize("stall", [1, 50, 400])
+def test_a_search_without_progress_ends(build: Build, stall: int) -> None:
+    search = RUN(cluttered(build), stall=stall)
+    gains = [entry for i, entry in enumerate(search.history) if i == 0 or entry[2] < 0.999 * search.history[i - 1][2]]
+    since = search.evaluations - gains[-1][1]
+    assert since >= stall or search.evaluations - search.history[-1][1] >= 0
+    assert search.evaluations - search.history[-1][1] <= stall + 16
+
+
+def test_a_time_limit_is_kept(build: Build) -> None:
+    """The clock is looked at after every few motions; the excess is printed (pytest -rP)."""
+    crowd = [*objectives.CLUTTER, *(Sphere((0.01 * i, 3.0, 0.0), 0.01) for i in range(3000))]
+    for obstacles, seconds in ((objectives.CLUTTER, 0.05), (crowd, 0.05), (objectives.CLUTTER, 1e-9)):
+        search = objectives.motion_search(build, objectives.thick_arm(), obstacles, START, GOAL)
+        RUN(search, seconds=seconds)
+        print(f"{1e3 * (search.seconds - seconds):.2f} ms over")
+        assert seconds <= search.seconds < seconds + 0.3
+
+
+def test_progress_ends_a_search_with_false_and_its_errors_reach_the_caller(build: Build) -> None:
+    told: list[int] = []
+
+    def stop(done: int) -> bool:
+        told.append(done)
+        return len(told) < 3
+
+    search = RUN(cluttered(build), progress=stop)
+    assert len(told) == 3
+    assert told == sorted(told)
+    assert told[-1] <= search.evaluations
+
+    def fail(done: int) -> None:
+        raise ZeroDivisionError(done)
+
+    with pytest.raises(ZeroDivisionError):
+        RUN(search, progress=fail)
+    RUN(search, 10)  # as good as new
+    assert search.best is not None
+
+
+SEARCHES = {
+    "one search": """
+search = objectives.motion_search(BUILD, objectives.thick_arm(), objectives.CLUTTER, *objectives.AROUND)
+run = lambda: search.run(0, 30.0, False, 0, None)
+""",
+    "islands on threads": """
+search = islands(2)
+run = lambda: search.run(evaluations=0, seconds=30.0, until_first=False, stall=0)
+""",
+    "islands on one thread": """
+search = islands(1)
+run = lambda: search.run(evaluations=0, seconds=30.0, until_first=False, stall=0)
+""",
+}
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="signals are POSIX's")
+@pytest.mark.parametrize("what", SEARCHES)
+def test_ctrl_c_ends_a_search_which_keeps_what_it_has(what: str) -> None:
+    """Within a tenth of a second where the machine is free; the times are printed (pytest -rP)."""
+    program = f"""
+import os, signal, sys, threading, time
+sys.path.insert(0, "planner")
+from kernel import objectives
+from test_motion_search import BUILD, islands
+{SEARCHES[what]}
+latencies = []
+for _ in range(5):
+    sent = []
+    def interrupt():
+        sent.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+    threading.Timer(0.1, interrupt).start()
+    try:
+        run()
+        sys.exit("not interrupted")
+    except KeyboardInterrupt:
+        latencies.append(time.perf_counter() - sent[0])
+    assert search.best is not None
+print(min(latencies), max(latencies))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=Path(__file__).parents[1], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    least, most = map(float, done.stdout.split())
+    print(f"{what}: interrupted after {1e3 * least:.0f} to {1e3 * most:.0f} ms")
+    assert least < 0.1
+    assert most < 1
+
+
+# ---- instants that a proof stumbled over -----------------------------------------------------------------------------
+
+
+def needle(at: float, length: float) -> Sphere:
+    """A ball of 2 mm where the tip of the planar arm, stretched, is when its shoulder is at an angle."""
+    return Sphere((length * math.cos(at), length * math.sin(at), 0.0), 0.002)
+
+
+def quintic(s: float) -> float:
+    return s**3 * (10 - 15 * s + 6 * s**2)
+
+
+def thin_planar() -> Robot:
+    robot = planar()
+    return replace(robot, capsules=tuple(replace(link, radius=0.001) for link in robot.capsules))
+
+
+def test_an_instant_between_the_samples_is_looked_at_once_it_is_named(build: Build) -> None:
+    """The thin arm steps over a needle; once told where, it has to go around."""
+    robot, goal = thin_planar(), [math.pi / 2, 0.0]
+    s = (np.floor(0.5 * 8 * build.lanes) + 0.5) / (8 * build.lanes)  # half way between two instants, where it is quickest
+    thorn = needle(quintic(s) * math.pi / 2, 1.9)
+    search = RUN(objectives.motion_search(build, robot, [thorn], [0.0, 0.0], goal, margin=0.0), 300)
+    assert search.optimal
+    search.add_instant(s, 0.004)
+    assert (search.best, search.optimal, search.history) == (None, False, [])
+    RUN(search, 1500)
+    assert search.history
+    assert "straight" not in {entry[3] for entry in search.history}
+    exact = surround(EXACT, robot, [thorn]).native
+    for entry in search.history:
+        points = np.vstack([[0.0, 0.0], entry[5], goal])
+        q = BUILD.module.spline_values(np.array([s]), len(points) - 2, 0) @ points
+        assert exact.obstacle_clearances(np.ascontiguousarray(q)).min() > -1e-5
+
+
+def test_a_better_motion_that_breaks_leaves_the_next_best_that_does_not(build: Build) -> None:
+    search = RUN(cluttered(build), 800)
+    best, known = search.best, found_by(search)
+    # Where the best has plenty of room nothing changes.
+    points = best["points"]
+    clear = least_clearances(build, objectives.thick_arm(), objectives.CLUTTER, points, START, GOAL, margin=0.002)
+    s = float(np.argmax(clear)) / len(clear)
+    assert clear.max() > 0.05
+    search.add_instant(s, 1e-4)
+    assert found_by(search) == known
+    assert search.best["fitness"] == best["fitness"]
+    # And at the ends all motions are the same.
+    search.add_instant(0.0, 0.004)
+    search.add_instant(1.0, 0.004)
+    assert search.best["fitness"] == best["fitness"]
+    RUN(search, 500)
+    assert search.best["fitness"] <= best["fitness"]
+
+
+# ---- what counts -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", TERMS)
+def test_what_weighs_more_becomes_less(name: str) -> None:
+    """Each term as the only one, against the length alone: over several seeds the found motion has less of it."""
+
+    def of_best(weights: dict[str, float], seed: int) -> float:
+        search = RUN(cluttered(BUILD, weights=weights, comfort=0.2, jerk=np.ones(7), seed=seed), 1200)
+        points = search.best["points"]
+        judged = search.judge(BUILD.array(points.reshape(1, -1)), len(points), 0)
+        return float(judged["terms"][0, TERMS.index(name)])
+
+    alone = np.array([of_best({name: 1.0}, seed) for seed in range(4)])
+    by_length = np.array([of_best({"length": 1.0}, seed) for seed in range(4)])
+    if name == "length":
+        np.testing.assert_array_equal(alone, by_length)
+    else:
+        assert np.median(alone) < np.median(by_length)
+        assert alone.min() < by_length.min()
+
+
+def test_a_longer_search_is_no_worse_and_more_margin_is_kept(build: Build) -> None:
+    values = [RUN(cluttered(build), evaluations).best["fitness"] for evaluations in (300, 1000, 4000)]
+    assert values == sorted(values, reverse=True)
+    robot = objectives.thick_arm()
+    for margin in (0.0, 0.01, 0.03):
+        points = RUN(cluttered(build, margin=margin), 800).best["points"]
+        assert least_clearances(build, robot, objectives.CLUTTER, points, START, GOAL, margin=margin).min() > -1e-4
