@@ -67,11 +67,11 @@ template <class T> class motion_checker {
 
     std::int64_t configurations = 0;   // looked at so far
 
-    // Instants that a proof stumbled over, looked at from now on as well: packs of lanes around each.
+    // An instant that a proof stumbled over, and others around it, looked at from now on as well; the middle lane is it.
     void add_instant(double s, double spread) {
         std::vector<double> instants;
         for (int i = 0; i < lanes_of<T>; ++i) {
-            instants.push_back(std::min(1.0, std::max(0.0, s + spread * (2.0 * i / (lanes_of<T> - 1) - 1.0))));
+            instants.push_back(std::min(1.0, std::max(0.0, s + spread * (2.0 * i / lanes_of<T> - 1.0))));
         }
         extra_.push_back(instants);
         extra_tables_.clear();

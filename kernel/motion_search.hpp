@@ -35,7 +35,7 @@ struct motion_budget {
     std::int64_t evaluations = 0;      // 0: no limit
     double seconds = 0;                // 0: no limit
     bool until_first = false;
-    std::int64_t stall = 0;            // end after so many evaluations without an improvement of 0.1 %; 0: never
+    std::int64_t stall = 0;            // end after so many evaluations without a motion, or an improvement of 0.1 %; 0: never
 };
 
 template <class T> struct motion_record {
@@ -114,7 +114,7 @@ template <class T> class motion_search {
         if (stopped_) return true;
         if (budget_.until_first && !best_.empty()) return stopped_ = true;
         if (budget_.evaluations > 0 && evaluations_ - first_evaluation_ >= budget_.evaluations) return stopped_ = true;
-        if (budget_.stall > 0 && !best_.empty() && evaluations_ - last_gain_ >= budget_.stall) return stopped_ = true;
+        if (budget_.stall > 0 && evaluations_ - last_gain_ >= budget_.stall) return stopped_ = true;
         if (++asked_ % 8 == 0) {
             const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
             if (budget_.seconds > 0 && elapsed > budget_.seconds) return stopped_ = true;

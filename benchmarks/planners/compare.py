@@ -139,8 +139,8 @@ def report(traces: list[Trace], cases: list[Case], core: dict[str, Any], args: a
         "Collide: motions in which Pinocchio and Coal find a collision when they look every 0.005 rad.",
         "",
         "**OMPL through Python**: motions and configurations asked about, and where the time went, a run's mean. The last "
-        f"column leaves out what Python took around the kernel, and {crossing:.2f} us a call for crossing into it; a C++ planner "
-        "on the same kernel would be near it, or below, since it need not ask in small packs.",
+        f"column leaves out what Python took around the kernel, and {crossing:.2f} us a call for crossing into it; a C++ "
+        "planner on the same kernel would be near it, or below, since it need not ask in small packs.",
         "",
         *_head(
             "planner", "calls", "configurations", "ms", "kernel [ms]", "kernel, ns each", "Python [ms]", "without Python [ms]"

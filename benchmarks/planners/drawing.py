@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from cases import Case, Trace
 
-from spacearm.show.style import BLACK, BLUE, GREEN, ORANGE, PAGE, PURPLE, VERMILION, look, new_figure, tidy
+from spacearm.show.style import BLACK, BLUE, GREEN, ORANGE, PAGE, PURPLE, VERMILION, legend_below, look, new_figure, tidy
 
 OURS = "spacearm, search alone"
 COLOURS = {
@@ -29,29 +29,25 @@ def draw(traces: list[Trace], cases: list[Case], path: Path) -> None:
 
     known = best_known(traces)
     with look():
-        figure = new_figure(PAGE, 3.1)
+        figure = new_figure(PAGE, 4.0)
         left, right = figure.subplots(1, 2, sharey=True)
-        times = np.geomspace(3e-5, 1.0, 200)
         for name in (OURS, "OMPL RRT-Connect, simplified", "OMPL AORRTC", "OMPL BITstar"):
-            _curve(left, name, [t for t in traces if t.method == name], known, times, axis=0, scale=1e3)
+            runs = [t for t in traces if t.method == name]
+            longest = max((t.seconds for t in runs), default=1.0)
+            _curve(left, name, runs, known, np.geomspace(3e-5, longest, 200), axis=0, scale=1e3)
         _vamp(left, traces, known)
-        counts = np.geomspace(
-            1, max((t.calls for t in traces if t.method in COLOURS and "OMPL" not in t.method), default=2), 200
-        )
+        most = max((t.calls for t in traces if t.method == "scipy DE"), default=2)
         for name in (OURS, "spacearm swarm, ask/tell", "scipy DE", "cma, restarts", "scipy Nelder-Mead"):
-            _curve(right, name, [t for t in traces if t.method == name], known, counts, axis=1, scale=1)
-        left.set(
-            xscale="log", xlabel="time as measured [ms]", ylabel="excess over the best known length,\nmedian of all runs [%]"
-        )
+            _curve(right, name, [t for t in traces if t.method == name], known, np.geomspace(1, most, 200), axis=1, scale=1)
+        left.set(xscale="log", xlabel="time as measured [ms]", ylabel="excess over the best known length [%]")
         right.set(xscale="log", xlabel="motions evaluated")
         left.set_yscale("symlog", linthresh=1.0, linscale=0.6)
-        left.set_ylim(-0.3, 200)
+        left.set_ylim(-0.1, 150)
         for ax in (left, right):
             tidy(ax)
             ax.set_yticks([0, 1, 3, 10, 30, 100], ["0", "1", "3", "10", "30", "100"])
-            ax.legend(loc="upper right")
-        _plain(left)
-        _plain(right)
+            _plain(ax)
+            legend_below(ax, 1)
         figure.savefig(path, dpi=200, metadata={"Software": None, "Title": "planners side by side"})
 
 

@@ -108,6 +108,14 @@ def as_number(
     return number + 0.0
 
 
+def dimensions_of(value: Any) -> int:
+    """Return how many axes a value has as an array; -1 for rows of several lengths, which have none."""
+    try:
+        return np.ndim(value)
+    except ValueError:
+        return -1
+
+
 def as_transform(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float64]:
     """Check a rigid transform, (4, 4): a rotation, a translation [m], and the last row 0 0 0 1.
 

@@ -18,8 +18,10 @@ class SpacearmError(Exception):
     """Whatever spacearm raises on purpose; catch this to catch them all."""
 
     def __str__(self) -> str:
-        # A broken file may have names of megabytes. What to do is said at the end.
+        # A broken file may have names of megabytes, or that command a terminal. What to do is said at the end.
         text = super().__str__()
+        if not text.isprintable():
+            text = "".join(c if c.isprintable() else " " if c.isspace() else repr(c)[1:-1] for c in text)
         return text if len(text) <= _MOST else f"{text[: _MOST - _END - 5]} ... {text[-_END:]}"
 
 

@@ -14,11 +14,13 @@ from spacearm.paper.report import LEGEND
 
 REACHED_BUT_BLOCKED = PROBLEM.replace("radius: 0.1", "radius: 0.3").replace(
     "goal: {configuration: [1, 0, 0, 0, 0, 0, 0]}",
-    "goal: {configuration: [-2, 0, 0, 0, 0, 0, 0]}\nplanner: {restarts: 1, iterations: 1, particles: 1}",
+    "goal: {configuration: [-2, 0, 0, 0, 0, 0, 0]}\nplanner: {evaluations: 30}",
 )
 WITHIN_THE_SPHERE_OF_REACH_ONLY = PROBLEM.replace(
     "goal: {configuration: [1, 0, 0, 0, 0, 0, 0]}", "goal: {position: [0, 0, 1.3]}\nplanner: {goal_candidates: 1}"
 )
+
+OUT_OF_REACH = PROBLEM.replace("goal: {configuration: [1, 0, 0, 0, 0, 0, 0]}", "goal: {position: [2, 1, 0]}")
 
 
 def test_a_plan_is_told_in_two_columns_and_written(told: Told, problem: Path, tmp_path: Path) -> None:
@@ -27,12 +29,22 @@ def test_a_plan_is_told_in_two_columns_and_written(told: Told, problem: Path, tm
     assert (code, err) == (0, "")
     lines = out.splitlines()
     names = [re.split(r" {2,}", line)[0] for line in lines]
-    assert names == ["status", "seed", "goal configurations", "joint path length", "duration", "certificate", "time", "written"]
+    assert names == [
+        "status",
+        "seed",
+        "goal configurations",
+        "search",
+        "joint path length",
+        "duration",
+        "certificate",
+        "time",
+        "written",
+    ]
     column = max(map(len, names)) + 2
     assert all(line[column - 1] == " " and line[column] != " " for line in lines)
     assert all(line == line.rstrip() for line in lines)
     assert lines[0].split() == ["status", "found"]
-    assert lines[3].endswith(" rad")
+    assert lines[4].endswith(" rad")
     assert lines[-1].endswith(f"plan.json, trajectory.csv in {folder}")
     saved = json.loads((folder / "plan.json").read_text())
     assert (saved["status"], saved["seed"]) == ("found", 0)
@@ -67,15 +79,21 @@ def test_json_is_the_file_and_nothing_else(told: Told, problem: Path, tmp_path: 
 
 
 @pytest.mark.parametrize(
-    ("text", "status"), [(REACHED_BUT_BLOCKED, "not_found"), (WITHIN_THE_SPHERE_OF_REACH_ONLY, "goal_not_reached")]
+    ("text", "status", "said"),
+    [
+        (REACHED_BUT_BLOCKED, "not_found", "no collision-free motion"),
+        (WITHIN_THE_SPHERE_OF_REACH_ONLY, "goal_unreachable", "would have to be at"),
+        (OUT_OF_REACH, "goal_unreachable", "gets at most 1.336 m far"),
+    ],
 )
 def test_no_plan_is_exit_code_1_a_sentence_and_no_trajectory(
-    text: str, status: str, told: Told, problem: Path, tmp_path: Path
+    text: str, status: str, said: str, told: Told, problem: Path, tmp_path: Path
 ) -> None:
     problem.write_text(text)
     code, out, err = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures"])
     assert code == 1
-    assert err.startswith("spacearm: no collision-free ")
+    assert err.startswith("spacearm: ")
+    assert said in err
     assert err.count("\n") == 1
     assert out.splitlines()[0].split() == ["status", status]
     assert json.loads((tmp_path / "out" / "plan.json").read_text())["status"] == status

@@ -42,7 +42,6 @@ CHANGES = {
     "goal NaN": (GOAL, "goal: {position: [0.7, .nan, 0]}"),
     "goal above its limit": (GOAL, "goal: {configuration: [0, 0, 0, 3.2, 0, 0, 0]}"),
     "goal in collision": (SPHERE, "sphere: {center: [-0.8, 0.5, 0.0], radius: 0.1}"),
-    "goal out of reach": (GOAL, "goal: {position: [2, 1, 0]}"),
     "goal of an unknown frame": (GOAL, "goal: {position: [0.7, 0.3, 0], frame: hnad}"),
     "goal tolerance zero": (GOAL, "goal: {position: [0.7, 0.3, 0], tolerance: 0}"),
     "goal in no form": (GOAL, "goal: {}"),

@@ -21,6 +21,7 @@ from kernel.builds import BUILDS, Build, surround
 from kernel.test_culling import enveloped
 from kernel.test_motion_terms import TERMS, looked_at
 from kernel.test_same_bits import MOTIONS
+from oracles import pinocchio_points
 from proof.dense import planar
 from spacearm._kernel import available_levels
 from spacearm.planner import PlannerSettings, Problem
@@ -118,6 +119,7 @@ def crowded(draw: st.DrawFn, build: Build) -> tuple[Robot, list[Any], np.ndarray
     robot = replace(robot, self_pairs=tuple(pair for pair in robot.self_pairs if pair not in close))
     shapes = [draw(drawn.obstacles()) for _ in range(draw(st.sampled_from([0, 1, 4])))]
     shapes += [Sphere(rng.uniform(-2, 2, 3), rng.uniform(0.02, 0.4)) for _ in range(draw(st.sampled_from([0, 8])))]
+    shapes += draw(drawn.balls_near(robot, pinocchio_points.joint_frames(robot, ends[:2].mean(axis=0)[None])[0]))  # half way
     if shapes:
         clear = surround(EXACT, robot, shapes).native.obstacle_clearances(np.ascontiguousarray(ends))
         moving = np.array([c.joint >= 0 for c in robot.capsules], dtype=bool)

@@ -44,3 +44,7 @@ def test_rows_of_several_lengths_are_told() -> None:
         Box((1, 1, 1), [[1, 0], [1]])  # type: ignore[arg-type]
     with pytest.raises(ProblemError, match="rows of different lengths"):
         Problem(load_robot("zhang2022"), Scene([]), start=np.zeros(7), goal=[[[1], [1, 2]], [1]])  # type: ignore[list-item]
+
+
+def test_a_name_cannot_command_the_terminal_or_break_the_line() -> None:
+    assert str(RobotError("link 'a\x1b[31m\nb\x07é' is red")) == "link 'a\\x1b[31m b\\x07é' is red"

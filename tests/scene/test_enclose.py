@@ -263,7 +263,7 @@ def test_files_are_read(tmp_path: Path) -> None:
     for kind in ("stl", "obj", "ply", "glb", "off"):
         mesh.export(tmp_path / f"rod.{kind}")
         balls = enclose_mesh(tmp_path / f"rod.{kind}", excess=0.02)
-        assert abs(len(balls.radii) - len(expected.radii)) <= 2
+        assert len(balls.radii) < 1.5 * len(expected.radii)
         assert apart(on_triangles(np.array(mesh.triangles), np.random.default_rng(0)), balls).max() <= 1e-6  # float32
     points = np.random.default_rng(0).random((50, 3))
     np.save(tmp_path / "p.npy", points)

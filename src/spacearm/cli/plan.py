@@ -11,9 +11,12 @@ from pathlib import Path
 from spacearm.cli.arguments import parsed
 from spacearm.cli.folder import results_folder
 from spacearm.cli.terminal import progress_bar, show_list
+from spacearm.errors import ProblemError
 from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory
 from spacearm.reading import located
 from spacearm.settings import whole
+
+_WRONG = ("start_in_collision", "goal_in_collision")  # as given: the input's fault, and there is nothing to search for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +55,8 @@ def run(arguments: Sequence[str]) -> int:
     with results_folder(options.output) as folder:
         with progress_bar("planning") as bar, located(options.problem):
             found = plan(file.problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
+            if found.status in _WRONG and found.goal_search is None:
+                raise ProblemError(found.message)
         written = _save(found, folder, figures=options.figures)
     if options.json:
         print(json.dumps(plan_as_dict(found), indent=2))

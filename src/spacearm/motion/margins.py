@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_number, as_readonly
+from spacearm.checks import as_number, as_readonly, dimensions_of
 from spacearm.errors import ProblemError
 from spacearm.motion.curve import extremes, greatest
 from spacearm.motion.piecewise import PiecewisePath
@@ -127,7 +127,7 @@ def as_jerk_limit(robot: Robot, jerk_limit: ArrayLike) -> Array:
         ProblemError: another number of them, or one that is not above 0.
     """
     given = jerk_limit
-    if np.ndim(jerk_limit) == 0:
+    if dimensions_of(jerk_limit) == 0:
         given = np.full(robot.dof, as_number("jerk_limit", jerk_limit, ProblemError, above=0))
     limit = as_readonly("jerk_limit", given, (robot.dof,), ProblemError, advice="give one number, or one for each joint")
     if not (limit > 0).all():

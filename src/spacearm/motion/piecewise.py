@@ -202,7 +202,8 @@ class PiecewisePath(Frozen):
         """Return the coefficients of a derivative."""
         if not derivative:
             return self.coefficients
-        return differences(self.coefficients, derivative) / np.diff(self.breaks)[:, None, None] ** derivative
+        with np.errstate(over="ignore", invalid="ignore"):  # what is beyond numbers is beyond every limit
+            return differences(self.coefficients, derivative) / np.diff(self.breaks)[:, None, None] ** derivative
 
     def _ends(self, piece: NDArray[Any], part: NDArray[Any], parts: int) -> Array:
         """Return where parts of pieces begin and end; the pieces' own ends are exactly the breaks."""

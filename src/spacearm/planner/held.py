@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_name, as_readonly, as_transform, shown
+from spacearm.checks import as_name, as_readonly, as_transform, dimensions_of, shown
 from spacearm.errors import RobotError, nearest
 from spacearm.robot.capsule_fit import Segment
 from spacearm.robot.envelope import Shape, enclosed
@@ -123,7 +123,7 @@ def _pose(value: Any) -> Array:
     T = np.eye(4)
     if value is None:
         return T
-    if np.ndim(value) == 1:
+    if dimensions_of(value) == 1:
         T[:3, 3] = as_readonly("pose", value, (3,), RobotError, advice="give a transform (4, 4) or a point (3,)")
         return T
     return as_transform("pose", value, RobotError)

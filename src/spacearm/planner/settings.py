@@ -57,7 +57,8 @@ class PlannerSettings:
     Attributes:
         evaluations: candidate motions that each island looks at; None: no limit.
         time_budget: the search ends after this time [s], once a motion is found and proven or not; None: no limit.
-        convergence: evaluations without an improvement of 0.1 % after which an island ends; None: never.
+        convergence: evaluations without an improvement of 0.1 %, or without any motion, after which an island ends; None:
+            never.
         stop_at_first: be content with the first motion.
         weights: of the fitness' terms.
         margin: clearance asked for at the instants that are looked at [m]; lowered where the start or goal is closer.
@@ -94,7 +95,7 @@ class PlannerSettings:
             whole("evaluations", self.evaluations, at_least=1)
         if self.time_budget is not None:
             as_number("time_budget", self.time_budget, SettingsError, above=0, unit="s")
-        if self.evaluations is None and self.time_budget is None and self.convergence is None and not self.stop_at_first:
+        if self.evaluations is None and self.time_budget is None and self.convergence is None:
             raise SettingsError(
                 "neither evaluations nor time_budget nor convergence is given, expected one of them; else the search never ends"
             )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, as_number, as_readonly, as_transform, shown
+from spacearm.checks import Frozen, as_number, as_readonly, as_transform, dimensions_of, shown
 from spacearm.errors import SceneError
 
 Array = NDArray[np.float64]
@@ -250,19 +250,12 @@ def _length(name: str, value: Any) -> float:
     return as_number(name, value, SceneError, above=0, unit="m")
 
 
-def _is_row(value: Any) -> bool:
-    try:
-        return np.ndim(value) == 1
-    except ValueError:  # rows of several lengths
-        return False
-
-
 def _pose(name: str, value: Any) -> Array:
     T = np.eye(4)
     if value is None:
         T.setflags(write=False)
         return T
-    if _is_row(value):
+    if dimensions_of(value) == 1:
         T[:3, 3] = _point(name, value)
         value = T
     return as_transform(name, value, SceneError)

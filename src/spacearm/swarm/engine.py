@@ -206,7 +206,8 @@ class Swarm:
         except (SettingsError, ValueError, TypeError, KeyError):  # the kernel's own for a state of another shape
             raise checkpoint.broken(path) from None
         n = swarm.iteration
-        if saved.rows.shape != (n, 3) or (saved.positions is not None and saved.positions.shape != (n, swarm.dims)):
+        counted = saved.rows.shape == (n, 3) and saved.rows.dtype == np.float64 and bool(np.isfinite(saved.rows[:, 2]).all())
+        if not counted or (saved.positions is not None and saved.positions.shape != (n, swarm.dims)):
             raise checkpoint.broken(path)
         swarm._rows = [(float(f), float(c), int(n)) for f, c, n in saved.rows]
         swarm._positions = [] if saved.positions is None else list(saved.positions)

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spacearm.checks import as_number, shown
+from spacearm.checks import as_number, dimensions_of, shown
 from spacearm.errors import OutputError, SettingsError, SwarmError
 from spacearm.settings import as_dict, one_of, whole
 from spacearm.swarm.engine import Swarm
@@ -169,7 +169,7 @@ def _parts(value: Any) -> tuple[Any, ...]:
 
 
 def _is_number(value: Any) -> bool:
-    return np.ndim(value) == 0 and np.asarray(value).dtype.kind in "biuf"
+    return dimensions_of(value) == 0 and np.asarray(value).dtype.kind in "biuf"
 
 
 def _asks_to_stop(callback: Callable[[Swarm], Any], swarm: Swarm) -> bool:

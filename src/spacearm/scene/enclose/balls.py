@@ -40,7 +40,7 @@ def enclosing_balls(
     whole = one_cell(triangles, inside)
     if excess is not None:
         first = centers_for(body, whole, tolerance=_TOLERANCE * excess)
-        cut = _cut(body, [(whole, first)], excess, most=_MOST_CELLS)
+        cut = _cut(body, [(whole, first)], excess, most=min(_MOST_CELLS, 1000 + 30 * spheres))
         return None if cut is None else _covered(cut, excess, spheres)
     return _fewest(body, whole, size, spheres)
 
