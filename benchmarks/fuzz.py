@@ -1,9 +1,9 @@
 """Fuzzing of every reader: tens of thousands of broken files, each of which must give a result or one sentence.
 
 Valid URDFs, SRDFs, robots, problems, plans, trajectories, MoveIt scenes and requests, meshes and point clouds are changed in
-one to four places: bits flipped, cut off, tokens swapped, lines doubled, numbers made nan or 1e308, types changed, nested a
-hundred thousand deep. A traceback, a warning, a message of several lines, a crash, or five seconds without an answer are
-findings; the file is kept. A case is drawn from (seed, reader, number), which is printed with it.
+one to four places: bits flipped, cut off, tokens swapped, lines doubled, numbers made nan or 1e308, types changed, nested
+thirty thousand deep. A traceback, a warning, a message of several lines, a crash, or five seconds of computing without an
+answer are findings; the file is kept. A case is drawn from (seed, reader, number), which is printed with it.
 
     python benchmarks/fuzz.py --count 5000 --processes 2
     python benchmarks/fuzz.py --readers urdf --first 1234 --count 1

@@ -122,8 +122,7 @@ def crowded(draw: st.DrawFn, build: Build) -> tuple[Robot, list[Any], np.ndarray
     shapes += draw(drawn.balls_near(robot, pinocchio_points.joint_frames(robot, ends[:2].mean(axis=0)[None])[0]))  # half way
     if shapes:
         clear = surround(EXACT, robot, shapes).native.obstacle_clearances(np.ascontiguousarray(ends))
-        moving = np.array([c.joint >= 0 for c in robot.capsules], dtype=bool)
-        clear = clear[:, moving].min(axis=(0, 1), initial=np.inf)
+        clear = clear.min(axis=(0, 1), initial=np.inf)
         shapes = [shape for shape, room in zip(shapes, clear, strict=True) if room > 0.03]
     return robot, shapes, ends[0], ends[1:]
 

@@ -115,7 +115,7 @@ class MotionSwarm:
         interior = points.shape[1] - 2
         if not 0 <= interior <= _MOST_INTERIOR:
             raise ProblemError(
-                f"control_points has shape {points.shape}, expected (m, K + 2, {n}): the start, at most {_MOST_INTERIOR} points, "
+                f"control_points has shape {points.shape}, expected (m, K + 2, {n}): start, up to {_MOST_INTERIOR} points, "
                 "the goal"
             )
         rows = np.ascontiguousarray(points[:, 1:-1].reshape(len(points), -1), dtype=np.float32)

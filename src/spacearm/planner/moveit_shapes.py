@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -47,12 +48,12 @@ def plane(coefficients: ArrayLike) -> Made:
 
     def make(T: Array, name: str) -> Obstacle:
         n = np.array(normal)
-        square = float(n @ n)
-        if not 1e-300 < square < 1e300:
+        length = math.hypot(*normal)
+        if not 1e-150 < length < 1e150:
             raise SceneError(
                 f"the plane's normal is {normal}, expected a direction; give a, b, c and d of ax + by + cz + d = 0"
             )
-        return HalfSpace(T[:3, :3] @ n, T[:3, 3] + T[:3, :3] @ (n * (-d / square)), name=name)
+        return HalfSpace(T[:3, :3] @ n, T[:3, 3] + T[:3, :3] @ (n * (-d / length**2)), name=name)
 
     return Made(make)
 

@@ -35,6 +35,7 @@ _BATCH = 128  # stretches at once
 _ROWS = 100_000  # pairs at once
 _MOST = 100_000  # stretches looked at before giving up
 _LIKELY = 24  # pairs of links and solids that are looked at first, for the least clearance
+_CLOSE = 2.0  # times the least clearance: what is closer is measured
 _CONTACTS = 8  # that are measured, of the pairs that seem to touch
 _LOOSE = 1e-7  # [m] a pair's clearance that is not known to this is worth a measurement
 
@@ -55,6 +56,7 @@ class Proof:
         self._curve, self._minimum, self._finest = curve, minimum, resolution
         self.witness = Witness(robot, self._bodies)
         self.measured = Measurements(self.witness, self._kinds, self._bodies, self._riders)
+        self._links: Solids | None = None  # the robot itself, at the stretches that are looked at
         self.proven = self._least = np.inf
         self.evaluations, self.resolution = 0, 1.0
 
@@ -85,6 +87,8 @@ class Proof:
             hopeless = (open_stretches.share / 2 < self._finest).any() or (which.size and self.evaluations > _MOST)
             if self.measured.doubt or hopeless or self._least <= self._minimum + GUARD:
                 return "undecided"
+            if not which.size:
+                continue
             parts, tasks = spans.halved(open_stretches), [halved(pairs, which) for pairs in left]
             for i in range(0, len(parts), _BATCH):
                 waiting.append((parts.some(np.arange(i, min(i + _BATCH, len(parts)))), [_batch(pairs, i) for pairs in tasks]))
@@ -109,6 +113,8 @@ class Proof:
 
     def _look(self, middles: Middles, tasks: list[Tasks] | None) -> list[Tasks]:
         """Settle what can be settled, and return the pairs that are open still, by kind; at first, all pairs are."""
+        if self._kinds[-1].solids is None:  # the robot's links, too, are to be kept from
+            self._links = link_solids(self._bodies, middles)
         if tasks is None:
             middles.watch(np.arange(len(self._riders.body)))
             tasks = self._close_pairs(middles)
@@ -131,7 +137,8 @@ class Proof:
     def _gaps(self, middles: Middles, kind: int, tasks: Tasks, *, enough: float, n: Array | None = None) -> Gaps:
         solids = self._kinds[kind].solids
         if solids is None:
-            solids = link_solids(self._bodies, middles)
+            assert self._links is not None
+            solids = self._links
             tasks = tasks._replace(solid=tasks.stretch * len(self._bodies.radius) + tasks.solid)
         return self._gaps_to(solids, middles, tasks, enough=enough, n=n)
 
@@ -188,17 +195,20 @@ class Proof:
         return known
 
     def _measure_nearest(self, middles: Middles, tasks: list[Tasks], found: list[Gaps]) -> None:
-        """Measure on every stretch the pair that seems to be closest, and some of those that seem to touch."""
-        kind = np.repeat(np.arange(len(tasks)), [len(pairs.stretch) for pairs in tasks])
-        row = np.concatenate([np.arange(len(pairs.stretch)) for pairs in tasks])
+        """Measure what seems close: on every stretch the pair that seems closest, and some of those that seem to touch."""
         most = np.concatenate([known.most for known in found])
-        order = np.argsort(most, kind="stable")
-        _, nearest = np.unique(np.concatenate([pairs.stretch for pairs in tasks])[order], return_index=True)
-        touching = np.flatnonzero(most[order[:_CONTACTS]] <= self._minimum + GUARD)
-        for i in order[np.union1d(nearest, touching)]:
-            k, r = int(kind[i]), int(row[i])
-            self.measured.task(k, tasks[k], r, middles, proven=float(found[k].least[r]))
-        self._least = min(self._least, float(most.min(initial=np.inf)), self.measured.clearance)
+        self._least = min(self._least, float(most.min(initial=np.inf)))
+        close = np.flatnonzero(most <= self._minimum + _CLOSE * max(self._least - self._minimum, GUARD))
+        close = close[np.argsort(most[close], kind="stable")]
+        stretch = np.concatenate([pairs.stretch for pairs in tasks])[close]
+        _, nearest = np.unique(stretch, return_index=True)
+        touching = np.flatnonzero(most[close[:_CONTACTS]] <= self._minimum + GUARD)
+        first = np.cumsum([0, *(len(pairs.stretch) for pairs in tasks)])
+        for i in close[np.union1d(nearest, touching)].tolist():
+            kind = int(np.searchsorted(first, i, side="right")) - 1
+            row = i - int(first[kind])
+            self.measured.task(kind, tasks[kind], row, middles, proven=float(found[kind].least[row]))
+        self._least = min(self._least, self.measured.clearance)
 
 
 def _batch(tasks: Tasks, first: int) -> Tasks:

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 DISAGREEMENT = 1e-6
 """[m] by which a measurement may be below what is proven, before nothing is believed."""
 
-_ZOOMS, _POINTS = 3, 9
+_ZOOMS, _POINTS = 2, 9
 
 
 class Pair(NamedTuple):

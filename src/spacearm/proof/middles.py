@@ -103,6 +103,14 @@ class Middles:
         """Return omega x p + v, from the twists (r, p, 3) of the relative motions."""
         turns = self._joints.turns[:, None]
         spin = self._z * turns * self._rate[..., None]
-        push = np.where(turns, np.cross(self._origin, self._z), self._z) * self._rate[..., None]
+        push = np.where(turns, _cross(self._origin, self._z), self._z) * self._rate[..., None]
         omega, v = self._riders.sign @ spin, self._riders.sign @ push
-        return np.cross(omega[:, motion, None], points) + v[:, motion, None]
+        return _cross(omega[:, motion, None], points) + v[:, motion, None]
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return a x b, (..., 3); `numpy.cross` takes twice the time."""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return out
