@@ -60,10 +60,8 @@ def _curve(
             row[grid >= point[axis]] = 100 * (point[2] / known[run.case] - 1)
     median = np.median(table, axis=0) if len(runs) else np.full(len(grid), np.inf)
     shown = np.isfinite(median)
-    label = f"{name}, whole search" if axis == 1 and name == OURS else name
-    ax.plot(
-        scale * grid[shown], median[shown], color=COLOURS[name], label=label if shown.any() else f"{label}: under half solved"
-    )
+    label = name if shown.any() else f"{name}: under half solved"
+    ax.plot(scale * grid[shown], median[shown], color=COLOURS[name], label=label)
 
 
 def _vamp(ax: Any, traces: list[Trace], known: dict[str, float]) -> None:

@@ -2,9 +2,11 @@
 
     python benchmarks/planners/scaling.py --figure docs/figures/scaling.png
 
-Arms and scenes are drawn. The obstacles' size goes with their number so that half of all configurations stay free: 10,000
-spheres are a cloud of small ones. Start and goal are free by 1 cm, and the straight motion between them collides. All sizes
-take turns, round after round; a number is the median over its rounds and problems. Times are as measured.
+The arms are drawn, each 1.5 m long. Three balls stand in their way, as three spheres or as so many that cover them: the free
+space stays nearly the same, and only the number of obstacles grows, as it does when a mesh or a point cloud is told more
+finely. For a check of configurations alone the same number is also strewn all over the place. Start and goal are free by
+1 cm, and the straight motion between them collides. All sizes take turns, round after round; a number is the median over its
+rounds and problems. Times are as measured.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ from typing import Any
 import numpy as np
 
 from spacearm.bench.yardstick import REFERENCE, load_now, machine, seconds_per_configuration
-from spacearm.planner import MotionSwarm, PlannerSettings, Problem, clearance
+from spacearm.motion import Motion
+from spacearm.planner import PlannerSettings, Problem, clearance
 from spacearm.planner.islands import Islands
 from spacearm.planner.kernel_model import kernel_model
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
@@ -31,9 +34,12 @@ OBSTACLES = (3, 10, 30, 100, 300, 1_000, 3_000, 10_000)
 JOINTS = (6, 7, 10, 15, 20, 30)
 REACH = 1.5  # length of every arm [m]
 THICKNESS = 0.04  # radius of every link [m]
-FREE = 0.5  # share of all configurations
+BALL = 0.25  # radius of each of the three balls [m]
+STREWN = 0.004  # radius of obstacles all over the place [m]
+ATTEMPTS = 20_000  # at drawing a problem
 EVALUATIONS = 5_000
 ROWS = 2_048  # configurations that are checked together
+INSTANTS = 64  # of a motion that is checked
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ def main() -> None:
     core, loads = [seconds_per_configuration()], [load_now()]
     by_obstacles = measured([drawn(7, count, args.problems) for count in OBSTACLES], args.rounds)
     core.append(seconds_per_configuration())
-    by_joints = measured([drawn(count, 20, args.problems, name=count) for count in JOINTS], args.rounds)
+    by_joints = measured([drawn(count, 12, args.problems, name=count) for count in JOINTS], args.rounds)
     core.append(seconds_per_configuration())
     by_threads = threads(drawn(7, 30, args.problems), 2 * args.rounds)
     core.append(seconds_per_configuration())
@@ -114,26 +120,39 @@ def arm(dof: int) -> Robot:
 
 def drawn(dof: int, obstacles: int, problems: int, *, name: int | None = None) -> Size:
     """Problems of a size; the same on every machine."""
-    rng = np.random.default_rng([dof, obstacles])
-    robot = arm(dof)
-    centres = rng.uniform(-REACH, REACH, (20 * obstacles, 3))
-    away = np.linalg.norm(centres, axis=1)
-    centres = centres[(away > 0.45) & (away < REACH)][:obstacles]
-    probes = rng.uniform(robot.lower, robot.upper, (ROWS, dof))
-    low, high = 1e-4, 0.7
-    for _ in range(12):
-        radius = np.sqrt(low * high)
-        scene = Scene([Sphere(c, radius) for c in centres])
-        short = kernel_model(robot, scene, precision=32).native.shortfalls(probes.astype(np.float32), 0.0, True)
-        low, high = (radius, high) if np.mean(short <= 0) > FREE else (low, radius)
+    robot, spheres = arm(dof), covered(obstacles)
+    scene, radius = Scene(spheres), float(spheres[0].radius)
+    rng = np.random.default_rng(dof)  # the same problems for every number of spheres, as far as they are free
     made: list[Problem] = []
-    while len(made) < problems:
+    for _ in range(ATTEMPTS):
         ends = rng.uniform(robot.lower, robot.upper, (2, dof))
         problem = Problem(robot, scene, start=ends[0], goal=ends[1])
         way = ends[0] + np.linspace(0, 1, 64)[:, None] * (ends[1] - ends[0])
         if clearance(problem, ends).min() > 0.01 and clearance(problem, way).min() < 0:
             made.append(problem)
-    return Size(obstacles if name is None else name, float(radius), made)
+            if len(made) == problems:
+                return Size(obstacles if name is None else name, radius, made)
+    raise RuntimeError(f"{len(made)} problems found for {dof} joints and {obstacles} obstacles")
+
+
+def covered(count: int) -> list[Sphere]:
+    """So many spheres, within three balls and over all of their surfaces."""
+    out = []
+    for i, centre in enumerate(np.array([[0.75, 0.25, 0.2], [-0.3, 0.75, -0.1], [-0.35, -0.7, 0.25]])):
+        own = count // 3 + (i < count % 3)
+        radius = min(0.8 * BALL, 2.4 * BALL / np.sqrt(own)) if own > 1 else BALL
+        k = np.arange(own) + 0.5
+        height, turn = 1 - 2 * k / own, np.pi * (1 + 5**0.5) * k  # evenly over the surface
+        flat = np.sqrt(1 - height**2)
+        shell = np.stack([flat * np.cos(turn), flat * np.sin(turn), height], axis=1)
+        out += [Sphere(centre + (BALL - radius) * direction, radius) for direction in shell]
+    return out
+
+
+def strewn(count: int) -> list[Sphere]:
+    """So many small spheres, all over the place."""
+    points = np.random.default_rng(count).uniform(-REACH, REACH, (count, 3))
+    return [Sphere(point, STREWN) for point in points]
 
 
 # ---- measuring ---------------------------------------------------------------------------------------------------------
@@ -162,16 +181,23 @@ def once(problem: Problem, *, seed: int, everything: bool) -> dict[str, float]:
     if everything:
         rng = np.random.default_rng(seed)
         fresh = Scene(problem.scene.obstacles)
-        out["prepare"] = taken(lambda: kernel_model(robot, fresh, precision=32))
+        copies = [Scene(problem.scene.obstacles) for _ in range(3)]
+        out["prepare"] = min(taken(lambda copy=copy: kernel_model(robot, copy, precision=32)) for copy in copies)
         native = kernel_model(robot, fresh, precision=32).native
         rows = rng.uniform(robot.lower, robot.upper, (ROWS, robot.dof)).astype(np.float32)
         native.shortfalls(rows, 0.002, False)
         out["configuration"] = min(taken(lambda: native.shortfalls(rows, 0.002, True)) for _ in range(3)) / ROWS
-        swarm = MotionSwarm(problem, PlannerSettings(interior_points=(2,)), rng=seed)
-        motions = np.tile(swarm.straight.control_points, (256, 1, 1))
-        motions[:, 1:-1] = np.clip(motions[:, 1:-1] + 0.3 * rng.normal(size=motions[:, 1:-1].shape), robot.lower, robot.upper)
-        swarm.judge(motions)
-        out["motion"] = min(taken(lambda: swarm.judge(motions)) for _ in range(3)) / len(motions)
+        cloud = kernel_model(robot, Scene(strewn(len(problem.scene.obstacles))), precision=32).native
+        cloud.shortfalls(rows, 0.002, False)
+        out["strewn"] = min(taken(lambda: cloud.shortfalls(rows, 0.002, False)) for _ in range(3)) / ROWS
+        bends = np.clip(0.3 * rng.normal(size=(64, 2, robot.dof)), -1, 1)
+        ends = np.stack([problem.start, goal])
+        thirds = ends[0] + np.array([[1], [2]]) / 3 * (ends[1] - ends[0])
+        inner = np.clip(thirds + bends, robot.lower, robot.upper)
+        motions = [Motion(np.vstack([ends[:1], points, ends[1:]])) for points in inner]
+        rows = np.concatenate([motion.sample(np.linspace(0, 1, INSTANTS)) for motion in motions]).astype(np.float32)
+        native.shortfalls(rows, 0.002, False)
+        out["motion"] = min(taken(lambda: native.shortfalls(rows, 0.002, False)) for _ in range(3)) / len(motions)
     settings = PlannerSettings(evaluations=EVALUATIONS)
     islands = Islands(problem, goal[None].copy(), settings, seed=seed, margin=0.002)
     seconds = taken(lambda: islands.run(evaluations=EVALUATIONS, seconds=20.0, until_first=False, stall=0))
@@ -218,19 +244,20 @@ def report(found: dict[str, Any]) -> list[str]:
         f"The NumPy kernel took {1e6 * found['numpy']:.2f} us a configuration (times {scale:.2f} are the reference core's); "
         f"load {min(found['loads']):.1f} to {max(found['loads']):.1f}; {found['seconds']:.0f} s in all.",
     ]
-    for key, title in (("obstacles", "sphere obstacles, 7 joints"), ("joints", "joints, 20 sphere obstacles")):
+    for key, title in (("obstacles", "sphere obstacles, 7 joints"), ("joints", "joints, 12 sphere obstacles")):
         lines += [
             "",
-            f"**{title}**, as measured; half of all configurations are free at every size",
+            f"**{title}**, as measured",
             "",
-            f"| {key} | radius [mm] | prepare [ms] | one configuration [ns] | one motion [us] | first motion [ms] | "
+            f"| {key} | radius [mm] | prepare [ms] | configuration [ns] | all of it, strewn [ns] | motion [us] | first [ms] | "
             f"{EVALUATIONS:,} evaluations [ms] | unsolved |",
-            "|---|---|---|---|---|---|---|---|",
+            "|---|---|---|---|---|---|---|---|---|",
         ]
         for row in found[key]:
             cells = [f"{row['size']:,}", f"{1e3 * row['radius']:.1f}", f"{1e3 * row['prepare']:.2f}"]
-            cells += [f"{1e9 * row['configuration']:.0f}", f"{1e6 * row['motion']:.1f}", f"{1e3 * row['first']:.3f}"]
-            cells += [f"{1e3 * row['evaluations']:.1f}", str(row["unsolved"])]
+            cells += [f"{1e9 * row[key]:.0f}" for key in ("configuration", "strewn")]
+            cells += [f"{1e6 * row['motion']:.1f}", f"{1e3 * row['first']:.3f}", f"{1e3 * row['evaluations']:.1f}"]
+            cells.append(str(row["unsolved"]))
             lines.append("| " + " | ".join(cells) + " |")
     given = found["threads"]
     lines += [
@@ -245,24 +272,25 @@ def report(found: dict[str, Any]) -> list[str]:
 def draw(found: dict[str, Any], path: Path) -> None:
     from matplotlib.ticker import FuncFormatter
 
-    from spacearm.show.style import BLUE, GREEN, GREY, ORANGE, PAGE, VERMILION, legend_below, look, new_figure, tidy
+    from spacearm.show.style import BLUE, GREEN, GREY, ORANGE, PAGE, SKY, VERMILION, look, new_figure, tidy
 
     lines = (
         ("configuration", 1e6, BLUE, "one configuration [us]"),
-        ("motion", 1e6, GREEN, "one motion judged [us]"),
+        ("strewn", 1e6, SKY, "one configuration, all of it, strewn [us]"),
+        ("motion", 1e6, GREEN, f"one motion, {INSTANTS} instants [us]"),
         ("first", 1e3, VERMILION, "first motion [ms]"),
         ("evaluations", 1e3, ORANGE, f"{EVALUATIONS:,} evaluations [ms]"),
         ("prepare", 1e3, GREY, "preparation [ms]"),
     )
     with look():
-        figure = new_figure(PAGE, 3.4)
+        figure = new_figure(PAGE, 3.0)
         left, middle, right = figure.subplots(1, 3, width_ratios=[5, 4, 2.2])
         for ax, key, label in ((left, "obstacles", "sphere obstacles"), (middle, "joints", "joints")):
             sizes = np.array([row["size"] for row in found[key]], dtype=float)
             for name, unit, color, text in lines:
                 values = np.array([row[name] for row in found[key]]) * unit
                 ax.plot(sizes, values, "o-", color=color, markersize=3, label=text)
-            for name, unit, _, _ in lines[1:2]:
+            for name, unit, _, _ in lines[2:3]:
                 slope = found[key][0][name] * unit * sizes / sizes[0]
                 ax.plot(sizes, slope, color=GREY, linewidth=0.6, linestyle=(0, (4, 2)), label="proportional")
             ax.set(xscale="log", yscale="log", xlabel=label)
@@ -272,7 +300,7 @@ def draw(found: dict[str, Any], path: Path) -> None:
         middle.set_xticks(JOINTS, [str(count) for count in JOINTS])
         middle.minorticks_off()
         left.set_ylabel("time as measured")
-        legend_below(left, 2)
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         given = found["threads"]
         bars = right.bar(
             ["1 thread", "2 threads"], [1e3 * given["one"], 1e3 * given["two"]], color=[BLUE, VERMILION], width=0.6

@@ -56,7 +56,7 @@ def allowed(build: Build, axes: Axes, obstacles: Sequence[Obstacle], distance: n
     """
     L = np.array([np.linalg.norm(b - a) for a, b in axes])[:, None]
     far = np.array([np.linalg.norm(a) for a, _ in axes])[:, None]
-    rounded = rounding(build) * (1 + far + L + np.array([extent(o) for o in obstacles]))
+    rounded = rounding(build) * (1 + far + L + np.array([extent(o) for o in obstacles])) + 1e-11 * L  # the oracle halves, too
     stretch = L * 2.0 ** -(10 if build.bits == 32 else 26)
     outside = np.divide(stretch**2 / 8, distance, out=np.full_like(distance, np.inf), where=distance > 0)
     searched = [isinstance(o, (Box, Cylinder)) for o in obstacles]

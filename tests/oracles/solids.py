@@ -67,3 +67,17 @@ def link_distance(obstacle: Obstacle, a: np.ndarray, b: np.ndarray) -> np.ndarra
         every = [link_distance(Sphere(c, float(r)), a, b) for c, r in zip(obstacle.centers, obstacle.radii, strict=True)]
         return np.min(every, axis=0)
     return least_on_segments(lambda p: point_distance(obstacle, p), a, b)
+
+
+def far(obstacle: Obstacle) -> float:
+    """How far from the origin an obstacle's numbers go [m]."""
+    if isinstance(obstacle, Sphere):
+        return float(np.linalg.norm(obstacle.center) + obstacle.radius)
+    if isinstance(obstacle, SphereSet):
+        return float((np.linalg.norm(obstacle.centers, axis=1) + obstacle.radii).max())
+    if isinstance(obstacle, Capsule):
+        return float(max(np.linalg.norm(obstacle.a), np.linalg.norm(obstacle.b)) + obstacle.radius)
+    if isinstance(obstacle, HalfSpace):
+        return float(np.linalg.norm(obstacle.point))
+    extent = np.linalg.norm(obstacle.size) if isinstance(obstacle, Box) else obstacle.radius + obstacle.length
+    return float(np.linalg.norm(obstacle.pose[:3, 3]) + extent)

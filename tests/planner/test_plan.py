@@ -472,10 +472,21 @@ def test_a_proof_that_fails_is_learned_from() -> None:
     assert not hasty.certificate.holds
     assert hasty.message.startswith("a motion was found, but its proof does not hold; the last one: link 'fore'")
     assert hasty.message.endswith("; ask for a larger margin, or allow more proofs")
-    patient = plan(problem, replace(SMALL, margin=0.0), rng=0)
-    assert_proven(patient)
-    assert 1 < patient.proofs <= 10
-    assert all(entry.by != "straight" for entry in patient.history)
+    forewarned = plan(problem, replace(SMALL, margin=0.0, proofs=2), rng=0)
+    assert forewarned.proofs == 2
+    assert forewarned.trajectory != hasty.trajectory
+    assert all(entry.by != "straight" for entry in forewarned.history)
+
+
+@pytest.mark.parametrize("radius", [0.001, 0.01, 0.02])
+def test_a_thin_arm_is_planned_around_a_thin_obstacle(radius: float) -> None:
+    """Between two instants the tip goes some 5 cm, and the needle is 2 mm thick; a bent elbow passes it easily."""
+    robot = replace(planar(), capsules=tuple(replace(link, radius=radius) for link in planar().capsules))
+    for k in range(3):
+        thorn = needle(quintic(0.5 + (0.5 + k) / 128) * math.pi / 2, 1.9)
+        found = plan(turn(robot=robot, scene=[thorn]), SMALL, rng=k)
+        assert_proven(found, k)
+        assert found.proofs <= 15
 
 
 # ---- time and interruption -------------------------------------------------------------------------------------------

@@ -110,6 +110,8 @@ def test_the_guard_outweighs_rounding(gap: float) -> None:
         known = looked(resting(at, at, 0.1), Sphere(at + np.array([0, 0, 0.3 + gap]), 0.2))
         assert known.left[0] <= 0
         assert known.left[0] >= -1e-5 * max(1, far / 1e6)
+    apart = looked(resting(at, at, 0.1), Sphere(at + np.array([0, 0, 0.3 + 1e-8]), 0.2))
+    assert apart.left[0] <= 0  # at 1,000 km no 10 nm are told apart
 
 
 def test_links_are_solids_where_they_are() -> None:

@@ -57,7 +57,7 @@ def test_a_hull_holds_its_points_and_turns_one_way(drawn: list[tuple[int, int]])
     corners = points[hull(points)]
     assert {tuple(c) for c in corners.tolist()} <= {tuple(p) for p in points.tolist()}
     if len(corners) > 2:
-        assert outside(points, corners) <= 0.0
+        assert outside(points, corners) <= 1e-12
         turned = np.roll(corners, -1, axis=0) - corners
         assert (turned[:, 0] * np.roll(turned[:, 1], -1) - turned[:, 1] * np.roll(turned[:, 0], -1) > 0).all()
 

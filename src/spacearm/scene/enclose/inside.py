@@ -25,15 +25,17 @@ class Inside:
             oriented: whether neighbouring faces agree on which side is out; else inside is where a ray meets the surface
                 an odd number of times.
         """
-        self._faces, self._oriented = faces, oriented
-        self._views = [_View(vertices @ turn.T, faces) for turn in _TURNS]
+        self._vertices, self._faces, self._oriented = vertices, faces, oriented
+        self._views: list[_View] = []  # made when needed; mostly one is enough
 
     def __call__(self, points: Array) -> NDArray[np.bool_]:
         """Return whether each point (m, 3) is inside; of points on the surface either may be said."""
         out = np.zeros(len(points), dtype=bool)
         unsure = np.arange(len(points))
-        for turn, view in zip(_TURNS, self._views, strict=True):
-            above, total = view.crossings(points[unsure] @ turn.T, oriented=self._oriented)
+        for i, turn in enumerate(_TURNS):
+            if i == len(self._views):
+                self._views.append(_View(self._vertices @ turn.T, self._faces))
+            above, total = self._views[i].crossings(points[unsure] @ turn.T, oriented=self._oriented)
             out[unsure] = above % 2 != 0 if not self._oriented else above != 0
             # A whole line meets a closed surface as often inwards as outwards; else it met an edge, and rounding decided.
             unsure = unsure[total % 2 != 0 if not self._oriented else total != 0]
@@ -46,12 +48,18 @@ class _View:
     """The triangles seen along z, sorted into squares."""
 
     def __init__(self, vertices: Array, faces: NDArray[np.intp]) -> None:
-        self._vertices, self._faces = vertices, faces
-        corners = vertices[faces][:, :, :2]
-        low, high = corners.min(axis=1), corners.max(axis=1)
+        corners = vertices[faces]
+        following = np.roll(faces, -1, axis=1)
+        # Edges go from the lesser index to the greater, so that two faces with a common edge compute the very same number.
+        self._swapped = faces > following
+        self._from = vertices[np.minimum(faces, following)][:, :, :2]
+        self._along = vertices[np.maximum(faces, following)][:, :, :2] - self._from
+        self._heights = np.roll(corners[:, :, 2], 1, axis=1)  # of the corner that lies opposite to each edge
+        low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
+        self._low, self._high = low, high
         self._origin = low.min(axis=0)
         size = np.maximum(high.max(axis=0) - self._origin, 1e-300)
-        side = max(1, min(1024, int(np.sqrt(len(faces)))))
+        side = max(1, min(1024, int(1.5 * np.sqrt(len(faces)))))
         while True:
             self._side, self._scale = side, side / size
             first, last = self._square(low), self._square(high)
@@ -76,12 +84,17 @@ class _View:
         above, total = np.zeros(len(points), dtype=np.intp), np.zeros(len(points), dtype=np.intp)
         where = self._square(points[:, :2])
         square = where[:, 0] * self._side + where[:, 1]
-        for block in _blocks(self._start[square + 1] - self._start[square], 2_000_000):
-            count = self._start[square[block] + 1] - self._start[square[block]]
-            point = np.repeat(np.arange(len(points))[block], count)
+        order = np.argsort(square, kind="stable")  # neighbours one after the other: their triangles are at hand
+        counts = (self._start[square + 1] - self._start[square])[order]
+        for block in _blocks(counts, 1_000_000):
+            count = counts[block]
+            point = np.repeat(order[block], count)
             step = np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
-            face = self._entries[np.repeat(self._start[square[block]], count) + step]
-            hit, sign, height = self._hits(points[point], face)
+            face = self._entries[self._start[square[point]] + step]
+            at = points[point, :2]
+            over = ((at >= self._low[face]) & (at <= self._high[face])).all(axis=1)
+            point, face = point[over], face[over]
+            hit, sign, height = self._hits(points[point, :2], face)
             point = point[hit]
             turn = sign if oriented else np.ones(len(point), dtype=np.intp)
             np.add.at(total, point, turn)
@@ -91,23 +104,15 @@ class _View:
 
     def _hits(self, points: Array, face: Indices) -> tuple[NDArray[np.bool_], Indices, Array]:
         """Return which pairs of a point and a face meet, seen along z; for those the face's turn and height."""
-        corner = self._faces[face]
-        weights, left = [], []
-        for i in range(3):
-            a, b = corner[:, i], corner[:, (i + 1) % 3]
-            # From the lesser index to the greater, so that two faces with a common edge compute the very same number.
-            swapped = a > b
-            u, v = self._vertices[np.where(swapped, b, a)], self._vertices[np.where(swapped, a, b)]
-            area = (v[:, 0] - u[:, 0]) * (points[:, 1] - u[:, 1]) - (v[:, 1] - u[:, 1]) * (points[:, 0] - u[:, 0])
-            left.append((area > 0) != swapped)
-            weights.append(np.where(swapped, -area, area))
-        hit = (left[0] == left[1]) & (left[1] == left[2])
-        w = np.stack(weights, axis=1)[hit][:, [1, 2, 0]]  # of the corner that lies opposite
-        total = w.sum(axis=1)
+        away, along, swapped = points[:, None] - self._from[face], self._along[face], self._swapped[face]
+        area = along[:, :, 0] * away[:, :, 1] - along[:, :, 1] * away[:, :, 0]
+        left = (area > 0) != swapped
+        hit = (left[:, 0] == left[:, 1]) & (left[:, 1] == left[:, 2])
+        weight = np.where(swapped[hit], -area[hit], area[hit])
+        z, total = self._heights[face[hit]], weight.sum(axis=1)
         flat = total == 0
-        z = self._vertices[corner[hit], 2]
-        height = np.where(flat, z.max(axis=1), (w * z).sum(axis=1) / np.where(flat, 1.0, total))
-        return hit, np.where(left[0][hit], 1, -1), height
+        height = np.where(flat, z.max(axis=1), (weight * z).sum(axis=1) / np.where(flat, 1.0, total))
+        return hit, np.where(left[hit, 0], 1, -1), height
 
 
 def _blocks(counts: Indices, most: int) -> list[slice]:

@@ -1,0 +1,139 @@
+"""Clearances as users get them: Coal's for every shape, sets of spheres as one, and the robot's own pairs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import strategies
+from kernel import drawn
+from oracles import coal_shapes, pinocchio_points, solids
+from proof.dense import arms, planar
+from spacearm.errors import RobotError
+from spacearm.planner import Problem, clearance, clearances
+from spacearm.planner.clearance import clearance_of, self_clearances
+from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
+from spacearm.robot import Robot
+from spacearm.scene import Obstacle, Scene, Sphere, SphereSet
+
+BALL = Sphere((1.2, 1.2, 0.0), 0.3)
+
+
+def problem_of(robot: Robot, obstacles: Any) -> Problem:
+    middle = np.clip(np.zeros(robot.dof), robot.lower, robot.upper)
+    return Problem(robot, Scene(obstacles), start=middle, goal=middle)
+
+
+@st.composite
+def sphere_sets(draw: st.DrawFn) -> SphereSet:
+    count = draw(st.integers(1, 5))
+    radii = [draw(st.floats(0.01, 0.5)) for _ in range(count)]
+    return SphereSet(np.array([draw(strategies.points(2.0)) for _ in range(count)]), np.array(radii))
+
+
+OBSTACLES: st.SearchStrategy[list[Obstacle]] = st.lists(st.one_of(drawn.obstacles(), sphere_sets()), max_size=5)
+
+
+@settings(max_examples=60)
+@given(st.data(), OBSTACLES)
+def test_clearances_are_those_of_the_definition_and_coals(data: st.DataObject, obstacles: list[Obstacle]) -> None:
+    robot = data.draw(arms(self_pairs=True))
+    q = data.draw(strategies.configurations(robot, (3,)))
+    problem = problem_of(robot, obstacles)
+    found = clearances(problem, q)
+    assert found.shape == (3, len(robot.capsules), len(obstacles))
+    frames = pinocchio_points.joint_frames(robot, q)
+    ends = pinocchio_points.points(frames, [(c.joint, end) for c in robot.capsules for end in (c.a, c.b)])
+    size = 1 + max((solids.far(o) for o in obstacles), default=0.0)
+    for i, link in enumerate(robot.capsules):
+        for k, obstacle in enumerate(obstacles):
+            distance = solids.link_distance(obstacle, ends[:, 2 * i], ends[:, 2 * i + 1]) - link.radius
+            np.testing.assert_allclose(found[:, i, k], distance, rtol=0, atol=1e-6 * size)
+    least = clearance(problem, q)
+    by_coal = coal_shapes.least_distances(robot, problem.scene, frames)
+    apart = by_coal > 1e-4 * size  # where they overlap Coal's depth is another thing
+    np.testing.assert_allclose(least[apart], by_coal[apart], rtol=1e-5, atol=1e-5 * size)
+    assert (least[~apart] < 2e-4 * size).all()
+    np.testing.assert_array_equal(clearance_of(problem)(q), least)
+
+
+@settings(max_examples=60)
+@given(st.data())
+def test_self_clearances_are_coals(data: st.DataObject) -> None:
+    robot = data.draw(arms(self_pairs=True))
+    q = data.draw(strategies.configurations(robot, (2,)))
+    found, pairs = self_clearances(problem_of(robot, []), q), self_capsule_pairs(robot)
+    assert found.shape == (2, len(pairs))
+    named = {(robot.capsules[i].name, robot.capsules[k].name) for i, k in pairs}
+    assert named == set(robot.self_pairs)
+    frames = pinocchio_points.joint_frames(robot, q)
+    ends = pinocchio_points.points(frames, [(c.joint, end) for c in robot.capsules for end in (c.a, c.b)])
+    a, b = ends[:, ::2], ends[:, 1::2]
+    for p, (i, k) in enumerate(pairs):
+        radii = robot.capsules[i].radius + robot.capsules[k].radius
+        distance = solids.axes_distance(a[:, i], b[:, i], a[:, k], b[:, k])
+        np.testing.assert_allclose(found[:, p], distance - radii, rtol=0, atol=1e-6)
+
+
+@settings(max_examples=30)
+@given(st.data(), OBSTACLES, st.sampled_from([0.0, 0.1]))
+def test_the_products_own_model_sums_the_same_shortfalls(data: st.DataObject, obstacles: list[Obstacle], margin: float) -> None:
+    """As the planner makes it, link by link, from robots whose capsules stand in any order."""
+    robot = data.draw(arms(self_pairs=True))
+    order = data.draw(st.permutations(range(len(robot.capsules))))
+    robot = replace(robot, capsules=tuple(robot.capsules[i] for i in order))
+    problem, q = problem_of(robot, obstacles), data.draw(strategies.configurations(robot, (3,)))
+    single = problem_of(robot, [ball for o in obstacles for ball in parts(o)])
+    moving = np.array([c.joint >= 0 for c in robot.capsules], dtype=bool)
+    clear = np.hstack([clearances(single, q)[:, moving].reshape(3, -1), self_clearances(problem, q)])
+    for precision, error in ((64, 1e-9), (32, 1e-3)):
+        model = kernel_model(robot, problem.scene, precision=precision)
+        found = model.native.shortfalls(q.astype(np.float64 if precision == 64 else np.float32), margin, False)
+        size = 1 + max((solids.far(o) for o in obstacles), default=0.0)
+        expected = np.maximum(margin - clear, 0).sum(axis=1)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=error * size * (1 + clear.shape[1]))
+
+
+def parts(obstacle: Obstacle) -> list[Obstacle]:
+    if not isinstance(obstacle, SphereSet):
+        return [obstacle]
+    return [Sphere(c, float(r)) for c, r in zip(obstacle.centers, obstacle.radii, strict=True)]
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (3, 2), (0,), (2, 0, 3)])
+def test_clearances_keep_the_batchs_shape(shape: tuple[int, ...]) -> None:
+    every = [BALL, SphereSet([[0, 0, 3], [0, 0, 4]], [0.1, 0.2]), Sphere((0, 0, -3), 0.1)]
+    problem = problem_of(planar(self_pairs=(("upper", "fore"),)), every)
+    q = np.zeros((*shape, 2))
+    assert clearances(problem, q).shape == (*shape, 2, 3)
+    assert self_clearances(problem, q).shape == (*shape, 1)
+    assert np.shape(clearance(problem, q)) == shape
+    # The stretched arm along x, and the ball's centre beside its middle.
+    far = clearance(replace(problem, robot=planar()), q)
+    np.testing.assert_allclose(far, 1.2 - 0.3 - 0.05, rtol=0, atol=1e-12)
+
+
+def test_without_obstacles_or_links_the_clearance_is_infinite() -> None:
+    assert clearance(problem_of(planar(), []), [0.0, 0.0]) == np.inf
+    bare = problem_of(planar(capsules=()), [BALL])
+    np.testing.assert_array_equal(clearance(bare, np.zeros((3, 2))), [np.inf] * 3)
+    assert clearances(bare, [0.0, 0.0]).shape == (0, 1)
+
+
+def test_what_is_kept_for_one_robot_and_scene_is_not_given_to_another() -> None:
+    """Models are kept by identity: objects that come and go, and may stand where another stood, must not mix."""
+    for radius in np.linspace(0.1, 0.5, 40):
+        problem = problem_of(planar(), [Sphere((1.2, 1.2, 0.0), float(radius))])
+        assert clearance(problem, [0.0, 0.0]) == pytest.approx(1.2 - radius - 0.05, abs=1e-12)
+
+
+@pytest.mark.parametrize("q", [[0.0], [0.0, np.nan], [[0.0, 0.0, 0.0]], "home", 3.0, None, [0.0, 1j]])
+def test_what_is_no_configuration_is_refused(q: Any) -> None:
+    for measure in (clearance, clearances, self_clearances):
+        with pytest.raises(RobotError):
+            measure(problem_of(planar(), [BALL]), q)
