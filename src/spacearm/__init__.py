@@ -58,7 +58,18 @@ if TYPE_CHECKING:
         forward_kinematics,
         load_robot,
     )
-    from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
+    from spacearm.scene import (
+        Box,
+        Capsule,
+        Cylinder,
+        HalfSpace,
+        Scene,
+        Sphere,
+        SphereSet,
+        enclose_mesh,
+        enclose_points,
+        pose,
+    )
     from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty, Swarm, SwarmResult, minimize, named_settings
 
 _ROOM_OF = {
@@ -111,7 +122,18 @@ _ROOM_OF = {
         "forward_kinematics",
         "load_robot",
     ),
-    "scene": ("Box", "Capsule", "Cylinder", "HalfSpace", "Scene", "Sphere", "SphereSet", "pose"),
+    "scene": (
+        "Box",
+        "Capsule",
+        "Cylinder",
+        "HalfSpace",
+        "Scene",
+        "Sphere",
+        "SphereSet",
+        "enclose_mesh",
+        "enclose_points",
+        "pose",
+    ),
     "swarm": ("IPSO", "PSO", "FeasibleFirst", "Penalty", "Swarm", "SwarmResult", "minimize", "named_settings"),
 }
 _ROOMS = {name: room for room, names in _ROOM_OF.items() for name in names}
@@ -159,6 +181,8 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "builtin_robots",
     "certify",
     "clearance",
+    "enclose_mesh",
+    "enclose_points",
     "envelope_report",
     "find_self_pairs",
     "forward_kinematics",

@@ -19,6 +19,7 @@ from spacearm.errors import ProblemError
 from spacearm.motion import Motion, Trajectory
 from spacearm.proof import certify
 from spacearm.proof.certificate import Certificate
+from spacearm.proof.witness import Witness
 from spacearm.robot import LinkCapsule
 from spacearm.scene import Scene, Sphere
 
@@ -247,3 +248,19 @@ def test_the_numpy_oracle_is_coals() -> None:
     setting = Setting(planar(), Scene([Sphere((1, 1, 0.2), 0.3), Sphere((0, 0, 1), 0.1)]))
     q = np.random.default_rng(0).uniform(-3, 3, (50, 2))
     np.testing.assert_allclose(dense_clearances(setting, q), exact_clearances(setting, q), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("by", [1e-5, 1e-3])
+def test_where_coal_measures_less_than_is_proven_nothing_is_believed(by: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two derivations that contradict each other, as if one of them had an error."""
+    measured = Witness._measured
+
+    def less(*given: Any) -> Any:
+        distance, direction = measured(*given)
+        return distance - by, direction
+
+    monkeypatch.setattr(Witness, "_measured", less)
+    setting = stretched(0.3, 0.2)
+    certificate = certify(setting, Trajectory(setting.robot, swing(-1, 1)))
+    assert certificate.status == "undecided"
+    assert certificate.clearance is None

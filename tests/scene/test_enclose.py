@@ -129,6 +129,13 @@ def test_any_triangles_are_held_by_so_many_balls(triangles: np.ndarray, count: i
     assert apart(on_triangles(triangles, np.random.default_rng(seed), 300), balls).max() <= 0
 
 
+def _in_hull(mesh: trimesh.Trimesh, points: np.ndarray) -> np.ndarray:
+    middle = mesh.vertices.mean(axis=0)
+    heights = np.einsum("ijk,jk->ij", points[:, None] - mesh.triangles[:, 0], mesh.face_normals)
+    sides = np.sign(np.einsum("jk,jk->j", middle - mesh.triangles[:, 0], mesh.face_normals))
+    return (heights * sides >= 0).all(axis=1)
+
+
 @QUICK
 @given(
     st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=5, max_size=12, unique=True),
@@ -146,6 +153,13 @@ def test_a_hull_is_held_where_it_was_put(corners: list[tuple[float, float, float
     weights = np.random.default_rng(0).dirichlet(np.full(len(mesh.vertices), 0.3), 1500)
     points = (weights @ mesh.vertices * scale) @ T[:3, :3].T + T[:3, 3]
     assert apart(points, balls).max() <= 0
+    placed = trimesh.Trimesh((mesh.vertices * scale) @ T[:3, :3].T + T[:3, 3], mesh.faces, process=False)
+    turned = np.random.default_rng(1).normal(size=(150, 3))
+    ball = np.arange(150) % len(balls.radii)
+    rims = balls.centers[ball] + balls.radii[ball, None] * turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    _, away, _ = trimesh.proximity.closest_point(placed, rims[~_in_hull(placed, rims)])
+    assert balls.excess is not None
+    assert away.max(initial=0.0) <= balls.excess + 1e-6  # trimesh's distances are rough
 
 
 def test_a_mesh_far_away_is_held_as_well() -> None:

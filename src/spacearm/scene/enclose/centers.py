@@ -96,7 +96,7 @@ def centers_for(body: Body, cells: Cells, *, tolerance: float) -> Centers:
         room, slack = _room(body, anchor, inward, tolerance)
         for share in _SHARES:
             way = share * room
-            center, depth = anchor + way[:, None] * inward, np.maximum(way - slack, 0.0)
+            center, depth = anchor + way[:, None] * inward, way - slack
             own = _reach(cells, center) - depth
             better = (room > 0) & (own < excess)
             excess, best_depth = np.where(better, own, excess), np.where(better, depth, best_depth)

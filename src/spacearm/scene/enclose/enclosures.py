@@ -1,0 +1,141 @@
+"""The balls that enclose a mesh or a point cloud, as a user asks for them.
+
+What is enclosed is the surface of a mesh, and the inside of its closed parts: an arm inside a module's wall is in collision
+too. Every point of it is in one of the balls; that is not sampled, it follows from how the balls are found (see `cells`).
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spacearm.checks import as_number, as_readonly, as_transform, shown
+from spacearm.errors import SceneError
+from spacearm.scene.enclose.balls import enclosing_balls
+from spacearm.scene.enclose.box_tree import Array
+from spacearm.scene.enclose.files import read_triangles
+from spacearm.scene.enclose.topology import inside_of
+from spacearm.scene.shapes import SphereSet
+
+_MOST_SPHERES = 50_000
+_LARGEST = 1e6  # [m] coordinates beyond this are no arm's surroundings
+_SHARE = 0.02  # of the size of what is enclosed: the excess where none is asked for
+
+
+def enclose_mesh(
+    mesh: str | os.PathLike[str] | Any,
+    *,
+    spheres: int | None = None,
+    excess: float | None = None,
+    pose: ArrayLike | None = None,
+    scale: ArrayLike = 1.0,
+    name: str = "",
+) -> SphereSet:
+    """Enclose a mesh in balls.
+
+    Its surface is enclosed, and the inside of every closed part (an even number of faces at each edge). Cavities that a
+    part closed by itself bounds are outside.
+
+    Args:
+        mesh: the path of a mesh file (STL, OBJ, PLY, DAE, GLB, ...), a `trimesh.Trimesh`, or triangles (n, 3, 3).
+        spheres: how many balls to use at most; the excess is then as small as can be found.
+        excess: how far balls may stand out of the mesh, at most [m]. With neither, 2 % of the mesh's size; with both,
+            there must be a way to keep both.
+        pose: (4, 4), T_w_mesh; a point (3,) is taken for a mesh that is not turned.
+        scale: of the file's coordinates, before the pose: one number or three (along its x, y and z).
+        name: for messages.
+
+    Returns:
+        The balls. Their `excess` is an upper bound of how far any of them stands out of what it encloses [m].
+
+    Raises:
+        FileFormatError: a file that is missing, or that holds no mesh.
+        SceneError: numbers that are not finite, a scale of 0, or an excess that takes more than 50,000 balls.
+    """
+    triangles = read_triangles(mesh) * _scale(scale)
+    if not np.isfinite(triangles).all() or np.abs(triangles).max() > _LARGEST:
+        raise SceneError(f"the mesh has coordinates beyond {_LARGEST:g} m, expected an arm's surroundings; check its scale")
+    what = f"mesh '{name}'" if name else "the mesh"
+    centers, radii, most = _enclosed(triangles, spheres, excess, what=what, solid=True)
+    T = np.eye(4) if pose is None else _transform(pose)
+    return SphereSet(centers @ T[:3, :3].T + T[:3, 3], radii, excess=most, name=name)
+
+
+def enclose_points(
+    points: ArrayLike,
+    *,
+    point_radius: float = 0.0,
+    spheres: int | None = None,
+    excess: float | None = None,
+    name: str = "",
+) -> SphereSet:
+    """Enclose a point cloud in balls.
+
+    Args:
+        points: (n, 3), base frame [m].
+        point_radius: every point stands for a ball of this radius [m]: about half the distance between neighbours makes a
+            surface of them.
+        spheres, excess: as for `enclose_mesh`; how far balls stand out of the points' balls.
+        name: for messages.
+
+    Raises:
+        SceneError: no points, numbers that are not finite, or an excess that takes more than 50,000 balls.
+    """
+    cloud = as_readonly("points", points, (None, 3), SceneError)
+    if not len(cloud):
+        raise SceneError("points is empty, expected at least one point (x, y, z)")
+    if np.abs(cloud).max() > _LARGEST:
+        raise SceneError(f"points has coordinates beyond {_LARGEST:g} m, expected an arm's surroundings; check the units")
+    radius = as_number("point_radius", point_radius, SceneError, at_least=0, unit="m")
+    what = f"point cloud '{name}'" if name else "the point cloud"
+    triangles = np.repeat(cloud[:, None], 3, axis=1)
+    centers, radii, most = _enclosed(triangles, spheres, excess, what=what, solid=False)
+    return SphereSet(centers, radii + radius, excess=most, name=name)
+
+
+def _enclosed(
+    triangles: Array, spheres: int | None, excess: float | None, *, what: str, solid: bool
+) -> tuple[Array, Array, float]:
+    """Return centres (k, 3), radii (k,) and the excess of balls that enclose triangles (n, 3, 3) [m]."""
+    if spheres is not None and (
+        isinstance(spheres, bool) or not isinstance(spheres, (int, np.integer)) or not 1 <= spheres <= _MOST_SPHERES
+    ):
+        raise SceneError(f"spheres is {shown(spheres)}, expected a whole number, 1 to {_MOST_SPHERES}")
+    wanted = None if excess is None else as_number("excess", excess, SceneError, above=0, unit="m")
+    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    middle, size = (low + high) / 2, float((high - low).max())
+    local = triangles - middle
+    rounding = 1e-12 * max(size, float(np.abs(middle).max()))
+    most = _MOST_SPHERES if spheres is None else int(spheres)
+    if wanted is None and spheres is None:
+        wanted = max(_SHARE * size, 1e-9)
+    if size <= 1e-9:  # one place
+        found = np.zeros((1, 3)), np.array([size]), np.array([size])
+    else:
+        inside = inside_of(local) if solid else None
+        found = enclosing_balls(local, inside, size=size, excess=wanted, spheres=most)
+    if found is None:
+        few = f"no more than {most} balls" if spheres is not None else f"no more than {_MOST_SPHERES:,} balls"
+        raise SceneError(f"{what}, {size:.3g} m in size, cannot be enclosed to {wanted:g} m with {few}; allow a greater excess")
+    centers, radii, out = found
+    radii = np.maximum(radii + rounding, 1e-9)
+    return centers + middle, radii, float(out.max()) + rounding + 1e-9
+
+
+def _scale(scale: ArrayLike) -> Array:
+    each = np.repeat(scale, 3) if np.ndim(scale) == 0 else scale
+    factors = as_readonly("scale", each, (3,), SceneError, advice="give one number, or three for x, y and z")
+    if not (np.abs(factors) > 0).all():
+        raise SceneError(f"scale is {factors.tolist()}, expected factors other than 0")
+    return factors
+
+
+def _transform(value: ArrayLike) -> Array:
+    if np.ndim(value) == 1:
+        T = np.eye(4)
+        T[:3, 3] = as_readonly("the mesh's pose", value, (3,), SceneError)
+        return T
+    return as_transform("the mesh's pose", value, SceneError)
