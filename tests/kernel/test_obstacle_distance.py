@@ -1,4 +1,4 @@
-"""Links and obstacles of every shape: the kernel's clearances against Coal, NumPy by thirds, and a ruler."""
+"""Links and obstacles of every shape: the kernel's clearances against Coal, NumPy by golden section, and a ruler."""
 
 from __future__ import annotations
 

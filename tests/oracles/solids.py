@@ -48,16 +48,23 @@ def axes_distance(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) ->
 def least_on_segments(distance: Callable[[np.ndarray], np.ndarray], a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The least of a function of points (..., 3) over segments from a to b (..., 3), along which it is convex.
 
-    By thirds: the least is never in the third beside the greater of two values. No slope is used, and no bound.
+    By golden section: the least is never in the part beside the greater of two values. No slope is used, and no bound.
     """
-    low, high = np.zeros(a.shape[:-1]), np.ones(a.shape[:-1])
+    golden = (5**0.5 - 1) / 2
     at = lambda t: a + t[..., None] * (b - a)  # noqa: E731
-    least = np.minimum(distance(a), distance(b))
-    for _ in range(64):
-        one, two = low + (high - low) / 3, high - (high - low) / 3
-        d_one, d_two = distance(at(one)), distance(at(two))
-        least = np.minimum(least, np.minimum(d_one, d_two))
-        low, high = np.where(d_one > d_two, one, low), np.where(d_one > d_two, high, two)
+    low, high = np.zeros(a.shape[:-1]), np.ones(a.shape[:-1])
+    one, two = high - golden, low + golden
+    d_one, d_two = distance(at(one)), distance(at(two))
+    least = np.minimum(np.minimum(distance(a), distance(b)), np.minimum(d_one, d_two))
+    for _ in range(75):
+        right = d_one > d_two
+        low, high = np.where(right, one, low), np.where(right, high, two)
+        kept, d_kept = np.where(right, two, one), np.where(right, d_two, d_one)
+        new = np.where(right, low + golden * (high - low), high - golden * (high - low))
+        d_new = distance(at(new))
+        least = np.minimum(least, d_new)
+        one, two = np.where(right, kept, new), np.where(right, new, kept)
+        d_one, d_two = np.where(right, d_kept, d_new), np.where(right, d_new, d_kept)
     return least
 
 
