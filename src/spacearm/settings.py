@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import operator
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -85,9 +86,12 @@ def whole(name: str, value: Any, *, at_least: int, at_most: int | None = None) -
         SettingsError: anything else.
     """
     wanted = f"a whole number, {at_least} or more" if at_most is None else f"a whole number from {at_least} to {at_most}"
-    if isinstance(value, bool) or not hasattr(value, "__index__"):
-        raise SettingsError(f"{name} is {shown(value)}, expected {wanted}")
-    number = int(value.__index__())
+    try:
+        if isinstance(value, bool):
+            raise TypeError
+        number = operator.index(value)
+    except TypeError:
+        raise SettingsError(f"{name} is {shown(value)}, expected {wanted}") from None
     if number < at_least or (at_most is not None and number > at_most):
         raise SettingsError(f"{name} is {number}, expected {wanted}")
     return number

@@ -50,7 +50,7 @@ def rounding(build: Build, *lengths: float) -> float:
     return 10 * float(np.finfo(build.scalar).eps) * (1 + sum(abs(length) for length in lengths))
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(st.data())
 def test_clearances_are_coals(build: Build, data: st.DataObject) -> None:
     robot = data.draw(drawn.robots())
@@ -67,7 +67,7 @@ def test_clearances_are_coals(build: Build, data: st.DataObject) -> None:
     )
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(strategies.robots(), strategies.scenes(), st.integers(0, 2**32 - 1))
 @pytest.mark.parametrize("precision", [64, 32])
 def test_sharing_points_between_links_changes_no_clearance(precision: int, robot: Robot, scene: Scene, seed: int) -> None:
@@ -111,7 +111,7 @@ def test_a_capsule_without_length_is_a_sphere(build: Build) -> None:
     assert on_bench(build, [capsule(point, point, 0.25)], [ball]) == 5 - 0.25 - 0.5
 
 
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(st.integers(-44, -1), strategies.points(), RADII)
 def test_a_very_short_capsule_is_nearly_a_sphere(build: Build, power: int, centre: np.ndarray, radius: float) -> None:
     length = 10.0**power
@@ -121,7 +121,7 @@ def test_a_very_short_capsule_is_nearly_a_sphere(build: Build, power: int, centr
     np.testing.assert_allclose(found, spheres, rtol=0, atol=length + rounding(build, 4.0))
 
 
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(strategies.points(), strategies.points(), strategies.points(), RADII)
 def test_the_ends_of_a_capsule_may_change_places(
     build: Build, a: np.ndarray, b: np.ndarray, centre: np.ndarray, radius: float
@@ -158,7 +158,7 @@ LINKS = st.lists(st.tuples(strategies.points(), strategies.points()), min_size=1
 OBSTACLES = st.lists(strategies.points(2.0), min_size=1, max_size=4)
 
 
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(LINKS, OBSTACLES, st.data())
 def test_the_papers_two_or_three_control_points_give_the_same_distance(
     build: Build, ends: list[tuple[np.ndarray, np.ndarray]], centres: list[np.ndarray], data: st.DataObject

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -265,21 +266,18 @@ def chain(joints: int) -> Robot:
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-@pytest.mark.parametrize("particles", [1, 2, 3, 17])
 @pytest.mark.parametrize("joints", [1, 2, 13])
-@pytest.mark.parametrize("obstacles", [(), (Sphere((0.1, 0.1, 0.1), 0.2),)], ids=["free", "one obstacle"])
-def test_the_smallest_problems_are_searched(
-    build: Build, joints: int, obstacles: tuple[Sphere, ...], variant: str, particles: int
-) -> None:
+def test_the_smallest_problems_are_searched(build: Build, joints: int, variant: str) -> None:
     robot = chain(joints)
-    objective = objectives.seed_objective(build, robot, obstacles)
-    chosen = {**VARIANTS[variant], "particles": particles, "evaluations": 5 * particles, "shrink_to": 0}
     bounds = np.array(robot.lower), np.array(robot.upper)
-    (run,) = objectives.searched(build, objective, bounds, chosen)
-    assert run["rounds"] == 5
-    assert np.isfinite(run["fitness"])
-    f, c = objective.evaluate(run["position"][np.newaxis])
-    assert (f[0], c[0]) == (run["fitness"], run["violation"])
+    for obstacles, particles in product([(), (Sphere((0.1, 0.1, 0.1), 0.2),)], [1, 2, 3, 17]):
+        objective = objectives.seed_objective(build, robot, obstacles)
+        chosen = {**VARIANTS[variant], "particles": particles, "evaluations": 5 * particles, "shrink_to": 0}
+        (run,) = objectives.searched(build, objective, bounds, chosen)
+        assert run["rounds"] == 5
+        assert np.isfinite(run["fitness"])
+        f, c = objective.evaluate(run["position"][np.newaxis])
+        assert (f[0], c[0]) == (run["fitness"], run["violation"])
 
 
 def test_no_trials_have_no_results(build: Build) -> None:

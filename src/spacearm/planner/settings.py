@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from spacearm.checks import as_number, shown
+from spacearm.checks import as_number, dimensions_of, shown
 from spacearm.errors import SettingsError
 from spacearm.settings import one_of, require_settings, setting_names, settings, whole
 from spacearm.swarm import IPSO, PSO
 
+_COUNTABLE = 2**62
 TIME_LAWS = ("uniform", "time_optimal")
 SWARM = PSO(particles=16, iterations=400, inertia=0.6, cognitive=1.49, social=1.49, neighbours=3, start_velocity=0.02)
 """The swarm of motions: small, on a ring, and slow to start, for it begins near motions that are known to be good."""
@@ -92,7 +93,7 @@ class PlannerSettings:
     def __post_init__(self) -> None:
         keep = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         if self.evaluations is not None:
-            whole("evaluations", self.evaluations, at_least=1)
+            whole("evaluations", self.evaluations, at_least=1, at_most=_COUNTABLE)
         if self.time_budget is not None:
             as_number("time_budget", self.time_budget, SettingsError, above=0, unit="s")
         if self.evaluations is None and self.time_budget is None and self.convergence is None:
@@ -100,7 +101,7 @@ class PlannerSettings:
                 "neither evaluations nor time_budget nor convergence is given, expected one of them; else the search never ends"
             )
         if self.convergence is not None:
-            whole("convergence", self.convergence, at_least=1)
+            whole("convergence", self.convergence, at_least=1, at_most=_COUNTABLE)
         if not isinstance(self.stop_at_first, bool):
             raise SettingsError(f"stop_at_first is {shown(self.stop_at_first)}, expected True or False")
         keep("weights", _record("weights", self.weights, (Weights,)))
@@ -119,7 +120,7 @@ class PlannerSettings:
 
 
 def _counts(given: Any) -> tuple[int, ...]:
-    rows = (given,) if hasattr(given, "__index__") or isinstance(given, str) else given
+    rows = (given,) if dimensions_of(given) == 0 else given
     try:
         counts = tuple(rows)
     except TypeError:

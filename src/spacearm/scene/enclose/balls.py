@@ -22,12 +22,13 @@ _Cut = tuple[Cells, Centers]
 
 
 def enclosing_balls(
-    triangles: Array, inside: Inside | None, *, size: float, excess: float | None, spheres: int
+    triangles: Array, surface: Surface | None, inside: Inside | None, *, size: float, excess: float | None, spheres: int
 ) -> Balls | None:
     """Return few balls that together hold all triangles and what is inside of them.
 
     Args:
         triangles: (n, 3, 3), about the origin [m].
+        surface: measures distances from them; None if they are all points.
         inside: tells what is inside; None of what has no inside.
         size: of the whole, above 0 [m].
         excess: how far a ball may stand out, at most [m]; None for as little as the number of balls allows.
@@ -36,7 +37,7 @@ def enclosing_balls(
     Returns:
         The balls; None if so many are not enough.
     """
-    body = Body(triangles, Surface(triangles), inside)
+    body = Body(triangles, surface, inside)
     whole = one_cell(triangles, inside)
     if excess is not None:
         first = centers_for(body, whole, tolerance=_TOLERANCE * excess)
@@ -49,23 +50,26 @@ def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None
     """Return balls with nearly the least excess that so many allow: halve it until they are too few, then bisect."""
     most = min(_MOST_CELLS, 200 + 10 * spheres)  # a ball seldom holds more cells on the average
     first = centers_for(body, whole, tolerance=1e-4 * size)
-    cut, high = [(whole, first)], float(first.excess[0])
-    best, low = _covered(cut, high, spheres), high / 2
+    high = float(first.excess[0])
+    best, low = _covered([(whole, first)], high, spheres), high / 2
     while low > 1e-9 * size:
-        finer = _cut(body, cut, low, most=most)
-        found = None if finer is None else _covered(finer, low, spheres)
-        if finer is None or found is None:
+        found = _tried(body, (whole, first), low, most, spheres)
+        if found is None:
             break
-        best, cut, high, low = found, finer, low, low / 2
+        best, high, low = found, low, low / 2
     for _ in range(_STEPS):
         middle = float(np.sqrt(low * high))
-        finer = _cut(body, cut, middle, most=most)
-        found = None if finer is None else _covered(finer, middle, spheres)
-        if finer is None or found is None:
+        found = _tried(body, (whole, first), middle, most, spheres)
+        if found is None:
             low = middle
         else:
-            best, cut, high = found, finer, middle
+            best, high = found, middle
     return best
+
+
+def _tried(body: Body, whole: _Cut, excess: float, most: int, spheres: int) -> Balls | None:
+    cut = _cut(body, [whole], excess, most=most)
+    return None if cut is None else _covered(cut, excess, spheres)
 
 
 def _cut(body: Body, cut: list[_Cut], excess: float, *, most: int) -> list[_Cut] | None:

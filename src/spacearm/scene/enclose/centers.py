@@ -27,16 +27,22 @@ class Body:
 
     Attributes:
         triangles: (n, 3, 3) of its surface [m].
-        surface: measures distances from them.
+        surface: measures distances from them; None if they are all points.
         inside: tells what is inside; None of what has no inside.
     """
 
     triangles: Array
-    surface: Surface
+    surface: Surface | None
     inside: Inside | None
 
-    def depth(self, points: Array) -> tuple[Array, Array]:
-        """Return how deep points (m, 3) are inside (m,), below 0 outside [m], and the nearest points of the surface."""
+    def depth(self, points: Array, cells: Cells) -> tuple[Array, Array]:
+        """Return how deep points (k, 3), one a cell, are inside (k,), below 0 outside [m], and where the surface is nearest.
+
+        Of points only the cell's own are looked at: the nearest of all may be nearer.
+        """
+        if self.surface is None:
+            away = np.linalg.norm(cells.points - np.repeat(points, np.diff(cells.start), axis=0), axis=1)
+            return -np.minimum.reduceat(away, cells.start[:-1]), points
         distance, nearest = self.surface.nearest(points)
         if self.inside is None:
             return -distance, nearest
@@ -87,7 +93,7 @@ def joined_centers(parts: list[Centers]) -> Centers:
 def centers_for(body: Body, cells: Cells, *, tolerance: float) -> Centers:
     """Find where balls for each cell may be centred; the medial axis to a tolerance [m]."""
     best = _middle(cells)
-    best_depth, nearest = body.depth(best)
+    best_depth, nearest = body.depth(best, cells)
     excess = _reach(cells, best) - best_depth
     anchor, inward = nearest, np.zeros_like(best)
     room, slack = np.zeros(len(best)), np.zeros(len(best))
@@ -160,6 +166,8 @@ def _room(body: Body, anchor: Array, inward: Array, tolerance: float) -> tuple[A
         radius = np.minimum(radius, _touching(anchor, inward, point))
     room, slack = np.zeros(len(anchor)), np.zeros(len(anchor))
     todo = np.flatnonzero(radius > tolerance)
+    assert body.surface is not None
+    assert body.inside is not None
     for _ in range(8):
         distance, nearest = body.surface.nearest(anchor[todo] + radius[todo, None] * inward[todo])
         fits = distance >= radius[todo] - tolerance
@@ -171,7 +179,6 @@ def _room(body: Body, anchor: Array, inward: Array, tolerance: float) -> tuple[A
         if not todo.size:
             break
     found = np.flatnonzero(room)
-    assert body.inside is not None
     room[found[~body.inside(anchor[found] + room[found, None] * inward[found])]] = 0.0
     return room, slack
 

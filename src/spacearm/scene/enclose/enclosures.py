@@ -17,6 +17,7 @@ from spacearm.errors import SceneError
 from spacearm.scene.enclose.balls import enclosing_balls
 from spacearm.scene.enclose.box_tree import Array
 from spacearm.scene.enclose.files import read_triangles
+from spacearm.scene.enclose.surface import Surface
 from spacearm.scene.enclose.topology import inside_of
 from spacearm.scene.shapes import SphereSet
 
@@ -115,8 +116,8 @@ def _enclosed(
     if size <= 1e-9:  # one place
         found = np.zeros((1, 3)), np.array([size]), np.array([size])
     else:
-        inside = inside_of(local) if solid else None
-        found = enclosing_balls(local, inside, size=size, excess=wanted, spheres=most)
+        surface, inside = (Surface(local), inside_of(local)) if solid else (None, None)
+        found = enclosing_balls(local, surface, inside, size=size, excess=wanted, spheres=most)
     if found is None:
         few = f"no more than {most} balls" if spheres is not None else f"no more than {_MOST_SPHERES:,} balls"
         raise SceneError(f"{what}, {size:.3g} m in size, cannot be enclosed to {wanted:g} m with {few}; allow a greater excess")
