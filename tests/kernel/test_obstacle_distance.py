@@ -52,11 +52,11 @@ def allowed(build: Build, axes: Axes, obstacles: Sequence[Obstacle], distance: n
 
     Along an axis of length L it halves down to a stretch of h L, where it takes the slope for straight. The square of the
     distance has a curvature of at most 2 L^2, so outside a shape that costs (h L)^2 / (8 d) at most; and where the axis
-    enters it, or inside, where the distance has corners, a quarter of the stretch.
+    enters it, or inside, where the distance has corners, half of the stretch: if it holds all of a thin shape.
     """
     L = np.array([np.linalg.norm(b - a) for a, b in axes])[:, None]
     far = np.array([np.linalg.norm(a) for a, _ in axes])[:, None]
-    rounded = rounding(build) * (1 + far + L + np.array([extent(o) for o in obstacles])) + 1e-11 * L  # the oracle halves, too
+    rounded = rounding(build) * (1 + far + L + np.array([extent(o) for o in obstacles]))
     stretch = L * 2.0 ** -(10 if build.bits == 32 else 26)
     outside = np.divide(stretch**2 / 8, distance, out=np.full_like(distance, np.inf), where=distance > 0)
     searched = [isinstance(o, (Box, Cylinder)) for o in obstacles]
@@ -64,7 +64,7 @@ def allowed(build: Build, axes: Axes, obstacles: Sequence[Obstacle], distance: n
     squared = 4 * float(np.finfo(build.scalar).eps) * (L + np.array([extent(o) for o in obstacles])) ** 2
     crossing = np.sqrt(np.maximum(distance, 0) ** 2 + squared) - np.maximum(distance, 0)
     rods = [isinstance(o, Capsule) for o in obstacles]
-    return rounded + np.where(searched, np.minimum(outside, stretch / 4), 0.0) + np.where(rods, crossing, 0.0)
+    return rounded + np.where(searched, np.minimum(outside, stretch / 2), 0.0) + np.where(rods, crossing, 0.0)
 
 
 def axis_distances(axes: Axes, obstacles: Sequence[Obstacle]) -> np.ndarray:

@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 
 _ROOM = 0.5  # of the clearance at the start and the goal: the most that is asked for in between
 _SPREAD = 0.004  # how far around a failed instant the search looks from then on, as a share of the motion
+_PATIENCE = 3  # proofs that may fail before the search looks more closely
+_MOST_HALVINGS = 4
 _AFTERWARDS = 0.25  # of the budget: for another motion, where a proof failed
 _LEAST_EVALUATIONS, _LEAST_SECONDS = 500, 0.02  # for the same
 
@@ -179,8 +181,11 @@ class _Run:
         last: Motion | None = None
         for _ in range(self.settings.proofs):
             motion = self.islands.best
-            if motion is None:
-                return "not_proven" if self.certificate is not None else "not_found"
+            if motion is None and self.certificate is None:
+                return "not_found"
+            if motion is None:  # none that passes where proofs failed: a little longer
+                self._go_on(**less)
+                continue
             if motion == last:
                 return "not_proven"  # the search cannot see what the proof does
             if self._holds(motion):
@@ -190,8 +195,19 @@ class _Run:
             if near is None or not 0 < near.u < 1:
                 return "not_proven"  # no other motion would fare better
             self.islands.add_instant(near.u, _SPREAD)
+            if self.proofs >= _PATIENCE:  # something thin that slips between the instants: look twice as densely, everywhere
+                self._look_closer(self.proofs - _PATIENCE)
             self._go_on(**less)
         return "not_proven"
+
+    def _look_closer(self, times: int) -> None:
+        """Add the instants half way between those of the kernel's fine check, then between these, and so on."""
+        assert self.islands is not None
+        if times > _MOST_HALVINGS:
+            return
+        packs = 8 * 2**times
+        for k in range(packs):
+            self.islands.add_instant((k + 0.5 + 1 / 32) / packs, 0.5 / packs)
 
     def _best_so_far(self) -> Status:
         """After Ctrl-C: the best motion that holds, of those found."""
