@@ -117,7 +117,7 @@ def assert_nothing_is_missed(
     return found
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(st.data(), st.integers(0, 2**32 - 1), MARGINS)
 def test_shortfalls_are_the_sum_over_all_pairs(build: Build, data: st.DataObject, seed: int, margin: float) -> None:
     """A draw's bulk comes from its seed; the robot's joints and the batch shrink."""
@@ -172,6 +172,52 @@ def test_a_cylinder_that_hardly_leans_is_met_at_its_rim(build: Build) -> None:
         bare = replace(robot, joints=joints, capsules=(ball,))
         found = assert_nothing_is_missed(build, bare, [rim], build.array(np.zeros((1, 7))), 0.0)
         assert found[0] > 0
+
+
+def outermost(obstacle: Obstacle, way: np.ndarray) -> np.ndarray:
+    """The point (3,) of a finite shape that goes furthest in a direction."""
+    if isinstance(obstacle, Sphere):
+        return obstacle.center + obstacle.radius * way
+    if isinstance(obstacle, Capsule):
+        return max((obstacle.a, obstacle.b), key=lambda end: float(end @ way)) + obstacle.radius * way
+    assert isinstance(obstacle, (Box, Cylinder))
+    center, R, half = drawn.landmarks(obstacle)
+    local = R.T @ way
+    if isinstance(obstacle, Box):
+        return center + R @ (half * np.sign(local))
+    across = np.array([local[0], local[1], 0.0])
+    across /= max(float(np.linalg.norm(across)), 1e-12)
+    return center + R @ (obstacle.radius * across + [0, 0, half[2] * np.sign(local[2])])
+
+
+def moved(obstacle: Obstacle, by: np.ndarray) -> Obstacle:
+    if isinstance(obstacle, Sphere):
+        return replace(obstacle, center=obstacle.center + by)
+    if isinstance(obstacle, Capsule):
+        return replace(obstacle, a=obstacle.a + by, b=obstacle.b + by)
+    assert isinstance(obstacle, (Box, Cylinder))
+    T = obstacle.pose.copy()
+    T[:3, 3] += by
+    return replace(obstacle, pose=T)
+
+
+@pytest.mark.parametrize("together", [1, 6, 90])
+def test_an_obstacle_is_met_at_its_outermost_points(build: Build, together: int) -> None:
+    """A small ball touches shapes where they touch the boxes around them, along x, y and z, so many at a time."""
+    rng = np.random.default_rng(together)
+    link = LinkCapsule(name="ball", joint=0, a=np.zeros(3), b=np.zeros(3), radius=0.01)
+    robot = replace(objectives.paper_robot(), capsules=(link,))
+    q = build.array(np.zeros((1, 7)))
+    at = pinocchio_points.joint_frames(robot, q)[0, 0, :3, 3]
+    obstacles = []
+    for shape in (any_shape(rng, np.zeros(3), rng.choice([0.3, 1.0])) for _ in range(30)):
+        if not isinstance(shape, HalfSpace):
+            for way in np.vstack([np.eye(3), -np.eye(3)]):
+                obstacles.append(moved(shape, at - (link.radius - 1e-3) * way - outermost(shape, way)))
+    for first in range(0, len(obstacles), together):
+        few = obstacles[first : first + together]
+        found = assert_nothing_is_missed(build, robot, few, q, 0.0)
+        assert found[0] == pytest.approx(1e-3 * len(few), rel=0.05)
 
 
 def test_a_link_is_met_wherever_it_ends(build: Build) -> None:

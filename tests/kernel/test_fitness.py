@@ -99,7 +99,7 @@ def paper_terms(case: Case, frames: np.ndarray, goal: np.ndarray) -> tuple[float
     return f1, f2, f3
 
 
-@settings(max_examples=10)
+@settings(max_examples=8)
 @given(st.data(), strategies.points(), st.tuples(SHARES, SHARES, SHARES), TOLERANCES)
 @pytest.mark.parametrize("mode", ["literal", "goal"])
 def test_fitness_terms_and_violation_are_the_papers(
@@ -179,7 +179,7 @@ def test_the_stretched_arm_has_the_fitness_that_a_ruler_gives(build: Build) -> N
     assert violation[0] == pytest.approx(broken, rel=eps)
 
 
-@settings(max_examples=10)
+@settings(max_examples=8)
 @given(
     st.data(), st.lists(st.tuples(strategies.points(), TOLERANCES), min_size=1, max_size=3), st.sampled_from([0.0, 0.05, 1.0])
 )

@@ -32,7 +32,7 @@ def layouts(q: np.ndarray) -> dict[str, np.ndarray]:
     }
 
 
-@settings(max_examples=12)
+@settings(max_examples=10)
 @given(st.data())
 def test_frames_and_points_are_where_pinocchio_puts_them(build: Build, data: st.DataObject) -> None:
     robot = data.draw(drawn.robots())

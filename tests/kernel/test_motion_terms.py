@@ -178,9 +178,14 @@ def test_terms_and_violation_are_the_formulas(build: Build, data: st.DataObject,
     near = np.linspace(setting.start, setting.goals[goal], K + 2)[1:-1]
     spread = np.random.default_rng(seed).normal(size=(rows, K, n)) * [[[0.0]], [[0.3]], [[2.0]]]
     x = build.array((near + spread).reshape(rows, K * n))
+    assert_judged_by_the_formulas(build, setting, x, K, goal)
+
+
+def assert_judged_by_the_formulas(build: Build, setting: Setting, x: np.ndarray, K: int, goal: int) -> None:
     found = setting.search.judge(x, K, goal)
-    for row in range(rows):
-        points = np.vstack([setting.start, x[row].astype(np.float64).reshape(K, n), setting.goals[goal]])
+    for row in range(len(x)):
+        inner = x[row].astype(np.float64).reshape(K, setting.robot.dof)
+        points = np.vstack([setting.start, inner, setting.goals[goal]])
         expected, error = expected_terms(build, setting, points), allowed_errors(build, setting, points)
         for i, name in enumerate(TERMS):
             assert found["terms"][row, i] == pytest.approx(expected[name], rel=0, abs=error[name]), name
@@ -188,6 +193,22 @@ def test_terms_and_violation_are_the_formulas(build: Build, data: st.DataObject,
         total = sum(setting.weights[name] * expected[name] for name in TERMS)
         off = sum(setting.weights[name] * error[name] for name in TERMS) + 10 * float(np.finfo(build.scalar).eps) * total
         assert found["fitness"][row] == pytest.approx(total, rel=0, abs=off)
+
+
+def test_terms_in_clutter_are_the_formulas(build: Build) -> None:
+    """An obstacle of every shape, a comfort far beyond the margin, links that must keep clear."""
+    robot, (start, goal) = objectives.thick_arm(), objectives.AROUND
+    robot = replace(robot, self_pairs=(("upper_arm", "hand"),))
+    weights = dict.fromkeys(TERMS, 0.5)
+    options: dict[str, Any] = {"jerk": np.full(7, 3.0), "margin": 0.01, "comfort": 0.3, "weights": weights}
+    search = objectives.motion_search(build, robot, objectives.CLUTTER, start, goal, **options)
+    setting = Setting(
+        robot=robot, obstacles=[*objectives.CLUTTER], start=np.array(start), goals=np.array([goal]), search=search, **options
+    )
+    x = build.array(np.random.default_rng(2).uniform(-2, 2, (3, 14)))
+    assert_judged_by_the_formulas(build, setting, x, 2, 0)
+    clearance = search.judge(x, 2, 0)["terms"][:, TERMS.index("clearance")]
+    assert clearance.min() > 0.05
 
 
 @pytest.mark.parametrize("name", TERMS)

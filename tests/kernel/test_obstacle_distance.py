@@ -73,7 +73,7 @@ def axis_distances(axes: Axes, obstacles: Sequence[Obstacle]) -> np.ndarray:
     return expected_distances(axes, thin)
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(st.data())
 def test_the_clearance_is_the_axis_least_signed_distance_less_the_radius(build: Build, data: st.DataObject) -> None:
     obstacles = data.draw(st.lists(drawn.obstacles(), min_size=1, max_size=3))
@@ -85,7 +85,7 @@ def test_the_clearance_is_the_axis_least_signed_distance_less_the_radius(build: 
     assert (np.abs(found - expected) <= error).all(), (found - expected, error)
 
 
-@settings(max_examples=150)
+@settings(max_examples=100)
 @given(st.data())
 def test_the_oracles_agree_where_coal_has_an_answer(data: st.DataObject) -> None:
     """Where a link and an obstacle are apart, Coal's distance is the definition's."""
@@ -283,7 +283,7 @@ def capsule_pairs(draw: st.DrawFn) -> tuple[LinkCapsule, LinkCapsule]:
     return capsule(*one, draw(radii)), capsule(other.a, other.b, draw(radii))
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(st.lists(capsule_pairs(), min_size=1, max_size=4))
 def test_pairs_are_as_far_apart_as_coals_capsules(build: Build, drawn_pairs: list[tuple[LinkCapsule, LinkCapsule]]) -> None:
     links = [link for pair in drawn_pairs for link in pair]

@@ -50,7 +50,7 @@ def test_key_and_counter_zero_give_the_published_words(build: Build) -> None:
     np.testing.assert_array_equal(as_words(build, first), expected(build, np.array(KNOWN_ZEROS)))
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(st.integers(0, 2**64 - 1), WORDS, WORDS, WORDS, WORDS, WORDS)
 def test_every_word_is_threefrys(
     build: Build, seed: int, trial: int, purpose: int, iteration: int, first: int, block: int

@@ -323,7 +323,7 @@ def test_nothing_is_forgiven_at_the_end(build: Build) -> None:
     assert not replaced(build, settings_, (1.0, 0.0), (0.5, 1e-6))
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(st.sampled_from(VARIANTS), st.sampled_from(["feasible_first", "penalty"]), st.integers(0, 999))
 def test_the_best_is_the_least_of_all_told_violation_first(build: Build, variant: str, constraints: str, seed: int) -> None:
     """Whatever the swarm goes by; so it never gets worse, and its position is where it was found."""
@@ -480,7 +480,7 @@ def test_huge_improvements_do_not_spoil_the_success_history(build: Build) -> Non
 # ---- checkpoints -----------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(st.sampled_from(VARIANTS), st.integers(1, 9), st.integers(0, 999), st.data())
 def test_a_restored_swarm_goes_on_bit_for_bit(build: Build, variant: str, rounds: int, seed: int, data: st.DataObject) -> None:
     rule = {"constraints": data.draw(st.sampled_from(["feasible_first", "penalty"])), "tolerance_share": 0.4}

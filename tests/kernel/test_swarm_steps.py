@@ -108,7 +108,7 @@ TABLE_1 = {"particles": 33, "evaluations": 330}
 BOX_7 = (np.linspace(-3, -0.2, 7), np.linspace(0.1, 3, 7))
 
 
-@settings(max_examples=25)
+@settings(max_examples=20)
 @given(swarm_settings(), boxes(), st.integers(0, 2**64 - 1))
 @example(TABLE_1, BOX_7, 1)
 @example({**TABLE_1, "ring": 2}, BOX_7, 2)

@@ -279,6 +279,9 @@ def test_a_seed_and_an_island_make_a_search_and_others_make_another(build: Build
     assert again.configurations == searches[0, 0].configurations
     paths = [str(found_by(search)) for search in searches.values()]
     assert len(set(paths)) == len(paths)
+    # From the first draw on: each finds its first motion in its own time.
+    first = [RUN(cluttered(build, island=island), until_first=True).evaluations for island in range(6)]
+    assert len(set(first)) > 2
 
 
 def test_progress_and_a_time_limit_that_is_not_met_do_not_change_a_bit(build: Build) -> None:
