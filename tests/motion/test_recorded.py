@@ -25,7 +25,7 @@ from spacearm.motion import (
     load_trajectory,
     time_optimal,
 )
-from spacearm.planner.plan_files import save_trajectory
+from spacearm.planner.files.plans import save_trajectory
 from spacearm.robot import Joint, Robot, load_robot
 
 ARM = load_robot("zhang2022")

@@ -19,9 +19,9 @@ from proof.dense import arms, planar
 from scene import drawn_shapes
 from snapshot import assert_sentence
 from spacearm.planner import ConfigurationGoal, PlannerSettings, PoseGoal, PositionGoal, Problem
-from spacearm.planner.explain import EndReport, check_ends, contacts, explain_goal
-from spacearm.planner.goal_search import find_goal_configurations
-from spacearm.planner.reaching import reach_of
+from spacearm.planner.reaching.explain import EndReport, check_ends, contacts, explain_goal
+from spacearm.planner.reaching.onto_goal import reach_of
+from spacearm.planner.reaching.search import find_goal_configurations
 from spacearm.robot import LinkCapsule, Robot, forward_kinematics
 from spacearm.scene import Scene, Sphere, SphereSet, pose
 

@@ -14,7 +14,7 @@ import yaml
 
 import urdf_text
 from spacearm.errors import SpacearmError
-from spacearm.planner.files import load_problem_file
+from spacearm.planner.files.problems import load_problem_file
 
 WHOLE = """
 spacearm: 1

@@ -17,9 +17,9 @@ import urdf_text
 from snapshot import assert_refused
 from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
 from spacearm.planner import hold, load_moveit_scene
-from spacearm.planner.files import load_problem, load_problem_file
+from spacearm.planner.files.problems import load_problem, load_problem_file
+from spacearm.planner.files.scenes import placed
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
-from spacearm.planner.scene_files import placed
 from spacearm.planner.settings import PlannerSettings, Weights
 from spacearm.robot import load_robot
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet, pose

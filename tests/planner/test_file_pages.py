@@ -15,8 +15,8 @@ import yaml
 from house.source import REPOSITORY
 from house.test_docs import arm
 from spacearm.planner import plan
-from spacearm.planner.editor_schema import SCHEMA_FILE, problem_schema
-from spacearm.planner.files import load_problem, load_problem_file
+from spacearm.planner.files.editor_schema import SCHEMA_FILE, problem_schema
+from spacearm.planner.files.problems import load_problem, load_problem_file
 from spacearm.planner.settings import PlannerSettings, Weights
 from spacearm.settings import as_dict
 from spacearm.swarm import IPSO, PSO

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import urdf_text
 from snapshot import assert_refused
 from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
-from spacearm.planner.files import load_problem, load_problem_file
+from spacearm.planner.files.problems import load_problem, load_problem_file
 from spacearm.planner.goals import ConfigurationGoal, PositionGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.settings import PlannerSettings
@@ -64,7 +64,7 @@ def test_a_file_gives_the_same_problem_as_the_library(tmp_path: Path) -> None:
 
 def test_the_formats_own_description_is_a_problem(tmp_path: Path) -> None:
     # Each line of the docstring's example is tried, with the first alternative of every key that has several.
-    import spacearm.planner.files as files
+    import spacearm.planner.files.problems as files
 
     text = (files.__doc__ or "").split("::\n")[1]
     lines = [line.split("#")[0].strip() for line in text.splitlines()]

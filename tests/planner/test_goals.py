@@ -24,10 +24,10 @@ from oracles.pinocchio_points import joint_frames as pinocchio_frames
 from proof.dense import arms, planar
 from scene import drawn_shapes
 from spacearm.planner import ConfigurationGoal, PlannerSettings, PoseGoal, PositionGoal, Problem
-from spacearm.planner.goal_search import find_goal_configurations
-from spacearm.planner.goal_task import GoalConfigurations
-from spacearm.planner.reaching import goal_errors, polished, reach_to
-from spacearm.planner.turning import rotation_vectors
+from spacearm.planner.reaching.onto_goal import goal_errors, polished, reach_to
+from spacearm.planner.reaching.search import find_goal_configurations
+from spacearm.planner.reaching.task import GoalConfigurations
+from spacearm.planner.reaching.turning import rotation_vectors
 from spacearm.robot import Robot, forward_kinematics, load_robot
 from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, pose
 

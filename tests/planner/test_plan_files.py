@@ -34,8 +34,8 @@ from spacearm.planner import (
     save_plan,
     save_trajectory,
 )
-from spacearm.planner.plan_files import problem_as_dict, problem_hash
-from spacearm.planner.saved_plans import problem_from_dict
+from spacearm.planner.files.plans import problem_as_dict, problem_hash
+from spacearm.planner.files.saved_plans import problem_from_dict
 from spacearm.proof import certify
 from spacearm.robot import Joint, forward_kinematics
 from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, pose

@@ -14,7 +14,7 @@ from proof.dense import planar
 from spacearm.errors import FileFormatError, ProblemError
 from spacearm.motion import PiecewisePath, RecordedTrajectory, load_trajectory
 from spacearm.planner import Plan, PositionGoal, plan, save_plan, save_trajectory
-from spacearm.planner.recheck import recheck_plan, recheck_trajectory
+from spacearm.planner.files.recheck import recheck_plan, recheck_trajectory
 from spacearm.scene import Sphere
 
 

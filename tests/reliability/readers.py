@@ -17,9 +17,9 @@ import numpy as np
 import srdf_text
 from spacearm.motion import load_trajectory
 from spacearm.planner import PlannerSettings, Problem, load_problem_file, plan, plan_as_dict
+from spacearm.planner.files.recheck import recheck_plan
+from spacearm.planner.files.saved_plans import load_plan, load_saved_plan
 from spacearm.planner.goals import ConfigurationGoal
-from spacearm.planner.recheck import recheck_plan
-from spacearm.planner.saved_plans import load_plan, load_saved_plan
 from spacearm.proof import certify
 from spacearm.robot import Robot, load_robot
 from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
@@ -247,7 +247,7 @@ def beside(folder: Path) -> None:
 
 def readers() -> dict[str, Reader]:
     """All readers by name."""
-    from spacearm.planner.moveit import load_moveit, load_moveit_scene
+    from spacearm.planner.moveit.read import load_moveit, load_moveit_scene
     from spacearm.scene.enclose.files import read_points, read_triangles
 
     def proven(path: Path) -> object:

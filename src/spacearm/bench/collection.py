@@ -9,7 +9,7 @@ from pathlib import Path
 
 from spacearm.errors import FileFormatError, nearest
 from spacearm.planner import ConfigurationGoal, Problem
-from spacearm.planner.moveit import load_moveit
+from spacearm.planner.moveit.read import load_moveit
 from spacearm.robot import Robot, load_robot
 
 _SCENE = re.compile(r"scene(\d*)\.ya?ml")

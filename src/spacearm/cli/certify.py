@@ -14,8 +14,8 @@ from spacearm.cli.terminal import show_list
 from spacearm.errors import OutputError, SettingsError
 from spacearm.motion import load_trajectory
 from spacearm.planner import load_problem
-from spacearm.planner.plan_files import save_json
-from spacearm.planner.recheck import Recheck, recheck_plan, recheck_trajectory
+from spacearm.planner.files.plans import save_json
+from spacearm.planner.files.recheck import Recheck, recheck_plan, recheck_trajectory
 from spacearm.reading import located, read_bytes
 from spacearm.version import version
 

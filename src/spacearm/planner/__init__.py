@@ -1,7 +1,9 @@
 """Planning: problems, goals, the search, and what it found."""
 
 from spacearm.planner.clearance import clearance, clearances
-from spacearm.planner.files import ProblemFile, load_problem, load_problem_file
+from spacearm.planner.files.plans import plan_as_dict, save_plan, save_trajectory
+from spacearm.planner.files.problems import ProblemFile, load_problem, load_problem_file
+from spacearm.planner.files.saved_plans import SavedPlan, load_plan, load_saved_plan
 from spacearm.planner.goals import (
     ConfigurationGoal,
     ConfigurationsGoal,
@@ -13,11 +15,9 @@ from spacearm.planner.goals import (
 )
 from spacearm.planner.held import hold
 from spacearm.planner.motion_swarm import MotionSwarm
-from spacearm.planner.moveit import load_moveit, load_moveit_scene
-from spacearm.planner.plan_files import plan_as_dict, save_plan, save_trajectory
+from spacearm.planner.moveit.read import load_moveit, load_moveit_scene
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Improvement, Plan
-from spacearm.planner.saved_plans import SavedPlan, load_plan, load_saved_plan
 from spacearm.planner.search import plan
 from spacearm.planner.settings import PlannerSettings, Weights
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from spacearm._kernel import native
 from spacearm.motion import Motion
-from spacearm.planner.bounds import search_bounds
 from spacearm.planner.kernel_model import kernel_model, native_class
 from spacearm.planner.problem import Problem
+from spacearm.planner.reaching.bounds import search_bounds
 from spacearm.planner.result import Improvement
 from spacearm.planner.settings import PlannerSettings
 from spacearm.settings import setting_names

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.motion import Trajectory
-from spacearm.planner.explain import EndReport
-from spacearm.planner.goal_search import GoalConfigurations
 from spacearm.planner.problem import Problem
+from spacearm.planner.reaching.explain import EndReport
+from spacearm.planner.reaching.search import GoalConfigurations
 from spacearm.planner.settings import PlannerSettings
 from spacearm.proof import Certificate
 

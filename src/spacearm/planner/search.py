@@ -14,10 +14,10 @@ from spacearm.checks import shown
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion, Trajectory, fastest_duration, time_optimal
 from spacearm.planner.clearance import clearance
-from spacearm.planner.explain import EndReport, check_ends, explain_goal
-from spacearm.planner.goal_search import GoalConfigurations, find_goal_configurations
 from spacearm.planner.islands import Islands
 from spacearm.planner.problem import Problem
+from spacearm.planner.reaching.explain import EndReport, check_ends, explain_goal
+from spacearm.planner.reaching.search import GoalConfigurations, find_goal_configurations
 from spacearm.planner.result import Plan
 from spacearm.planner.settings import PlannerSettings
 from spacearm.proof import Certificate, certify

@@ -34,7 +34,7 @@ def problem_schema() -> dict[str, Any]:
 
     What it accepts may still be refused for what it means: a joint beyond its limits, a frame that is not there.
     """
-    from spacearm.planner.problem_schema import ProblemModel
+    from spacearm.planner.files.schema import ProblemModel
 
     schema = _tidied(ProblemModel.model_json_schema(by_alias=True))
     definitions = schema.pop("$defs")

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from spacearm.checks import as_number
 from spacearm.errors import ProblemError, nearest
+from spacearm.planner.files.scenes import placed
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.planner.problem import within_limits
-from spacearm.planner.scene_files import placed
 from spacearm.reading import YamlFile
 from spacearm.robot.model import Robot
 
 if TYPE_CHECKING:
-    from spacearm.planner.problem_schema import GoalModel, ProblemModel
+    from spacearm.planner.files.schema import GoalModel, ProblemModel
 
 Array = NDArray[np.float64]
 Given = list[float] | dict[str, float] | str

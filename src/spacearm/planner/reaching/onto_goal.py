@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.planner.goals import PoseGoal, PositionGoal
-from spacearm.planner.turning import rotation_vectors, turns_between
+from spacearm.planner.reaching.turning import rotation_vectors, turns_between
 from spacearm.robot.kinematics import tree_model
 from spacearm.robot.model import Robot
 

@@ -10,13 +10,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.planner.bounds import reaching_bounds
 from spacearm.planner.clearance import clearance_of, clearances, self_clearances
-from spacearm.planner.goal_task import GoalConfigurations
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PositionGoal
 from spacearm.planner.kernel_model import self_capsule_pairs
 from spacearm.planner.problem import Problem, whole_turns
-from spacearm.planner.reaching import SpaceGoal, polished, reach_of, reach_to, reaches
+from spacearm.planner.reaching.bounds import reaching_bounds
+from spacearm.planner.reaching.onto_goal import SpaceGoal, polished, reach_of, reach_to, reaches
+from spacearm.planner.reaching.task import GoalConfigurations
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]

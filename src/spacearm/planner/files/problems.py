@@ -31,10 +31,10 @@ from typing import Any
 
 from spacearm.checks import shown
 from spacearm.errors import SettingsError
-from spacearm.planner.goal_files import read_goal, read_start
+from spacearm.planner.files.goals import read_goal, read_start
+from spacearm.planner.files.robots import read_robot
+from spacearm.planner.files.scenes import read_obstacles
 from spacearm.planner.problem import Problem
-from spacearm.planner.robot_files import read_robot
-from spacearm.planner.scene_files import read_obstacles
 from spacearm.planner.settings import PlannerSettings
 from spacearm.reading import YamlFile, read_yaml
 from spacearm.scene import Scene
@@ -79,7 +79,7 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
         SpacearmError: a robot, scene or problem that cannot be; file and line are named.
     """
     file = read_yaml(path, key="spacearm", what="a problem file")
-    from spacearm.planner.problem_schema import ProblemModel
+    from spacearm.planner.files.schema import ProblemModel
 
     model = file.parsed(ProblemModel)
     robot = read_robot(file, model.robot)

@@ -7,15 +7,15 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.planner.bounds import reaching_bounds
 from spacearm.planner.clearance import clearance_of
-from spacearm.planner.goal_task import GoalConfigurations, GoalTask
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
-from spacearm.planner.joint_goals import find_in_joint_space
 from spacearm.planner.problem import Problem
-from spacearm.planner.reaching import reach_to
+from spacearm.planner.reaching.bounds import reaching_bounds
+from spacearm.planner.reaching.joint_goals import find_in_joint_space
+from spacearm.planner.reaching.onto_goal import reach_to
+from spacearm.planner.reaching.space_goals import find_in_space
+from spacearm.planner.reaching.task import GoalConfigurations, GoalTask
 from spacearm.planner.settings import PlannerSettings
-from spacearm.planner.space_goals import find_in_space
 
 Array = NDArray[np.float64]
 

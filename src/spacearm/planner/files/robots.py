@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from spacearm.errors import ProblemError
+from spacearm.planner.files.scenes import beside, placed, read_solid
 from spacearm.planner.held import hold
-from spacearm.planner.scene_files import beside, placed, read_solid
 from spacearm.reading import YamlFile
 from spacearm.robot.load import builtin_robots, load_robot
 from spacearm.robot.model import Robot
 
 if TYPE_CHECKING:
-    from spacearm.planner.problem_schema import HeldModel, RobotModel
+    from spacearm.planner.files.schema import HeldModel, RobotModel
 
 
 def read_robot(file: YamlFile, model: RobotModel) -> Robot:

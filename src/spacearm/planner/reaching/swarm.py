@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from spacearm.planner.goals import PositionGoal
 from spacearm.planner.kernel_model import make_kernel_model, native_class
 from spacearm.planner.problem import Problem
-from spacearm.planner.reaching import SpaceGoal
+from spacearm.planner.reaching.onto_goal import SpaceGoal
 from spacearm.swarm import PSO, run_trials
 
 Array = NDArray[np.float64]

@@ -11,8 +11,8 @@ from spacearm.checks import shown
 from spacearm.errors import FileFormatError, ProblemError
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.motion.plain import trajectory_from_dict
+from spacearm.planner.files.plans import KEY, VERSION, problem_hash
 from spacearm.planner.goals import goal_from_dict
-from spacearm.planner.plan_files import KEY, VERSION, problem_hash
 from spacearm.planner.problem import Problem
 from spacearm.reading import located, read_bytes
 from spacearm.robot import Robot

@@ -8,9 +8,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.planner.goal_swarm import swarm_configurations
-from spacearm.planner.goal_task import LEAST_CLEARANCE, GoalConfigurations, GoalTask, nearest_first, swarm_of
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
+from spacearm.planner.reaching.swarm import swarm_configurations
+from spacearm.planner.reaching.task import LEAST_CLEARANCE, GoalConfigurations, GoalTask, nearest_first, swarm_of
 
 Array = NDArray[np.float64]
 JointGoal: TypeAlias = ConfigurationGoal | ConfigurationsGoal

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.planner.goal_swarm import Slack, swarm_configurations
-from spacearm.planner.goal_task import LEAST_CLEARANCE, GoalConfigurations, GoalTask, nearest_first, swarm_of
 from spacearm.planner.problem import nearest_turns
-from spacearm.planner.reaching import (
+from spacearm.planner.reaching.onto_goal import (
     LEVER,
     Reach,
     SpaceGoal,
@@ -21,6 +19,8 @@ from spacearm.planner.reaching import (
     reaches,
     tolerances,
 )
+from spacearm.planner.reaching.swarm import Slack, swarm_configurations
+from spacearm.planner.reaching.task import LEAST_CLEARANCE, GoalConfigurations, GoalTask, nearest_first, swarm_of
 
 Array = NDArray[np.float64]
 

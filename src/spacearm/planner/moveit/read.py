@@ -23,11 +23,11 @@ import os
 
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, ProblemError
-from spacearm.planner.moveit_frames import Frames, frames_of
-from spacearm.planner.moveit_part import Part
-from spacearm.planner.moveit_request import goal_of, start_of
-from spacearm.planner.moveit_scene import robot_with_matrix, scene_of
-from spacearm.planner.moveit_text import is_scene_text, scene_of_text
+from spacearm.planner.moveit.frames import Frames, frames_of
+from spacearm.planner.moveit.part import Part
+from spacearm.planner.moveit.request import goal_of, start_of
+from spacearm.planner.moveit.scene import robot_with_matrix, scene_of
+from spacearm.planner.moveit.text import is_scene_text, scene_of_text
 from spacearm.planner.problem import Problem
 from spacearm.reading import read_text, yaml_of_others
 from spacearm.robot.model import Robot

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from spacearm.checks import shown
 from spacearm.errors import nearest
-from spacearm.planner.moveit_frames import Frames
-from spacearm.planner.moveit_part import Part, pose_of
-from spacearm.planner.moveit_shapes import MOST_OBSTACLES, NUMBERED, PRIMITIVES, Made, mesh, named, plane, primitive
+from spacearm.planner.moveit.frames import Frames
+from spacearm.planner.moveit.part import Part, pose_of
+from spacearm.planner.moveit.shapes import MOST_OBSTACLES, NUMBERED, PRIMITIVES, Made, mesh, named, plane, primitive
 from spacearm.robot.model import Robot
 from spacearm.robot.self_collision import allowed_pairs
 from spacearm.scene import Obstacle, Scene

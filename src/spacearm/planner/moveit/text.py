@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, SpacearmError, nearest
-from spacearm.planner.moveit_shapes import MOST_OBSTACLES, Made, mesh, named, plane, primitive
+from spacearm.planner.moveit.shapes import MOST_OBSTACLES, Made, mesh, named, plane, primitive
 from spacearm.scene import Obstacle, Scene, pose
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.planner.moveit_part import Part, transform
+from spacearm.planner.moveit.part import Part, transform
 from spacearm.robot.model import Robot
 
 Array = NDArray[np.float64]

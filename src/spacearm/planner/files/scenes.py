@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.errors import FileFormatError, SceneError
-from spacearm.planner.moveit import load_moveit_scene
+from spacearm.planner.moveit.read import load_moveit_scene
 from spacearm.reading import YamlFile, located
 from spacearm.robot.yaml_robot import rotation_from_rpy
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet, pose
@@ -17,7 +17,7 @@ from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from spacearm.planner.problem_schema import MeshModel, MoveItModel, ObstacleModel, PointsModel, SolidModel
+    from spacearm.planner.files.schema import MeshModel, MoveItModel, ObstacleModel, PointsModel, SolidModel
 
 Array = NDArray[np.float64]
 

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from spacearm.motion import AnyTrajectory
+from spacearm.planner.files.plans import problem_as_dict, problem_hash
+from spacearm.planner.files.saved_plans import SavedPlan, load_saved_plan
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
-from spacearm.planner.plan_files import problem_as_dict, problem_hash
 from spacearm.planner.problem import Problem
-from spacearm.planner.reaching import reach_to, reaches
-from spacearm.planner.saved_plans import SavedPlan, load_saved_plan
+from spacearm.planner.reaching.onto_goal import reach_to, reaches
 from spacearm.proof import Certificate, certify
 
 _SAME = 1e-9  # [rad or m] a start or goal missed by less is a file's last digit

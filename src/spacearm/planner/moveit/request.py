@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from spacearm.checks import shown
 from spacearm.errors import nearest
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
-from spacearm.planner.moveit_frames import Frames, require_plain_state
-from spacearm.planner.moveit_part import XYZ, Part, pose_of, transform
-from spacearm.planner.moveit_scene import kind_and_size
+from spacearm.planner.moveit.frames import Frames, require_plain_state
+from spacearm.planner.moveit.part import XYZ, Part, pose_of, transform
+from spacearm.planner.moveit.scene import kind_and_size
 from spacearm.planner.problem import within_limits
 from spacearm.robot.model import Robot
 

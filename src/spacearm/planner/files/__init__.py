@@ -1,0 +1,1 @@
+"""Problem and plan files: what they hold, read and written."""

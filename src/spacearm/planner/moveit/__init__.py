@@ -1,0 +1,1 @@
+"""MoveIt's planning scenes and motion requests, read as they are."""

@@ -1,0 +1,1 @@
+"""Which configurations reach a goal, and why none does."""
