@@ -279,14 +279,6 @@ template <class E> E chosen(const std::string& name, std::initializer_list<std::
     throw nb::value_error("an unknown choice");
 }
 
-// Takes a setting out of the dictionary, so that what is left is unknown.
-template <class V> void field(nb::dict& d, const char* key, V& value) {
-    if (!d.contains(key)) return;
-    const nb::object given = d[key];
-    if (!nb::try_cast(given, value)) throw nb::type_error(key);
-    nb::del(d[key]);
-}
-
 swarm_settings settings_from(const nb::dict& given) {
     nb::dict d;
     d.update(given);

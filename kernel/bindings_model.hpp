@@ -30,6 +30,14 @@ inline void require(bool condition, const char* what) {
     if (!condition) throw nb::value_error(what);
 }
 
+// Takes a setting out of the dictionary, so that what is left is unknown.
+template <class V> void field(nb::dict& d, const char* key, V& value) {
+    if (!d.contains(key)) return;
+    const nb::object given = d[key];
+    if (!nb::try_cast(given, value)) throw nb::type_error(key);
+    nb::del(d[key]);
+}
+
 // Rows of q into packs, a pack of rows at a time; f(first_row, rows_in_pack, packs). Rows beyond the last repeat it. Rows
 // are turned into columns a block at a time, so that no pack is read back while its numbers are still being written.
 template <class T, class F> void for_packs(const in2<T>& q, F&& f) {

@@ -96,25 +96,19 @@ inline motion_search_settings motion_settings_from(const nb::dict& given, const 
     d.update(given);
     motion_search_settings s;
     s.swarm = swarm;
-    const auto take = [&](const char* key, auto& value) {
-        if (!d.contains(key)) return;
-        const nb::object item = d[key];
-        if (!nb::try_cast(item, value)) throw nb::type_error(key);
-        nb::del(d[key]);
-    };
-    take("probe_step", s.probe.step);
-    take("probe_near_line", s.probe.near_line);
-    take("probe_spread", s.probe.spread);
-    take("patience", s.patience);
-    take("interior", s.interior);
-    take("ladder", s.ladder);
-    take("refine_stall", s.refine_stall);
-    take("swarm_turn", s.swarm_turn);
-    take("swarm_stall", s.swarm_stall);
-    take("give_up", s.give_up);
-    take("detour", s.detour);
-    take("shake", s.shake);
-    take("swarm_spread", s.swarm_spread);
+    field(d, "probe_step", s.probe.step);
+    field(d, "probe_near_line", s.probe.near_line);
+    field(d, "probe_spread", s.probe.spread);
+    field(d, "patience", s.patience);
+    field(d, "interior", s.interior);
+    field(d, "ladder", s.ladder);
+    field(d, "refine_stall", s.refine_stall);
+    field(d, "swarm_turn", s.swarm_turn);
+    field(d, "swarm_stall", s.swarm_stall);
+    field(d, "give_up", s.give_up);
+    field(d, "detour", s.detour);
+    field(d, "shake", s.shake);
+    field(d, "swarm_spread", s.swarm_spread);
     require(d.size() == 0, "an unknown setting");
     require(!s.interior.empty() && !s.ladder.empty(), "no number of control points");
     for (const auto& list : {s.interior, s.ladder}) {

@@ -67,14 +67,20 @@ template <class T> class motion_checker {
 
     std::int64_t configurations = 0;   // looked at so far
 
-    // An instant that a proof stumbled over, and others around it, looked at from now on as well; the middle lane is it.
+    // An instant that a proof stumbled over, and others around it, looked at from now on as well; the middle lane is it. What
+    // slipped through once does so again elsewhere, so all instants, and those of the trees' edges, are made twice as dense.
     void add_instant(double s, double spread) {
-        std::vector<double> instants;
-        for (int i = 0; i < lanes_of<T>; ++i) {
-            instants.push_back(std::min(1.0, std::max(0.0, s + spread * (2.0 * i / lanes_of<T> - 1.0))));
-        }
+        constexpr int W = lanes_of<T>;
+        std::vector<double> instants(W);
+        for (int i = 0; i < W; ++i) instants[i] = std::min(1.0, std::max(0.0, s + spread * (2.0 * i / W - 1.0)));
         extra_.push_back(instants);
-        extra_tables_.clear();
+        if (packs_ * W >= most_instants) return;
+        for (int l = packs_; l < 2 * packs_; ++l) {
+            for (int i = 0; i < W; ++i) instants[i] = sample_instant(l, i, W);
+            extra_.push_back(instants);
+        }
+        packs_ *= 2;
+        edge_packs_ *= 2;
     }
 
     // Terms that need no kinematics, and the others with `carried`; those without a weight are 0 unless `all`.
@@ -110,10 +116,9 @@ template <class T> class motion_checker {
         for (int l = sample_packs_coarse; l < sample_packs_fine; ++l) {
             if (!free_at(m, &t.value[0][pack_offset(l, m.interior)])) return false;
         }
-        if (extra_.empty()) return true;
         std::vector<T>& values = extra_tables_[m.interior];
-        if (values.empty()) {
-            for (const auto& instants : extra_) append_instants(values, m.interior, 0, instants);
+        while (values.size() < pack_offset(static_cast<int>(extra_.size()), m.interior)) {
+            append_instants(values, m.interior, 0, extra_[values.size() / pack_offset(1, m.interior)]);
         }
         for (std::size_t i = 0; i < extra_.size(); ++i) {
             if (!free_at(m, &values[pack_offset(static_cast<int>(i), m.interior)])) return false;
@@ -122,15 +127,16 @@ template <class T> class motion_checker {
     }
     bool free(const motion<T>& m) { return violation(m, T(0)) <= T(0) && finely_free(m); }
 
-    // Whether the straight way between two configurations is free at one pack of instants, the second end included.
+    // Whether the straight way between two configurations is free, at a pack of instants or more, the second end included.
     bool edge_free(const T* from, const T* to) {
-        static const pack<T> share = [] {
-            T lane[lanes_of<T>];
-            for (int i = 0; i < lanes_of<T>; ++i) lane[i] = T(i + 1) / T(lanes_of<T>);
-            return pack<T>::load(lane);
-        }();
-        for (int d = 0; d < p_.dofs(); ++d) q_[d] = share * (to[d] - from[d]) + from[d];
-        return !any(pack<T>(T(0)) < look(true));
+        T lane[lanes_of<T>];
+        for (int l = 0; l < edge_packs_; ++l) {
+            for (int i = 0; i < lanes_of<T>; ++i) lane[i] = static_cast<T>(i + 1 - gap_filler(l)) / T(lanes_of<T>);
+            const pack<T> share = pack<T>::load(lane);
+            for (int d = 0; d < p_.dofs(); ++d) q_[d] = share * (to[d] - from[d]) + from[d];
+            if (any(pack<T>(T(0)) < look(true))) return false;
+        }
+        return true;
     }
 
     const spline_table<T>& table(int interior) {
@@ -262,6 +268,8 @@ template <class T> class motion_checker {
     workspace<T> work_;
     std::vector<pack<T>> q_;
     std::vector<std::shared_ptr<const spline_table<T>>> tables_;
+    static constexpr int most_instants = 4096;
+    int packs_ = sample_packs_fine, edge_packs_ = 1;
     std::vector<std::vector<double>> extra_;
     std::map<int, std::vector<T>> extra_tables_;
 };

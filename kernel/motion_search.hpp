@@ -20,10 +20,10 @@ struct motion_search_settings {
     swarm_settings swarm;              // evaluations: of one turn
     probe_settings probe;
     std::vector<int> interior = {2, 3};                            // control points of the swarm's motions, turn by turn
-    std::vector<int> ladder = {1, 2, 3, 4, 6, 8, 12, 16, 24};   // tried on a path, in this order
+    std::vector<int> ladder = {1, 2, 3, 4, 6, 8, 12, 16, 24};      // tried on a path, in this order
     int patience = 4000;               // samples of the trees before the swarm gets a turn; 0: no trees
     int refine_stall = 100;            // refining ends after as many failures in a row
-    int swarm_turn = 3;                // every so manieth turn is the swarm's
+    int swarm_turn = 3;                // the swarm's is every turn of this number; 0: none
     int swarm_stall = 20;              // rounds without improvement that end its turn
     double give_up = 1.15;             // refining ends early where a motion stays this much worse than the best
     double detour = 1.3;               // paths longer than this times the best motion are not followed up
@@ -72,7 +72,8 @@ template <class T> class motion_search {
         spent_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
     }
 
-    // A proof found a collision at s: that instant is looked at from now on, and what breaks there is forgotten.
+    // A proof found a collision at s: that instant is looked at from now on, all others are made denser, and what breaks at
+    // any of them is forgotten.
     void add_instant(double s, double spread) {
         checker_.add_instant(s, spread);
         optimal_ = false;

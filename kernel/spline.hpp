@@ -42,13 +42,18 @@ inline std::vector<double> spline_basis(double s, int interior, int derivative) 
     return out;
 }
 
-inline constexpr int sample_packs_fine = 8;      // packs of the fine check; the first `sample_packs_coarse` are the coarse one
-inline constexpr int sample_packs_coarse = 2;
+inline constexpr int sample_packs_coarse = 2;    // packs of the coarse check, the first of the fine one's
+inline constexpr int sample_packs_fine = 8;
 
-// The instants of the l-th of the packs: each fills the gaps of those before.
+// 0, 1/2, 1/4, 3/4, 1/8, ...: each fills a gap of those before (van der Corput).
+inline double gap_filler(int i) {
+    double out = 0;
+    for (double step = 0.5; i > 0; i /= 2, step /= 2) out += i % 2 * step;
+    return out;
+}
+// The instants of a pack, for as many packs as one likes. Pack 0 has the middles, for the start is free.
 inline double sample_instant(int pack_index, int lane, int lanes) {
-    constexpr double offset[sample_packs_fine] = {0.5, 0.0, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875};
-    return (lane + offset[pack_index]) / lanes;
+    return (lane + gap_filler(pack_index < 2 ? 1 - pack_index : pack_index)) / lanes;
 }
 
 // Basis values on packs of instants, one pack of lanes a control point.

@@ -41,8 +41,6 @@ REFUSED: dict[str, Callable[[], object]] = {
     "time_budget text": given(time_budget="50 ms"),
     "convergence zero": given(convergence=0),
     "convergence half": given(convergence=1.5),
-    "no end": given(evaluations=None),
-    "no end, text": given(evaluations=None, time_budget=None, convergence=None, stop_at_first=False),
     "stop_at_first one": given(stop_at_first=1),
     "weights a number": given(weights=3.0),
     "weights a list": given(weights=[1, 0]),
@@ -97,7 +95,8 @@ def test_one_error_class_catches_every_refusal() -> None:
 
 def test_without_settings_the_length_is_searched_for_a_stated_number_of_motions() -> None:
     plain = PlannerSettings()
-    assert plain.evaluations == 20_000
+    assert plain.evaluations is None
+    assert plain.most_evaluations == 20_000
     assert plain.time_budget is None
     assert plain.weights == Weights(length=1.0)
     assert plain.swarm == SWARM
@@ -144,3 +143,17 @@ def test_settings_do_not_change() -> None:
         PlannerSettings().evaluations = 3  # type: ignore[misc]
     with pytest.raises(FrozenInstanceError):
         Weights().length = 3.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("budget", "most"),
+    [
+        ({"evaluations": 5}, 5),
+        ({"time_budget": 1.0}, None),
+        ({"convergence": 100}, None),
+        ({"evaluations": 5, "time_budget": 1.0, "convergence": 100}, 5),
+        ({"stop_at_first": True}, 20_000),
+    ],
+)
+def test_another_budget_lifts_the_limit_that_nobody_set(budget: dict[str, Any], most: int | None) -> None:
+    assert PlannerSettings(**budget).most_evaluations == most

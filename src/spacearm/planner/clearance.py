@@ -111,3 +111,17 @@ def clearance_of(problem: HasScene) -> Callable[[Array], Array]:
         return np.minimum(scene, native.pair_clearances(rows, pairs).min(axis=-1, initial=np.inf))
 
     return least
+
+
+def margin_within_reach(problem: HasScene, ends: ArrayLike, margin: float) -> float:
+    """Return the clearance that can be asked for between ends: no more than half of what there is at each of them.
+
+    Args:
+        problem: the robot and the scene.
+        ends: (e, n) configurations, the start and goals [rad or m].
+        margin: that is wanted [m].
+
+    Returns:
+        [m], 0 or more.
+    """
+    return max(0.0, min(margin, 0.5 * float(clearance(problem, ends).min())))

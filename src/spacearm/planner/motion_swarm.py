@@ -11,7 +11,7 @@ from spacearm._kernel import native
 from spacearm.checks import as_readonly, shown
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion
-from spacearm.planner.clearance import clearance
+from spacearm.planner.clearance import margin_within_reach
 from spacearm.planner.goals import ConfigurationGoal
 from spacearm.planner.islands import Islands
 from spacearm.planner.problem import Problem
@@ -68,7 +68,8 @@ class MotionSwarm:
         self.problem, self.settings = problem, settings
         self.goal = _configuration(problem, goal)
         self.interior = settings.interior_points[0]
-        self._islands = Islands(problem, self.goal[None].copy(), settings, seed=0, margin=self._margin())
+        margin = margin_within_reach(problem, np.stack([problem.start, self.goal]), settings.margin)
+        self._islands = Islands(problem, self.goal[None].copy(), settings, seed=0, margin=margin)
         seed = seed_of(rng)
         lower, upper = (np.tile(bound, self.interior) for bound in self._islands.bounds)
         self._swarm = Swarm(lower, upper, settings.swarm, rng=seed, initial=self._around_straight(seed, lower, upper))
@@ -127,10 +128,6 @@ class MotionSwarm:
             np.array(found["free"], dtype=bool),
             terms,
         )
-
-    def _margin(self) -> float:
-        ends = clearance(self.problem, np.stack([self.problem.start, self.goal]))
-        return max(0.0, min(self.settings.margin, 0.5 * float(ends.min())))
 
     def _rows(self, x: Array) -> Array:
         inside = np.asarray(x).reshape(len(x), self.interior, self.problem.robot.dof)

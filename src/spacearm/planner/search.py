@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spacearm.checks import shown
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion, Trajectory, fastest_duration, time_optimal
-from spacearm.planner.clearance import clearance
+from spacearm.planner.clearance import margin_within_reach
 from spacearm.planner.islands import Islands
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.explain import EndReport, check_ends, explain_goal
@@ -26,10 +26,7 @@ from spacearm.swarm import Rng, seed_of
 
 Array = NDArray[np.float64]
 
-_ROOM = 0.5  # of the clearance at the start and the goal: the most that is asked for in between
 _SPREAD = 0.004  # how far around a failed instant the search looks from then on, as a share of the motion
-_PATIENCE = 3  # proofs that may fail before the search looks more closely
-_MOST_HALVINGS = 4
 _AFTERWARDS = 0.25  # of the budget: for another motion, where a proof failed
 _LEAST_EVALUATIONS, _LEAST_SECONDS = 500, 0.02  # for the same
 
@@ -111,8 +108,8 @@ class _Run:
 
     def search(self) -> Plan:
         goals = self.goals
-        ends = np.append(clearance(self.problem, goals), clearance(self.problem, self.problem.start))
-        margin = min(self.settings.margin, _ROOM * float(ends.min()))
+        ends = np.vstack([self.problem.start, goals])
+        margin = margin_within_reach(self.problem, ends, self.settings.margin)
         self.islands = Islands(self.problem, goals, self.settings, seed=self.seed, margin=margin)
         self.lap("prepare")
         self.tell(f"motions to {len(goals)} goal configuration{'s' if len(goals) != 1 else ''}")
@@ -159,7 +156,7 @@ class _Run:
     def _budget(self) -> dict[str, Any]:
         given = self.settings
         return {
-            "evaluations": given.evaluations or 0,
+            "evaluations": given.most_evaluations or 0,
             "seconds": given.time_budget or 0.0,
             "until_first": given.stop_at_first,
             "stall": given.convergence or 0,
@@ -195,19 +192,8 @@ class _Run:
             if near is None or not 0 < near.u < 1:
                 return "not_proven"  # no other motion would fare better
             self.islands.add_instant(near.u, _SPREAD)
-            if self.proofs >= _PATIENCE:  # something thin that slips between the instants: look twice as densely, everywhere
-                self._look_closer(self.proofs - _PATIENCE)
             self._go_on(**less)
         return "not_proven"
-
-    def _look_closer(self, times: int) -> None:
-        """Add the instants half way between those of the kernel's fine check, then between these, and so on."""
-        assert self.islands is not None
-        if times > _MOST_HALVINGS:
-            return
-        packs = 8 * 2**times
-        for k in range(packs):
-            self.islands.add_instant((k + 0.5 + 1 / 32) / packs, 0.5 / packs)
 
     def _best_so_far(self) -> Status:
         """After Ctrl-C: the best motion that holds, of those found."""
@@ -222,15 +208,14 @@ class _Run:
     def _holds(self, motion: Motion) -> bool:
         self.tell("proof")
         self.proofs += 1
-        timed = self.settings.time_law != "uniform"  # costs more than a proof, and collisions do not depend on it
-        if timed:
-            self.trajectory = Trajectory(self.problem.robot, motion)
+        self.trajectory = Trajectory(self.problem.robot, motion)
+        if self.settings.time_law != "uniform":  # costs more than a proof, and collisions do not depend on it
             self.certificate = certify(self.problem, self.trajectory, limits=())
-        if not timed or self.certificate is None or self.certificate.holds:
+        if self.settings.time_law == "uniform" or (self.certificate is not None and self.certificate.holds):
             self.trajectory = self._timed(motion)
             self.certificate = certify(self.problem, self.trajectory, jerk_limit=self.settings.jerk_limit)
         self.lap("certify")
-        return self.certificate.holds
+        return self.certificate is not None and self.certificate.holds
 
     def _timed(self, motion: Motion) -> Trajectory:
         robot, jerk = self.problem.robot, self.settings.jerk_limit

@@ -11,6 +11,7 @@ from spacearm.settings import one_of, require_settings, setting_names, settings,
 from spacearm.swarm import IPSO, PSO
 
 _COUNTABLE = 2**62
+_EVALUATIONS = 20_000
 TIME_LAWS = ("uniform", "time_optimal")
 SWARM = PSO(particles=16, iterations=400, inertia=0.6, cognitive=1.49, social=1.49, neighbours=3, start_velocity=0.02)
 """The swarm of motions: small, on a ring, and slow to start, for it begins near motions that are known to be good."""
@@ -53,11 +54,13 @@ class PlannerSettings:
     """How a motion is searched for, and when the search ends.
 
     It ends when the budget of evaluations or of time is spent, or when it has converged. Without a time budget the same
-    seed gives the same motion, on any number of threads.
+    seed gives the same motion, on any number of threads. Where a proof fails, a quarter of the budget is added each time.
 
     Attributes:
-        evaluations: candidate motions that each island looks at; None: no limit.
-        time_budget: the search ends after this time [s], once a motion is found and proven or not; None: no limit.
+        evaluations: candidate motions that each island looks at; None: 20,000, or no limit where `time_budget` or
+            `convergence` is given.
+        time_budget: the search for motions ends after this time [s]; goal configurations and proofs are not counted. None:
+            no limit.
         convergence: evaluations without an improvement of 0.1 %, or without any motion, after which an island ends; None:
             never.
         stop_at_first: be content with the first motion.
@@ -74,7 +77,7 @@ class PlannerSettings:
         proofs: how often a motion whose proof failed is replaced by another one.
     """
 
-    evaluations: int | None = 20_000
+    evaluations: int | None = None
     time_budget: float | None = None
     convergence: int | None = None
     stop_at_first: bool = False
@@ -96,10 +99,6 @@ class PlannerSettings:
             whole("evaluations", self.evaluations, at_least=1, at_most=_COUNTABLE)
         if self.time_budget is not None:
             as_number("time_budget", self.time_budget, SettingsError, above=0, unit="s")
-        if self.evaluations is None and self.time_budget is None and self.convergence is None:
-            raise SettingsError(
-                "neither evaluations nor time_budget nor convergence is given, expected one of them; else the search never ends"
-            )
         if self.convergence is not None:
             whole("convergence", self.convergence, at_least=1, at_most=_COUNTABLE)
         if not isinstance(self.stop_at_first, bool):
@@ -117,6 +116,13 @@ class PlannerSettings:
         if self.jerk_limit is not None:
             as_number("jerk_limit", self.jerk_limit, SettingsError, above=0)
         whole("proofs", self.proofs, at_least=1)
+
+    @property
+    def most_evaluations(self) -> int | None:
+        """The limit of evaluations that holds; None if there is none."""
+        if self.evaluations is None and self.time_budget is None and self.convergence is None:
+            return _EVALUATIONS
+        return self.evaluations
 
 
 def _counts(given: Any) -> tuple[int, ...]:
