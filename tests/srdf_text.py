@@ -68,6 +68,12 @@ def two_arms() -> str:
     return urdf_text.robot(*parts, name="two_arms")
 
 
+def two_arms_with_a_mass() -> str:
+    """The same, its torso with an <inertial>."""
+    mass = '<inertial><origin xyz="0 0 1" rpy="0 0 1"/><mass value="2"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    return two_arms().replace('<link name="torso">', f'<link name="torso">{mass}')
+
+
 def two_arms_srdf() -> str:
     """The SRDF of the same."""
     parts = [group(side, chain=("torso", f"{side}_tool")) for side in ("left", "right")]

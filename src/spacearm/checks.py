@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import numbers
+import operator
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -108,6 +109,30 @@ def as_number(
     return number + 0.0
 
 
+def as_whole(name: str, value: Any, error: Raise, *, at_least: int, at_most: int | None = None, wanted: str = "") -> int:
+    """Check a whole number and its bounds.
+
+    Args:
+        name: what the user calls the value; begins the message.
+        value: an int, NumPy's included.
+        error: class of the error to raise.
+        at_least, at_most: the bounds.
+        wanted: for the message, where the bounds alone would not say what is expected.
+
+    Raises:
+        error: no whole number, or out of bounds.
+    """
+    if not wanted:
+        wanted = f"a whole number, {at_least} or more" if at_most is None else f"a whole number from {at_least} to {at_most}"
+    try:
+        number = None if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        number = None
+    if number is None or number < at_least or (at_most is not None and number > at_most):
+        raise error(f"{name} is {shown(value if number is None else number)}, expected {wanted}")
+    return number
+
+
 def dimensions_of(value: Any) -> int:
     """Return how many axes a value has as an array; -1 for rows of several lengths, which have none."""
     try:
@@ -134,6 +159,21 @@ def as_transform(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float6
     if not np.array_equal(T[3], (0, 0, 0, 1)):
         raise error(f"{name} has last row {T[3].tolist()}, expected [0, 0, 0, 1]")
     return T
+
+
+def as_pose(name: str, value: ArrayLike | None, error: Raise) -> NDArray[np.float64]:
+    """Check a rigid transform, (4, 4); a point (3,) is taken for one that does not turn, None for one that does nothing.
+
+    Raises:
+        error: neither.
+    """
+    if value is None:
+        value = np.eye(4)
+    elif dimensions_of(value) == 1:
+        point = as_readonly(name, value, (3,), error, advice="give a transform (4, 4) or a point (3,)")
+        value = np.eye(4)
+        value[:3, 3] = point
+    return as_transform(name, value, error)
 
 
 def as_name(what: str, value: Any, error: Raise) -> str:
@@ -164,6 +204,12 @@ def _shape_text(shape: tuple[int | None, ...]) -> str:
     letters = iter("nmkl" if shape.count(None) > 1 else "n")
     lengths = [next(letters) if length is None else str(length) for length in shape]
     return f"({', '.join(lengths)}{',' if len(lengths) == 1 else ''})"
+
+
+def keep(record: Any, **values: Any) -> None:
+    """Give fields of a frozen record, while it is being made, their checked values."""
+    for name, value in values.items():
+        object.__setattr__(record, name, value)
 
 
 class Frozen:

@@ -16,7 +16,10 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from spacearm.checks import shown
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.checks import shown, shown_error
 from spacearm.errors import FileFormatError, SpacearmError, nearest
 
 if TYPE_CHECKING:
@@ -168,6 +171,27 @@ def read_text(path: str | os.PathLike[str], *, what: str) -> str:
     if text.lstrip().startswith("<"):
         raise FileFormatError(f"{path} is XML (a URDF?), expected {what} in YAML; check the path")
     return text
+
+
+def mesh_triangles(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+    """Return the triangles (n, 3, 3) of a mesh file, n > 0, as it has them.
+
+    Raises:
+        ValueError: it holds none that can be used; the message says why, in a few words.
+    """
+    import trimesh
+
+    try:
+        mesh = trimesh.load_scene(os.fspath(path)).to_mesh()
+        vertices = np.asarray(mesh.vertices, dtype=np.float64)
+        triangles = vertices[np.asarray(mesh.faces, dtype=np.intp)] if len(vertices) else vertices
+    except Exception as error:  # each of trimesh's loaders has exceptions of its own
+        raise ValueError(shown_error(error)) from None
+    if not triangles.size:
+        raise ValueError("it has no triangles")
+    if not np.isfinite(triangles).all():
+        raise ValueError("it has vertices that are not finite")
+    return triangles
 
 
 def yaml_of_others(text: str, path: str | os.PathLike[str], *, key: str, what: str) -> YamlFile:

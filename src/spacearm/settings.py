@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import operator
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from spacearm.checks import as_number, shown
+from spacearm.checks import as_number, as_whole, shown
 from spacearm.errors import SettingsError, nearest
 
 if TYPE_CHECKING:
@@ -85,16 +84,7 @@ def whole(name: str, value: Any, *, at_least: int, at_most: int | None = None) -
     Raises:
         SettingsError: anything else.
     """
-    wanted = f"a whole number, {at_least} or more" if at_most is None else f"a whole number from {at_least} to {at_most}"
-    try:
-        if isinstance(value, bool):
-            raise TypeError
-        number = operator.index(value)
-    except TypeError:
-        raise SettingsError(f"{name} is {shown(value)}, expected {wanted}") from None
-    if number < at_least or (at_most is not None and number > at_most):
-        raise SettingsError(f"{name} is {number}, expected {wanted}")
-    return number
+    return as_whole(name, value, SettingsError, at_least=at_least, at_most=at_most)
 
 
 def share(name: str, value: Any, *, above_zero: bool = False) -> float:

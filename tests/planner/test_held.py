@@ -15,6 +15,7 @@ import srdf_text
 import strategies
 import urdf_text
 from kinematics import frame_transform, joint_transforms
+from oracles.solids import from_segments
 from snapshot import assert_refused
 from spacearm.errors import RobotError
 from spacearm.planner import hold
@@ -34,9 +35,7 @@ def inside(robot: Robot, q: np.ndarray, points: np.ndarray, name: str = "held") 
         if capsule.name == name:
             T = placed[capsule.joint + 1]
             a, b = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))
-            d = b - a
-            share = np.clip((points - a) @ d / (d @ d), 0, 1) if d @ d > 0 else np.zeros(len(points))
-            depths.append(np.linalg.norm(points - a - share[:, None] * d, axis=1) - capsule.radius)
+            depths.append(from_segments(points, a, b) - capsule.radius)
     return float(np.min(depths, axis=0).max())
 
 
@@ -151,6 +150,7 @@ def test_a_robot_without_an_envelope_may_hold_something() -> None:
         ("held: name taken by another", lambda: hold(hold(ARMS, Sphere((0, 0, 0), 1)), Sphere((0, 0, 0), 1))),
         ("held: name empty", lambda: hold(ARMS, Sphere((0, 0, 0), 1), name="")),
         ("held: touching mistyped", lambda: hold(ARMS, Sphere((0, 0, 0), 1), touching=["left_thum"])),
+        ("held: touching a list", lambda: hold(ARMS, Sphere((0, 0, 0), 1), touching=[["left_thumb"]])),  # type: ignore[list-item]
         ("held: touching is one name", lambda: hold(ARMS, Sphere((0, 0, 0), 1), touching="left_thumb")),
         ("held: pose of three by three", lambda: hold(ARMS, Sphere((0, 0, 0), 1), pose=np.eye(3))),
         ("held: pose of two numbers", lambda: hold(ARMS, Sphere((0, 0, 0), 1), pose=(1, 2))),

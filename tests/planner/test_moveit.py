@@ -191,7 +191,7 @@ def test_an_object_of_several_shapes_numbers_them(obstacles: Callable[[Any], Any
     at=st.lists(st.floats(-1, 1), min_size=3, max_size=3),
     point=st.lists(st.floats(-3, 3), min_size=3, max_size=3),
 )
-def test_a_plane_is_the_half_space_below_zero(
+def test_a_plane_is_solid_on_the_side_away_from_the_base(
     tmp_path_factory: pytest.TempPathFactory, coefficients: list[float], at: list[float], point: list[float]
 ) -> None:
     wall = {"id": "w", "planes": [{"coef": coefficients}], "plane_poses": [{"position": at, "orientation": TURN}]}
@@ -199,8 +199,25 @@ def test_a_plane_is_the_half_space_below_zero(
     (half,) = load_moveit_scene(path).obstacles
     assert isinstance(half, HalfSpace)
     local = Rotation.from_quat(TURN).inv().apply(np.array(point) - at)
-    value = (np.dot(coefficients[:3], local) + coefficients[3]) / np.linalg.norm(coefficients[:3])
-    assert point_distance(half, np.array([point]))[0] == pytest.approx(value, abs=1e-9)
+    base = Rotation.from_quat(TURN).inv().apply(-np.array(at))
+    above, base_above = (
+        (np.dot(coefficients[:3], p) + coefficients[3]) / np.linalg.norm(coefficients[:3]) for p in (local, base)
+    )
+    side = -1 if base_above < -1e-9 else 1
+    assert point_distance(half, np.array([point]))[0] == pytest.approx(side * above, abs=1e-9)
+
+
+@pytest.mark.parametrize("up", [1, -1])
+@pytest.mark.parametrize("height", [2.0, -0.5, 0.0])
+def test_ceiling_and_floor_leave_the_robot_free_whichever_way_they_face(
+    up: int, height: float, obstacles: Callable[[Any], Any]
+) -> None:
+    (half,) = obstacles(
+        scene_with({"id": "w", "planes": [{"coef": [0, 0, up, -up * height]}], "plane_poses": [{"position": [0, 0, 0]}]})
+    )
+    free = -1 if height > 0 else 1 if height < 0 else up  # a base on the plane goes by its normal
+    np.testing.assert_allclose(half.normal, [0, 0, free], atol=1e-15)
+    np.testing.assert_allclose(half.point, [0, 0, height], atol=1e-15)
 
 
 @pytest.mark.parametrize("as_ros", [False, True])

@@ -24,6 +24,7 @@ from spacearm.proof import certify
 from spacearm.robot import Robot, load_robot
 from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
 from spacearm.swarm import IPSO, PSO, Swarm
+from yaml_text import ARM
 
 
 class Reader(NamedTuple):
@@ -40,27 +41,9 @@ def robot() -> Robot:
     return load_robot("zhang2022")
 
 
-MASS = '<inertial><origin xyz="0 0 1" rpy="0 0 1"/><mass value="2"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
-URDF = srdf_text.two_arms().replace('<link name="torso">', f'<link name="torso">{MASS}')
+URDF = srdf_text.two_arms_with_a_mass()
 SRDF = srdf_text.two_arms_srdf()
-
-ROBOT = b"""\
-spacearm-robot: 1
-name: arm
-tip: hand
-notes: ["drawn by hand"]
-link_radius: 0.1
-joints:
-  - {name: shoulder, kind: revolute, parent: base, child: upper, axis: [0, 0, 1],
-     lower_deg: -100, upper_deg: 100, velocity: 2}
-  - {name: lift, kind: prismatic, parent: upper, child: fore,
-     xyz: [1, 0, 0], rpy_deg: [90, 0, 0], axis: [0, 0, 1],
-     lower: 0, upper: 1, velocity: 1, acceleration: 3}
-  - {name: mount, kind: fixed, parent: fore, child: hand, xyz: [0, 0, 1]}
-capsules:
-  - {link: upper, from: [0, 0, 0], to: [1, 0, 0]}
-  - {link: hand, from: [0, 0, 0], to: [0, 0, 0], radius: 0.2}
-"""
+ROBOT = (ARM.replace("lower: -1, upper: 1,", "lower_deg: -100, upper_deg: 100,") + 'tip: hand\nnotes: ["drawn"]\n').encode()
 
 PROBLEMS = (
     b"""\

@@ -14,12 +14,13 @@ from hypothesis.extra import numpy as hnp
 
 import strategies
 import urdf_text
+from oracles.solids import from_segments
 from snapshot import assert_refused
 from spacearm.errors import RobotError
 from spacearm.robot import LinkCapsule, envelope_report, load_robot, load_urdf
 from spacearm.robot.capsule_fit import Segment, fit_capsule, smallest_circle, union_volume
 from spacearm.robot.capsule_split import Plane, cut, enclose
-from spacearm.robot.envelope import enclose_box, enclose_cylinder, shape_triangles
+from spacearm.robot.envelope import Shape, enclosed, shape_triangles
 
 ROUNDING = 1e-12  # [m] sums of a few products of lengths of about one metre
 
@@ -27,16 +28,9 @@ edges = st.floats(0.001, 2.0)
 counts = st.sampled_from([1, 2, 3, 3, 4])
 
 
-def distance_to_segment(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Distance of points (k, 3) from the segment a b."""
-    d = b - a
-    share = np.clip((points - a) @ d / (d @ d), 0, 1) if d @ d > 0 else np.zeros(len(points))
-    return np.linalg.norm(points - (a + share[:, None] * d), axis=1)
-
-
 def outside(points: np.ndarray, capsules: list[Segment] | tuple[Segment, ...]) -> float:
     """By how much the farthest of points (k, 3) is outside of the capsules together [m]; negative inside."""
-    return float(np.min([distance_to_segment(points, c.a, c.b) - c.radius for c in capsules], axis=0).max())
+    return float(np.min([from_segments(points, c.a, c.b) - c.radius for c in capsules], axis=0).max())
 
 
 def lattice(size: tuple[float, float, float], steps: int = 9) -> np.ndarray:
@@ -49,6 +43,14 @@ def drum(radius: float, length: float) -> np.ndarray:
     """Points of a cylinder, its rims and inside."""
     turn, r, z = np.meshgrid(np.linspace(0, 2 * math.pi, 97), (0, 0.5, 0.9, 1), np.linspace(-0.5, 0.5, 21))
     return np.stack([radius * r * np.cos(turn), radius * r * np.sin(turn), length * z], axis=-1).reshape(-1, 3)
+
+
+def enclose_box(size: tuple[float, ...], count: int) -> list[Segment]:
+    return enclosed([Shape("box", size, np.eye(4))], count)
+
+
+def enclose_cylinder(radius: float, length: float, count: int) -> list[Segment]:
+    return enclosed([Shape("cylinder", (radius, length), np.eye(4))], count)
 
 
 def the_capsules(*shapes: str, **options: int) -> tuple[LinkCapsule, ...]:
@@ -113,7 +115,7 @@ def test_many_triangles_lie_in_their_capsules_too() -> None:
 @given(hnp.arrays(float, st.tuples(st.integers(1, 30), st.just(3)), elements=strategies.lengths(2.0)))
 def test_points_lie_in_their_capsule_and_touch_it(points: np.ndarray) -> None:
     capsule = fit_capsule(points)
-    distance = distance_to_segment(points, capsule.a, capsule.b)
+    distance = from_segments(points, capsule.a, capsule.b)
     assert distance.max() == pytest.approx(capsule.radius, abs=ROUNDING)
 
 

@@ -13,8 +13,7 @@ import srdf_text
 from spacearm.errors import SpacearmError
 from spacearm.robot import load_robot
 
-MASS = '<inertial><origin xyz="0 0 1" rpy="0 0 1"/><mass value="2"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
-URDF = srdf_text.two_arms().replace('<link name="torso">', f'<link name="torso">{MASS}')
+URDF = srdf_text.two_arms_with_a_mass()
 SRDF = srdf_text.two_arms_srdf().replace(
     "</robot>",
     '<link_sphere_approximation link="left_tool"><sphere center="0 0 0" radius="0.1"/></link_sphere_approximation>'

@@ -21,22 +21,7 @@ from spacearm.errors import FileFormatError, RobotError, SpacearmError
 from spacearm.robot import builtin_robots, load_robot, load_urdf
 from spacearm.robot.tree import snapped, turned_onto_z
 from urdf_text import chain, joint
-
-ARM = """\
-spacearm-robot: 1
-name: arm
-link_radius: 0.1
-joints:
-  - {name: shoulder, kind: revolute, parent: base, child: upper, axis: [0, 0, 1],
-     lower: -1, upper: 1, velocity: 2}
-  - {name: lift, kind: prismatic, parent: upper, child: fore,
-     xyz: [1, 0, 0], rpy_deg: [90, 0, 0], axis: [0, 0, 1],
-     lower: 0, upper: 1, velocity: 1, acceleration: 3}
-  - {name: mount, kind: fixed, parent: fore, child: hand, xyz: [0, 0, 1]}
-capsules:
-  - {link: upper, from: [0, 0, 0], to: [1, 0, 0]}
-  - {link: hand, from: [0, 0, 0], to: [0, 0, 0], radius: 0.2}
-"""
+from yaml_text import ARM
 
 
 @pytest.mark.parametrize("name", builtin_robots())
@@ -259,6 +244,7 @@ def test_a_robot_file_that_is_no_good_is_refused(case: str, tmp_path: Path) -> N
         ("path missing", "robots/arm", {}),
         ("no path at all", None, {}),
         ("tip of a built-in robot mistyped", "zhang2022", {"tip": "end_efector"}),
+        ("tip that is no name", "zhang2022", {"tip": ["hand"]}),
         ("collision mistyped", "zhang2022", {"collision": "None"}),
         ("velocity_limit negative", "zhang2022", {"velocity_limit": -1}),
     ],

@@ -249,8 +249,8 @@ def test_an_srdf_is_read_whole(tmp_path: Path) -> None:
         ("right", "ready"),
         ("left_gripper", "open"),
     ]
-    assert next((e.name, e.group, e.parent_link) for e in found.end_effectors) == ("left_gripper", "left_gripper", "left_tool")
-    assert [(joint.name, joint.kind, joint.child_link) for joint in found.virtual_joints] == [("world", "fixed", "base")]
+    assert found.mounts == ("left_tool", "right_tool")
+    assert [(joint.name, joint.kind) for joint in found.virtual_joints] == [("world", "fixed")]
     assert len(found.disabled) == 12
 
 

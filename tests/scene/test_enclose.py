@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -293,18 +294,22 @@ SOUP = np.random.default_rng(0).random((3, 3, 3))
 REFUSED: dict[str, Any] = {
     "mesh a number": lambda: enclose_mesh(3.0),
     "mesh of four corners": lambda: enclose_mesh(np.zeros((2, 4, 3))),
+    "mesh with ragged faces": lambda: enclose_mesh(SimpleNamespace(vertices=np.eye(3), faces=[[0, 1], [2]])),
     "mesh without triangles": lambda: enclose_mesh(np.zeros((0, 3, 3))),
     "mesh with NaN": lambda: enclose_mesh(SOUP * np.nan),
     "mesh of another unit": lambda: enclose_mesh(SOUP, scale=1e9),
     "mesh scale zero": lambda: enclose_mesh(SOUP, scale=0),
     "mesh scale text": lambda: enclose_mesh(SOUP, scale="mm"),
+    "mesh scale ragged": lambda: enclose_mesh(SOUP, scale=[[1, 2], [3]]),
     "mesh scale of two": lambda: enclose_mesh(SOUP, scale=(1, 2)),
     "mesh pose sheared": lambda: enclose_mesh(SOUP, pose=np.triu(np.ones((4, 4)))),
+    "mesh pose ragged": lambda: enclose_mesh(SOUP, pose=[[1, 2], [3]]),
     "mesh pose in a plane": lambda: enclose_mesh(SOUP, pose=(0, 0)),
     "spheres zero": lambda: enclose_mesh(SOUP, spheres=0),
     "spheres a fraction": lambda: enclose_mesh(SOUP, spheres=1.5),
     "spheres true": lambda: enclose_mesh(SOUP, spheres=True),
     "excess zero": lambda: enclose_mesh(SOUP, excess=0),
+    "excess below rounding": lambda: enclose_mesh(SOUP, excess=1e-300),
     "excess text": lambda: enclose_mesh(SOUP, excess="1 mm"),
     "excess that takes more balls than given": lambda: enclose_mesh(SOUP, excess=0.01, spheres=3),
     "points none": lambda: enclose_points(np.zeros((0, 3))),

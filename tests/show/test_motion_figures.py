@@ -12,12 +12,12 @@ import strategies
 from show.drawn_runs import SCENE, levels, moved, texts, two_joints
 from spacearm.errors import ProblemError, RobotError
 from spacearm.motion import Motion, Trajectory
-from spacearm.planner import ConfigurationGoal, Problem, clearance
+from spacearm.planner import ConfigurationGoal, Problem, clearance, hold
 from spacearm.proof import Certificate, certify
 from spacearm.robot import forward_kinematics, load_robot
-from spacearm.scene import Scene, Sphere
+from spacearm.scene import Capsule, Scene, Sphere
 from spacearm.show import figure_clearance, figure_joints, figure_path_2d, figure_path_3d
-from spacearm.show.arm import outlines, pose_times, skeleton
+from spacearm.show.arm import envelope, pose_times, skeleton
 from spacearm.show.style import new_figure
 
 PATHS = [figure_path_2d, figure_path_3d]
@@ -149,13 +149,28 @@ def test_the_papers_arm_has_three_links() -> None:
     arm = load_robot("zhang2022")
     lengths = np.linalg.norm(np.diff(skeleton(arm, np.zeros(7)), axis=1)[:, 0], axis=1)
     np.testing.assert_allclose(lengths, [0.668, 0.4128, 0.2552])
-    assert outlines(arm, np.zeros(7)) == []  # its links are lines
+    assert envelope(arm, np.zeros(7)) == ()  # its links are lines
 
 
-def test_an_outline_is_the_radius_away_from_its_segment() -> None:
-    first = outlines(two_joints(radius=0.05), [0.0, 0.0])[0]
-    nearest = np.column_stack([np.clip(first[:, 0], 0.0, 0.6), np.zeros(len(first))])
-    np.testing.assert_allclose(np.linalg.norm(first - nearest, axis=1), 0.05)
+def test_the_envelope_moves_with_the_arm() -> None:
+    upper, lower = envelope(two_joints(radius=0.05), [np.pi / 2, np.pi / 2])
+    assert isinstance(upper, Capsule)
+    assert isinstance(lower, Capsule)
+    np.testing.assert_allclose([upper.a, upper.b, lower.b], [[0, 0, 0], [0, 0.6, 0], [-0.6, 0.6, 0]], atol=1e-15)
+    assert upper.radius == lower.radius == 0.05
+
+
+@pytest.mark.parametrize("figure_path", PATHS)
+def test_what_the_hand_holds_is_in_the_picture(figure_path) -> None:
+    bare = two_joints(radius=0.0)
+    assert "envelope" not in texts(figure_path(moved(bare), bare, SCENE, start=[0, 0]))
+    robot = hold(bare, Sphere((0.5, 0.0, 0.0), 0.2))  # beyond the tip, which starts at x = 1.2
+    figure = drawn(figure_path(moved(robot), robot, SCENE, start=[0, 0]))
+    ax = figure.axes[0]  # type: ignore[attr-defined]
+    assert "envelope" in texts(figure)
+    assert ax.get_xlim()[1] > 1.9
+    filled = ax.findobj(lambda artist: type(artist).__name__.startswith("PathPatch"))
+    assert len(filled) == 7  # start, five between, end
 
 
 def test_poses_are_equally_far_apart_along_the_path() -> None:
@@ -200,3 +215,4 @@ def test_without_obstacles_nothing_is_in_the_way_and_many_are_not_all_named() ->
     text = texts(drawn(figure_clearance(trajectory, many)))
     assert "obstacle 6" in text
     assert "obstacle 7" not in text
+    assert "others" in text

@@ -118,6 +118,8 @@ def test_every_shape_can_be_drawn_and_is_in_the_picture(figure_path) -> None:
     assert ax.get_xlim()[0] <= min(low[0] for low, _ in bodies)
     assert ax.get_ylim()[1] >= max(high[1] for _, high in bodies)
     assert ax.get_xlim()[0] > -2  # a plane far away does not widen it
+    near = Scene([HalfSpace((0, 1, 0), (0, -0.3, 0))])
+    assert figure_path(moved(robot), robot, near, start=[0, 0]).axes[0].get_ylim()[0] < -0.3
 
 
 @hypothesis_settings(max_examples=8, deadline=None)

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
 from numpy.typing import ArrayLike
 
-from spacearm.checks import shown
-from spacearm.errors import SettingsError
 from spacearm.motion.margins import as_jerk_limit, fastest_duration
 from spacearm.motion.refined_law import refined_law
 from spacearm.motion.retimed import fastest_duration_of_law
@@ -17,6 +12,7 @@ from spacearm.motion.timelaw import TimeLaw
 from spacearm.motion.toppra_law import toppra_law
 from spacearm.motion.trajectory import Trajectory
 from spacearm.robot import Robot
+from spacearm.settings import whole
 
 _REFINED_PIECES = 32
 _REFINED_ALONE = 64  # where toppra has none to compare with
@@ -46,8 +42,8 @@ def time_optimal(
         ProblemError: the motion does not fit the robot, or a jerk limit that is no positive number.
         SettingsError: a number of grid points or pieces that is none.
     """
-    _require_count("gridpoints", gridpoints)
-    _require_count("pieces", pieces)
+    whole("gridpoints", gridpoints, at_least=8, at_most=_MOST)
+    whole("pieces", pieces, at_least=8, at_most=_MOST)
     Trajectory(robot, motion)  # that it fits the robot
     slow = fastest_duration(robot, motion, jerk_limit=jerk_limit)
     if slow < _INSTANT:
@@ -74,8 +70,3 @@ def time_optimal(
         excess = (duration / smoothed[1] - 1) * 100
         note += f", {abs(excess):.2g} % {'more' if excess > 0 else 'less'} than toppra's, which heeds them at grid points only"
     return Trajectory(robot, motion, duration=duration, time_law=law, notes=(note,))
-
-
-def _require_count(name: str, value: Any) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 8 <= value <= _MOST:
-        raise SettingsError(f"{name} is {shown(value)}, expected a whole number from 8 to {_MOST}")

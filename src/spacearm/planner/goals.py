@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, shown
+from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, keep, shown
 from spacearm.errors import ProblemError, nearest
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ class ConfigurationGoal(Frozen):
 
     def __post_init__(self) -> None:
         q = as_readonly("the goal configuration", self.q, (None,), ProblemError)
-        _keep(self, q=q, tolerance=_joint_tolerance(self.tolerance, len(q)), shortest=_yes_or_no("shortest", self.shortest))
+        keep(self, q=q, tolerance=_joint_tolerance(self.tolerance, len(q)), shortest=_yes_or_no("shortest", self.shortest))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +73,7 @@ class ConfigurationsGoal(Frozen):
         q = as_readonly("the table of goal configurations", self.q, (None, None), ProblemError, advice="give a row for each")
         if not len(q):
             raise ProblemError("the goal configurations are none, expected at least one; give a row for each")
-        _keep(self, q=q, tolerance=_joint_tolerance(self.tolerance, q.shape[1]), shortest=_yes_or_no("shortest", self.shortest))
+        keep(self, q=q, tolerance=_joint_tolerance(self.tolerance, q.shape[1]), shortest=_yes_or_no("shortest", self.shortest))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,7 +101,7 @@ class PositionGoal(Frozen):
     def __post_init__(self) -> None:
         position = as_readonly("the goal position", self.position, (3,), ProblemError)
         tolerance = as_number("the goal's tolerance", self.tolerance, ProblemError, above=0, unit="m")
-        _keep(self, position=position, tolerance=tolerance, frame=_frame(self.frame))
+        keep(self, position=position, tolerance=tolerance, frame=_frame(self.frame))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,7 +143,7 @@ class PoseGoal(Frozen):
     def __post_init__(self) -> None:
         position = as_number("position_tolerance", self.position_tolerance, ProblemError, above=0, unit="m")
         orientation = as_number("orientation_tolerance", self.orientation_tolerance, ProblemError, above=0, unit="rad")
-        _keep(
+        keep(
             self,
             pose=as_transform("the goal pose", self.pose, ProblemError),
             position_tolerance=position,
@@ -207,11 +207,6 @@ _KINDS: dict[str, tuple[Callable[..., Goal], tuple[str, ...]]] = {
     "position": (PositionGoal, ("tolerance", "frame")),
     "pose": (PoseGoal, ("position_tolerance", "orientation_tolerance", "frame", "free_axis")),
 }
-
-
-def _keep(record: Any, **values: Any) -> None:
-    for name, value in values.items():
-        object.__setattr__(record, name, value)
 
 
 def _frame(name: Any) -> str | None:

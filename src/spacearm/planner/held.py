@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_name, as_readonly, as_transform, dimensions_of, shown
+from spacearm.checks import as_name, as_pose, as_whole, shown
 from spacearm.errors import RobotError, nearest
 from spacearm.robot.capsule_fit import Segment
 from spacearm.robot.envelope import Shape, enclosed
 from spacearm.robot.envelope_report import greatest_excess
 from spacearm.robot.model import Frame, LinkCapsule, Robot
 from spacearm.robot.never_meet import joints_between
-from spacearm.robot.segments import axes_of
-from spacearm.robot.tree import require_count
+from spacearm.robot.segments import axes_of, link_axes
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 
@@ -63,15 +62,14 @@ def hold(
         raise RobotError(f"name '{name}' is taken by a link or a frame of robot '{robot.name}'; give another with name=")
     holder = robot.frame(robot.tip if frame is None else frame)
     free = _links_to_touch(robot, touching)
-    T_joint_x = holder.T_joint_frame @ _pose(pose)
-    origin, capsules, excess = _enclosed(obstacle, require_count("capsules_per_shape", capsules_per_shape, at_least=1))
+    T_joint_x = holder.T_joint_frame @ as_pose("pose", pose, RobotError)
+    origin, capsules, excess = _enclosed(obstacle, as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1))
     carried = tuple(
         LinkCapsule(name=name, joint=holder.joint, a=_moved(T_joint_x, c.a), b=_moved(T_joint_x, c.b), radius=c.radius)
         for c in capsules
     )
     own = axes_of(carried)
-    links = {capsule.name for capsule in robot.capsules} - free
-    moved = {link for link in links if joints_between(robot, own, axes_of([c for c in robot.capsules if c.name == link]))}
+    moved = [link for link, axes in link_axes(robot).items() if link not in free and joints_between(robot, own, axes)]
     kind = type(obstacle).__name__.lower()
     capsule_count = f"{len(capsules)} capsule{'s' if len(capsules) > 1 else ''}"
     note = f"'{name}', a {kind}, is held by frame '{holder.name}': {capsule_count}, {excess}"
@@ -111,22 +109,12 @@ def _enclosed(obstacle: Any, count: int) -> tuple[Array, list[Segment], str]:
 def _links_to_touch(robot: Robot, touching: Any) -> set[str]:
     if isinstance(touching, (str, bytes)) or not isinstance(touching, Iterable):
         raise RobotError(f"touching is {shown(touching)}, expected a list of links, as in touching=['hand']")
-    known = dict.fromkeys([*(capsule.name for capsule in robot.capsules), *(frame.name for frame in robot.frames)])
+    known = list(dict.fromkeys(entry.name for entry in (*robot.capsules, *robot.frames)))
     names = list(touching)
     for link in names:
         if link not in known:
             raise RobotError(f"touching names {shown(link)}, which is no link of robot '{robot.name}'; {nearest(link, known)}")
     return set(names)
-
-
-def _pose(value: Any) -> Array:
-    T = np.eye(4)
-    if value is None:
-        return T
-    if dimensions_of(value) == 1:
-        T[:3, 3] = as_readonly("pose", value, (3,), RobotError, advice="give a transform (4, 4) or a point (3,)")
-        return T
-    return as_transform("pose", value, RobotError)
 
 
 def _moved(T: Array, point: Array) -> Array:

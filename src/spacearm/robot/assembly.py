@@ -101,7 +101,7 @@ def _with_tip(tree: LinkTree, choices: Assembly, srdf: Srdf | None, members: Mem
             )
         return replace(tree, tip=members.tips[0])
     if tree.tip is None and srdf is not None and len(ends_of(tree)) > 1:
-        mounts = {effector.parent_link for effector in srdf.end_effectors if effector.parent_link in tree.links}
+        mounts = set(srdf.mounts) & set(tree.links)
         if len(mounts) == 1:
             (tip,) = mounts
             return replace(tree, tip=tip, notes=(*tree.notes, f"the tip is '{tip}', where the SRDF mounts the end effector"))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import Frozen, as_name, as_number, as_readonly, shown
+from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_whole, keep, shown
 from spacearm.errors import RobotError
 
 Array = NDArray[np.float64]
@@ -39,16 +39,23 @@ class Body(Frozen):
 
     def __post_init__(self) -> None:
         where = f"body '{as_name('a body name', self.name, RobotError)}'"
-        if isinstance(self.joint, bool) or not isinstance(self.joint, (int, np.integer)) or self.joint < -1:
-            raise RobotError(f"{where}: joint is {shown(self.joint)}, expected an index, or -1")
         inertia = as_readonly(f"{where}: inertia", self.inertia, (3, 3), RobotError)
-        if np.abs(inertia - inertia.T).max() > _SKEW * np.abs(inertia).max():
+        half = inertia / 2  # of large numbers the sum would be infinite
+        if np.abs(half - half.T).max() > _SKEW * np.abs(half).max():
             raise RobotError(f"{where}: inertia is {shown(inertia.tolist())}, expected a symmetric one")
-        values: dict[str, Any] = {
-            "joint": int(self.joint),
-            "mass": as_number(f"{where}: mass", self.mass, RobotError, at_least=0, unit="kg"),
-            "com": as_readonly(f"{where}: com", self.com, (3,), RobotError),
-            "inertia": as_readonly(f"{where}: inertia", (inertia + inertia.T) / 2, (3, 3), RobotError),
-        }
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
+        keep(
+            self,
+            joint=as_index(f"{where}: joint", self.joint),
+            mass=as_number(f"{where}: mass", self.mass, RobotError, at_least=0, unit="kg"),
+            com=as_readonly(f"{where}: com", self.com, (3,), RobotError),
+            inertia=as_readonly(f"{where}: inertia", half + half.T, (3, 3), RobotError),
+        )
+
+
+def as_index(name: str, value: Any) -> int:
+    """Check the index of a joint; -1 is the base.
+
+    Raises:
+        RobotError: none.
+    """
+    return as_whole(name, value, RobotError, at_least=-1, wanted="an index, or -1")

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import shown_error
 from spacearm.errors import RobotError
+from spacearm.reading import mesh_triangles
 from spacearm.robot.capsule_fit import Segment, shortest_axis
 from spacearm.robot.capsule_split import enclose
 from spacearm.robot.links import LONGEST
@@ -101,16 +101,6 @@ def enclosed(shapes: list[Shape], count: int) -> list[Segment]:
         if i not in merged:
             capsules += [_carried(shape.T_link_shape, capsule) for capsule in _enclosed(shape, count)]
     return _without_inner(capsules)
-
-
-def enclose_box(size: tuple[float, ...], count: int) -> tuple[Segment, ...]:
-    """Enclose a box about the origin, edges along the axes, of given lengths [m], in at most `count` capsules."""
-    return _box_capsules(tuple(size), count)
-
-
-def enclose_cylinder(radius: float, length: float, count: int) -> tuple[Segment, ...]:
-    """Enclose a cylinder about the origin, along z [m], in at most `count` capsules."""
-    return _cylinder_capsules(radius, length, count)
 
 
 def shape_triangles(kind: str, size: tuple[float, ...]) -> Array:
@@ -207,20 +197,12 @@ def _mesh_triangles(filename: str, link: str, directory: Path) -> Array:
         raise RobotError(
             f"link '{link}' has the collision mesh '{filename}', which is not there; put the file there, {_OTHERWISE}"
         )
-    import trimesh
-
     try:
-        mesh = trimesh.load_scene(path).to_mesh()
-        vertices = np.asarray(mesh.vertices, dtype=np.float64)
-        triangles = vertices[np.asarray(mesh.faces, dtype=np.intp)] if len(vertices) else np.empty((0, 3, 3))
-        reason = "it has no triangles" if not triangles.size else "it has vertices that are not finite"
-    except Exception as error:  # each of trimesh's loaders has exceptions of its own
-        triangles, reason = np.empty((0, 3, 3)), shown_error(error)
-    if not triangles.size or not np.isfinite(triangles).all():
+        return mesh_triangles(path)
+    except ValueError as error:
         raise RobotError(
-            f"link '{link}' has the collision mesh '{filename}', which cannot be read ({reason}); repair the file, {_OTHERWISE}"
-        )
-    return triangles
+            f"link '{link}' has the collision mesh '{filename}', which cannot be read ({error}); repair the file, {_OTHERWISE}"
+        ) from None
 
 
 def _found(filename: str, directory: Path) -> Path | None:

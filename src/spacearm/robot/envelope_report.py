@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.checks import as_whole
+from spacearm.errors import RobotError
 from spacearm.reading import located
 from spacearm.robot.capsule_fit import Segment, across, union_volume
 from spacearm.robot.envelope import Shape, enclosed, link_shapes
 from spacearm.robot.segments import point_segment_distance
-from spacearm.robot.tree import require_count
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE, parsed_urdf
 
 Array = NDArray[np.float64]
@@ -62,8 +63,8 @@ def envelope_report(urdf: str | os.PathLike[str], *, capsules_per_shape: int = C
         FileFormatError: no such file, or no URDF.
         RobotError: a mesh that cannot be read, or `capsules_per_shape` below 1.
     """
-    count = require_count("capsules_per_shape", capsules_per_shape, at_least=1)
-    links = parsed_urdf(urdf, with_collision=True).links
+    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1)
+    links = parsed_urdf(urdf).links
     with located(urdf):
         found = [(link.name, link_shapes(link, Path(urdf).parent)) for link in links]
     return tuple(_measured(name, shapes, enclosed(shapes, count)) for name, shapes in found if shapes)

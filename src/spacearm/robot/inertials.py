@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 from spacearm.checks import shown
 from spacearm.robot.links import LinkMass
-from spacearm.robot.xml_root import xml_root
+from spacearm.robot.xml_root import numbers_in
 from spacearm.robot.yaml_robot import rotation_from_rpy
 
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
-def link_masses(content: bytes) -> tuple[tuple[LinkMass, ...], tuple[str, ...]]:
+def link_masses(root: Any) -> tuple[tuple[LinkMass, ...], tuple[str, ...]]:
     """Read the <inertial> of every link that has one.
 
     Args:
-        content: a URDF that was found good otherwise.
+        root: a URDF, an lxml element.
 
     Returns:
         The masses, and a note on each <inertial> that cannot be read, whose link is left without a mass.
     """
     found, notes = [], []
-    for link in xml_root(content, what="a URDF", root="robot").findall("link"):
+    for link in root.findall("link"):
         inertial = link.find("inertial")
         if inertial is None:
             continue
@@ -55,10 +54,7 @@ def _numbers(inertial: Any, tag: str, attribute: str, count: int, default: str |
     text = default if element is None else element.get(attribute, default)
     if text is None:
         raise ValueError(f"<{tag} {attribute}> is missing")
-    try:
-        numbers = [float(word) for word in text.split()]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count or not all(math.isfinite(number) and abs(number) < 1e12 for number in numbers):
+    numbers = numbers_in(text)
+    if len(numbers) != count or not all(abs(number) < 1e12 for number in numbers):
         raise ValueError(f"<{tag} {attribute}> is {shown(text)}")
     return numbers

@@ -9,12 +9,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal
 
-from spacearm.checks import shown
+from spacearm.checks import as_whole, shown
 from spacearm.errors import FileFormatError, RobotError, nearest
 from spacearm.reading import read_bytes, read_yaml
 from spacearm.robot.assembly import Assembly, SelfCollision, assemble
 from spacearm.robot.model import Robot
-from spacearm.robot.tree import require_collision, require_count
+from spacearm.robot.tree import require_collision
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE, urdf_tree
 from spacearm.robot.yaml_robot import tree_from_yaml
 
@@ -66,7 +66,7 @@ def load_robot(
         FileFormatError: a file that is missing, broken or of another format.
     """
     require_collision(collision)
-    count = require_count("capsules_per_shape", capsules_per_shape, at_least=1)
+    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1)
     choices = Assembly(
         srdf=srdf,
         group=group,

@@ -15,9 +15,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, shown
+from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, keep, shown
 from spacearm.errors import RobotError, nearest
-from spacearm.robot.bodies import Body
+from spacearm.robot.bodies import Body, as_index
 
 Array = NDArray[np.float64]
 
@@ -55,10 +55,10 @@ class Joint(Frozen):
         if self.kind not in JOINT_KINDS:
             raise RobotError(f"joint '{self.name}' has kind {shown(self.kind)}, expected one of {', '.join(JOINT_KINDS)}")
         where = f"joint '{self.name}'"
-        _freeze(
+        keep(
             self,
-            parent=_index(f"{where}: parent", self.parent),
-            dof=_index(f"{where}: dof", self.dof),
+            parent=as_index(f"{where}: parent", self.parent),
+            dof=as_index(f"{where}: dof", self.dof),
             T_parent_joint=as_transform(f"{where}: T_parent_joint", self.T_parent_joint, RobotError),
             multiplier=as_number(f"{where}: multiplier", self.multiplier, RobotError),
             offset=as_number(f"{where}: offset", self.offset, RobotError),
@@ -88,9 +88,9 @@ class LinkCapsule(Frozen):
 
     def __post_init__(self) -> None:
         where = f"capsule '{as_name('a capsule name', self.name, RobotError)}'"
-        _freeze(
+        keep(
             self,
-            joint=_index(f"{where}: joint", self.joint),
+            joint=as_index(f"{where}: joint", self.joint),
             a=as_readonly(f"{where}: a", self.a, (3,), RobotError),
             b=as_readonly(f"{where}: b", self.b, (3,), RobotError),
             radius=as_number(f"{where}: radius", self.radius, RobotError, at_least=0, unit="m"),
@@ -121,9 +121,9 @@ class Frame(Frozen):
         where = f"frame '{as_name('a frame name', self.name, RobotError)}'"
         if not isinstance(self.parent, str):
             raise RobotError(f"{where}: parent is {shown(self.parent)}, expected the name of a frame, or ''")
-        _freeze(
+        keep(
             self,
-            joint=_index(f"{where}: joint", self.joint),
+            joint=as_index(f"{where}: joint", self.joint),
             T_joint_frame=as_transform(f"{where}: T_joint_frame", self.T_joint_frame, RobotError),
         )
 
@@ -145,7 +145,7 @@ class NamedConfiguration(Frozen):
 
     def __post_init__(self) -> None:
         where = f"configuration '{as_name('a configuration name', self.name, RobotError)}'"
-        _freeze(self, q=as_readonly(where, self.q, (None,), RobotError))
+        keep(self, q=as_readonly(where, self.q, (None,), RobotError))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -200,14 +200,14 @@ class Robot(Frozen):
         _require_unique("frame", [frame.name for frame in frames])
         _require_unique("body", [body.name for body in bodies])
         _require_tree(joints, (*frames, *capsules, *bodies))
-        names = tuple(self.dof_names) or _own_names(joints)
+        names = _members("dof_names", self.dof_names, str) or _own_names(joints)
         _require_unique("dof", [as_name("a dof's name", name, RobotError) for name in names])
         _require_dofs_used(joints, names)
         pairs = _checked_pairs(self.self_pairs, {capsule.name for capsule in capsules})
-        _freeze(self, joints=joints, frames=frames, capsules=capsules, bodies=bodies, dof_names=names)
-        _freeze(self, notes=tuple(self.notes), self_pairs=pairs)
-        _freeze(self, **_checked_limits(self))
-        _freeze(self, configurations=_checked_configurations(self))
+        keep(self, joints=joints, frames=frames, capsules=capsules, bodies=bodies, dof_names=names)
+        keep(self, notes=_members("notes", self.notes, str), self_pairs=pairs)
+        keep(self, **_checked_limits(self))
+        keep(self, configurations=_checked_configurations(self))
         self.frame(self.tip)
 
     @property
@@ -256,20 +256,9 @@ class Robot(Frozen):
         return leader.kind == "prismatic"
 
 
-def _freeze(record: Any, **values: Any) -> None:
-    for name, value in values.items():
-        object.__setattr__(record, name, value)
-
-
-def _index(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < -1:
-        raise RobotError(f"{name} is {shown(value)}, expected an index, or -1")
-    return int(value)
-
-
 def _members(what: str, items: Any, kind: type) -> tuple[Any, ...]:
     if not isinstance(items, Iterable) or isinstance(items, (str, bytes)):
-        raise RobotError(f"{what} is {shown(items)}, expected a list of {kind.__name__}")
+        raise RobotError(f"{what} is {shown(items)}, expected a list{'' if kind is object else f' of {kind.__name__}'}")
     members = tuple(items)
     for i, item in enumerate(members):
         if not isinstance(item, kind):
@@ -328,11 +317,11 @@ def _require_dofs_used(joints: tuple[Joint, ...], names: tuple[str, ...]) -> Non
 def _checked_pairs(given: Any, links: set[str]) -> tuple[tuple[str, str], ...]:
     """Return the pairs once each, their names and themselves in order."""
     out: set[tuple[str, str]] = set()
-    for pair in given:
-        if isinstance(pair, str) or len(tuple(pair)) != 2 or pair[0] == pair[1]:
+    for pair in _members("self_pairs", given, object):
+        if not isinstance(pair, (tuple, list)) or len(pair) != 2 or pair[0] == pair[1]:
             raise RobotError(f"self_pairs holds {shown(pair)}, expected the names of two links with an envelope")
         for name in pair:
-            if name not in links:
+            if not isinstance(name, str) or name not in links:
                 raise RobotError(f"self_pairs names '{name}', which has no envelope; {nearest(str(name), links)}")
         out.add((min(pair), max(pair)))
     return tuple(sorted(out))

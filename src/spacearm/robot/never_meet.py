@@ -23,7 +23,9 @@ _JOINTS = 4  # boxes of more dimensions are too many
 _BOXES = 10_000  # looked at before giving up
 _AT_ONCE = 64  # boxes to begin with, since as many cost no more than one
 _ROUNDING = 1e-9  # [m]
-_VAST = 1e6  # [rad or m] limits beyond this are none
+
+VAST = 1e6
+"""Limits beyond this are none [rad or m]."""
 
 
 def joints_between(robot: Robot, first: Axes, second: Axes) -> list[int]:
@@ -53,7 +55,7 @@ def never_meet(robot: Robot, first: Axes, second: Axes, between: list[int]) -> b
     """
     dofs = sorted({robot.joints[j].dof for j in between})
     lower, upper = _whole_range(robot, dofs, between)
-    if len(dofs) > _JOINTS or max(np.abs(lower).max(), np.abs(upper).max()) > _VAST:
+    if len(dofs) > _JOINTS or max(np.abs(lower).max(), np.abs(upper).max()) > VAST:
         return None
     speed = np.zeros(len(dofs))  # of the distance, per unit of each dof
     for j in between:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.robot.model import LinkCapsule
+from spacearm.robot.model import LinkCapsule, Robot
 
 Array = NDArray[np.float64]
 
@@ -41,6 +41,14 @@ def axes_of(capsules: Sequence[LinkCapsule]) -> Axes:
         np.array([capsule.b for capsule in capsules]).reshape(-1, 3),
         np.array([capsule.radius for capsule in capsules]),
     )
+
+
+def link_axes(robot: Robot) -> dict[str, Axes]:
+    """Gather the capsules of each link of a robot, by its name."""
+    links: dict[str, list[LinkCapsule]] = {}
+    for capsule in robot.capsules:
+        links.setdefault(capsule.name, []).append(capsule)
+    return {name: axes_of(capsules) for name, capsules in links.items()}
 
 
 def placed(axes: Axes, frames: Array) -> PlacedAxes:

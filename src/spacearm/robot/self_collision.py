@@ -18,18 +18,18 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.checks import as_whole
+from spacearm.errors import RobotError
 from spacearm.robot.kinematics import base_and_joint_frames, skeleton
-from spacearm.robot.model import LinkCapsule, Robot
-from spacearm.robot.never_meet import joints_between, never_meet
-from spacearm.robot.segments import Axes, axes_of, clearance, least_clearance, placed
-from spacearm.robot.tree import require_count
+from spacearm.robot.model import Robot
+from spacearm.robot.never_meet import VAST, joints_between, never_meet
+from spacearm.robot.segments import Axes, clearance, least_clearance, link_axes, placed
 
 Array = NDArray[np.float64]
 
 Reason = Literal["checked", "rigid", "adjacent", "always", "cannot meet"]
 
 _COINCIDENT = 1e-9  # [m] joints whose origins are nearer than this turn about one point
-_VAST = 1e6  # [rad or m] limits beyond this are none
 
 ALWAYS = 0.95
 """Share of the samples from which on a pair counts as one that always meets."""
@@ -104,16 +104,13 @@ def find_self_pairs(robot: Robot, *, samples: int = 1000, seed: int = 0) -> Self
     Raises:
         RobotError: `samples` or `seed` is no whole number, 0 or more.
     """
-    q = _samples(robot, require_count("samples", samples), require_count("seed", seed))
-    frames = base_and_joint_frames(skeleton(robot), q)
-    links: dict[str, list[LinkCapsule]] = {}
-    for capsule in robot.capsules:
-        links.setdefault(capsule.name, []).append(capsule)
-    axes = {name: axes_of(capsules) for name, capsules in links.items()}
-    where = {name: placed(axes[name], frames) for name in links}
-    neighbours = {pair for pair in _neighbours(robot, set(links)) if _at_one_place(robot, axes[pair[0]], axes[pair[1]])}
-    found, bones = [], skeleton(robot)
-    for first, second in itertools.combinations(sorted(links), 2):
+    q = _samples(robot, as_whole("samples", samples, RobotError, at_least=0), as_whole("seed", seed, RobotError, at_least=0))
+    axes, bones = link_axes(robot), skeleton(robot)
+    frames = base_and_joint_frames(bones, q)
+    where = {name: placed(axes[name], frames) for name in axes}
+    neighbours = {pair for pair in _neighbours(robot, set(axes)) if _at_one_place(robot, axes[pair[0]], axes[pair[1]])}
+    found = []
+    for first, second in itertools.combinations(sorted(axes), 2):
         least, met = least_clearance(where[first], where[second])
         reason = _reason(bones, axes[first], axes[second], met, (first, second) in neighbours)
         found.append(LinkPair(links=(first, second), reason=reason, met=met, clearance=least))
@@ -129,9 +126,9 @@ def allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool]) -> tuple[
         robot: with an envelope.
         may_touch: called with the names of two links.
     """
-    axes = {name: axes_of([c for c in robot.capsules if c.name == name]) for name in {c.name for c in robot.capsules}}
-    q = np.clip(np.zeros((1, robot.dof)), *finite_range(robot))
-    where = {name: placed(axes[name], base_and_joint_frames(skeleton(robot), q)) for name in axes}
+    axes = link_axes(robot)
+    frames = base_and_joint_frames(skeleton(robot), _samples(robot, 0, 0))
+    where = {name: placed(axes[name], frames) for name in axes}
     pairs, notes = [], []
     for first, second in itertools.combinations(sorted(axes), 2):
         if may_touch(first, second):
@@ -171,7 +168,7 @@ def _samples(robot: Robot, count: int, seed: int) -> Array:
 
 def finite_range(robot: Robot) -> tuple[Array, Array]:
     """Return limits (n,) and (n,) between which configurations are drawn: one turn where there are none."""
-    lower, upper = np.where(robot.lower < -_VAST, -np.inf, robot.lower), np.where(robot.upper > _VAST, np.inf, robot.upper)
+    lower, upper = np.where(robot.lower < -VAST, -np.inf, robot.lower), np.where(robot.upper > VAST, np.inf, robot.upper)
     free = np.isinf(lower) & np.isinf(upper)
     lower[free], upper[free] = -math.pi, math.pi
     lower, upper = np.where(np.isinf(lower), upper - 2 * math.pi, lower), np.where(np.isinf(upper), lower + 2 * math.pi, upper)

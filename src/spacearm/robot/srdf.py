@@ -6,7 +6,6 @@ disable_default_collisions, enable_collisions and link_sphere_approximation; any
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from typing import Any
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, nearest
 from spacearm.reading import located, read_bytes
+from spacearm.robot.xml_root import numbers_in, xml_root
 
 Pair = tuple[str, str]
 """Two names of links, in alphabetical order."""
@@ -27,7 +27,7 @@ class Group:
     """A group as its file states it: chains (base link, tip link), and names of joints, links and other groups."""
 
     name: str
-    chains: tuple[Pair, ...] = ()
+    chains: tuple[tuple[str, str], ...] = ()
     joints: tuple[str, ...] = ()
     links: tuple[str, ...] = ()
     subgroups: tuple[str, ...] = ()
@@ -43,21 +43,11 @@ class GroupState:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EndEffector:
-    """A group that is mounted on a link of another."""
-
-    name: str
-    group: str
-    parent_link: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualJoint:
     """How the robot's root is held in the world: "fixed", "floating" or "planar"."""
 
     name: str
     kind: str
-    child_link: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +56,8 @@ class Srdf:
 
     Attributes:
         source: its path.
-        groups, states, end_effectors, virtual_joints: in the file's order.
+        groups, states, virtual_joints: in the file's order.
+        mounts: links on which end effectors are mounted.
         passive_joints: names of joints without a motor.
         disabled: pairs of links that need not keep clear.
         silent_links: links that need not keep clear of anything, but for the pairs in `enabled`.
@@ -77,7 +68,7 @@ class Srdf:
     source: str
     groups: tuple[Group, ...] = ()
     states: tuple[GroupState, ...] = ()
-    end_effectors: tuple[EndEffector, ...] = ()
+    mounts: tuple[str, ...] = ()
     virtual_joints: tuple[VirtualJoint, ...] = ()
     passive_joints: tuple[str, ...] = ()
     disabled: frozenset[Pair] = frozenset()
@@ -110,8 +101,6 @@ def load_srdf(path: str | os.PathLike[str]) -> Srdf:
 
 
 def _root(content: bytes) -> Any:
-    from spacearm.robot.xml_root import xml_root
-
     root = xml_root(content, what="an SRDF", root="robot")
     if root.find("link") is not None:
         raise FileFormatError(
@@ -122,20 +111,16 @@ def _root(content: bytes) -> Any:
 
 def _srdf(root: Any, source: str) -> Srdf:
     groups = tuple(_group(element) for element in root.findall("group"))
-    _require_once("group", root.findall("group"), [group.name for group in groups])
+    _require_once(root.findall("group"), [group.name for group in groups])
     states = tuple(_state(element) for element in root.findall("group_state"))
-    keys = [f"{state.group}/{state.name}" for state in states]
-    _require_once("group_state", root.findall("group_state"), keys)
+    _require_once(root.findall("group_state"), [f"{state.group}/{state.name}" for state in states])
     spheres = tuple(_spheres(element) for element in root.findall("link_sphere_approximation"))
-    _require_once("link_sphere_approximation", root.findall("link_sphere_approximation"), [link for link, _ in spheres])
+    _require_once(root.findall("link_sphere_approximation"), [link for link, _ in spheres])
     return Srdf(
         source=source,
         groups=groups,
         states=states,
-        end_effectors=tuple(
-            EndEffector(name=name, group=group, parent_link=link)
-            for name, group, link in _all(root, "end_effector", "name", "group", "parent_link")
-        ),
+        mounts=tuple(link for *_, link in _all(root, "end_effector", "name", "group", "parent_link")),
         virtual_joints=tuple(_virtual_joint(element) for element in root.findall("virtual_joint")),
         passive_joints=tuple(name for (name,) in _all(root, "passive_joint", "name")),
         disabled=frozenset(pair(a, b) for a, b in _all(root, "disable_collisions", "link1", "link2")),
@@ -147,34 +132,33 @@ def _srdf(root: Any, source: str) -> Srdf:
 
 def _group(element: Any) -> Group:
     (name,) = _texts(element, "name")
-    group = Group(
+    return Group(
         name=name,
         chains=tuple((base, tip) for base, tip in _all(element, "chain", "base_link", "tip_link")),
         joints=tuple(joint for (joint,) in _all(element, "joint", "name")),
         links=tuple(link for (link,) in _all(element, "link", "name")),
         subgroups=tuple(subgroup for (subgroup,) in _all(element, "group", "name")),
     )
-    return group
 
 
 def _state(element: Any) -> GroupState:
     name, group = _texts(element, "name", "group")
-    values = []
-    for joint in element.findall("joint"):
+    values, joints = [], element.findall("joint")
+    for joint in joints:
         (joint_name,) = _texts(joint, "name")
         numbers = _numbers(joint, "value")
         if len(numbers) == 1:  # a virtual joint has several, and is none of ours
             values.append((joint_name, numbers[0]))
-    _require_once("joint", element.findall("joint"), [joint.get("name") for joint in element.findall("joint")])
+    _require_once(joints, [joint.get("name") for joint in joints])
     return GroupState(name=name, group=group, values=tuple(values))
 
 
 def _virtual_joint(element: Any) -> VirtualJoint:
-    name, kind, child = _texts(element, "name", "type", "child_link")
+    name, kind, _ = _texts(element, "name", "type", "child_link")
     if kind not in _VIRTUAL:
         with _at(element):
             raise FileFormatError(f"<virtual_joint> '{name}' has type {shown(kind)}, which is none; {nearest(kind, _VIRTUAL)}")
-    return VirtualJoint(name=name, kind=kind, child_link=child)
+    return VirtualJoint(name=name, kind=kind)
 
 
 def _spheres(element: Any) -> tuple[str, tuple[tuple[float, ...], ...]]:
@@ -205,22 +189,19 @@ def _texts(element: Any, *attributes: str) -> tuple[str, ...]:
 
 def _numbers(element: Any, attribute: str, *, count: int | None = None) -> list[float]:
     (text,) = _texts(element, attribute)
-    try:
-        numbers = [float(word) for word in text.split()]
-    except ValueError:
-        numbers = []
-    if not numbers or (count is not None and len(numbers) != count) or not all(map(math.isfinite, numbers)):
+    numbers = numbers_in(text)
+    if not numbers or (count is not None and len(numbers) != count):
         wanted = "finite numbers" if count is None else f"{count} finite number{'s' if count > 1 else ''}"
         with _at(element):
             raise FileFormatError(f"<{element.tag} {attribute}> is {shown(text)}, expected {wanted}")
     return numbers
 
 
-def _require_once(tag: str, elements: list[Any], names: list[str]) -> None:
+def _require_once(elements: list[Any], names: list[str]) -> None:
     for i, name in enumerate(names):
         if name in names[:i]:
             with _at(elements[i]):
-                raise FileFormatError(f"<{tag}> '{name}' is there twice, expected once; remove one of them")
+                raise FileFormatError(f"<{elements[i].tag}> '{name}' is there twice, expected once; remove one of them")
 
 
 def _at(element: Any) -> Any:

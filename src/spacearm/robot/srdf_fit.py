@@ -30,7 +30,7 @@ def what_does_not_fit(srdf: Srdf, tree: LinkTree) -> tuple[str, ...]:
     """Say in notes what an SRDF tells about links and joints that the robot does not have, and about a base that moves."""
     links, joints = set(tree.links), {joint.name for joint in tree.joints}
     joints |= {joint.name for joint in srdf.virtual_joints}
-    unknown = _of_pairs(srdf) | {link for link, _ in srdf.spheres} | {effector.parent_link for effector in srdf.end_effectors}
+    unknown = _of_pairs(srdf) | {link for link, _ in srdf.spheres} | set(srdf.mounts)
     notes = list(_left_out("link", unknown - links, tree.links))
     stated = {name for state in srdf.states for name, _ in state.values} | set(srdf.passive_joints)
     notes += _left_out("joint", stated - joints, [joint.name for joint in tree.joints])

@@ -7,7 +7,6 @@ share a degree of freedom whose limits keep every one of them within its own.
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -84,17 +83,6 @@ def require_collision(collision: str) -> None:
     """
     if collision not in ("urdf", "none"):
         raise RobotError(f"collision is {shown(collision)}, expected 'urdf' or 'none'")
-
-
-def require_count(name: str, value: Any, *, at_least: int = 0) -> int:
-    """Check a whole number.
-
-    Raises:
-        RobotError: none, or too small.
-    """
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < at_least:
-        raise RobotError(f"{name} is {shown(value)}, expected a whole number, {at_least} or more")
-    return int(value)
 
 
 def snapped(T: ArrayLike) -> Array:
@@ -234,8 +222,8 @@ def _body(mass: LinkMass, place: tuple[int, Array]) -> Body:
 
 def _tip(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> str:
     if tree.tip is not None:
-        if tree.tip not in places:
-            raise RobotError(f"tip '{tree.tip}' is no link of robot '{tree.name}'; {nearest(tree.tip, places)}")
+        if tree.tip not in tree.links:
+            raise RobotError(f"tip '{tree.tip}' is no link of robot '{tree.name}'; {nearest(tree.tip, tree.links)}")
         return tree.tip
     leaves = ends_of(tree)
     if len(leaves) > 1:

@@ -14,14 +14,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from spacearm.checks import shown_error
-from spacearm.errors import FileFormatError
+from spacearm.checks import as_whole, shown_error
+from spacearm.errors import FileFormatError, RobotError
 from spacearm.reading import located, read_bytes
 from spacearm.robot.assembly import Assembly, assemble
 from spacearm.robot.inertials import link_masses
 from spacearm.robot.links import LinkJoint, LinkTree, Mimic
 from spacearm.robot.model import Robot
-from spacearm.robot.tree import require_collision, require_count
+from spacearm.robot.tree import require_collision
+from spacearm.robot.urdf_check import strip_and_check
+from spacearm.robot.xml_root import xml_root
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -63,11 +65,12 @@ def urdf_tree(
 ) -> LinkTree:
     """Read a URDF file as a tree of links; arguments and errors as those of `load_urdf`."""
     require_collision(collision)
-    count = require_count("capsules_per_shape", capsules_per_shape, at_least=1)
+    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1)
     content = read_bytes(path, what="a URDF")
     with located(path):
-        urdf = _parsed(content, with_collision=collision == "urdf")
-        masses, notes = link_masses(content)
+        root = xml_root(content, what="a URDF", root="robot")
+        masses, notes = link_masses(root)
+        urdf = _parsed(root, with_collision=collision == "urdf")
         capsules = []
         if collision == "urdf":
             from spacearm.robot.envelope import enclosed, link_shapes
@@ -87,24 +90,22 @@ def urdf_tree(
         )
 
 
-def parsed_urdf(path: str | os.PathLike[str], *, with_collision: bool) -> yourdfpy.Robot:
-    """Read a URDF file with yourdfpy, after a check of its own.
+def parsed_urdf(path: str | os.PathLike[str]) -> yourdfpy.Robot:
+    """Read a URDF file with yourdfpy, after a check of our own.
 
     Raises:
         FileFormatError: no such file, or no URDF.
     """
     content = read_bytes(path, what="a URDF")
     with located(path):
-        return _parsed(content, with_collision=with_collision)
+        return _parsed(xml_root(content, what="a URDF", root="robot"), with_collision=True)
 
 
-def _parsed(content: bytes, *, with_collision: bool) -> yourdfpy.Robot:
+def _parsed(root: Any, *, with_collision: bool) -> yourdfpy.Robot:
     import yourdfpy
     from lxml import etree  # pyright: ignore[reportAttributeAccessIssue] (compiled, no stubs)
 
-    from spacearm.robot.urdf_check import checked_root
-
-    root = checked_root(content, with_collision=with_collision)
+    strip_and_check(root, with_collision=with_collision)
     try:
         urdf = yourdfpy.URDF.load(
             io.BytesIO(etree.tostring(root, encoding="utf-8")),

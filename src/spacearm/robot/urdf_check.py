@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, nearest
 from spacearm.reading import located
-from spacearm.robot.xml_root import xml_root
+from spacearm.robot.xml_root import numbers_in
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
@@ -28,20 +27,16 @@ _NUMBERS: dict[str, dict[str, tuple[tuple[int, ...], bool, bool]]] = {
 _WITH_COMMAS = ("size", "scale")  # there yourdfpy takes commas for spaces, as some exporters write them
 
 
-def checked_root(content: bytes, *, with_collision: bool) -> Any:
-    """Parse and check a URDF, and leave in it what spacearm uses: links with collision shapes, and joints.
+def strip_and_check(root: Any, *, with_collision: bool) -> None:
+    """Leave in a URDF what spacearm uses, links with collision shapes, and joints, and check that.
 
     Args:
-        content: the file.
+        root: an lxml element, changed in place.
         with_collision: whether collision shapes are to be kept, and checked.
 
-    Returns:
-        The root, an lxml element.
-
     Raises:
-        FileFormatError: no XML, no URDF, a name or number that is missing or none; line and place are named.
+        FileFormatError: no links, a name or number that is missing or none; line and place are named.
     """
-    root = xml_root(content, what="a URDF", root="robot")
     _strip(root, with_collision)
     links, joints = root.findall("link"), root.findall("joint")
     if not root.get("name"):
@@ -54,7 +49,6 @@ def checked_root(content: bytes, *, with_collision: bool) -> Any:
                 raise FileFormatError(f'<{element.tag}> has no name, expected <{element.tag} name="...">; add one')
             where = f"{element.tag} '{element.get('name')}'"
             _check_joint(element, where) if element.tag == "joint" else _check_link(element, where)
-    return root
 
 
 def _strip(root: Any, with_collision: bool) -> None:
@@ -113,12 +107,8 @@ def _check_numbers(element: Any, where: str) -> None:
             if needed:
                 raise FileFormatError(f"{place} is missing, expected {wanted}; add it")
             continue
-        try:
-            words = text.replace(",", " ").split() if attribute in _WITH_COMMAS else text.split()
-            numbers = [float(word) for word in words]
-        except ValueError:
-            numbers = []
-        if len(numbers) not in counts or not all(map(math.isfinite, numbers)):
+        numbers = numbers_in(text.replace(",", " ") if attribute in _WITH_COMMAS else text)
+        if len(numbers) not in counts:
             raise FileFormatError(f"{place} is {shown(text)}, expected {wanted}{_advice(element.tag, text)}")
         if not signed and min(numbers) < 0:
             raise FileFormatError(f"{place} is {shown(text)}, expected {wanted}, none below 0")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from spacearm.errors import FileFormatError
@@ -43,3 +44,12 @@ def xml_root(content: bytes, *, what: str, root: str) -> Any:
             if not value.isprintable():  # a name that breaks lines would break the messages about it
                 child.set(key, " ".join("".join(c if c.isprintable() else " " for c in value).split()))
     return element
+
+
+def numbers_in(text: str) -> list[float]:
+    """Return the numbers of an attribute, parted by blanks; none if one of them is no finite number."""
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        return []
+    return numbers if all(map(math.isfinite, numbers)) else []

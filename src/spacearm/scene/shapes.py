@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, as_number, as_readonly, as_transform, dimensions_of, shown
+from spacearm.checks import Frozen, as_number, as_pose, as_readonly, keep, shown
 from spacearm.errors import SceneError
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ class Sphere(Frozen):
         def __init__(self, center: ArrayLike, radius: float, *, name: str = "") -> None: ...
 
     def __post_init__(self) -> None:
-        _keep(self, center=_point("the sphere's center", self.center), radius=_length("the sphere's radius", self.radius))
+        keep(self, center=_point("the sphere's center", self.center), radius=_length("the sphere's radius", self.radius))
         _require_name(self.name)
 
 
@@ -66,7 +66,7 @@ class Capsule(Frozen):
         def __init__(self, a: ArrayLike, b: ArrayLike, radius: float, *, name: str = "") -> None: ...
 
     def __post_init__(self) -> None:
-        _keep(
+        keep(
             self,
             a=_point("the capsule's a", self.a),
             b=_point("the capsule's b", self.b),
@@ -101,7 +101,7 @@ class Box(Frozen):
         size = as_readonly("the box's size", self.size, (3,), SceneError, advice="give the edges along x, y and z")
         if not (size > 0).all():
             raise SceneError(f"the box's size is {size.tolist()}, expected three edges above 0 [m]")
-        _keep(self, size=size, pose=_pose("the box's pose", self.pose))
+        keep(self, size=size, pose=as_pose("the box's pose", self.pose, SceneError))
         _require_name(self.name)
 
 
@@ -130,11 +130,11 @@ class Cylinder(Frozen):
         def __init__(self, radius: float, length: float, pose: ArrayLike | None = None, *, name: str = "") -> None: ...
 
     def __post_init__(self) -> None:
-        _keep(
+        keep(
             self,
             radius=_length("the cylinder's radius", self.radius),
             length=_length("the cylinder's length", self.length),
-            pose=_pose("the cylinder's pose", self.pose),
+            pose=as_pose("the cylinder's pose", self.pose, SceneError),
         )
         _require_name(self.name)
 
@@ -170,7 +170,7 @@ class HalfSpace(Frozen):
         length = float(np.linalg.norm(normal))
         if abs(length - 1) > 1e-15:
             normal = as_readonly("the half-space's normal", normal / length, (3,), SceneError)
-        _keep(self, normal=normal, point=_point("the half-space's point", self.point))
+        keep(self, normal=normal, point=_point("the half-space's point", self.point))
         _require_name(self.name)
 
 
@@ -207,8 +207,8 @@ class SphereSet(Frozen):
             worst = int(np.argmin(radii))
             raise SceneError(f"the sphere set's radii[{worst}] is {radii[worst]:g}, expected a finite number above 0 [m]")
         if self.excess is not None:
-            _keep(self, excess=as_number("the sphere set's excess", self.excess, SceneError, at_least=0, unit="m"))
-        _keep(self, centers=centers, radii=radii)
+            keep(self, excess=as_number("the sphere set's excess", self.excess, SceneError, at_least=0, unit="m"))
+        keep(self, centers=centers, radii=radii)
         _require_name(self.name)
 
 
@@ -237,28 +237,12 @@ def pose(position: ArrayLike = (0.0, 0.0, 0.0), q_wxyz: ArrayLike = (1.0, 0.0, 0
     return T
 
 
-def _keep(record: Any, **values: Any) -> None:
-    for name, value in values.items():
-        object.__setattr__(record, name, value)
-
-
 def _point(name: str, value: ArrayLike) -> Array:
     return as_readonly(name, value, (3,), SceneError)
 
 
 def _length(name: str, value: Any) -> float:
     return as_number(name, value, SceneError, above=0, unit="m")
-
-
-def _pose(name: str, value: Any) -> Array:
-    T = np.eye(4)
-    if value is None:
-        T.setflags(write=False)
-        return T
-    if dimensions_of(value) == 1:
-        T[:3, 3] = _point(name, value)
-        value = T
-    return as_transform(name, value, SceneError)
 
 
 def _require_name(name: Any) -> None:

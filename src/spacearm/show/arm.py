@@ -1,4 +1,4 @@
-"""The arm as a drawing: its links as segments between joint centres, and its capsules' outlines in the plane."""
+"""The arm as a drawing: its links as segments between joint centres, and its envelope."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.motion import Trajectory
 from spacearm.robot import LinkCapsule, Robot, forward_kinematics, joint_frames
+from spacearm.scene import Capsule, Sphere
 
 Array = NDArray[np.float64]
 
@@ -37,19 +38,16 @@ def tips(robot: Robot, q: ArrayLike) -> Array:
     return forward_kinematics(robot, q)[..., :3, 3]
 
 
-def outlines(robot: Robot, q: ArrayLike, *, points: int = 24) -> list[Array]:
-    """Return the outline in the plane z = 0 of every capsule that has a radius, (2 points, 2) each [m]."""
+def envelope(robot: Robot, q: ArrayLike) -> tuple[Sphere | Capsule, ...]:
+    """Return the capsules that have a radius, also of what is held, where they are in one configuration (n,) [rad or m]."""
     frames = joint_frames(robot, q)
-    return [_stadium(capsule, frames, points) for capsule in robot.capsules if capsule.radius > 0]
+    return tuple(_placed(c, frames) for c in robot.capsules if c.radius > 0)
 
 
-def _stadium(capsule: LinkCapsule, frames: Array, points: int) -> Array:
+def _placed(capsule: LinkCapsule, frames: Array) -> Sphere | Capsule:
     T = np.eye(4) if capsule.joint < 0 else frames[capsule.joint]
-    a, b = ((T[:3, :3] @ end + T[:3, 3])[:2] for end in (capsule.a, capsule.b))
-    along = np.arctan2(*(b - a)[::-1])
-    angles = along + np.linspace(-np.pi / 2, np.pi / 2, points)
-    half = capsule.radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    return np.concatenate([b + half, a - half])
+    a, b = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))
+    return Sphere(a, capsule.radius) if np.array_equal(a, b) else Capsule(a, b, capsule.radius)
 
 
 def pose_times(trajectory: Trajectory, count: int) -> Array:

@@ -96,12 +96,13 @@ def _clearances(trajectory: Trajectory, scene: Scene, t: Array) -> tuple[Array, 
 def _curves(ax: Axes, t: Array, values: Array, names: Sequence[str]) -> list[tuple[float, str, str]]:
     nearest = np.argsort(values.min(axis=0), kind="stable")[: len(CYCLE)]
     labels = []
-    for obstacle in range(values.shape[1]):
-        named = obstacle in nearest
-        color = CYCLE[sorted(nearest).index(obstacle)] if named else GREY
-        ax.plot(t, values[:, obstacle], color=color, linewidth=1.2 if named else 0.5, zorder=2.5 if named else 2)
-        if named:
-            labels.append((float(values[-1, obstacle]), names[obstacle], color))
+    others = np.setdiff1d(np.arange(values.shape[1]), nearest)
+    if len(others):
+        ax.plot(t, values[:, others], color=GREY, linewidth=0.5, zorder=2)
+        labels.append((float(values[-1, others].max()), "others", GREY))
+    for color, curve in zip(CYCLE, sorted(nearest.tolist()), strict=False):
+        ax.plot(t, values[:, curve], color=color, linewidth=1.2, zorder=2.5)
+        labels.append((float(values[-1, curve]), names[curve], color))
     return labels
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.show.path_drawing import OBSTACLE_ALPHA
 from spacearm.show.shapes import box_faces, cut, cylinder_ends, middle, silhouette
-from spacearm.show.style import BLUE, GREY, SKY
+from spacearm.show.style import BLUE, SKY
 
 Array = NDArray[np.float64]
 
@@ -30,16 +30,22 @@ def draw_obstacles(ax: Any, scene: Scene, low: Array, high: Array, view: tuple[f
         low, high: (3,) the picture's bounds, to which half-spaces are cut [m].
         view: elevation and azimuth of the eye [deg].
     """
-    elevation, azimuth = np.radians(view)
-    eye = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
-    across = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    up = np.cross(eye, across)
+    across, up = across_and_up(view)
+    eye = np.cross(across, up)
     pen = _Pen(ax, eye, across, up)
     for obstacle in scene.obstacles:
         if isinstance(obstacle, HalfSpace):
             pen.plane(cut(obstacle, low, high))
     for obstacle in sorted(scene.obstacles, key=lambda item: float(middle(item) @ eye)):
         pen.solid(obstacle)
+
+
+def across_and_up(view: tuple[float, float]) -> tuple[Array, Array]:
+    """Return the picture's axes, (3,) each: unit vectors to the right and up, for the eye's elevation and azimuth [deg]."""
+    elevation, azimuth = np.radians(view)
+    across = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    eye = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+    return across, np.asarray(np.cross(eye, across), dtype=np.float64)
 
 
 class _Pen:
@@ -52,8 +58,8 @@ class _Pen:
 
     def plane(self, corners: Array) -> None:
         if len(corners):
-            self._fill([corners], GREY, 0.13)
-            self._line(corners, GREY, 0.5)
+            self._fill([corners], SKY, 0.13)
+            self._line(corners, BLUE, 0.5)
 
     def solid(self, obstacle: Obstacle) -> None:
         if isinstance(obstacle, HalfSpace):

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.motion import Trajectory
 from spacearm.robot import Robot
 from spacearm.scene import HalfSpace, Obstacle, Scene, Sphere, SphereSet
-from spacearm.show.arm import outlines
-from spacearm.show.path_drawing import OBSTACLE_ALPHA, draw_lines, extent, legend_handles, make_drawing
+from spacearm.show.path_drawing import OBSTACLE_ALPHA, draw_envelopes, draw_lines, extent, legend_handles, make_drawing
 from spacearm.show.shapes import common_outline, cut_in_plane, silhouette
 from spacearm.show.style import BLUE, COLUMN, SKY, figure_of, legend_below, look, new_figure, tidy
 
@@ -55,17 +54,13 @@ def figure_path_2d(
         ProblemError: a start that is not one configuration, a goal that is not a point.
         RobotError: configurations that are not the robot's.
     """
-    from matplotlib.patches import Polygon
-
     drawing = make_drawing(trajectory, robot, start, goal, trace)
     low, high = extent(drawing, scene, 2)
     with look():
         ax = _axes_to_scale(high - low) if ax is None else ax
         for obstacle in scene.obstacles:
             _obstacle(ax, obstacle, low, high)
-        for pose in drawing.poses:
-            for outline in outlines(robot, pose.q):
-                ax.add_patch(Polygon(outline, facecolor=pose.color, alpha=0.2, linewidth=0, zorder=2.5))
+        draw_envelopes(ax, drawing, *np.eye(3)[:2], dims=2)
         draw_lines(ax, drawing, 2)
         tidy(ax)
         ax.set_xlim(low[0], high[0])
@@ -103,7 +98,7 @@ def _obstacle(ax: Axes, obstacle: Obstacle, low: Array, high: Array) -> None:
 
 def _axes_to_scale(size: Array) -> Axes:
     """Return axes in a figure of a column's width, as large as the picture's (2,) size [m] allows."""
-    left, right, bottom, top = 0.48, 0.1, 0.95, 0.22  # [inch], for labels, legend and title
+    left, right, bottom, top = 0.6, 0.1, 0.95, 0.22  # [inch], for labels, legend and title
     most = np.array([COLUMN - left - right, 3.4])
     width, height = size * float((most / size).min())
     width, height = max(width, 1.0), max(height, 1.0)

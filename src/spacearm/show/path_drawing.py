@@ -14,25 +14,27 @@ from spacearm.errors import ProblemError
 from spacearm.motion import Trajectory
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
-from spacearm.scene import HalfSpace, Scene
-from spacearm.show.arm import pose_times, skeleton, tips
-from spacearm.show.shapes import span
+from spacearm.scene import Capsule, HalfSpace, Scene, Sphere
+from spacearm.show.arm import envelope, pose_times, skeleton, tips
+from spacearm.show.shapes import silhouette, span
 from spacearm.show.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY
 
 Array = NDArray[np.float64]
 
 RED = "#D00000"  # the paper's; told from the target's green by size and fill too
 OBSTACLE_ALPHA = 0.4
+_ENVELOPE_ALPHA = 0.2
 _BETWEEN = 5  # poses between start and end
+_NEAR = 0.3  # of the picture: half-spaces farther away are not in it
 _PALE = np.array([0.80, 0.80, 0.80]), np.array([0.55, 0.55, 0.55])  # of the first and the last of them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pose:
-    """The arm in one configuration: segments (s, 2, 3) [m], and how it is drawn."""
+    """The arm in one configuration: segments (s, 2, 3) [m], the envelope about them, and how it is drawn."""
 
-    q: Array
     segments: Array
+    envelope: tuple[Sphere | Capsule, ...]
     color: Any
     width: float
 
@@ -58,6 +60,7 @@ class PathDrawing:
     def points(self) -> Array:
         """Return all points, (p, 3), that have to be in the picture."""
         parts = [self.ends, *(pose.segments.reshape(-1, 3) for pose in self.poses)]
+        parts += [np.array(span(body)) for pose in self.poses for body in pose.envelope]
         parts += [part for part in (self.path, self.trace) if part is not None]
         return np.concatenate([*parts, np.zeros((1, 3)), *([] if self.goal is None else [self.goal[None]])])
 
@@ -107,14 +110,41 @@ def draw_lines(ax: Any, drawing: PathDrawing, dims: int) -> None:
     ax.plot(*drawing.ends.T[:dims], zorder=7, **_ENDS)
 
 
+def draw_envelopes(ax: Any, drawing: PathDrawing, across: Array, up: Array, dims: int) -> None:
+    """Fill the outlines of the arm's envelope, of each pose as one, as seen at right angles to two unit vectors (3,)."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+    from mpl_toolkits.mplot3d.art3d import PathPatch3D
+
+    for pose in drawing.poses:
+        outlines = [silhouette(body, across, up) for body in pose.envelope]
+        if not outlines:
+            continue
+        rims = [np.vstack([outline, outline[:1]]) for outline in outlines]
+        # One path: where outlines overlap, it is filled once.
+        path = Path.make_compound_path(*(Path(rim[:, :2], closed=True) for rim in rims))
+        style: dict[str, Any] = {"facecolor": pose.color, "alpha": _ENVELOPE_ALPHA, "linewidth": 0, "zorder": 2.5}
+        if dims == 2:
+            ax.add_patch(PathPatch(path, **style))
+        else:
+            ax.add_artist(PathPatch3D(path, zs=np.concatenate(rims)[:, 2], **style))
+
+
 def extent(drawing: PathDrawing, scene: Scene, dims: int, *, pad: float = 0.06) -> tuple[Array, Array]:
-    """Return the least and the greatest coordinates of the picture, (dims,) each [m]."""
-    points = drawing.points()[:, :dims]
+    """Return the least and the greatest coordinates of the picture, (dims,) each [m]: half-spaces only if they are near."""
+    points = drawing.points()
     low, high = points.min(axis=0), points.max(axis=0)
     for obstacle in scene.obstacles:
-        if not isinstance(obstacle, HalfSpace):  # it has no end; the picture shows what is in it of the plane
+        if not isinstance(obstacle, HalfSpace):
             least, greatest = span(obstacle)
-            low, high = np.minimum(low, least[:dims]), np.maximum(high, greatest[:dims])
+            low, high = np.minimum(low, least), np.maximum(high, greatest)
+    for half_space in [obstacle for obstacle in scene.obstacles if isinstance(obstacle, HalfSpace)]:
+        corner = np.where(half_space.normal > 0, low, high)  # the box's nearest to it
+        height = float((corner - half_space.point) @ half_space.normal)
+        if 0 < height < _NEAR * float((high - low).max()):
+            foot = corner - height * half_space.normal
+            low, high = np.minimum(low, foot), np.maximum(high, foot)
+    low, high = low[:dims], high[:dims]
     margin = pad * max(float((high - low).max()), 1e-3)
     return low - margin, high + margin
 
@@ -138,6 +168,8 @@ def legend_handles(drawing: PathDrawing, scene: Scene, dims: int) -> list[Any]:
         handles.append(Patch(facecolor=SKY, edgecolor=BLUE, alpha=OBSTACLE_ALPHA, linewidth=0.6, label=text))
     text = "arm, grey at the start" if len(drawing.poses) > 1 else "arm"
     handles.append(Line2D([], [], color=BLACK, linewidth=1.8, marker="o", markersize=3, label=text))
+    if any(pose.envelope for pose in drawing.poses):
+        handles.append(Patch(facecolor=BLACK, alpha=_ENVELOPE_ALPHA, linewidth=0, label="its envelope"))
     return handles
 
 
@@ -171,7 +203,7 @@ def _poses(robot: Robot, configurations: list[Array]) -> Iterator[Pose]:
         else:
             share = (i - 1) / max(1, last - 2)
             color, width = tuple((1 - share) * _PALE[0] + share * _PALE[1]), 0.9
-        yield Pose(q=q, segments=skeleton(robot, q), color=color, width=width)
+        yield Pose(segments=skeleton(robot, q), envelope=envelope(robot, q), color=color, width=width)
 
 
 def _each_once(points: Array) -> Array:

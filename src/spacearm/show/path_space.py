@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.motion import Trajectory
 from spacearm.robot import Robot
 from spacearm.scene import HalfSpace, Scene, SphereSet
-from spacearm.show.obstacles_in_space import draw_obstacles
-from spacearm.show.path_drawing import PathDrawing, draw_lines, extent, legend_handles, make_drawing
+from spacearm.show.obstacles_in_space import across_and_up, draw_obstacles
+from spacearm.show.path_drawing import PathDrawing, draw_envelopes, draw_lines, extent, legend_handles, make_drawing
 from spacearm.show.shapes import common_outline, silhouette
 from spacearm.show.style import COLUMN, GREY, LIGHT, figure_of, look, new_figure
 
@@ -53,6 +53,7 @@ def figure_path_3d(
         _box(ax, low, high, view)
         _shadow(ax, drawing, scene, float(low[2]))
         draw_obstacles(ax, scene, low, high, view)
+        draw_envelopes(ax, drawing, *across_and_up(view), dims=3)
         draw_lines(ax, drawing, 3)
         figure, handles = figure_of(ax), legend_handles(drawing, scene, 3)
         if own:
@@ -81,6 +82,7 @@ def _box(ax: Any, low: Array, high: Array, view: tuple[float, float]) -> None:
         axis._axinfo["grid"].update(color=LIGHT, linewidth=0.4)
         axis._axinfo["tick"].update(inward_factor=0.0, outward_factor=0.15)
     ax.tick_params(labelsize=6.5, pad=-2)
+    ax.tick_params(axis="z", pad=0)
     ax.set_box_aspect(high - low)
     ax.view_init(elev=view[0], azim=view[1])
 

@@ -76,9 +76,15 @@ def problem_as_dict(problem: Problem) -> dict[str, Any]:
 
 def problem_hash(problem: Problem) -> str:
     """Return the SHA-256 of a problem's values; where its robot was read from does not matter."""
+    return digest(values_that_count(problem))
+
+
+def values_that_count(problem: Problem) -> dict[str, Any]:
+    """Return a problem as plain values, without where its robot was read from and how."""
     values = problem_as_dict(problem)
-    values["robot"] = {key: value for key, value in values["robot"].items() if key not in ("source", "notes")}
-    return digest(values)
+    for provenance in ("source", "notes"):
+        del values["robot"][provenance]
+    return values
 
 
 def save_plan(plan: Plan, path: str | os.PathLike[str]) -> None:

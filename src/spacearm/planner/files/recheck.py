@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from spacearm.motion import AnyTrajectory
-from spacearm.planner.files.plans import problem_as_dict, problem_hash
+from spacearm.planner.files.plans import problem_hash, values_that_count
 from spacearm.planner.files.saved_plans import SavedPlan, load_saved_plan
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
 from spacearm.planner.problem import Problem
@@ -87,13 +87,9 @@ def _edited(saved: SavedPlan, certificate: Certificate) -> list[str]:
 
 def _other_problem(planned: Problem, against: Problem) -> list[str]:
     """Say in what the problem that is proven for differs from the one that was planned."""
-    if problem_hash(planned) == problem_hash(against):
-        return []
-    one, other = problem_as_dict(planned), problem_as_dict(against)
-    for values in (one, other):
-        values["robot"] = {key: value for key, value in values["robot"].items() if key not in ("source", "notes")}
+    one, other = values_that_count(planned), values_that_count(against)
     names = ", ".join(key for key in one if one[key] != other[key])
-    return [f"the plan was made for another problem, which differs in: {names}"]
+    return [f"the plan was made for another problem, which differs in: {names}"] if names else []
 
 
 def _ends(problem: Problem, trajectory: AnyTrajectory) -> list[str]:

@@ -39,18 +39,11 @@ def _loaded(model: RobotModel, directory: Path) -> Robot:
     return load_robot(
         beside(directory, model.file or model.name or "") if is_path else model.name or "",
         srdf=None if model.srdf is None else beside(directory, model.srdf),
-        group=model.group,
-        fixed=model.fixed,
-        tip=model.tip,
-        velocity_limit=model.velocity_limit,
-        acceleration_limit=model.acceleration_limit,
-        collision=model.collision,
-        self_collision=model.self_collision,
-        **_count(model.capsules_per_shape),
+        **model.model_dump(exclude={"name", "file", "srdf", "holding"}),  # the others are called as there
     )
 
 
-def _holding(robot: Robot, held: HeldModel, index: int, directory: Path, count: int | None) -> Robot:
+def _holding(robot: Robot, held: HeldModel, index: int, directory: Path, count: int) -> Robot:
     name = held.name if held.name is not None else "held" if index == 0 else f"held_{index + 1}"
     return hold(
         robot,
@@ -59,9 +52,5 @@ def _holding(robot: Robot, held: HeldModel, index: int, directory: Path, count: 
         pose=placed(held),
         touching=held.touching or (),
         name=name,
-        **_count(count),
+        capsules_per_shape=count,
     )
-
-
-def _count(capsules_per_shape: int | None) -> dict[str, int]:
-    return {} if capsules_per_shape is None else {"capsules_per_shape": capsules_per_shape}

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
+from spacearm.robot.urdf import CAPSULES_PER_SHAPE
 from spacearm.strict_model import Number, StrictModel
 
 
@@ -207,8 +208,8 @@ class RobotModel(StrictModel):
     velocity_limit: Number | None = Field(None, description="no joint is to be faster [rad/s or m/s]")
     acceleration_limit: Number | None = Field(None, description="likewise [rad/s^2 or m/s^2]")
     collision: Literal["urdf", "none"] = Field("urdf", description="where the robot's envelope is from")
-    capsules_per_shape: Count | None = Field(
-        None, description="how many capsules may enclose one box, cylinder or mesh, of the URDF or held; by default 4"
+    capsules_per_shape: Count = Field(
+        CAPSULES_PER_SHAPE, description="how many capsules may enclose one box, cylinder or mesh, of the URDF or held"
     )
     self_collision: Literal["auto", "srdf", "computed", "none"] = Field(
         "auto", description="which links must keep clear of each other; auto: by the SRDF if there is one, else computed"

@@ -10,7 +10,8 @@ Read are:
 
 Quaternions are x y z w there, of any length but 0. Every obstacle keeps its object's id as its name, with a number from 1
 where the object has several shapes. A cone becomes the cylinder that encloses it, a mesh the balls that enclose it, and a
-plane a x + b y + c z + d = 0 the half-space in which the left side is below 0.
+plane, which has two sides in MoveIt, the half-space on the other side of it than the base frame's origin; a plane through
+the origin the half-space behind its normal.
 
 What would change the problem if it were overlooked is refused: an octomap, attached objects, a base that does not stand in
 the world's origin, path constraints, unknown keys of an object or a goal. Ignored are the workspace, planner, velocity

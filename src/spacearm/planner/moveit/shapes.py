@@ -22,6 +22,8 @@ NUMBERED = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}
 
 MOST_OBSTACLES = 100_000
 
+_ON_PLANE = 1e-9  # [m] nearer to a plane than this the base stands on it
+
 
 @dataclass(frozen=True, slots=True)
 class Made:
@@ -43,17 +45,22 @@ def primitive(kind: str, size: Array) -> Made:
 
 
 def plane(coefficients: ArrayLike) -> Made:
-    """Return the half-space behind a plane a x + b y + c z + d = 0: where the left side is below 0."""
+    """Return the half-space beyond a plane a x + b y + c z + d = 0.
+
+    MoveIt's planes have two sides and no inside. The robot's base does not get through one, so the side of the base frame's
+    origin is the free one; where the origin is on the plane, the side that the normal (a, b, c) points to.
+    """
     *normal, d = (float(value) for value in np.asarray(coefficients))
 
     def make(T: Array, name: str) -> Obstacle:
-        n = np.array(normal)
         length = math.hypot(*normal)
         if not 1e-150 < length < 1e150:
             raise SceneError(
                 f"the plane's normal is {normal}, expected a direction; give a, b, c and d of ax + by + cz + d = 0"
             )
-        return HalfSpace(T[:3, :3] @ n, T[:3, 3] + T[:3, :3] @ (n * (-d / length**2)), name=name)
+        n = T[:3, :3] @ (np.array(normal) / length)
+        point = T[:3, 3] - n * (d / length)
+        return HalfSpace(-n if n @ point > _ON_PLANE else n, point, name=name)
 
     return Made(make)
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.planner.clearance import clearance_of, clearances, self_clearances
+from spacearm.planner.clearance import clearance, clearances, self_clearances
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PositionGoal
 from spacearm.planner.kernel_model import self_capsule_pairs
 from spacearm.planner.problem import Problem, whole_turns
@@ -84,7 +83,6 @@ class EndReport:
         q: (n,) the start, or the configuration that comes nearest to the goal; None if all is free.
         distance: by how much it misses the goal's position [m].
         angle: by how much it misses the goal's orientation [rad].
-        start_clearance: the least clearance of the start [m]; infinite if nothing is there to meet.
         message: in a sentence, with what to do; empty if all is free.
     """
 
@@ -94,7 +92,6 @@ class EndReport:
     q: Array | None = None
     distance: float = 0.0
     angle: float = 0.0
-    start_clearance: float = math.inf
     message: str = ""
 
 
@@ -114,31 +111,29 @@ def contacts(problem: Problem, q: Array) -> tuple[Contact, ...]:
     return tuple(sorted(made, key=lambda contact: (-contact.depth, contact.link, contact.other)))
 
 
-def check_ends(problem: Problem, clearance: Callable[[Array], Array] | None = None) -> EndReport:
+def check_ends(problem: Problem) -> EndReport:
     """Check the start, and a goal that is given as configurations, for collision.
 
     A goal with a tolerance and a goal in space are left to `find_goal_configurations` and `explain_goal`.
 
     Args:
         problem: robot, scene, start and goal.
-        clearance: what `clearance_of(problem)` gave, if that was asked for already.
 
     Returns:
         "start_in_collision", "goal_in_collision" or "free".
     """
-    clearance = clearance_of(problem) if clearance is None else clearance
     goal, rows = problem.goal, np.zeros((0, problem.robot.dof))
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) and not np.any(goal.tolerance):
         rows = np.atleast_2d(goal.q)
-    at_start, *at_goals = clearance(np.vstack([problem.start, rows])).tolist()
+    at_start, *at_goals = clearance(problem, np.vstack([problem.start, rows])).tolist()
     goal_met = bool(at_goals) and max(at_goals) <= 0
     if at_start <= 0:
         met = contacts(problem, problem.start)
         message = f"the start is in collision: {_listed(met)}{'; so is the goal' * goal_met}; {_advice('start', met)}"
-        return EndReport(status="start_in_collision", contacts=met, q=problem.start, start_clearance=at_start, message=message)
+        return EndReport(status="start_in_collision", contacts=met, q=problem.start, message=message)
     if goal_met:
-        return replace(_goal_in_collision(problem, rows), start_clearance=at_start)
-    return EndReport(status="free", start_clearance=at_start)
+        return _goal_in_collision(problem, rows)
+    return EndReport(status="free")
 
 
 def explain_goal(problem: Problem, found: GoalConfigurations) -> EndReport:
@@ -191,7 +186,7 @@ def explain_goal(problem: Problem, found: GoalConfigurations) -> EndReport:
 
 
 def _goal_in_collision(problem: Problem, rows: Array) -> EndReport:
-    least = int(np.argmax(clearance_of(problem)(rows)))
+    least = int(np.argmax(clearance(problem, rows)))
     met = contacts(problem, rows[least])
     goal: Any = problem.goal
     tolerant = ", as is all that was tried within its tolerance" if np.any(goal.tolerance) else ""

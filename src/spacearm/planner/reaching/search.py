@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-import numpy as np
-from numpy.typing import NDArray
-
 from spacearm.planner.clearance import clearance_of
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
 from spacearm.planner.problem import Problem
@@ -17,12 +12,8 @@ from spacearm.planner.reaching.space_goals import find_in_space
 from spacearm.planner.reaching.task import GoalConfigurations, GoalTask
 from spacearm.planner.settings import PlannerSettings
 
-Array = NDArray[np.float64]
 
-
-def find_goal_configurations(
-    problem: Problem, settings: PlannerSettings, seed: int, clearance: Callable[[Array], Array] | None = None
-) -> GoalConfigurations:
+def find_goal_configurations(problem: Problem, settings: PlannerSettings, seed: int) -> GoalConfigurations:
     """Find distinct collision-free configurations that reach a problem's goal.
 
     A configuration goal is taken as it is where it is free, else sought within its tolerance. For a goal in space, swarms
@@ -34,7 +25,6 @@ def find_goal_configurations(
         settings: of the planner: `goal_candidates` is the most that are returned of a goal in space; `margin` is the
             clearance asked for, less of it only where none has so much.
         seed: the same one gives the same configurations, on any number of threads.
-        clearance: what `clearance_of(problem)` gave, if that was asked for already.
 
     Returns:
         What was found; `q` is empty if nothing was.
@@ -42,7 +32,7 @@ def find_goal_configurations(
     task = GoalTask(
         problem=problem,
         bounds=reaching_bounds(problem),
-        clearance=clearance_of(problem) if clearance is None else clearance,
+        clearance=clearance_of(problem),
         settings=settings,
         seed=seed,
     )

@@ -8,8 +8,6 @@ from spacearm.scene.enclose.box_tree import Array
 from spacearm.scene.enclose.cells import Cells, joined_cells, one_cell
 from spacearm.scene.enclose.centers import Body, Centers, centers_for, joined_centers
 from spacearm.scene.enclose.choice import Choice, held, reach_of, thinned
-from spacearm.scene.enclose.inside import Inside
-from spacearm.scene.enclose.surface import Surface
 
 _MOST_CELLS = 150_000
 _TOLERANCE = 0.02  # of the excess: how well the medial axis needs to be known
@@ -21,15 +19,11 @@ Balls = tuple[Array, Array, Array]
 _Cut = tuple[Cells, Centers]
 
 
-def enclosing_balls(
-    triangles: Array, surface: Surface | None, inside: Inside | None, *, size: float, excess: float | None, spheres: int
-) -> Balls | None:
-    """Return few balls that together hold all triangles and what is inside of them.
+def enclosing_balls(body: Body, *, size: float, excess: float | None, spheres: int) -> Balls | None:
+    """Return few balls that together hold all triangles of a body and what is inside of them.
 
     Args:
-        triangles: (n, 3, 3), about the origin [m].
-        surface: measures distances from them; None if they are all points.
-        inside: tells what is inside; None of what has no inside.
+        body: about the origin.
         size: of the whole, above 0 [m].
         excess: how far a ball may stand out, at most [m]; None for as little as the number of balls allows.
         spheres: how many balls at most.
@@ -37,13 +31,11 @@ def enclosing_balls(
     Returns:
         The balls; None if so many are not enough.
     """
-    body = Body(triangles, surface, inside)
-    whole = one_cell(triangles, inside)
-    if excess is not None:
-        first = centers_for(body, whole, tolerance=_TOLERANCE * excess)
-        cut = _cut(body, [(whole, first)], excess, most=min(_MOST_CELLS, 1000 + 30 * spheres))
-        return None if cut is None else _covered(cut, excess, spheres)
-    return _fewest(body, whole, size, spheres)
+    whole = one_cell(body.triangles, body.inside)
+    if excess is None:
+        return _fewest(body, whole, size, spheres)
+    first = centers_for(body, whole, tolerance=_TOLERANCE * excess)
+    return _tried(body, (whole, first), excess, min(_MOST_CELLS, 1000 + 30 * spheres), spheres)
 
 
 def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None:
@@ -68,36 +60,24 @@ def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None
 
 
 def _tried(body: Body, whole: _Cut, excess: float, most: int, spheres: int) -> Balls | None:
-    cut = _cut(body, [whole], excess, most=most)
-    return None if cut is None else _covered(cut, excess, spheres)
+    """Return balls of an excess; None if that takes more than `most` cells, or more than so many balls.
 
-
-def _cut(body: Body, cut: list[_Cut], excess: float, *, most: int) -> list[_Cut] | None:
-    """Cut cells until each is held by a ball of its own that stands out no more than `excess`; None if more than `most`."""
+    Cells are cut until each is held by a ball of its own that stands out no more.
+    """
     done: list[_Cut] = []
-    coarse: list[Cells] = []
-    units: list[Array] = []
-    for cells, centers in cut:
-        _sort_out(cells, centers, excess, done, coarse, units)
-    while coarse:
-        halves = joined_cells(coarse).halved(body.inside, unit=np.concatenate(units))
-        coarse, units = [], []
-        if sum(len(cells) for cells, _ in done) + len(halves) > most:
-            return None
-        _sort_out(halves, centers_for(body, halves, tolerance=_TOLERANCE * excess), excess, done, coarse, units)
-    return done
-
-
-def _sort_out(cells: Cells, centers: Centers, excess: float, done: list[_Cut], coarse: list[Cells], units: list[Array]) -> None:
-    """Put cells to those that are done, or to those to be cut, with the length that their parts may have [m]."""
-    fine = centers.excess <= excess
-    if fine.any():
-        done.append((cells.take(fine), centers.take(fine)))
-    if not fine.all():
-        coarse.append(cells.take(~fine))
+    cells, centers = whole
+    while True:
+        fine = centers.excess <= excess
+        if fine.any():
+            done.append((cells.take(fine), centers.take(fine)))
+        if fine.all():
+            return _covered(done, excess, spheres)
         deep = np.maximum(np.maximum(centers.best_depth, centers.room), 0.0)[~fine]
         # The edge of the square on a plane that a ball about a point so deep holds.
-        units.append(np.sqrt(2 * (2 * deep * excess + excess**2)))
+        cells = cells.take(~fine).halved(body.inside, unit=np.sqrt(2 * (2 * deep * excess + excess**2)))
+        if sum(len(part) for part, _ in done) + len(cells) > most:
+            return None
+        centers = centers_for(body, cells, tolerance=_TOLERANCE * excess)
 
 
 def _covered(cut: list[_Cut], excess: float, spheres: int) -> Balls | None:

@@ -8,14 +8,14 @@ from spacearm.scene.enclose.box_tree import Array, BoxTree, Indices
 from spacearm.scene.enclose.cells import Cells
 
 
-def thinned(centers: Array, depth: Array, excess: float, *, fineness: float = 2.0) -> Indices:
+def thinned(centers: Array, depth: Array, excess: float) -> Indices:
     """Return which centres are left if one is enough in every box of a grid: the deepest.
 
     The grid is a fraction of what a ball's cap holds of a plane.
     """
     cap = np.sqrt(np.maximum(2 * depth * excess, 0.0) + excess**2)
     level = np.floor(np.log2(cap))
-    place = np.floor(centers / (np.exp2(level) / fineness)[:, None])
+    place = np.floor(centers / (np.exp2(level) / 2)[:, None])
     order = np.lexsort((-depth, place[:, 2], place[:, 1], place[:, 0], level))
     key = np.column_stack([place, level])[order]
     new = np.ones(len(order), dtype=bool)
@@ -70,7 +70,7 @@ class Choice:
 
     def __init__(self, ball: Indices, cell: Indices, balls: int, cells: int) -> None:
         """Take all pairs of a ball and a cell that it holds."""
-        self.balls, self.cells = balls, cells
+        self._cells = cells
         order = np.argsort(ball, kind="stable")
         self._of_ball, self._ball_start = cell[order], np.searchsorted(ball[order], np.arange(balls + 1))
         order = np.argsort(cell, kind="stable")
@@ -83,7 +83,7 @@ class Choice:
     def few(self) -> list[int]:
         """Return balls that together hold all cells, none of them needless; every cell must be held by one at least."""
         gain = np.diff(self._ball_start)
-        free = np.ones(self.cells, dtype=bool)
+        free = np.ones(self._cells, dtype=bool)
         out: list[int] = []
         while free.any():
             best = int(np.argmax(gain))
@@ -98,7 +98,7 @@ class Choice:
 
     def _needed(self, balls: list[int]) -> list[int]:
         """Leave out balls all of whose cells are held by others too; the last chosen first."""
-        times = np.zeros(self.cells, dtype=np.intp)
+        times = np.zeros(self._cells, dtype=np.intp)
         for ball in balls:
             times[self.held_by(ball)] += 1
         kept = []

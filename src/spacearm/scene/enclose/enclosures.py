@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spacearm.checks import as_number, as_readonly, as_transform, shown
+from spacearm.checks import as_number, as_pose, as_readonly, as_whole, dimensions_of
 from spacearm.errors import SceneError
 from spacearm.scene.enclose.balls import enclosing_balls
 from spacearm.scene.enclose.box_tree import Array
+from spacearm.scene.enclose.centers import Body
 from spacearm.scene.enclose.files import read_triangles
 from spacearm.scene.enclose.surface import Surface
 from spacearm.scene.enclose.topology import inside_of
@@ -23,6 +24,7 @@ from spacearm.scene.shapes import SphereSet
 
 _MOST_SPHERES = 50_000
 _LARGEST = 1e6  # [m] coordinates beyond this are no arm's surroundings
+_FINEST = 1e-9  # [m] nothing is told apart below this
 _SHARE = 0.02  # of the size of what is enclosed: the excess where none is asked for
 
 
@@ -61,7 +63,7 @@ def enclose_mesh(
         raise SceneError(f"the mesh has coordinates beyond {_LARGEST:g} m, expected an arm's surroundings; check its scale")
     what = f"mesh '{name}'" if name else "the mesh"
     centers, radii, most = _enclosed(triangles, spheres, excess, what=what, solid=True)
-    T = np.eye(4) if pose is None else _transform(pose)
+    T = as_pose("the mesh's pose", pose, SceneError)
     return SphereSet(centers @ T[:3, :3].T + T[:3, 3], radii, excess=most, name=name)
 
 
@@ -101,42 +103,32 @@ def _enclosed(
     triangles: Array, spheres: int | None, excess: float | None, *, what: str, solid: bool
 ) -> tuple[Array, Array, float]:
     """Return centres (k, 3), radii (k,) and the excess of balls that enclose triangles (n, 3, 3) [m]."""
-    if spheres is not None and (
-        isinstance(spheres, bool) or not isinstance(spheres, (int, np.integer)) or not 1 <= spheres <= _MOST_SPHERES
-    ):
-        raise SceneError(f"spheres is {shown(spheres)}, expected a whole number, 1 to {_MOST_SPHERES}")
-    wanted = None if excess is None else as_number("excess", excess, SceneError, above=0, unit="m")
+    most = _MOST_SPHERES if spheres is None else as_whole("spheres", spheres, SceneError, at_least=1, at_most=_MOST_SPHERES)
+    wanted = None if excess is None else as_number("excess", excess, SceneError, at_least=_FINEST, unit="m")
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     middle, size = (low + high) / 2, float((high - low).max())
     local = triangles - middle
     rounding = 1e-12 * max(size, float(np.abs(middle).max()))
-    most = _MOST_SPHERES if spheres is None else int(spheres)
     if wanted is None and spheres is None:
-        wanted = max(_SHARE * size, 1e-9)
-    if size <= 1e-9:  # one place
+        wanted = max(_SHARE * size, _FINEST)
+    if size <= _FINEST:  # one place
         found = np.zeros((1, 3)), np.array([size]), np.array([size])
     else:
-        surface, inside = (Surface(local), inside_of(local)) if solid else (None, None)
-        found = enclosing_balls(local, surface, inside, size=size, excess=wanted, spheres=most)
+        body = Body(local, Surface(local), inside_of(local)) if solid else Body(local, None, None)
+        found = enclosing_balls(body, size=size, excess=wanted, spheres=most)
     if found is None:
-        few = f"no more than {most} balls" if spheres is not None else f"no more than {_MOST_SPHERES:,} balls"
-        raise SceneError(f"{what}, {size:.3g} m in size, cannot be enclosed to {wanted:g} m with {few}; allow a greater excess")
+        raise SceneError(
+            f"{what}, {size:.3g} m in size, cannot be enclosed to {wanted:g} m with no more than {most:,} balls; "
+            "allow a greater excess"
+        )
     centers, radii, out = found
-    radii = np.maximum(radii + rounding, 1e-9)
-    return centers + middle, radii, float(out.max()) + rounding + 1e-9
+    radii = np.maximum(radii + rounding, _FINEST)
+    return centers + middle, radii, float(out.max()) + rounding + _FINEST
 
 
 def _scale(scale: ArrayLike) -> Array:
-    each = np.repeat(scale, 3) if np.ndim(scale) == 0 else scale
+    each: Any = [scale] * 3 if dimensions_of(scale) == 0 else scale
     factors = as_readonly("scale", each, (3,), SceneError, advice="give one number, or three for x, y and z")
     if not (np.abs(factors) > 0).all():
         raise SceneError(f"scale is {factors.tolist()}, expected factors other than 0")
     return factors
-
-
-def _transform(value: ArrayLike) -> Array:
-    if np.ndim(value) == 1:
-        T = np.eye(4)
-        T[:3, 3] = as_readonly("the mesh's pose", value, (3,), SceneError)
-        return T
-    return as_transform("the mesh's pose", value, SceneError)

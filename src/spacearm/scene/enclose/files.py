@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.checks import as_readonly, shown, shown_error
+from spacearm.checks import as_readonly, dimensions_of, shown, shown_error
 from spacearm.errors import FileFormatError, SceneError
-from spacearm.reading import read_bytes
+from spacearm.reading import mesh_triangles, read_bytes
 from spacearm.scene.enclose.box_tree import Array
 
 
@@ -29,7 +29,7 @@ def read_triangles(mesh: str | os.PathLike[str] | Any) -> Array:
         return _triangles_in(mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         vertices = as_readonly("the mesh's vertices", mesh.vertices, (None, 3), SceneError)
-        faces = np.asarray(mesh.faces)
+        faces = np.asarray(mesh.faces if dimensions_of(mesh.faces) >= 0 else ())
         if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
             raise SceneError(f"the mesh's faces have shape {faces.shape}, expected (n, 3) indices of vertices")
         if faces.size and not 0 <= faces.min() <= faces.max() < len(vertices):
@@ -44,18 +44,12 @@ def read_triangles(mesh: str | os.PathLike[str] | Any) -> Array:
 
 def _triangles_in(path: str | os.PathLike[str]) -> Array:
     read_bytes(path, what="a mesh")
-    import trimesh
-
     try:
-        mesh = trimesh.load_scene(os.fspath(path)).to_mesh()
-        vertices = np.asarray(mesh.vertices, dtype=np.float64)
-        triangles = vertices[np.asarray(mesh.faces, dtype=np.intp)] if len(vertices) else np.empty((0, 3, 3))
-        reason = "it has no triangles" if not triangles.size else "it has vertices that are not finite"
-    except Exception as error:  # each of trimesh's loaders has exceptions of its own
-        triangles, reason = np.empty((0, 3, 3)), shown_error(error)
-    if not triangles.size or not np.isfinite(triangles).all():
-        raise FileFormatError(f"{path} cannot be read as a mesh ({reason}), expected STL, OBJ, PLY, DAE or GLB; check the file")
-    return triangles
+        return mesh_triangles(path)
+    except ValueError as error:
+        raise FileFormatError(
+            f"{path} cannot be read as a mesh ({error}), expected STL, OBJ, PLY, DAE or GLB; check the file"
+        ) from None
 
 
 def read_points(path: str | os.PathLike[str]) -> Array:
