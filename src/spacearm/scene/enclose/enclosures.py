@@ -127,7 +127,7 @@ def _enclosed(
 
 
 def _scale(scale: ArrayLike) -> Array:
-    each: Any = [scale] * 3 if dimensions_of(scale) == 0 else scale
+    each: Any = (scale, scale, scale) if dimensions_of(scale) == 0 else scale
     factors = as_readonly("scale", each, (3,), SceneError, advice="give one number, or three for x, y and z")
     if not (np.abs(factors) > 0).all():
         raise SceneError(f"scale is {factors.tolist()}, expected factors other than 0")
