@@ -169,7 +169,9 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
         .def("surrounded", &surrounded<T>, "index"_a, "joint"_a, "link"_a, "a"_a, "b"_a, "radius"_a, "pairs"_a, "obstacle_kind"_a, "obstacle_numbers"_a)
         .def("obstacle_clearances", &obstacle_clearances<T>)
         .def("pair_clearances", &pair_clearances<T>)
-        .def("shortfalls", &shortfalls<T>);
+        .def("shortfalls", &shortfalls<T>)
+        .def("weighed", &weighed<T>, "mass"_a, "com"_a, "inertia"_a)
+        .def("momentum_terms", &momentum_terms<T>);
 
     nb::class_<SM> seed(m, named("SeedObjective").c_str());
     seed.def("__init__", [](SM* self, const model<T>& scene, in1<std::int32_t> centers, int tip, in1<double> goal, in1<double> weights,

@@ -312,6 +312,59 @@ model<T> surrounded(const model<T>& plain, in1<std::int32_t> index, in1<std::int
     return m;
 }
 
+// A copy of the model with its masses, for a base that floats: a row for the base, then one a joint.
+template <class T> model<T> weighed(const model<T>& plain, in1<double> mass, in2c<double> com, in2c<double> inertia) {
+    const std::size_t n = plain.robot.joints.size();
+    require(mass.shape(0) == n + 1 && com.shape(0) == n + 1 && com.shape(1) == 3 && inertia.shape(0) == n + 1 && inertia.shape(1) == 6,
+            "the masses' arrays do not fit");
+    model<T> m = plain;
+    double total = 0;
+    for (std::size_t i = 0; i <= n; ++i) total += mass(i);
+    require(total > 0, "no mass");
+    m.masses = {};
+    m.masses.total = static_cast<T>(total);
+    const double *c = com.data(), *I = inertia.data(), squared = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    for (int k = 0; k < 3; ++k) {
+        m.masses.first[k] = static_cast<T>(mass(0) * c[k]);
+        m.masses.second[k] = static_cast<T>(I[k] + mass(0) * (squared - c[k] * c[k]));
+    }
+    m.masses.second[3] = static_cast<T>(I[3] - mass(0) * c[0] * c[1]);
+    m.masses.second[4] = static_cast<T>(I[4] - mass(0) * c[0] * c[2]);
+    m.masses.second[5] = static_cast<T>(I[5] - mass(0) * c[1] * c[2]);
+    m.shown.clear();
+    for (std::size_t j = 0; j < n; ++j) {
+        m.masses.joints.push_back(make_mass<T>(mass(j + 1), c + 3 * (j + 1), I + 6 * (j + 1)));
+        m.shown.push_back(m.robot.joints[j].needed);
+        m.robot.joints[j].needed = 7;
+    }
+    return m;
+}
+
+// At configurations and rates, with the base at rest: centre of mass, angular momentum about it, inertia about it (xx, yy, zz,
+// xy, xz, yz), and the rate that the base turns at: (rows, 15).
+template <class T> nb::object momentum_terms(const model<T>& m, in2<T> q, in2c<T> dq) {
+    require_columns(m, q);
+    require(dq.shape(0) == q.shape(0) && dq.shape(1) == q.shape(1) && !m.masses.joints.empty(), "rates do not fit, or no masses");
+    const std::size_t rows = q.shape(0), n = dq.shape(1);
+    std::vector<T> out(rows * 15), column(lanes_of<T>);
+    std::vector<frame<T>> frames(m.robot.joints.size());
+    std::vector<spin_and_velocity<T>> rates(frames.size());
+    std::vector<pack<T>> speed(n);
+    for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
+        for (std::size_t d = 0; d < n; ++d) {
+            for (std::size_t i = 0; i < lanes_of<T>; ++i) column[i] = dq(first + std::min(i, filled - 1), d);
+            speed[d] = pack<T>::load(column.data());
+        }
+        forward_kinematics(m.robot, packs, frames.data());
+        const momentum_at<T> at = momentum_of(m.robot, m.masses, speed.data(), frames.data(), rates.data());
+        const vec3<T> w = solved(at.inertia, at.arm);
+        const symmetric3<T>& H = at.inertia;
+        const pack<T> columns[15] = {at.com.x, at.com.y, at.com.z, at.arm.x, at.arm.y, at.arm.z, H.xx, H.yy, H.zz, H.xy, H.xz, H.yz, -w.x, -w.y, -w.z};
+        for (int k = 0; k < 15; ++k) store_lanes(columns[k], &out[first * 15 + k], filled, 15);
+    });
+    return array_of(std::move(out), {rows, 15});
+}
+
 // Places every capsule for a pack of configurations.
 template <class T> struct placed_capsules {
     const model<T>& m;

@@ -13,7 +13,8 @@ template <class T> std::vector<T> numbers_of(const in1<double>& from) {
 }
 
 inline constexpr int most_interior = 32;
-inline const char* const term_names[term_count] = {"length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3"};
+inline const char* const term_names[term_count] = {"length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3",
+                                                   "base_final", "base_peak", "base_rate", "joint_momentum"};
 
 template <class T>
 motion_problem<T> make_motion_problem(const model<T>& scene, in1<double> start, in2c<double> goals, in1<double> lower, in1<double> upper,
@@ -41,32 +42,162 @@ motion_problem<T> make_motion_problem(const model<T>& scene, in1<double> start, 
         p.centers.push_back(centers(i));
     }
     const std::vector<T> w = numbers_of<T>(weights);
-    p.weight = {w[term_length], w[term_duration], w[term_tip], w[term_clearance], w[term_smoothness], {w[term_f1], w[term_f2], w[term_f3]}};
+    p.weight = {w[term_length], w[term_duration], w[term_tip], w[term_clearance], w[term_smoothness], {w[term_f1], w[term_f2], w[term_f3]},
+                {w[term_base_final], w[term_base_peak], w[term_base_rate], w[term_joint_momentum]}};
     return p;
 }
 
-template <class T> motion<T> motion_from(const motion_problem<T>& p, const T* row, int interior, int goal) {
-    return {interior, goal, std::vector<T>(row, row + static_cast<std::size_t>(interior) * p.dofs())};
+inline void take_turn(const std::vector<double>& rows, turn_matrix& out) {   // from nine numbers, row by row
+    require(rows.size() == 9, "a rotation's numbers do not fit");
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) out.c[k][i] = rows[3 * i + k];
+    }
+}
+inline void take3(const std::vector<double>& from, double* out) {
+    require(from.size() == 3, "a vector's numbers do not fit");
+    std::copy(from.begin(), from.end(), out);
 }
 
-template <class T> nb::object points_of(const motion<T>& m, int dofs) {
-    return array_of(std::vector<T>(m.points), {static_cast<std::size_t>(m.interior), static_cast<std::size_t>(dofs)});
+// What is asked of a floating base: a dictionary, empty for a base that is fixed. All in the frame of the base as it begins.
+template <class T> floating_base<T> floating_from(const nb::dict& given, const model<T>& scene) {
+    floating_base<T> b;
+    if (given.size() == 0) return b;
+    require(!scene.masses.joints.empty(), "no masses");
+    nb::dict d;
+    d.update(given);
+    b.on = true;
+    std::vector<double> local, offset(3), wanted, position(3), axis(3), attitude, angular, drift;
+    int kind = 0;
+    field(d, "kind", kind);
+    require(kind >= 0 && kind <= 3, "an unknown goal");
+    b.ends.kind = static_cast<frame_goal>(kind);
+    if (kind > 0) {
+        field(d, "joint", b.ends.joint);
+        field(d, "local", local);
+        field(d, "offset", offset);
+        field(d, "wanted", wanted);
+        field(d, "position", position);
+        field(d, "axis", axis);
+        field(d, "near", b.ends.near);
+        field(d, "turned", b.ends.turned);
+        require(b.ends.joint >= 0 && b.ends.joint < static_cast<int>(scene.robot.joints.size()), "a goal's joint is out of range");
+        take_turn(local, b.ends.local);
+        take_turn(wanted, b.ends.wanted);
+        take3(offset, b.ends.offset);
+        take3(position, b.ends.position);
+        take3(axis, b.ends.axis);
+        b.free_end = true;
+    }
+    field(d, "attitude", attitude);
+    if (!attitude.empty()) {
+        require(attitude.size() == 4, "an attitude's numbers do not fit");
+        b.ends.base = true;
+        b.ends.attitude = {attitude[0], attitude[1], attitude[2], attitude[3]};
+        field(d, "attitude_turned", b.ends.base_turned);
+    }
+    field(d, "most_turned", b.most_turned);
+    field(d, "most_rate", b.most_rate);
+    field(d, "most_arm", b.most_arm);
+    field(d, "duration", b.momentum.duration);
+    field(d, "angular", angular);
+    field(d, "drift", drift);
+    if (!angular.empty()) {
+        require(angular.size() == 3 && drift.size() == 3 && b.momentum.duration > 0, "a momentum's numbers do not fit");
+        b.momentum.any = true;
+        for (int k = 0; k < 3; ++k) {
+            b.momentum.angular[k] = static_cast<T>(angular[k]);
+            b.momentum.drift[k] = static_cast<T>(drift[k]);
+        }
+    }
+    require(d.size() == 0, "an unknown key of the base's");
+    return b;
+}
+
+// Rows of K n numbers; with n more where they end.
+template <class T> motion<T> motion_from(const motion_problem<T>& p, const T* row, int interior, int goal, bool own_end) {
+    const T* end = row + static_cast<std::size_t>(interior) * p.dofs();
+    motion<T> m{interior, goal, std::vector<T>(row, end)};
+    if (own_end) m.end.assign(end, end + p.dofs());
+    return m;
+}
+template <class T> bool has_own_end(const motion_problem<T>& p, const in2c<T>& rows, int interior, int goal) {
+    require(interior >= 0 && interior <= most_interior, "a number of control points out of range");
+    require(goal >= 0 && goal < p.goal_count(), "no such goal");
+    const std::size_t n = p.dofs(), plain = static_cast<std::size_t>(interior) * n;
+    require(rows.shape(1) == plain || rows.shape(1) == plain + n, "wrong number of dimensions");
+    return rows.shape(1) != plain;
+}
+
+// Where the base is at the nodes of motions: (m, nodes + 1, 7), position and attitude wxyz in the frame of the base as it
+// begins. Of the last node alone with `ends_only`, so that nothing but the kernel's own time counts: (m, 1, 7).
+template <class T> nb::object base_along(motion_search<T>& s, in2c<T> rows, int interior, int goal, int nodes, bool ends_only) {
+    motion_checker<T>& checker = s.checker();
+    const motion_problem<T>& p = checker.problem();
+    const bool own_end = has_own_end(p, rows, interior, goal);
+    require(p.base.on && nodes >= 16 && nodes <= 4096 && nodes % 16 == 0, "a fixed base, or a number of nodes that is none");
+    const std::size_t count = rows.shape(0), kept = ends_only ? 1 : nodes + 1, W = lanes_of<T>;
+    std::vector<T> out(count * kept * 7, T(0));
+    {
+        nb::gil_scoped_release free;
+        for (std::size_t i = 0; i < count; ++i) {
+            const base_track<T>& track = checker.follow(motion_from(p, rows.data() + i * rows.shape(1), interior, goal, own_end), nodes, false);
+            for (std::size_t k = 0; k < kept; ++k) {
+                const std::size_t node = ends_only ? static_cast<std::size_t>(nodes) : k;
+                T* to = &out[(i * kept + k) * 7];
+                if (node > 0) {
+                    T lane[lanes_of<T>];
+                    const vec3<T>& origin = track.base(static_cast<int>((node - 1) / W)).origin;
+                    const pack<T>* c[3] = {&origin.x, &origin.y, &origin.z};
+                    for (int j = 0; j < 3; ++j) {
+                        c[j]->store(lane);
+                        to[j] = lane[(node - 1) % W];
+                    }
+                }
+                const quaternion q = track.attitude(static_cast<int>(node));
+                const double wxyz[4] = {q.w, q.x, q.y, q.z};
+                for (int j = 0; j < 4; ++j) to[3 + j] = static_cast<T>(wxyz[j]);
+            }
+        }
+    }
+    return array_of(std::move(out), {count, kept, 7});
+}
+
+// A motion moved until its ends are met: its numbers, the end's included where that is free; and whether they are.
+template <class T> nb::object settled(motion_search<T>& s, in2c<T> rows, int interior, int goal) {
+    motion_checker<T>& checker = s.checker();
+    const motion_problem<T>& p = checker.problem();
+    const bool own_end = has_own_end(p, rows, interior, goal);
+    const std::size_t count = rows.shape(0), width = static_cast<std::size_t>(interior + (p.base.free_end ? 1 : 0)) * p.dofs();
+    std::vector<T> out;
+    nb::list met;
+    for (std::size_t i = 0; i < count; ++i) {
+        motion<T> m = motion_from(p, rows.data() + i * rows.shape(1), interior, goal, own_end);
+        checker.forget_slopes();
+        met.append(nb::bool_(checker.settle(m)));
+        out.insert(out.end(), m.points.begin(), m.points.end());
+        if (p.base.free_end) out.insert(out.end(), m.end.begin(), m.end.end());
+    }
+    return nb::make_tuple(array_of(std::move(out), {count, width}), met);
+}
+
+template <class T> nb::object points_of(const motion<T>& m, int dofs) {   // the interior ones; one more where it has an end of its own
+    std::vector<T> all = m.points;
+    all.insert(all.end(), m.end.begin(), m.end.end());
+    return array_of(std::move(all), {static_cast<std::size_t>(m.interior + !m.end.empty()), static_cast<std::size_t>(dofs)});
 }
 
 // Fitness, violation and terms of many motions: rows of K n numbers.
 template <class T> nb::object judge_motions(motion_search<T>& s, in2c<T> rows, int interior, int goal) {
     motion_checker<T>& checker = s.checker();
     const motion_problem<T>& p = checker.problem();
-    require(interior >= 0 && interior <= most_interior, "a number of control points out of range");
-    require(rows.shape(1) == static_cast<std::size_t>(interior) * p.dofs(), "wrong number of dimensions");
-    require(goal >= 0 && goal < p.goal_count(), "no such goal");
+    const bool own_end = has_own_end(p, rows, interior, goal);
     const std::size_t count = rows.shape(0);
     std::vector<T> fitness(count), violation(count), terms(count * term_count);
     std::vector<char> fine(count);
     {
         nb::gil_scoped_release free;
         for (std::size_t i = 0; i < count; ++i) {
-            const motion<T> m = motion_from(p, rows.data() + i * rows.shape(1), interior, goal);
+            const motion<T> m = motion_from(p, rows.data() + i * rows.shape(1), interior, goal, own_end);
             fitness[i] = checker.fitness(m, true, &terms[i * term_count]);
             violation[i] = checker.violation(m, std::numeric_limits<T>::infinity());
             fine[i] = violation[i] <= T(0) && checker.finely_free(m);
@@ -123,13 +254,15 @@ template <class T> void bind_motion_search(nb::module_& m, const std::string& su
     nb::class_<search_type>(m, ("MotionSearch" + suffix).c_str())
         .def("__init__", [](search_type* self, const model<T>& scene, in1<double> start, in2c<double> goals, in1<double> lower, in1<double> upper,
                             in1<double> velocity, in1<double> acceleration, in1<double> jerk, double margin, double comfort, int tip,
-                            in1<std::int32_t> centers, in1<double> weights, const nb::dict& settings, const swarm_settings& swarm,
-                            std::uint64_t seed, std::uint32_t island) {
-            new (self) search_type(make_motion_problem<T>(scene, start, goals, lower, upper, velocity, acceleration, jerk, margin, comfort, tip,
-                                                          centers, weights),
+                            in1<std::int32_t> centers, in1<double> weights, const nb::dict& base, const nb::dict& settings,
+                            const swarm_settings& swarm, std::uint64_t seed, std::uint32_t island) {
+            motion_problem<T> p = make_motion_problem<T>(scene, start, goals, lower, upper, velocity, acceleration, jerk, margin, comfort, tip,
+                                                         centers, weights);
+            p.base = floating_from<T>(base, scene);
+            new (self) search_type(std::move(p),
                                    motion_settings_from(settings, swarm), seed, island);
         }, "scene"_a, "start"_a, "goals"_a, "lower"_a, "upper"_a, "velocity"_a, "acceleration"_a, "jerk"_a, "margin"_a, "comfort"_a, "tip"_a,
-             "centers"_a, "weights"_a, "settings"_a, "swarm"_a, "seed"_a, "island"_a)
+             "centers"_a, "weights"_a, "base"_a, "settings"_a, "swarm"_a, "seed"_a, "island"_a)
         .def("run", [](search_type& s, std::int64_t evaluations, double seconds, bool until_first, std::int64_t stall, nb::object progress) {
             motion_budget budget{evaluations, seconds, until_first, stall};
             bool interrupted = false, failed = false;
@@ -157,6 +290,8 @@ template <class T> void bind_motion_search(nb::module_& m, const std::string& su
         }, "evaluations"_a, "seconds"_a, "until_first"_a, "stall"_a, "progress"_a.none())
         .def("add_instant", &search_type::add_instant)
         .def("judge", &judge_motions<T>)
+        .def("base_along", &base_along<T>, "rows"_a, "interior"_a, "goal"_a, "nodes"_a, "ends_only"_a)
+        .def("settled", &settled<T>, "rows"_a, "interior"_a, "goal"_a)
         .def_prop_ro("best", [](search_type& s) { return best_of(s, s.checker().problem().dofs()); })
         .def_prop_ro("optimal", &search_type::optimal)
         .def_prop_ro("evaluations", &search_type::evaluations)

@@ -180,6 +180,7 @@ template <class T> struct body_memory {
     std::vector<vec3<T>> centers;       // of the clusters' balls
     std::vector<vec3<T>> a, ab, middle; // of the capsules, once their cluster is unfolded
     std::vector<char> unfolded;
+    const frame<T>* base = nullptr;     // where the base is; none: where it was at the beginning
     body_memory() = default;
     explicit body_memory(const body<T>& b)
         : centers(b.clusters.size()), a(b.capsules.size()), ab(b.capsules.size()), middle(b.capsules.size()), unfolded(b.clusters.size()) {}
@@ -199,7 +200,7 @@ template <class T> SPACEARM_INLINE vec3<T> rotate(const frame<T>& f, const T* lo
 template <class T> SPACEARM_INLINE void place(const body<T>& b, const frame<T>* frames, body_memory<T>& w) {
     for (std::size_t i = 0; i < b.clusters.size(); ++i) {
         const cluster<T>& c = b.clusters[i];
-        w.centers[i] = c.joint < 0 ? constant(c.center) : carry(frames[c.joint], c.center);
+        w.centers[i] = c.joint >= 0 ? carry(frames[c.joint], c.center) : w.base ? carry(*w.base, c.center) : constant(c.center);
         w.unfolded[i] = 0;
     }
 }
@@ -208,7 +209,7 @@ template <class T> inline void unfold(const body<T>& b, const frame<T>* frames, 
     if (w.unfolded[i]) return;
     w.unfolded[i] = 1;
     const cluster<T>& c = b.clusters[i];
-    const frame<T> base = base_frame<T>();
+    const frame<T> base = w.base ? *w.base : base_frame<T>();
     const frame<T>& f = c.joint < 0 ? base : frames[c.joint];
     for (int k = c.first; k < c.last; ++k) {
         const body_capsule<T>& capsule = b.capsules[k];
@@ -258,7 +259,7 @@ inline void add_obstacle_shortfall(const body<T>& b, const frame<T>* frames, con
     const int nodes = static_cast<int>(obstacles.tree.size());
     for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {   // the hand first: it is what collides most
         const cluster<T>& c = b.clusters[i];
-        if (c.joint < 0) continue;       // the base and the obstacles stand still
+        if (c.joint < 0 && !w.base) continue;       // the base and the obstacles stand still
         for (int k = 0; k < nodes;) {
             const obstacle_node<T>& node = obstacles.tree[k];
             if (!near_box(w.centers[i], c.radius + margin, node)) {

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "body.hpp"
+#include "momentum.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
@@ -21,6 +22,8 @@ template <class T> struct model {
     obstacle_set<T> obstacles;            // all of them, arranged
     std::vector<std::pair<shape, int>> obstacle_order;        // as they were given
     std::vector<std::array<T, 3>> obstacle_centers;           // likewise
+    mass_model<T> masses;                                     // where the base floats
+    std::vector<unsigned> shown;                              // likewise: the columns that points and envelope use, a mask a joint
 };
 
 // Memory for one evaluation, made once a thread.

@@ -4,8 +4,7 @@
 // to be beaten costs no kinematics, one that collides mostly a single pack.
 #pragma once
 
-#include "model.hpp"
-#include "spline.hpp"
+#include "ends.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
@@ -14,6 +13,7 @@ template <class T> struct motion {
     int interior = 0;
     int goal = 0;               // which of the problem's goals
     std::vector<T> points;      // (K, n)
+    std::vector<T> end = {};    // (n,) where it ends, if that is not the goal's configuration
 };
 
 template <class T> struct motion_weights {
@@ -23,7 +23,20 @@ template <class T> struct motion_weights {
     T clearance = 0;            // mean of what the clearance lacks to the comfortable distance, summed over pairs [m]
     T smoothness = 0;           // mean of |q'''|^2 [rad^2 or m^2]
     T seed[3] = {0, 0, 0};      // the seed's f1, f2, f3, means over the samples
+    T base[4] = {0, 0, 0, 0};   // of a floating base: its turn at the end, at its greatest [rad], its fastest rate [rad/s], and
+                                // the arm's greatest angular momentum [N m s]
     bool carried() const { return tip > 0 || clearance > 0 || seed[0] > 0 || seed[1] > 0 || seed[2] > 0; }
+    bool of_base() const { return base[0] > 0 || base[1] > 0 || base[2] > 0 || base[3] > 0; }
+    bool only_length() const { return !(duration > 0) && !(smoothness > 0) && !carried() && !of_base(); }
+};
+
+// A base that floats: what is asked of it, beside clearance.
+template <class T> struct floating_base {
+    bool on = false;
+    end_goals ends;
+    bool free_end = false;               // the last configuration is the search's to choose
+    constant_momentum<T> momentum;
+    T most_turned = 0, most_rate = 0, most_arm = 0;   // limits [rad], [rad/s], [N m s]; 0: none; the last two make a motion slower
 };
 
 template <class T> struct motion_problem {
@@ -37,12 +50,14 @@ template <class T> struct motion_problem {
     int tip = 0;                             // the end effector's point
     std::vector<int> centers;                // points of the seed's f1
     motion_weights<T> weight;
+    floating_base<T> base;
 
     int dofs() const { return scene.robot.dofs; }
     int goal_count() const { return static_cast<int>(goals.size()) / dofs(); }
     const T* goal(int i) const { return &goals[static_cast<std::size_t>(i) * dofs()]; }
+    const T* end(const motion<T>& m) const { return m.end.empty() ? goal(m.goal) : m.end.data(); }
     // The straight motion's control point k of K.
-    T straight(int g, int k, int K, int d) const { return start[d] + (goal(g)[d] - start[d]) * T(k + 1) / T(K + 1); }
+    T straight(const T* to, int k, int K, int d) const { return start[d] + (to[d] - start[d]) * T(k + 1) / T(K + 1); }
 };
 
 template <class T> SPACEARM_INLINE T sum_of(const pack<T>& x) {
@@ -58,12 +73,15 @@ template <class T> SPACEARM_INLINE T greatest_of(const pack<T>& x) {
 }
 
 // The names and order of the terms, as `terms` fills them.
-enum term { term_length, term_duration, term_tip, term_clearance, term_smoothness, term_f1, term_f2, term_f3, term_count };
+enum term {
+    term_length, term_duration, term_tip, term_clearance, term_smoothness, term_f1, term_f2, term_f3,
+    term_base_final, term_base_peak, term_base_rate, term_joint_momentum, term_count
+};
 
 template <class T> class motion_checker {
   public:
     explicit motion_checker(const motion_problem<T>& problem)
-        : p_(problem), body_(problem.scene.envelope), work_(problem.scene), q_(problem.dofs()) {}
+        : p_(problem), body_(problem.scene.envelope), work_(problem.scene), q_(problem.dofs()), track_(problem.scene) {}
 
     std::int64_t configurations = 0;   // looked at so far
 
@@ -74,6 +92,11 @@ template <class T> class motion_checker {
         std::vector<double> instants(W);
         for (int i = 0; i < W; ++i) instants[i] = std::min(1.0, std::max(0.0, s + spread * (2.0 * i / W - 1.0)));
         extra_.push_back(instants);
+        if (p_.base.on) {
+            fine_nodes_ = std::min(2 * fine_nodes_, most_instants);
+            edge_packs_ = std::min(2 * edge_packs_, most_instants / W);
+            return;
+        }
         if (packs_ * W >= most_instants) return;
         for (int l = packs_; l < 2 * packs_; ++l) {
             for (int i = 0; i < W; ++i) instants[i] = sample_instant(l, i, W);
@@ -89,19 +112,22 @@ template <class T> class motion_checker {
         const spline_table<T>& t = table(m.interior);
         T value[term_count] = {};
         if (all || w.length > 0) value[term_length] = length(m, t);
-        if (all || w.duration > 0) value[term_duration] = duration(m, t);
+        if (all || w.duration > 0) value[term_duration] = p_.base.on ? time_of(m, follow(m, coarse_nodes, false)) : duration(m, t);
         if (all || w.smoothness > 0) value[term_smoothness] = smoothness(m, t);
-        if (all || w.carried()) carried(m, t, value);
+        if (all || w.carried()) p_.base.on ? carried_in_space(m, value) : carried(m, t, value);
+        if (p_.base.on && (all || w.of_base())) of_base(m, value);
         if (terms) std::copy(value, value + term_count, terms);
-        const T weights[term_count] = {w.length, w.duration, w.tip, w.clearance, w.smoothness, w.seed[0], w.seed[1], w.seed[2]};
+        const T weights[term_count] = {w.length, w.duration, w.tip, w.clearance, w.smoothness, w.seed[0], w.seed[1], w.seed[2],
+                                       w.base[0], w.base[1], w.base[2], w.base[3]};
         T sum = 0;
         for (int i = 0; i < term_count; ++i) sum += weights[i] > 0 ? weights[i] * value[i] : T(0);
         return sum;
     }
 
-    // Sum over the coarse instants of the clearance's shortfall [m]; given up beyond `limit`. With limit 0 it says only
-    // whether there is any.
+    // Sum over the coarse instants of the clearance's shortfall [m], and what is missing at the end of a floating base's motion;
+    // given up beyond `limit`. With limit 0 it says only whether there is any.
     T violation(const motion<T>& m, T limit) {
+        if (p_.base.on) return violation_in_space(m, limit);
         const spline_table<T>& t = table(m.interior);
         T sum = 0;
         for (int l = 0; l < sample_packs_coarse && !(sum > limit); ++l) {
@@ -112,6 +138,7 @@ template <class T> class motion_checker {
     }
     // Whether the finer instants, and those of failed proofs, are free as well.
     bool finely_free(const motion<T>& m) {
+        if (p_.base.on) return finely_free_in_space(m);
         const spline_table<T>& t = table(m.interior);
         for (int l = sample_packs_coarse; l < sample_packs_fine; ++l) {
             if (!free_at(m, &t.value[0][pack_offset(l, m.interior)])) return false;
@@ -146,13 +173,191 @@ template <class T> class motion_checker {
     }
     const motion_problem<T>& problem() const { return p_; }
 
+    // ---- a floating base ----------------------------------------------------------------------------------------------
+    // The base along a motion, at so many nodes.
+    const base_track<T>& follow(const motion<T>& m, int nodes, bool keep_frames) {
+        constexpr int W = lanes_of<T>;
+        const int packs = std::max(nodes, 16) / W, K = m.interior, n = p_.dofs();
+        configurations += nodes;
+        track_.follow(K, packs, p_.base.momentum, keep_frames, [&](int k, int d) {
+            return k == 0 ? p_.start[d] : k == K + 1 ? p_.end(m)[d] : m.points[static_cast<std::size_t>(k - 1) * n + d];
+        });
+        return track_;
+    }
+    // Moves control points until the ends are met; false if they cannot be. Only the end's own row, if it is free, and those
+    // between.
+    bool settle(motion<T>& m) {
+        const end_goals& ends = p_.base.ends;
+        if (!p_.base.on || !ends.any()) return true;
+        if (p_.base.free_end && m.end.empty()) m.end.assign(p_.goal(m.goal), p_.goal(m.goal) + p_.dofs());
+        std::vector<T> x = m.points, lower, upper;
+        if (p_.base.free_end) x.insert(x.end(), m.end.begin(), m.end.end());
+        for (std::size_t i = 0; i < x.size(); i += p_.dofs()) {
+            lower.insert(lower.end(), p_.lower.begin(), p_.lower.end());
+            upper.insert(upper.end(), p_.upper.begin(), p_.upper.end());
+        }
+        motion<T> tried = m;
+        const auto write = [&](const std::vector<T>& from, motion<T>& to) {
+            std::copy(from.begin(), from.begin() + to.points.size(), to.points.begin());
+            if (p_.base.free_end) std::copy(from.begin() + to.points.size(), from.end(), to.end.begin());
+        };
+        const bool met = solver_.solve(x, lower, upper, ends.count(), sizeof(T) == 4 ? 0.2 : 1e-4, [&](const std::vector<T>& at) {
+            write(at, tried);
+            return end_of_track(ends, follow(tried, end_nodes, false));
+        });
+        write(x, m);
+        return met;
+    }
+    void forget_slopes() { solver_.forget(); }
+
   private:
+    static constexpr int end_nodes = sizeof(T) == 4 ? 64 : 256;   // measured: docs/benchmarks.md
+    static constexpr int coarse_nodes = 64;
+
+    // The arm and the base where they are, at pack l of the track.
+    pack<T> shortfall_in_space(const base_track<T>& track, int l, T margin, bool stop_early) {
+        const frame<T>* local = track.frames(l);
+        for (std::size_t j = 0; j < work_.frames.size(); ++j) put(track.base(l), local[j], p_.scene.shown[j], work_.frames[j]);
+        body_.base = &track.base(l);
+        const pack<T> out = shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, margin, body_, stop_early);
+        body_.base = nullptr;
+        return out;
+    }
+    T greatest_arm(const base_track<T>& track) const {
+        pack<T> most(T(0));
+        for (int l = 0; l < track.packs(); ++l) most = max(most, dot(track.arm_momentum(l), track.arm_momentum(l)));
+        return std::sqrt(greatest_of(most));
+    }
+    T greatest_rate(const base_track<T>& track) const {
+        pack<T> most(T(0));
+        for (int l = 0; l < track.packs(); ++l) most = max(most, dot(track.rate(l), track.rate(l)));
+        return std::sqrt(greatest_of(most));
+    }
+    // The fastest uniform time within all limits, those of the base too.
+    T fastest(const motion<T>& m, const base_track<T>& track) {
+        const floating_base<T>& b = p_.base;
+        T out = duration(m, table(m.interior));
+        if (b.most_rate > T(0)) out = std::max(out, greatest_rate(track) / b.most_rate);
+        if (b.most_arm > T(0)) out = std::max(out, greatest_arm(track) / b.most_arm);
+        return out;
+    }
+    T time_of(const motion<T>& m, const base_track<T>& track) {
+        return p_.base.momentum.duration > T(0) ? p_.base.momentum.duration : fastest(m, track);
+    }
+    // How far limits are passed, each as a share of itself, and the ends missed.
+    T unmet(const motion<T>& m, const base_track<T>& track) {
+        const floating_base<T>& b = p_.base;
+        T sum = b.ends.any() ? static_cast<T>(end_of_track(b.ends, track).beyond) : T(0);
+        if (b.most_turned > T(0)) sum += std::max(T(0), T(2 * std::asin(track.greatest_half_sine())) / b.most_turned - T(1));
+        // The bound of the hulls, which the trajectory keeps, is a little longer than what the instants say.
+        if (b.momentum.duration > T(0)) sum += std::max(T(0), fastest(m, track) / (T(0.98) * b.momentum.duration) - T(1));
+        return sum;
+    }
+    T violation_in_space(const motion<T>& m, T limit) {
+        const base_track<T>& track = follow(m, coarse_nodes, true);
+        T sum = unmet(m, track);
+        for (int l = track.packs() - 1; l >= 0 && !(sum > limit); --l) {
+            const pack<T> s = shortfall_in_space(track, l, p_.margin, limit <= T(0));
+            if (any(pack<T>(T(0)) < s)) sum += sum_of(s);
+        }
+        return sum;
+    }
+    bool finely_free_in_space(const motion<T>& m) {
+        const base_track<T>& track = follow(m, fine_nodes_, true);
+        if (unmet(m, track) > T(0)) return false;
+        for (int l = 0; l < track.packs(); ++l) {
+            if (any(pack<T>(T(0)) < shortfall_in_space(track, l, p_.margin, true))) return false;
+        }
+        for (const auto& instants : extra_) {   // in base coordinates first, then where the base is
+            if (&instants - extra_.data() >= most_extra) break;
+            T lane[lanes_of<T>];
+            for (int i = 0; i < lanes_of<T>; ++i) lane[i] = static_cast<T>(instants[i]);
+            std::vector<T> values;
+            append_instants(values, m.interior, 0, instants);
+            for (int d = 0; d < p_.dofs(); ++d) q_[d] = coordinate(m, values.data(), d);
+            forward_kinematics(p_.scene.robot, q_.data(), local_frames());
+            rates_.resize(work_.frames.size());
+            const momentum_at<T> at = momentum_of(p_.scene.robot, p_.scene.masses, q_.data(), local_.data(), rates_.data());
+            const frame<T> base = track.base_at(pack<T>::load(lane), at.com, p_.base.momentum);
+            for (std::size_t j = 0; j < work_.frames.size(); ++j) put(base, local_[j], p_.scene.shown[j], work_.frames[j]);
+            body_.base = &base;
+            const bool free = !any(pack<T>(T(0)) < shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.margin, body_, true));
+            body_.base = nullptr;
+            if (!free) return false;
+        }
+        return true;
+    }
+    frame<T>* local_frames() {
+        local_.resize(work_.frames.size());
+        return local_.data();
+    }
+    void of_base(const motion<T>& m, T* value) {
+        const base_track<T>& track = follow(m, coarse_nodes, false);
+        const quaternion q = track.attitude(track.nodes());
+        value[term_base_final] = static_cast<T>(2 * std::asin(std::min(1.0, std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z))));
+        value[term_base_peak] = static_cast<T>(2 * std::asin(track.greatest_half_sine()));
+        const T inverse = T(1) / std::max(time_of(m, track), std::numeric_limits<T>::min());
+        value[term_base_rate] = greatest_rate(track) * inverse;
+        value[term_joint_momentum] = greatest_arm(track) * inverse;
+    }
+    // The terms of `carried`, where the arm is in space.
+    void carried_in_space(const motion<T>& m, T* value) {
+        constexpr int W = lanes_of<T>;
+        const base_track<T>& track = follow(m, coarse_nodes, true);
+        const int samples = track.nodes(), packs = track.packs();
+        std::vector<T> tip[3];
+        for (auto& row : tip) row.resize(samples);
+        pack<T> comfort(T(0)), f[3] = {pack<T>(T(0)), pack<T>(T(0)), pack<T>(T(0))};
+        vec3<T> end{};
+        for (int l = packs - 1; l >= 0; --l) {   // the last node is the end
+            const pack<T> lacks = shortfall_in_space(track, l, p_.comfort > T(0) ? p_.comfort : T(0), false);
+            if (p_.comfort > T(0)) comfort += lacks;
+            for (std::size_t i = 0; i < p_.scene.points.size(); ++i) {
+                const point<T>& at = p_.scene.points[i];
+                work_.points[i] = carry(at.joint < 0 ? track.base(l) : work_.frames[at.joint], at.local);
+            }
+            const vec3<T>& at = work_.points[p_.tip];
+            at.x.store(&tip[0][l * W]);
+            at.y.store(&tip[1][l * W]);
+            at.z.store(&tip[2][l * W]);
+            if (l == packs - 1) end = {pack<T>(tip[0][samples - 1]), pack<T>(tip[1][samples - 1]), pack<T>(tip[2][samples - 1])};
+            const vec3<T> left = end - at;
+            const pack<T> d2 = dot(left, left);
+            f[1] += sqrt(d2 + T(1));                                                        // eq. (6)
+            f[2] += sqrt(d2);                                                               // eq. (7)
+            for (int i : p_.centers) {
+                for (const auto& o : p_.scene.obstacle_centers) {
+                    const vec3<T> r = work_.points[i] - constant(o.data());
+                    f[0] += sqrt(dot(r, r));                                                // eq. (5)
+                }
+            }
+        }
+        value[term_clearance] = sum_of(comfort) / T(samples);
+        for (int i = 0; i < 3; ++i) value[term_f1 + i] = sum_of(f[i]) / T(samples);
+        const vec3<T> first = tip_at(p_.start.data());
+        T sum = 0, before[3], lane[W];
+        const pack<T>* begin[3] = {&first.x, &first.y, &first.z};
+        for (int k = 0; k < 3; ++k) {
+            begin[k]->store(lane);
+            before[k] = lane[0];
+        }
+        for (int i = 0; i < samples; ++i) {
+            T squared = 0;
+            for (int k = 0; k < 3; ++k) {
+                squared += (tip[k][i] - before[k]) * (tip[k][i] - before[k]);
+                before[k] = tip[k][i];
+            }
+            sum += std::sqrt(squared);
+        }
+        value[term_tip] = sum;
+    }
+
     static std::size_t pack_offset(int l, int interior) { return static_cast<std::size_t>(l) * (interior + 2) * lanes_of<T>; }
 
     // One coordinate of the spline, or of a derivative, at a pack of instants.
     SPACEARM_INLINE pack<T> coordinate(const motion<T>& m, const T* basis, int d) const {
         const int K = m.interior, n = p_.dofs(), W = lanes_of<T>;
-        pack<T> value = pack<T>::load(basis) * p_.start[d] + pack<T>::load(basis + static_cast<std::size_t>(K + 1) * W) * p_.goal(m.goal)[d];
+        pack<T> value = pack<T>::load(basis) * p_.start[d] + pack<T>::load(basis + static_cast<std::size_t>(K + 1) * W) * p_.end(m)[d];
         for (int k = 0; k < K; ++k) value += pack<T>::load(basis + static_cast<std::size_t>(k + 1) * W) * m.points[static_cast<std::size_t>(k) * n + d];
         return value;
     }
@@ -269,7 +474,13 @@ template <class T> class motion_checker {
     std::vector<pack<T>> q_;
     std::vector<std::shared_ptr<const spline_table<T>>> tables_;
     static constexpr int most_instants = 4096;
+    static constexpr int most_extra = 8;
     int packs_ = sample_packs_fine, edge_packs_ = 1;
+    int fine_nodes_ = 128;
+    base_track<T> track_;
+    end_solver<T> solver_;
+    std::vector<frame<T>> local_;
+    std::vector<spin_and_velocity<T>> rates_;
     std::vector<std::vector<double>> extra_;
     std::map<int, std::vector<T>> extra_tables_;
 };

@@ -158,6 +158,7 @@ template <class T> class motion_search {
         for (int g = 0; g < p_.goal_count(); ++g) {
             motion<T> m{0, g, {}};
             ++evaluations_;
+            checker_.settle(m);
             const T fitness = checker_.fitness(m), broken = checker_.violation(m, infinity);
             if (fitness < least) {
                 least = fitness;
@@ -170,8 +171,7 @@ template <class T> class motion_search {
             }
         }
         // Nothing is shorter than straight to the nearest goal.
-        const motion_weights<T>& w = p_.weight;
-        optimal_ = found() && best().goal == nearest && !(w.duration > 0) && !(w.smoothness > 0) && !w.carried();
+        optimal_ = found() && best().goal == nearest && p_.weight.only_length() && !p_.base.ends.any();
     }
 
     // ---- probe ------------------------------------------------------------------------------------------------------
@@ -187,7 +187,8 @@ template <class T> class motion_search {
     // While nothing is known: a path, or motions from all over the place.
     void hunt() {
         path<T> way;
-        if (probe(way)) follow(way);
+        if (p_.base.ends.any() && turn_ % 2 == 0) swarm_turn(false);   // a path of the trees says little of where the base ends
+        else if (probe(way)) follow(way);
         else if (!over()) swarm_turn(false);
     }
     void follow_a_path() {
@@ -196,16 +197,15 @@ template <class T> class motion_search {
             if (!over()) swarm_turn(true);
             return;
         }
-        const motion_weights<T>& w = p_.weight;
-        const bool by_length = !(w.duration > 0) && !(w.smoothness > 0) && !w.carried();
-        if (by_length && w.length * probe_.length(way) > T(s_.detour) * best_fitness()) return;
+        if (p_.weight.only_length() && p_.weight.length * probe_.length(way) > T(s_.detour) * best_fitness()) return;
         follow(way);
     }
     // The spline with the fewest control points that stays free along the path.
     void follow(const path<T>& way) {
         for (int K : s_.ladder) {
-            const motion<T> m = nearest_to(way, K);
+            motion<T> m = nearest_to(way, K);
             ++evaluations_;
+            checker_.settle(m);
             if (!free_or_noted(m)) {
                 if (over()) return;
                 continue;
@@ -250,12 +250,14 @@ template <class T> class motion_search {
         for (int i = 0; i < samples; ++i) {
             const T* b = &own.at_path[static_cast<std::size_t>(i) * (from + 2)];
             for (int d = 0; d < n; ++d) {
-                T q = (b[0] - t.end_value[0][i]) * p_.start[d] + (b[from + 1] - t.end_value[1][i]) * p_.goal(m.goal)[d];
+                T q = (b[0] - t.end_value[0][i]) * p_.start[d] + (b[from + 1] - t.end_value[1][i]) * p_.end(m)[d];
                 for (int k = 0; k < from; ++k) q += b[k + 1] * m.points[k * n + d];
                 target[static_cast<std::size_t>(i) * n + d] = q;
             }
         }
-        return fitted(t, m.goal, target);
+        motion<T> out = fitted(t, m.goal, target);
+        out.end = m.end;
+        return out;
     }
     motion<T> fitted(const spline_table<T>& t, int goal, const std::vector<T>& target) const {
         const int n = p_.dofs(), samples = 2 * lanes_of<T>, K = t.interior;
@@ -280,8 +282,12 @@ template <class T> class motion_search {
         for (int i = 1; failures <= s_.refine_stall && !over(); ++i) {
             ++evaluations_;
             propose(now.at, shake, pull, next);
-            const T fitness = checker_.fitness(next);
             ++failures;
+            if (!checker_.settle(next)) {
+                shake = std::max(shake * T(0.98), T(0.003));
+                continue;
+            }
+            const T fitness = checker_.fitness(next);
             if (fitness < now.fitness) {
                 const bool better = checker_.free(next);
                 const T factor = better ? T(1.3) : T(0.98);
@@ -305,15 +311,16 @@ template <class T> class motion_search {
         if (K == 0) {   // the straight motion has nothing to shake: give it a control point
             out = with_interior(m, 1);
         }
-        const int all = out.interior;
+        if (p_.base.free_end && out.end.empty()) out.end.assign(p_.end(m), p_.end(m) + n);
+        const int all = out.interior + (p_.base.free_end ? 1 : 0);   // the end last
         const int only = refining_.uniform() < T(0.4) ? -1 : refining_.below(all);
         const T share = pull * refining_.uniform(), u = refining_.uniform();
         const T deviation = refining_.uniform() < T(0.8) ? shake * (T(0.1) + T(1.9) * u * u) : T(0);
         for (int k = 0; k < all; ++k) {
             if (only >= 0 && k != only) continue;
             for (int d = 0; d < n; ++d) {
-                T& q = out.points[k * n + d];
-                q += share * (p_.straight(m.goal, k, all, d) - q);
+                T& q = k < out.interior ? out.points[k * n + d] : out.end[d];
+                q += share * (p_.straight(p_.end(m), k, out.interior, d) - q);
                 if (deviation > T(0)) q += deviation * refining_.bell();
                 q = std::clamp(q, p_.lower[d], p_.upper[d]);
             }
@@ -324,8 +331,9 @@ template <class T> class motion_search {
         for (int K : s_.ladder) {
             if (K >= now.at.interior) return;
             if (K < *std::min_element(s_.interior.begin(), s_.interior.end())) continue;
-            const motion<T> m = with_interior(now.at, K);
+            motion<T> m = with_interior(now.at, K);
             ++evaluations_;
+            if (!checker_.settle(m)) continue;
             const T fitness = checker_.fitness(m);
             if (!(fitness < T(1.02) * now.fitness) || !checker_.free(m)) continue;
             now = {fitness, m};
@@ -348,7 +356,7 @@ template <class T> class motion_search {
     // Particles around the seeds: each seed itself, then pulled and shaken copies. Without seeds around the straight motion
     // to any goal, more and more loosely.
     void fly(int K, const std::vector<motion<T>>& seeds) {
-        const int n = p_.dofs(), D = K * n, particles = s_.swarm.particles;
+        const int n = p_.dofs(), D = (p_.base.free_end ? K + 1 : K) * n, particles = s_.swarm.particles;
         const int goal = seeds.empty() ? refining_.below(p_.goal_count()) : seeds.front().goal;
         std::vector<T> lower(D), upper(D);
         for (int i = 0; i < D; ++i) {
@@ -358,7 +366,8 @@ template <class T> class motion_search {
         swarm<T> particles_of(s_.swarm, lower, upper, seed_, island_ * 65536u + static_cast<std::uint32_t>(swarm_turns_++));
         std::vector<std::vector<T>> rows;
         for (int i = 0; i < particles; ++i) rows.push_back(first_row(K, goal, seeds, i, particles));
-        motion<T> m{K, goal, std::vector<T>(D)};
+        motion<T> m;
+        std::vector<T> row(D);
         const int stride = particles_of.stride();
         std::vector<T> fitness(stride), violation(stride);
         T least = infinity;
@@ -371,7 +380,8 @@ template <class T> class motion_search {
             const T before = least;
             for (int i = 0; i < particles_of.active(); ++i) {
                 if (over()) return;
-                for (int d = 0; d < D; ++d) m.points[d] = x[static_cast<std::size_t>(d) * stride + i];
+                for (int d = 0; d < D; ++d) row[d] = x[static_cast<std::size_t>(d) * stride + i];
+                m = motion_of(K, goal, row);
                 judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity}, fitness[i], violation[i]);
                 if (violation[i] <= T(0)) least = std::min(least, fitness[i]);
             }
@@ -380,14 +390,24 @@ template <class T> class motion_search {
             since = least < T(0.9995) * before ? 0 : since + 1;
         }
         if (hunting && !best_.empty()) refine(best_.front());
-        else if (least < infinity && particles_of.best().violation <= T(0)) keep({K, goal, particles_of.best_position()}, particles_of.best().fitness);
+        else if (least < infinity && particles_of.best().violation <= T(0)) {
+            m = motion_of(K, goal, particles_of.best_position());
+            if (checker_.settle(m)) keep(m, particles_of.best().fitness);
+        }
+    }
+    // A particle's numbers: the interior control points, then the end where it is free.
+    motion<T> motion_of(int K, int goal, const std::vector<T>& row) const {
+        const auto end = row.begin() + static_cast<std::ptrdiff_t>(K) * p_.dofs();
+        return {K, goal, std::vector<T>(row.begin(), end), std::vector<T>(end, row.end())};
     }
     // What the swarm needs to know of a particle: its merit, or only that it is no better than the particle's own best.
-    void judge(const motion<T>& m, const merit<T>& own, T& fitness, T& violation) {
+    // Where the ends ask for more than control points, it stands for the motion nearest to it that meets them.
+    void judge(motion<T>& m, const merit<T>& own, T& fitness, T& violation) {
         ++evaluations_;
+        const bool met = checker_.settle(m), has_been_free = own.violation <= T(0);
         fitness = checker_.fitness(m);
         violation = infinity;
-        const bool has_been_free = own.violation <= T(0);
+        if (has_been_free && !met) return;
         if (has_been_free && !(fitness < own.fitness)) return;
         const T broken = checker_.violation(m, has_been_free ? T(0) : own.violation);
         if (broken > T(0)) {
@@ -407,7 +427,7 @@ template <class T> class motion_search {
     static constexpr T barely = T(1e-6);
 
     std::vector<T> first_row(int K, int goal, const std::vector<motion<T>>& seeds, int i, int particles) {
-        const int n = p_.dofs(), D = K * n;
+        const int n = p_.dofs(), D = (p_.base.free_end ? K + 1 : K) * n;
         std::vector<T> row(D);
         const int known_ones = static_cast<int>(seeds.size());
         const bool as_it_is = i < known_ones;
@@ -416,8 +436,10 @@ template <class T> class motion_search {
                                       : T(0.5) * (T(0.2) + T(1.8) * T(i) / T(particles)) * (T(1) + T(swarm_turns_ % 3));
         const T pull = as_it_is ? T(0) : T(0.5) * refining_.uniform();
         for (int k = 0; k < D; ++k) {
-            const T line = p_.straight(goal, k / n, K, k % n);
-            T q = known_ones ? seeds[i % known_ones].points[k] : line;
+            const motion<T>* seed = known_ones ? &seeds[i % known_ones] : nullptr;
+            const T* end = seed ? p_.end(*seed) : p_.goal(goal);
+            const T line = p_.straight(end, k / n, K, k % n);
+            T q = !seed ? line : k < K * n ? seed->points[k] : end[k - K * n];
             if (!as_it_is) q += pull * (line - q) + spread * refining_.bell();
             row[k] = std::clamp(q, p_.lower[k % n], p_.upper[k % n]);
         }

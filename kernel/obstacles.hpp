@@ -32,7 +32,6 @@ template <class T> struct wall_obstacle {  // a half-space: solid where normal .
     T offset;
 };
 
-template <class T> SPACEARM_INLINE vec3<T> operator+(const vec3<T>& a, const vec3<T>& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 template <class T> SPACEARM_INLINE pack<T> dot(const vec3<T>& a, const T* b) { return a.x * b[0] + a.y * b[1] + a.z * b[2]; }
 template <class T> SPACEARM_INLINE pack<T> with_sign_of(const pack<T>& magnitude, const pack<T>& sign) {
     return select(sign < T(0), -magnitude, magnitude);

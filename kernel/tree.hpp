@@ -14,6 +14,7 @@ namespace SPACEARM_NAMESPACE {
 template <class T> struct vec3 {
     pack<T> x, y, z;
 };
+template <class T> SPACEARM_INLINE vec3<T> operator+(const vec3<T>& a, const vec3<T>& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 template <class T> SPACEARM_INLINE vec3<T> operator-(const vec3<T>& a, const vec3<T>& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
 }

@@ -58,6 +58,7 @@ if TYPE_CHECKING:
         forward_kinematics,
         load_robot,
     )
+    from spacearm.robot.doctor import Diagnosis, Finding, diagnose, mend_urdf
     from spacearm.scene import (
         Box,
         Capsule,
@@ -122,6 +123,7 @@ _ROOM_OF = {
         "forward_kinematics",
         "load_robot",
     ),
+    "robot.doctor": ("Diagnosis", "Finding", "diagnose", "mend_urdf"),
     "scene": (
         "Box",
         "Capsule",
@@ -148,7 +150,9 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "ConfigurationGoal",
     "ConfigurationsGoal",
     "Cylinder",
+    "Diagnosis",
     "FeasibleFirst",
+    "Finding",
     "Frame",
     "HalfSpace",
     "Joint",
@@ -181,6 +185,7 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "builtin_robots",
     "certify",
     "clearance",
+    "diagnose",
     "enclose_mesh",
     "enclose_points",
     "envelope_report",
@@ -195,6 +200,7 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "load_robot",
     "load_saved_plan",
     "load_trajectory",
+    "mend_urdf",
     "minimize",
     "named_settings",
     "plan",

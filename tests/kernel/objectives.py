@@ -82,6 +82,8 @@ def motion_search(
     weights: dict[str, float] | None = None,
     settings: dict[str, Any] | None = None,
     swarm: dict[str, Any] | None = None,
+    base: dict[str, Any] | None = None,
+    masses: dict[str, np.ndarray] | None = None,
     seed: int = 0,
     island: int = 0,
 ) -> Any:
@@ -91,8 +93,9 @@ def motion_search(
     points = [*centres, (tip.joint, tip.T_joint_frame[:3, 3])]
     chosen = {"length": 1.0} if weights is None else weights
     lower, upper = (robot.lower, robot.upper) if bounds is None else bounds
+    native = surround(build, robot, obstacles, points=points).native
     return build.named("MotionSearch")(
-        surround(build, robot, obstacles, points=points).native,
+        native if masses is None else native.weighed(**masses),
         np.array(start, dtype=np.float64),
         np.array(goals, dtype=np.float64).reshape(-1, robot.dof),
         np.array(lower, dtype=np.float64),
@@ -105,6 +108,7 @@ def motion_search(
         len(points) - 1,
         np.arange(len(centres), dtype=np.int32),
         np.array([chosen.get(name, 0.0) for name in build.module.motion_terms]),
+        base or {},
         settings or {},
         build.settings(**(MOTION_SWARM if swarm is None else swarm)),
         seed,

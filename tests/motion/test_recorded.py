@@ -369,11 +369,6 @@ REFUSED: dict[str, Any] = {
     "recorded, jumping": lambda: RecordedTrajectory(
         two_link(), PiecewisePath([0, 1, 2], [[[0.0, 0.0], [0.1, 0.1]], [[0.1, 0.3], [0.1, 0.3]]])
     ),
-    "recorded, base floating": lambda: RecordedTrajectory(
-        two_link(),
-        PiecewisePath.from_linear([0, 1], np.zeros((2, 2))),
-        base="floating",  # type: ignore[arg-type]
-    ),
 }
 
 

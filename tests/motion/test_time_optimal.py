@@ -15,7 +15,8 @@ from motion.drawn import motions_of
 from robot.test_model import two_link
 from snapshot import assert_refused
 from spacearm.errors import ProblemError, SettingsError, SpacearmError
-from spacearm.motion import Motion, Trajectory, fastest_duration, optimal, resampled, time_optimal
+from spacearm.motion import Motion, TimeLaw, Trajectory, fastest_duration, optimal, resampled, time_optimal
+from spacearm.motion.timelaw import over_time
 from spacearm.robot import Robot, load_robot
 
 ARM = load_robot("zhang2022")
@@ -51,7 +52,8 @@ def assert_within_limits(trajectory: Trajectory, jerk_limit: np.ndarray | float 
         _, low, high = path.hulls(derivative, bisections=6)
         assert (np.maximum(-low, high).max(axis=0) <= limit * (1 + 1e-3)).all()
     if jerk_limit is not None:
-        assert (np.abs(path.sample(t, 3)) <= jerk_limit * (1 + 1e-6)).all()
+        jerk = over_time(trajectory.motion, trajectory.time_law or TimeLaw.uniform(), trajectory.duration, 3)
+        assert (np.abs(jerk.sample(t)) <= jerk_limit * (1 + 1e-6)).all()
 
 
 def assert_smooth_from_rest_to_rest(trajectory: Trajectory) -> None:

@@ -16,6 +16,7 @@ from motion.drawn import motions_of
 from robot.test_model import two_link
 from snapshot import assert_refused
 from spacearm.errors import ProblemError
+from spacearm.momentum import Momentum
 from spacearm.motion import Motion, Trajectory, fastest_duration, limit_margins
 from spacearm.robot import Robot, forward_kinematics, load_robot
 
@@ -197,8 +198,10 @@ REFUSED: dict[str, Any] = {
     "duration NaN": turned(duration=np.nan),
     "duration infinite": turned(duration=np.inf),
     "duration text": turned(duration="1 s"),
-    "base floating": turned(base="floating"),
     "base mistyped": turned(base="Fixed"),
+    "base_start no transform": turned(base_start=np.ones((4, 4))),
+    "momentum of a fixed base": turned(base="fixed", momentum=Momentum(angular=(0.0, 0.0, 1.0))),
+    "momentum a list": turned(base="floating", momentum=[0.0, 0.0, 1.0]),
     "bent beyond the upper limit": bent(3, 9.0),
     "bent beyond the lower limit": bent(1, -2.0),
 }

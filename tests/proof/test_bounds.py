@@ -29,7 +29,8 @@ def watched(robot: Robot, curve: Curve, stretches: Stretches | None = None) -> t
         whole = np.array([[first.ends[0, 0], first.ends[-1, 1]]])
         stretches = Stretches(first=first.first[:1], last=first.last[-1:], ends=whole, share=np.ones(1))
     bodies, riders = bodies_of(robot)
-    middles = Middles(bodies, riders, JointMap(robot), Witness(robot, bodies).frames, spans.lines(stretches))
+    witness = Witness(robot, bodies)
+    middles = Middles(bodies, riders, JointMap(robot), lambda _, values: witness.frames(values), spans.lines(stretches))
     middles.watch(np.arange(len(riders.body)))
     return middles, stretches
 
@@ -38,7 +39,7 @@ def riders_ends(robot: Robot, q: np.ndarray) -> np.ndarray:
     """Where the ends of every rider's axis are in the frame that it is watched from, (rows, riders, ends, 3)."""
     bodies, riders = bodies_of(robot)
     frames = np.concatenate([moving_frames(robot, q), np.tile(np.eye(4), (len(q), 1, 1, 1))], axis=1)
-    watched_from = {int(motion): -1 for motion in riders.motion[riders.over_base]}
+    watched_from = {int(motion): -1 for motion in riders.motion[riders.over_scene]}
     for rider, body in zip(riders.self_rider, riders.self_body, strict=True):
         watched_from[int(riders.motion[rider])] = int(bodies.joint[body])
     out = np.empty((len(q), len(riders.body), bodies.ends.shape[1], 3))

@@ -21,7 +21,7 @@ from spacearm.errors import FileFormatError, RobotError, SpacearmError
 from spacearm.robot import builtin_robots, load_robot, load_urdf
 from spacearm.robot.tree import snapped, turned_onto_z
 from urdf_text import chain, joint
-from yaml_text import ARM
+from yaml_text import ARM, FLOATING
 
 
 @pytest.mark.parametrize("name", builtin_robots())
@@ -65,6 +65,33 @@ def test_a_robot_file_is_read(tmp_path: Path) -> None:
     np.testing.assert_allclose(T[:3, 3], (1, -1.5, 0), atol=1e-15)
     assert [(c.name, c.joint, c.radius) for c in robot.capsules] == [("upper", 0, 0.1), ("hand", 1, 0.2)]
     assert load_robot(str(path)) == robot
+
+
+def test_boxes_masses_and_configurations_of_a_robot_file_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "arm.yaml"
+    path.write_text(FLOATING)
+    robot = load_robot(path)
+    assert robot.base == "floating"
+    assert load_robot(path, base="fixed").base == "fixed"
+    base, hand = robot.bodies
+    assert (base.name, base.joint, base.mass, hand.name, hand.joint, hand.mass) == ("base", -1, 100, "hand", 1, 2)
+    np.testing.assert_array_equal(base.com, (0, 0, -1))
+    np.testing.assert_array_equal(base.inertia, [[10, 1, 2], [1, 20, 3], [2, 3, 25]])
+    # The fore's frame, which the hand's continues, is laid down by a quarter turn; its joint slides along its own z.
+    np.testing.assert_allclose(hand.com, (0, 0, 1))
+    np.testing.assert_array_equal(robot.configuration("home"), (0.5, 0.25))
+    assert robot.self_pairs == (("base", "hand"),)
+    of_base = [capsule for capsule in robot.capsules if capsule.name == "base"]
+    assert 1 < len(of_base) <= 4
+    assert {capsule.joint for capsule in of_base} == {-1}
+    for capsule in of_base:  # along the long edge, which was turned onto y
+        along = capsule.b - capsule.a
+        assert abs(along[1]) == pytest.approx(np.linalg.norm(along))
+        assert capsule.a[2] == pytest.approx(-1, abs=0.25)
+    assert len(load_robot(path, capsules_per_shape=1).capsules) == 2 + len(of_base) + 1
+    assert load_robot(path, collision="none").capsules == ()
+    assert load_robot(path, fixed={"lift": 0.5}).configuration("home") == pytest.approx(0.5)
+    assert load_robot(path, fixed={"lift": 0.5}).bodies[1].joint == 0
 
 
 def test_a_urdf_and_the_same_robot_file_give_the_same_robot(tmp_path: Path) -> None:
@@ -223,6 +250,33 @@ FILES: dict[str, tuple[type[SpacearmError], str]] = {
     "capsule of negative radius": (RobotError, ARM.replace("radius: 0.2", "radius: -0.2")),
     "loop": (RobotError, ARM.split("capsules")[0].replace("child: hand", "child: upper")),
     "broken YAML": (FileFormatError, ARM + "  - [\n"),
+    "base mistyped": (FileFormatError, FLOATING.replace("base: floating", "base: flaoting")),
+    "box of an unknown link": (RobotError, FLOATING.replace("link: base, size", "link: bas, size")),
+    "box of two edges": (RobotError, FLOATING.replace("[2, 1, 0.5]", "[2, 1]")),
+    "box without thickness": (RobotError, FLOATING.replace("[2, 1, 0.5]", "[2, 1, 0]")),
+    "box in millimetres": (RobotError, FLOATING.replace("[2, 1, 0.5]", "[2.0e+6, 1, 0.5]")),
+    "box turned in both units": (
+        RobotError,
+        FLOATING.replace("rpy_deg: [0, 0, 90], capsules", "rpy_deg: [0, 0, 90], rpy: [0, 0, 1], capsules"),
+    ),
+    "box in no capsules": (RobotError, FLOATING.replace("capsules: 4", "capsules: 0")),
+    "box in a million capsules": (RobotError, FLOATING.replace("capsules: 4", "capsules: 1000000")),
+    "box in half a capsule": (FileFormatError, FLOATING.replace("capsules: 4", "capsules: 4.5")),
+    "box without size": (FileFormatError, FLOATING.replace("size: [0.1, 0.1, 0.1]", "xyz: [0, 0, 0]")),
+    "mass of an unknown link": (RobotError, FLOATING.replace("link: hand, mass", "link: hnd, mass")),
+    "mass twice": (RobotError, FLOATING.replace("link: hand, mass", "link: base, mass")),
+    "mass negative": (RobotError, FLOATING.replace("mass: 2", "mass: -2")),
+    "mass zero": (RobotError, FLOATING.replace("mass: 2", "mass: 0")),
+    "mass without inertia": (FileFormatError, FLOATING.replace(", inertia: [0.1, 0.1, 0.1, 0, 0, 0]", "")),
+    "inertia of three": (RobotError, FLOATING.replace("[0.1, 0.1, 0.1, 0, 0, 0]", "[0.1, 0.1, 0.1]")),
+    "inertia of no body": (RobotError, FLOATING.replace("[0.1, 0.1, 0.1, 0, 0, 0]", "[0.1, 0.1, 0.3, 0, 0, 0]")),
+    "inertia negative": (RobotError, FLOATING.replace("[0.1, 0.1, 0.1, 0, 0, 0]", "[0.1, 0.1, 0.1, 0.2, 0, 0]")),
+    "centre of mass of two": (RobotError, FLOATING.replace("com: [0, 0, -1]", "com: [0, 0]")),
+    "configuration too short": (RobotError, FLOATING.replace("[0.5, 0.25]", "[0.5]")),
+    "configuration without values": (RobotError, FLOATING.replace("name: home, q: [0.5, 0.25]", "name: home")),
+    "configuration of lengths in degrees": (RobotError, FLOATING.replace("q: [0.5", "q_deg: [0.5")),
+    "configuration in both units": (RobotError, FLOATING.replace("0.25]}", "0.25], q_deg: [0, 0]}")),
+    "configuration twice": (RobotError, FLOATING.replace("self_coll", "  - {name: home, q: [0, 0]}\nself_coll")),
 }
 
 
@@ -247,6 +301,8 @@ def test_a_robot_file_that_is_no_good_is_refused(case: str, tmp_path: Path) -> N
         ("tip that is no name", "zhang2022", {"tip": ["hand"]}),
         ("collision mistyped", "zhang2022", {"collision": "None"}),
         ("velocity_limit negative", "zhang2022", {"velocity_limit": -1}),
+        ("base of no kind", "zhang2022", {"base": "planar"}),
+        ("base true", "zhang2022", {"base": True}),
     ],
 )
 def test_a_source_that_is_none_is_refused(case: str, source: Any, options: dict[str, Any]) -> None:

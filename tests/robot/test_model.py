@@ -17,6 +17,7 @@ from kinematics import joint_transforms
 from snapshot import assert_refused
 from spacearm.errors import RobotError
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, joint_centres, load_robot
+from spacearm.robot.plain import robot_as_dict, robot_from_dict
 
 COINCIDENT = 1e-8  # [m] what is listed as one centre within 1e-9 stays together through a few rotations
 
@@ -74,6 +75,13 @@ def test_arrays_are_copied_and_read_only() -> None:
         robot.lower[0] = 0.0
     with pytest.raises(FrozenInstanceError):
         robot.name = "other"  # type: ignore[misc]
+
+
+def test_a_file_of_a_robot_from_before_bases_could_float_has_a_fixed_one() -> None:
+    floating = robot_as_dict(two_link(base="floating"))
+    assert robot_from_dict(floating) == two_link(base="floating")
+    del floating["base"]
+    assert robot_from_dict(floating) == two_link()
 
 
 def test_each_joint_gets_its_own_place_in_q_and_followers_share_one() -> None:

@@ -222,12 +222,6 @@ def test_what_an_srdf_says_of_other_robots_is_left_out_and_told() -> None:
     assert robot.self_pairs == two_arms(group="left").self_pairs
 
 
-@pytest.mark.parametrize(("kind", "told"), [("fixed", False), ("floating", True), ("planar", True)])
-def test_a_base_that_moves_is_told(kind: str, told: bool) -> None:
-    text = srdf(f'<virtual_joint name="world_joint" type="{kind}" parent_frame="world" child_link="link_0"/>')
-    assert noted(srdf_text.loaded(chain_of(1), text), "'world_joint'", kind) == told
-
-
 def test_the_mount_of_the_only_end_effector_is_the_tip_of_several_chains() -> None:
     text = chain_of(2).replace(
         "</robot>", urdf_text.link("camera") + urdf_text.joint("c", "link_1", "camera", kind="fixed") + "</robot>"

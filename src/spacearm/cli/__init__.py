@@ -1,6 +1,7 @@
 """The command line: thin, one module a command.
 
-Exit codes: 0 done, 1 no plan found or no proof that holds, 2 wrong input, 3 an error of spacearm itself, 130 interrupted.
+Exit codes: 0 done, 1 no plan found, no proof that holds or a model with faults, 2 wrong input, 3 an error of
+spacearm itself, 130 interrupted.
 Results go to stdout, everything else to stderr.
 """
 
@@ -15,6 +16,7 @@ from collections.abc import Sequence
 COMMANDS = {
     "bench": "measure the planner on a collection of problems: spacearm bench mbm -d DIR",
     "certify": "prove a plan.json again, or a trajectory in CSV: free of collision and within the limits, at every instant",
+    "doctor": "say what is wrong with a robot's URDF and how to mend it; --fix writes a corrected copy",
     "paper": "run the paper's experiment: Table 3, Figures 4-9, report.json",
     "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, figures",
 }
@@ -33,8 +35,8 @@ options:
   -h, --help  show this help, or a command's: spacearm COMMAND --help
   --version   show the version and the kernel's build
 
-exit codes: 0 done, 1 no plan found or no proof that holds, 2 wrong input, 3 an error of spacearm itself,
-            130 interrupted
+exit codes: 0 done, 1 no plan found, no proof that holds or a model with faults, 2 wrong input,
+            3 an error of spacearm itself, 130 interrupted
 """
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from numpy.typing import ArrayLike
 
+from spacearm.momentum import Momentum
 from spacearm.motion.margins import as_jerk_limit, fastest_duration
+from spacearm.motion.on_a_base import Base
 from spacearm.motion.refined_law import refined_law
 from spacearm.motion.retimed import fastest_duration_of_law
 from spacearm.motion.spline import Motion
@@ -21,7 +25,15 @@ _INSTANT = 1e-6  # [s]
 
 
 def time_optimal(
-    robot: Robot, motion: Motion, *, jerk_limit: ArrayLike | None = None, gridpoints: int = 100, pieces: int = 64
+    robot: Robot,
+    motion: Motion,
+    *,
+    jerk_limit: ArrayLike | None = None,
+    gridpoints: int = 100,
+    pieces: int = 64,
+    base: Base | None = None,
+    base_start: ArrayLike | None = None,
+    momentum: Momentum | None = None,
 ) -> Trajectory:
     """Return the quickest trajectory along a motion, with continuous acceleration and within the limits for all t.
 
@@ -34,20 +46,24 @@ def time_optimal(
         jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: none, though accelerations are continuous.
         gridpoints: intervals of toppra's grid.
         pieces: of the smooth law, or up to four times as many where it needs them to come close to toppra's.
+        base, base_start, momentum: of the trajectory; they change no joint's limits.
 
     Returns:
         The trajectory; its `notes` say how much time was saved, and lost by smoothing.
 
     Raises:
-        ProblemError: the motion does not fit the robot, or a jerk limit that is no positive number.
+        ProblemError: the motion does not fit the robot, a jerk limit that is no positive number, or a base that cannot be.
+        RobotError: a floating base of a robot whose masses cannot be.
         SettingsError: a number of grid points or pieces that is none.
     """
     whole("gridpoints", gridpoints, at_least=8, at_most=_MOST)
     whole("pieces", pieces, at_least=8, at_most=_MOST)
-    Trajectory(robot, motion)  # that it fits the robot
+    held: dict[str, Any] = {"base": base, "base_start": base_start, "momentum": momentum}
+    Trajectory(robot, motion, **held)  # that it fits the robot
     slow = fastest_duration(robot, motion, jerk_limit=jerk_limit)
     if slow < _INSTANT:
-        return Trajectory(robot, motion, duration=slow, notes=("the uniform time law: it takes no time worth saving",))
+        notes = ("the uniform time law: it takes no time worth saving",)
+        return Trajectory(robot, motion, duration=slow, **held, notes=notes)
     limits = [robot.velocity, robot.acceleration]
     if jerk_limit is not None:
         limits.append(as_jerk_limit(robot, jerk_limit))
@@ -61,7 +77,7 @@ def time_optimal(
     timed = [(fastest_duration_of_law(robot, motion, law, jerk_limit=jerk_limit), law, what) for law, what in laws]
     duration, law, what = min(timed, key=lambda entry: entry[0])
     if duration >= slow:
-        return Trajectory(robot, motion, duration=slow, notes=("the uniform time law: no quicker one was found",))
+        return Trajectory(robot, motion, duration=slow, **held, notes=("the uniform time law: no quicker one was found",))
     note = (
         f"{what}: {duration:.6g} s, within the limits for all t; "
         f"{(1 - duration / slow) * 100:.3g} % less than the uniform law's {slow:.6g} s"
@@ -69,4 +85,4 @@ def time_optimal(
     if smoothed is not None and jerk_limit is None:
         excess = (duration / smoothed[1] - 1) * 100
         note += f", {abs(excess):.2g} % {'more' if excess > 0 else 'less'} than toppra's, which heeds them at grid points only"
-    return Trajectory(robot, motion, duration=duration, time_law=law, notes=(note,))
+    return Trajectory(robot, motion, duration=duration, time_law=law, **held, notes=(note,))

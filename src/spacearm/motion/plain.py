@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from spacearm.checks import shown
 from spacearm.errors import ProblemError
+from spacearm.momentum import Momentum
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.recorded import AnyTrajectory, RecordedTrajectory
 from spacearm.motion.spline import Motion
@@ -14,25 +17,49 @@ from spacearm.motion.trajectory import Trajectory
 from spacearm.records import record_as_dict, record_from_dict
 from spacearm.robot import Robot
 
-_KEYS = ("control_points", "duration_s", "time_law", "notes")
-_RECORDED_KEYS = ("breaks", "coefficients", "notes")
+_BASE_KEYS = ("base", "base_start", "momentum")
+_KEYS = ("control_points", "duration_s", "time_law", *_BASE_KEYS, "notes")
+_RECORDED_KEYS = ("breaks", "coefficients", *_BASE_KEYS, "notes")
 
 
 def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
     """Return a trajectory as plain values, without its robot.
 
     Keys: `control_points` (K + 2, n), `duration_s`, `time_law` (null: uniform; else `breaks` and `coefficients`) and `notes`
-    of a motion; `breaks` [s], `coefficients` (Bernstein's, piece by piece) and `notes` of one that somebody else made.
+    of a motion; `breaks` [s], `coefficients` (Bernstein's, piece by piece) and `notes` of one that somebody else made. Those
+    of the base are there only if it is not fixed at the origin: `base`, `base_start` T_w_b (4, 4), and `momentum`.
     """
     notes = list(trajectory.notes)
     if isinstance(trajectory, RecordedTrajectory):
-        return {**record_as_dict(trajectory.path), "notes": notes}
+        return {**record_as_dict(trajectory.path), **_base_as_dict(trajectory), "notes": notes}
     law = trajectory.time_law
     return {
         "control_points": trajectory.motion.control_points.tolist(),
         "duration_s": trajectory.duration,
         "time_law": None if law is None else record_as_dict(law),
+        **_base_as_dict(trajectory),
         "notes": notes,
+    }
+
+
+def _base_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
+    held: dict[str, Any] = {}
+    if trajectory.base != "fixed":
+        held["base"] = trajectory.base
+    if not np.array_equal(trajectory.base_start, np.eye(4)):
+        held["base_start"] = trajectory.base_start.tolist()
+    if not trajectory.momentum.is_zero:
+        held["momentum"] = record_as_dict(trajectory.momentum)
+    return held
+
+
+def _base_from_dict(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the base's arguments; what is not there is the fixed base at the origin, whatever the robot's own is."""
+    momentum = values.get("momentum")
+    return {
+        "base": values.get("base", "fixed"),
+        "base_start": values.get("base_start"),
+        "momentum": None if momentum is None else record_from_dict(Momentum, momentum, "momentum", ProblemError),
     }
 
 
@@ -53,8 +80,9 @@ def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = Tru
     notes = _notes(values.get("notes", []))
     if "breaks" in values:
         _require_keys(values, _RECORDED_KEYS)
-        path = {key: value for key, value in values.items() if key != "notes"}
-        return RecordedTrajectory(robot, record_from_dict(PiecewisePath, path, "the path", ProblemError), notes=notes)
+        path = {key: value for key, value in values.items() if key not in (*_BASE_KEYS, "notes")}
+        curve = record_from_dict(PiecewisePath, path, "the path", ProblemError)
+        return RecordedTrajectory(robot, curve, **_base_from_dict(values), notes=notes)
     _require_keys(values, _KEYS)
     for key in ("control_points", "duration_s"):
         if key not in values:
@@ -66,12 +94,13 @@ def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = Tru
     duration = values["duration_s"]
     if duration is None:
         raise ProblemError("duration_s is null, expected a time [s]")
+    held = _base_from_dict(values)
     try:
-        return Trajectory(robot, motion, duration=duration, time_law=law, notes=notes)
+        return Trajectory(robot, motion, duration=duration, time_law=law, **held, notes=notes)
     except ProblemError:
         if within_limits or motion.dof != robot.dof or not _is_time(duration):
             raise
-    return RecordedTrajectory(robot, over_time(motion, law or TimeLaw.uniform(), float(duration)), notes=notes)
+    return RecordedTrajectory(robot, over_time(motion, law or TimeLaw.uniform(), float(duration)), **held, notes=notes)
 
 
 def _is_time(duration: Any) -> bool:

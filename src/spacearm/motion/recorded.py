@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, shown
+from spacearm.checks import shown
 from spacearm.errors import ProblemError
+from spacearm.momentum import JointPath, Momentum
 from spacearm.motion.margins import LimitMargins, path_margins
+from spacearm.motion.on_a_base import Base, OnABase
 from spacearm.motion.piecewise import PiecewisePath
-from spacearm.motion.trajectory import JointState, Trajectory, resting_base
-from spacearm.robot import Robot, forward_kinematics
+from spacearm.motion.trajectory import JointState, Trajectory
+from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 
@@ -22,29 +24,41 @@ _FURTHEST = 1e6  # [rad or m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RecordedTrajectory(Frozen):
+class RecordedTrajectory(OnABase):
     """Joint positions over time from elsewhere. It may break limits: `limits` tells.
 
     Attributes:
         robot: whose joints move.
         path: q(t), t from 0 to the duration [s], without jumps.
-        base: "fixed".
+        base: "fixed", or "floating": free to drift and turn; None: as the robot says.
+        base_start: (4, 4) T_w_b at the beginning [m]; None: at the inertial origin, unturned.
+        momentum: of base and arm, if the base floats; None: none.
         notes: what was assumed in reading it, a sentence each.
 
     Raises:
-        ProblemError: the path is for another number of joints, does not begin at 0, or jumps.
+        ProblemError: the path is for another number of joints, does not begin at 0, or jumps; or a base that cannot be.
+        RobotError: a floating base of a robot whose masses cannot be.
     """
 
     robot: Robot
     path: PiecewisePath
     _: KW_ONLY
-    base: Literal["fixed"] = "fixed"
+    base: Base = None  # type: ignore[assignment]  # filled in below
+    base_start: Array = None  # type: ignore[assignment]
+    momentum: Momentum = None  # type: ignore[assignment]
     notes: tuple[str, ...] = ()
 
     if TYPE_CHECKING:
 
         def __init__(
-            self, robot: Robot, path: PiecewisePath, *, base: Literal["fixed"] = "fixed", notes: tuple[str, ...] = ()
+            self,
+            robot: Robot,
+            path: PiecewisePath,
+            *,
+            base: Base | None = None,
+            base_start: ArrayLike | None = None,
+            momentum: Momentum | None = None,
+            notes: tuple[str, ...] = (),
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -56,8 +70,7 @@ class RecordedTrajectory(Frozen):
             raise ProblemError(
                 f"the path has {self.path.dof} joints, expected the {self.robot.dof} of robot '{self.robot.name}'"
             )
-        if self.base != "fixed":
-            raise ProblemError(f"base is {shown(self.base)}, expected 'fixed'")
+        self._check_base()
         if self.path.domain[0] != 0:
             raise ProblemError(f"the path begins at {self.path.domain[0]:.9g} s, expected 0; take its first time from all")
         self._require_sizes()
@@ -132,13 +145,17 @@ class RecordedTrajectory(Frozen):
         q, dq, ddq = (self.path.sample(time, k) for k in (0, 1, 2))
         return JointState(q, np.where(within, dq, 0.0), np.where(within, ddq, 0.0))
 
-    def tip(self, t: ArrayLike, *, frame: str | None = None) -> Array:
-        """Return where a frame is, the end effector unless named: T_w_tip (..., 4, 4), inertial frame [m]."""
-        return forward_kinematics(self.robot, self.sample(t).q, frame=frame)
+    def _configuration(self, t: Array) -> Array:
+        return self.path.sample(t)
 
-    def base_pose(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return the base's position (..., 3) [m] and attitude q_wxyz (..., 4) in the inertial frame; fixed: at rest."""
-        return resting_base(t)
+    def _span(self) -> float:
+        return self.duration
+
+    def _base_path(self) -> tuple[JointPath, float]:
+        return self.path, self.duration
+
+    def _along(self, t: Array) -> tuple[Array, Array]:
+        return t, np.ones_like(t)
 
 
 AnyTrajectory: TypeAlias = Trajectory | RecordedTrajectory

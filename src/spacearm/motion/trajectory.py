@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, as_number, shown
+from spacearm.checks import as_number, shown
 from spacearm.errors import ProblemError
+from spacearm.momentum import JointPath, Momentum
 from spacearm.motion.margins import LimitMargins, fastest_duration, limit_margins, position_margins
+from spacearm.motion.on_a_base import Base, OnABase, resting_base
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.retimed import fastest_duration_of_law, law_margins
 from spacearm.motion.spline import Motion
 from spacearm.motion.timelaw import TimeLaw, over_time
-from spacearm.robot import Robot, forward_kinematics
+from spacearm.robot import Robot
+
+__all__ = ["JointState", "Trajectory", "resting_base"]
 
 Array = NDArray[np.float64]
 
@@ -31,7 +35,7 @@ class JointState(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trajectory(Frozen):
+class Trajectory(OnABase):
     """A motion with its time law, executable by the robot: within its limits at every instant.
 
     Attributes:
@@ -39,12 +43,15 @@ class Trajectory(Frozen):
         motion: the path.
         duration: [s]; None: the least that keeps the velocity and acceleration limits for all t.
         time_law: where on the path the motion is at each share of the duration; None: s = t/T.
-        base: "fixed".
+        base: "fixed", or "floating": free to drift and turn; None: as the robot says.
+        base_start: (4, 4) T_w_b at the beginning [m]; None: at the inertial origin, unturned.
+        momentum: of base and arm, if the base floats; None: none.
         notes: how the time law came about, a sentence each.
 
     Raises:
-        ProblemError: the motion is for another number of joints, leaves the position limits, or the duration is too
-            short for the velocity or acceleration limits.
+        ProblemError: the motion is for another number of joints, leaves the position limits, the duration is too short for
+            the velocity or acceleration limits, or a base that cannot be.
+        RobotError: a floating base of a robot whose masses cannot be.
     """
 
     robot: Robot
@@ -52,7 +59,9 @@ class Trajectory(Frozen):
     _: KW_ONLY
     duration: float = None  # type: ignore[assignment]  # filled in below
     time_law: TimeLaw | None = None
-    base: Literal["fixed"] = "fixed"
+    base: Base = None  # type: ignore[assignment]
+    base_start: Array = None  # type: ignore[assignment]
+    momentum: Momentum = None  # type: ignore[assignment]
     notes: tuple[str, ...] = ()
 
     if TYPE_CHECKING:
@@ -64,7 +73,9 @@ class Trajectory(Frozen):
             *,
             duration: float | None = None,
             time_law: TimeLaw | None = None,
-            base: Literal["fixed"] = "fixed",
+            base: Base | None = None,
+            base_start: ArrayLike | None = None,
+            momentum: Momentum | None = None,
             notes: tuple[str, ...] = (),
         ) -> None: ...
 
@@ -73,8 +84,7 @@ class Trajectory(Frozen):
             raise ProblemError(
                 f"the motion has {self.motion.dof} joints, expected the {self.robot.dof} of robot '{self.robot.name}'"
             )
-        if self.base != "fixed":
-            raise ProblemError(f"base is {shown(self.base)}, expected 'fixed'")
+        self._check_base()
         if self.time_law is None:
             fastest = fastest_duration(self.robot, self.motion)
         elif isinstance(self.time_law, TimeLaw):
@@ -158,13 +168,25 @@ class Trajectory(Frozen):
         q, first, second = (self.motion.sample(s[..., 0], k) for k in (0, 1, 2))
         return JointState(q, first * v, second * v**2 + first * a)
 
-    def tip(self, t: ArrayLike, *, frame: str | None = None) -> Array:
-        """Return where a frame is, the end effector unless named: T_w_tip (..., 4, 4), inertial frame [m]."""
-        return forward_kinematics(self.robot, self.sample(t).q, frame=frame)
+    def _configuration(self, t: Array) -> Array:
+        return self.sample(t).q
 
-    def base_pose(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return the base's position (..., 3) [m] and attitude q_wxyz (..., 4) in the inertial frame; fixed: at rest."""
-        return resting_base(t)
+    def _span(self) -> float:
+        return self.duration
+
+    def _base_path(self) -> tuple[JointPath, float]:
+        # Without momentum the base does not know the time; with it, what counts is the path over time.
+        return (self.motion if self.momentum.is_zero or self.duration == 0 else self.path), self.duration
+
+    def _along(self, t: Array) -> tuple[Array, Array]:
+        if self.duration == 0:
+            return np.zeros_like(t), np.zeros_like(t)
+        if not self.momentum.is_zero:
+            return t, np.ones_like(t)
+        share = t / self.duration
+        if self.time_law is None:
+            return share, np.full_like(t, 1 / self.duration)
+        return self.time_law.sample(share), self.time_law.sample(share, 1) / self.duration
 
     def _require_positions(self) -> None:
         points = self.motion.control_points
@@ -177,9 +199,3 @@ class Trajectory(Frozen):
                 f"joint '{self.robot.dof_names[worst]}' may pass its limit by {-margin[worst]:.4g}, expected all control "
                 "points within the limits; move them inside"
             )
-
-
-def resting_base(t: ArrayLike) -> tuple[Array, Array]:
-    """Return the position (..., 3) [m] and attitude q_wxyz (..., 4) of a base that stays where it is."""
-    shape = np.shape(t)
-    return np.zeros((*shape, 3)), np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*shape, 4)).copy()

@@ -1,21 +1,25 @@
 """Trajectories from CSV files, ours or anybody's.
 
 A header names the columns: the time `t_s` (also `t`, `time`, `time_s`), the joints by their names, or `q_`, `dq_` and `ddq_`
-before them for positions, rates and accelerations; the order is free and other columns are left alone. Without a header
-there are n + 1 columns: the time and the joints in the robot's order. Columns are parted by comma, semicolon, tab or space.
+before them for positions, rates and accelerations; `base_x`, `base_y`, `base_z` [m] and `base_qw`, `base_qx`, `base_qy`,
+`base_qz` the base's pose in the inertial frame; the order is free and other columns are left alone. Without a header there
+are n + 1 columns: the time and the joints in the robot's order. Columns are parted by comma, semicolon, tab or space.
 """
 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, nearest
+from spacearm.momentum import Momentum
+from spacearm.motion.base_columns import BASE_COLUMNS, base_poses, compared, first_pose
+from spacearm.motion.on_a_base import Base
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.recorded import RecordedTrajectory
 from spacearm.motion.tables import Table, read_table
@@ -36,11 +40,12 @@ _SHOWN = 12
 
 @dataclass(frozen=True, slots=True)
 class _Rows:
-    """Times (m,), and positions, rates and accelerations (m, n) as far as the file has them."""
+    """Times (m,), positions, rates and accelerations (m, n), and the base's poses (m, 7), as far as the file has them."""
 
     lines: list[int]
     t: Array
     states: list[Array]
+    base: Array | None = None
 
 
 def load_trajectory(
@@ -50,6 +55,9 @@ def load_trajectory(
     interpolation: Interpolation | None = None,
     degrees: bool = False,
     unwrap: bool = False,
+    base: Base | None = None,
+    base_start: ArrayLike | None = None,
+    momentum: Momentum | None = None,
 ) -> RecordedTrajectory:
     """Read a trajectory from CSV, to certify or to draw it; see the module for the columns.
 
@@ -60,13 +68,18 @@ def load_trajectory(
             else "linear", as controllers of joint trajectories do. "cubic" without rates is the spline at rest at both ends.
         degrees: turning joints are in degrees, their rates and accelerations too; otherwise in radians.
         unwrap: turning joints take the short way from row to row; otherwise a jump of a turn is a turn.
+        base: "fixed" or "floating"; None: as the robot says.
+        base_start: (4, 4) T_w_b at the beginning [m]; None: the file's first pose of the base, else the origin.
+        momentum: of base and arm, if the base floats; None: none.
 
     Returns:
         The trajectory, its time from 0, with `notes` on what was assumed. It may break limits.
 
     Raises:
         FileFormatError: the file is missing or broken, lacks a joint or the time, holds what is no number, or its times do
-            not increase.
+            not increase, or its base moves though it is fixed.
+        ProblemError: a base that cannot be.
+        RobotError: a floating base of a robot whose masses cannot be.
     """
     if interpolation is not None and interpolation not in _NEEDS:
         raise FileFormatError(f"interpolation is {shown(interpolation)}, expected 'linear', 'cubic' or 'quintic'")
@@ -87,7 +100,12 @@ def load_trajectory(
             notes.append(f"{interpolation} between rows: the file gives {_given(rows)}")
         curve = _interpolated(rows, interpolation, notes)
         _note_ends(robot, curve, interpolation, notes)
-        return RecordedTrajectory(robot, curve, notes=tuple(notes))
+        if base_start is None and rows.base is not None:
+            base_start = first_pose(rows.base)
+        read = RecordedTrajectory(robot, curve, base=base, base_start=base_start, momentum=momentum)
+        if rows.base is not None:
+            notes.append(compared(read, rows.t - rows.t[0], rows.base, rows.lines))
+        return replace(read, notes=tuple(notes))
 
 
 def _rows(robot: Robot, table: Table, notes: list[str]) -> _Rows:
@@ -127,10 +145,11 @@ def _rows(robot: Robot, table: Table, notes: list[str]) -> _Rows:
         names = [name for name in chosen if name is not None]
         used += names
         states.append(table.values[:, [columns[name] for name in names]])
-    unused = [name for name in table.names if name not in used]
+    poses = base_poses(columns, table.values, table.lines)
+    unused = [name for name in table.names if name not in used and name not in BASE_COLUMNS]
     if unused:
         notes.append(f"columns left alone: {', '.join(unused)}")
-    return _Rows(table.lines, table.values[:, columns[time]].copy(), states)
+    return _Rows(table.lines, table.values[:, columns[time]].copy(), states, poses)
 
 
 def _column(columns: dict[str, int], kind: str, joint: str) -> str | None:

@@ -4,6 +4,8 @@ from spacearm.planner.clearance import clearance, clearances
 from spacearm.planner.files.plans import plan_as_dict, save_plan, save_trajectory
 from spacearm.planner.files.problems import ProblemFile, load_problem, load_problem_file
 from spacearm.planner.files.saved_plans import SavedPlan, load_plan, load_saved_plan
+from spacearm.planner.base_report import BaseReport, report_base
+from spacearm.planner.floating import AttitudeGoal, BaseLimits
 from spacearm.planner.goals import (
     ConfigurationGoal,
     ConfigurationsGoal,
@@ -22,6 +24,9 @@ from spacearm.planner.search import plan
 from spacearm.planner.settings import PlannerSettings, Weights
 
 __all__ = [
+    "AttitudeGoal",
+    "BaseLimits",
+    "BaseReport",
     "ConfigurationGoal",
     "ConfigurationsGoal",
     "Goal",
@@ -48,6 +53,7 @@ __all__ = [
     "load_saved_plan",
     "plan",
     "plan_as_dict",
+    "report_base",
     "save_plan",
     "save_trajectory",
 ]

@@ -30,9 +30,14 @@ class HasScene(Protocol):
         ...
 
 
+def at_start(problem: HasScene) -> HasScene:
+    """Return a problem as told in the frame of its base at the beginning; what has no base is told so already."""
+    return getattr(problem, "local", problem)
+
+
 def clearances(problem: HasScene, q: ArrayLike) -> Array:
     """Return the clearance of every link's capsule and every obstacle: the least signed distance of the capsule's axis to
-    the obstacle, less the capsule's radius.
+    the obstacle, less the capsule's radius. A floating base is where it stands at the beginning.
 
     Args:
         problem: the robot, with c capsules, and the scene, with k obstacles.
@@ -44,6 +49,7 @@ def clearances(problem: HasScene, q: ArrayLike) -> Array:
     Raises:
         RobotError: q does not fit the robot or is not finite.
     """
+    problem = at_start(problem)
     array = as_configurations(problem.robot, q)
     model = kernel_model(problem.robot, problem.scene)
     found = model.native.obstacle_clearances(np.ascontiguousarray(array.reshape(-1, problem.robot.dof)))
@@ -102,6 +108,7 @@ def clearance_of(problem: HasScene) -> Callable[[Array], Array]:
     Returns:
         A function of configurations (b, n) that returns their clearances (b,) [m].
     """
+    problem = at_start(problem)
     native = kernel_model(problem.robot, problem.scene).native
     pairs = self_capsule_pairs(problem.robot)
 

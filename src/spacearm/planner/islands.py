@@ -11,10 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm._kernel import native
+from spacearm.momentum import system_mass
 from spacearm.motion import Motion
-from spacearm.planner.kernel_model import kernel_model, native_class
+from spacearm.planner.floating import AttitudeGoal
+from spacearm.planner.goals import PoseGoal, PositionGoal
+from spacearm.planner.kernel_model import kernel_model, native_class, with_masses
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.bounds import search_bounds
+from spacearm.planner.reaching.onto_goal import tolerances
 from spacearm.planner.result import Improvement
 from spacearm.planner.settings import PlannerSettings
 from spacearm.settings import setting_names
@@ -23,6 +27,7 @@ from spacearm.swarm.settings import kernel_settings
 Array = NDArray[np.float64]
 
 _PRECISION = 32  # the search's; the proof is float64
+_WITHIN, _WITHIN_LIMIT = 0.5, 0.995  # of tolerances and limits: so near the search comes, for float32 and instants between
 
 
 class Islands:
@@ -37,33 +42,39 @@ class Islands:
     """
 
     def __init__(self, problem: Problem, goals: Array, settings: PlannerSettings, *, seed: int, margin: float) -> None:
-        self._problem, self._goals, self._settings = problem, goals, settings
-        robot, n = problem.robot, problem.robot.dof
-        model = kernel_model(robot, problem.scene, precision=_PRECISION)
+        problem = problem.local
+        self._problem, self._goals, self._settings, self._margin = problem, goals, settings, margin
         self.bounds = search_bounds(problem)
-        jerk = np.zeros(0) if settings.jerk_limit is None else np.full(n, float(settings.jerk_limit))
+        self._base = asked_of_the_base(problem)
+        self._free_end = self._base.get("kind", 0) != 0
+        self._more_points = 2 if self._free_end or "attitude" in self._base else 0
+        self._all = [self._search(_PRECISION, seed, island) for island in range(settings.islands)]
+
+    def _search(self, precision: int, seed: int, island: int) -> Any:
+        problem, settings = self._problem, self._settings
+        robot = problem.robot
+        model = kernel_model(robot, problem.scene, precision=precision)
+        jerk = np.zeros(0) if settings.jerk_limit is None else np.full(robot.dof, float(settings.jerk_limit))
         weights = {name: float(getattr(settings.weights, name)) for name in setting_names(type(settings.weights))}
-        self._all: list[Any] = [
-            native_class("MotionSearch", _PRECISION)(
-                model.native,
-                np.array(problem.start),
-                np.ascontiguousarray(goals),
-                *(np.array(bound) for bound in self.bounds),
-                np.array(robot.velocity),
-                np.array(robot.acceleration),
-                jerk,
-                margin,
-                settings.comfort,
-                model.tip,
-                np.array(model.centres, dtype=np.int32),
-                np.array([weights[name] for name in native.motion_terms]),
-                {"interior": list(settings.interior_points)},
-                native.SwarmSettings.make(kernel_settings(settings.swarm)),
-                seed,
-                island,
-            )
-            for island in range(settings.islands)
-        ]
+        return native_class("MotionSearch", precision)(
+            with_masses(model, robot) if problem.floats else model.native,
+            np.array(problem.start),
+            np.ascontiguousarray(self._goals),
+            *(np.array(bound) for bound in self.bounds),
+            np.array(robot.velocity),
+            np.array(robot.acceleration),
+            jerk,
+            self._margin,
+            settings.comfort,
+            model.tip,
+            np.array(model.centres, dtype=np.int32),
+            np.array([weights[name] for name in native.motion_terms]),
+            self._base,
+            {"interior": [count + self._more_points for count in settings.interior_points]},
+            native.SwarmSettings.make(kernel_settings(settings.swarm)),
+            seed,
+            island,
+        )
 
     def run(
         self, *, evaluations: int, seconds: float, until_first: bool, stall: int, progress: Callable[[int], Any] | None = None
@@ -141,7 +152,7 @@ class Islands:
                     fitness=fitness,
                     by=by,
                     goal=goal,
-                    interior_points=len(points),
+                    interior_points=len(points) - self._free_end,
                     island=number,
                 )
             )
@@ -153,12 +164,75 @@ class Islands:
 
     def terms(self, motion: Motion) -> dict[str, float]:
         """Return a motion's fitness term by term; its goal is one of this search's."""
-        goal = int(np.argmin(np.abs(self._goals - motion.control_points[-1]).max(axis=1)))
-        rows = np.ascontiguousarray(motion.control_points[1:-1].reshape(1, -1), dtype=np.float32)
+        goal, points = self._goal_of(motion), self._points_of(motion)
+        rows = np.ascontiguousarray(points.reshape(1, -1), dtype=np.float32)
         values = self.judge(rows, motion.interior, goal)["terms"][0]
         return {name: float(value) for name, value in zip(native.motion_terms, values, strict=True)}
+
+    def settled(self, motion: Motion) -> Motion:
+        """Return a motion of a floating base with what is asked of its end met in float64; itself if nothing is.
+
+        The search's motions meet it in float32. What cannot be met more exactly stays as it was.
+        """
+        if not self._base.get("kind") and "attitude" not in self._base:
+            return motion
+        rows = np.ascontiguousarray(self._points_of(motion).reshape(1, -1))
+        exact, met = self._search(64, 0, 0).settled(rows, motion.interior, self._goal_of(motion))
+        if not met[0]:
+            return motion
+        return self._motion({"points": exact.reshape(-1, motion.dof), "goal": self._goal_of(motion)})
+
+    def _goal_of(self, motion: Motion) -> int:
+        return int(np.argmin(np.abs(self._goals - motion.control_points[-1]).max(axis=1)))
+
+    def _points_of(self, motion: Motion) -> Array:
+        """Return the control points that the search moves."""
+        return motion.control_points[1:] if self._free_end else motion.control_points[1:-1]
 
     def _motion(self, found: dict[str, Any]) -> Motion:
         lower, upper = self.bounds
         inside = np.clip(np.asarray(found["points"], dtype=np.float64), lower, upper)  # float32 may round a bound outwards
-        return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), self._goals[found["goal"]]]))
+        ends = [] if self._free_end else [self._goals[found["goal"]]]
+        return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), *ends]))
+
+
+def asked_of_the_base(problem: Problem) -> dict[str, Any]:
+    """Return what is asked of a floating base as the kernel takes it; empty for a fixed one.
+
+    Args:
+        problem: told in the frame of the base as it stands at the beginning.
+    """
+    if not problem.floats:
+        return {}
+    goal, limits, out = problem.goal, problem.base_limits, dict[str, Any]()
+    if isinstance(goal, (PositionGoal, PoseGoal)):
+        frame = problem.robot.frame(goal.frame or problem.robot.tip)
+        pose = goal.pose if isinstance(goal, PoseGoal) else np.eye(4)
+        axis = goal.free_axis if isinstance(goal, PoseGoal) else None
+        near, turned = tolerances(goal)
+        out |= {
+            "kind": 1 if isinstance(goal, PositionGoal) else 3 if axis is None else 2,
+            "joint": frame.joint,
+            "local": frame.T_joint_frame[:3, :3].ravel().tolist(),
+            "offset": frame.T_joint_frame[:3, 3].tolist(),
+            "wanted": pose[:3, :3].ravel().tolist(),
+            "position": goal.position.tolist(),
+            "axis": [0.0, 0.0, 0.0] if axis is None else axis.tolist(),
+            "near": _WITHIN * near,
+            "turned": _WITHIN * turned,
+        }
+    wanted = problem.base_goal
+    if wanted is None and limits.final is not None:
+        wanted = AttitudeGoal((1.0, 0.0, 0.0, 0.0), limits.final)
+    if wanted is not None:
+        out |= {"attitude": wanted.attitude_wxyz.tolist(), "attitude_turned": _WITHIN * wanted.tolerance}
+    for key, limit in (("most_turned", limits.peak), ("most_rate", limits.rate), ("most_arm", limits.joint_momentum)):
+        if limit is not None:
+            out[key] = _WITHIN_LIMIT * limit
+    if problem.duration is not None:
+        out["duration"] = problem.duration
+    if not problem.momentum.is_zero:
+        mass = system_mass(problem.robot)
+        out["angular"] = problem.momentum.angular.tolist()
+        out["drift"] = (problem.momentum.linear * (problem.duration or 0.0) / mass).tolist()
+    return out | {"most_turned": out.get("most_turned", 0.0)}  # never empty

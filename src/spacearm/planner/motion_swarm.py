@@ -68,7 +68,7 @@ class MotionSwarm:
         self.problem, self.settings = problem, settings
         self.goal = _configuration(problem, goal)
         self.interior = settings.interior_points[0]
-        margin = margin_within_reach(problem, np.stack([problem.start, self.goal]), settings.margin)
+        margin = margin_within_reach(problem, np.stack([problem.start, *([] if problem.floats else [self.goal])]), settings.margin)
         self._islands = Islands(problem, self.goal[None].copy(), settings, seed=0, margin=margin)
         seed = seed_of(rng)
         lower, upper = (np.tile(bound, self.interior) for bound in self._islands.bounds)

@@ -5,39 +5,56 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, as_readonly, shown
+from spacearm.checks import Frozen, as_number, as_readonly, keep, shown
 from spacearm.errors import ProblemError, nearest
+from spacearm.momentum import Momentum
+from spacearm.momentum.turning import matrix_of, quaternion_of
+from spacearm.motion.on_a_base import Base, checked_base
+from spacearm.planner.floating import AttitudeGoal, BaseLimits
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.robot.model import Robot
 from spacearm.scene import Obstacle, Scene
+from spacearm.scene.moved import moved_scene
 
 Array = NDArray[np.float64]
 
 _ROUNDING = 1e-9  # [rad or m] this far beyond a limit is a file's last digit, and is set onto the limit
 
 
+class _WithLocal(Frozen):
+    """Gives a problem room to keep itself as seen from its base; that is no part of its value."""
+
+    __slots__ = ("_local",)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Problem(Frozen):
+class Problem(_WithLocal):
     """A motion-planning problem.
 
     Attributes:
         robot: what moves.
-        scene: what is in the way; a list of obstacles is taken too.
+        scene: what is in the way, at rest in the inertial frame; a list of obstacles is taken too.
         start: (n,) joint positions at the beginning [rad or m], within the limits.
         goal: where to end; n numbers are taken as a ConfigurationGoal, rows of n as a ConfigurationsGoal. The frame of a
-            PositionGoal or PoseGoal is filled in; configurations that may be whole turns away are turned nearest to the
-            start.
-        base: "fixed".
+            PositionGoal or PoseGoal is filled in, and its place is in the inertial frame; configurations that may be whole
+            turns away are turned nearest to the start.
+        base: "fixed", or "floating": free to drift and turn as the arm moves; None: as the robot says.
+        base_start: (4, 4) T_w_b at the beginning [m]; a point (3,) is taken too; None: at the inertial origin, unturned.
+        momentum: of base and arm, if the base floats; None: none. With angular momentum it needs a duration.
+        base_goal: how the floating base is to stand at the end; four numbers are taken as its attitude_wxyz.
+        base_limits: how little the arm may disturb the floating base.
+        duration: of the motion [s]; None: the least that the limits allow.
 
     Whether start and goal are free of collision and within reach is the planner's to say.
 
     Raises:
-        ProblemError: a start or goal that does not fit the robot, or a base that is not supported.
+        ProblemError: a start or goal that does not fit the robot, or a base that cannot be.
+        RobotError: a floating base of a robot whose masses cannot be.
     """
 
     robot: Robot
@@ -45,7 +62,12 @@ class Problem(Frozen):
     _: KW_ONLY
     start: Array
     goal: Goal
-    base: Literal["fixed"] = "fixed"
+    base: Base = None  # type: ignore[assignment]  # filled in below
+    base_start: Array = None  # type: ignore[assignment]
+    momentum: Momentum = None  # type: ignore[assignment]
+    base_goal: AttitudeGoal | None = None
+    base_limits: BaseLimits = None  # type: ignore[assignment]
+    duration: float | None = None
 
     if TYPE_CHECKING:  # what is taken is wider than what is kept
 
@@ -56,17 +78,78 @@ class Problem(Frozen):
             *,
             start: ArrayLike,
             goal: Goal | ArrayLike,
-            base: Literal["fixed"] = "fixed",
+            base: Base | None = None,
+            base_start: ArrayLike | None = None,
+            momentum: Momentum | None = None,
+            base_goal: AttitudeGoal | ArrayLike | None = None,
+            base_limits: BaseLimits | None = None,
+            duration: float | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, Robot):
             raise ProblemError(f"robot is {shown(self.robot)}, expected a Robot; make one with load_robot(...)")
         if not isinstance(self.scene, Scene):
-            object.__setattr__(self, "scene", _scene(self.scene))
-        _require_base(self.base)
-        object.__setattr__(self, "start", within_limits(self.robot, self.start, what="start"))
-        object.__setattr__(self, "goal", _goal(self.robot, self.goal, self.start))
+            keep(self, scene=_scene(self.scene))
+        keep(self, **checked_base(self.robot, self.base, self.base_start, self.momentum))
+        keep(self, **_asked_of_the_base(self))
+        keep(self, start=within_limits(self.robot, self.start, what="start"))
+        keep(self, goal=_goal(self.robot, self.goal, self.start), _local=None)
+
+    @property
+    def floats(self) -> bool:
+        """Whether the base floats."""
+        return self.base == "floating"
+
+    @property
+    def local(self) -> Problem:
+        """The same problem told in the frame of the base as it stands at the beginning: there `base_start` is unity."""
+        if self._local is None:
+            keep(self, _local=self if np.array_equal(self.base_start, np.eye(4)) else _told_from_the_base(self))
+        return cast(Problem, self._local)
+
+
+def _told_from_the_base(problem: Problem) -> Problem:
+    R, p = problem.base_start[:3, :3], problem.base_start[:3, 3]
+    T_b_w = np.eye(4)
+    T_b_w[:3, :3], T_b_w[:3, 3] = R.T, -R.T @ p
+    goal, base_goal, momentum = problem.goal, problem.base_goal, problem.momentum
+    if isinstance(goal, PositionGoal):
+        goal = replace(goal, position=R.T @ (goal.position - p))
+    elif isinstance(goal, PoseGoal):
+        goal = replace(goal, pose=T_b_w @ goal.pose)
+    if base_goal is not None:
+        base_goal = replace(base_goal, attitude_wxyz=quaternion_of(R.T @ matrix_of(base_goal.attitude_wxyz)))
+    return replace(
+        problem,
+        scene=moved_scene(problem.scene, T_b_w),
+        goal=goal,
+        base_start=np.eye(4),
+        base_goal=base_goal,
+        momentum=Momentum(linear=R.T @ momentum.linear, angular=R.T @ momentum.angular),
+    )
+
+
+def _asked_of_the_base(problem: Problem) -> dict[str, Any]:
+    """Return `base_goal`, `base_limits` and `duration`, checked."""
+    goal: Any = problem.base_goal
+    limits: Any = problem.base_limits
+    limits = BaseLimits() if limits is None else limits
+    if goal is not None and not isinstance(goal, AttitudeGoal):
+        goal = AttitudeGoal(goal)
+    if not isinstance(limits, BaseLimits):
+        raise ProblemError(f"base_limits is {shown(limits)}, expected BaseLimits(...)")
+    if problem.base == "fixed" and (goal is not None or limits.any):
+        what = "base_goal" if goal is not None else "base_limits"
+        raise ProblemError(f"base is 'fixed' and {what} is given, expected a floating base with it; give base='floating'")
+    if goal is not None and limits.final is not None:
+        raise ProblemError("base_goal and base_limits.final are both given, expected one of them; the goal has its own tolerance")
+    duration = problem.duration
+    if duration is not None:
+        duration = as_number("duration", duration, ProblemError, above=0, unit="s")
+    elif not problem.momentum.is_zero:
+        raise ProblemError("momentum is given without a duration, expected both: how far the spacecraft tumbles depends on time")
+    return {"base_goal": goal, "base_limits": limits, "duration": duration}
 
 
 def within_limits(robot: Robot, q: ArrayLike, *, what: Literal["start", "goal"], prefix: str = "") -> Array:
@@ -143,13 +226,6 @@ def _scene(given: Any) -> Scene:
     if given is None or not isinstance(given, Iterable):
         raise ProblemError(f"scene is {shown(given)}, expected a Scene; write Scene([]) for free space")
     return Scene(given)  # type: ignore[arg-type]
-
-
-def _require_base(base: Any) -> None:
-    if base == "floating":
-        raise ProblemError("base 'floating' is not supported yet, expected 'fixed'; plan with base='fixed'")
-    if base != "fixed":
-        raise ProblemError(f"base is {shown(base)}, expected 'fixed'")
 
 
 def _goal(robot: Robot, goal: Any, start: Array) -> Goal:

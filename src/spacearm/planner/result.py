@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.motion import Trajectory
+from spacearm.planner.base_report import BaseReport
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.explain import EndReport
 from spacearm.planner.reaching.search import GoalConfigurations
@@ -64,6 +65,7 @@ class Plan:
         goals: (g, n) the goal configurations planned to, nearest first.
         goal_search: how these were found; None if they were given.
         ends: what is wrong with the start or the goal, with the pairs in contact.
+        base: of a floating base: how the trajectory turns it, and whether it ends as was asked; None for a fixed one.
         fitness: the trajectory's, by term, as `Weights` names them.
         history: the improvements in order, as the search saw them.
         proofs: how many motions were given to the proof.
@@ -82,6 +84,7 @@ class Plan:
     goals: Array
     goal_search: GoalConfigurations | None
     ends: EndReport
+    base: BaseReport | None
     fitness: dict[str, float]
     history: tuple[Improvement, ...]
     proofs: int

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from spacearm.checks import shown
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion, Trajectory, fastest_duration, time_optimal
+from spacearm.planner.base_report import BaseReport, report_base, within_base_limits
 from spacearm.planner.clearance import margin_within_reach
 from spacearm.planner.islands import Islands
 from spacearm.planner.problem import Problem
@@ -66,19 +67,33 @@ def plan(
     settings = PlannerSettings() if settings is None else settings
     if not isinstance(settings, PlannerSettings):
         raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
+    require_timing(problem, settings)
     run = _Run(problem=problem, settings=settings, seed=seed_of(rng), tell=progress or (lambda _: None))
-    run.ends = check_ends(problem)
+    run.ends = check_ends(problem.local)
     if run.ends.status != "free":
         return run.ended(run.ends.status)
     run.lap("prepare")
     run.tell("goal configurations")
-    run.goal_search = find_goal_configurations(problem, settings, run.seed)
+    run.goal_search = find_goal_configurations(problem.local, settings, run.seed)
     run.lap("goals")
     if not len(run.goal_search.q):
-        run.ends = explain_goal(problem, run.goal_search)
+        run.ends = explain_goal(problem.local, run.goal_search)
         status: Status = "goal_in_collision" if run.ends.status == "goal_in_collision" else "goal_unreachable"
         return run.ended(status)
     return run.search()
+
+
+def require_timing(problem: Problem, settings: PlannerSettings) -> None:
+    """Check that a problem's timing and the settings' go together.
+
+    Raises:
+        SettingsError: they do not.
+    """
+    if problem.duration is not None and settings.time_law != "uniform":
+        raise SettingsError(
+            f"time_law is {shown(settings.time_law)} and the problem states its duration, expected 'uniform' with it; leave "
+            "one of them out"
+        )
 
 
 @dataclass(kw_only=True)
@@ -94,6 +109,7 @@ class _Run:
     islands: Islands | None = None
     certificate: Certificate | None = None
     trajectory: Trajectory | None = None
+    base: BaseReport | None = None
     proofs: int = 0
     interrupted: bool = False
     timings: dict[str, float] = field(default_factory=dict)
@@ -108,8 +124,9 @@ class _Run:
 
     def search(self) -> Plan:
         goals = self.goals
-        ends = np.vstack([self.problem.start, goals])
-        margin = margin_within_reach(self.problem, ends, self.settings.margin)
+        # Where the base will be at the goal is not known yet: there nothing can be said of what is near.
+        ends = self.problem.start[None] if self.problem.floats else np.vstack([self.problem.start, goals])
+        margin = margin_within_reach(self.problem.local, ends, self.settings.margin)
         self.islands = Islands(self.problem, goals, self.settings, seed=self.seed, margin=margin)
         self.lap("prepare")
         self.tell(f"motions to {len(goals)} goal configuration{'s' if len(goals) != 1 else ''}")
@@ -132,6 +149,7 @@ class _Run:
         if status == "not_found" and self.trajectory is None and islands is not None and islands.fallback is not None:
             self.trajectory = self._timed(islands.fallback)  # the best that was seen
             self.certificate = certify(self.problem, self.trajectory)
+            self._report()
         self.timings["total"] = time.perf_counter() - self.begun
         return Plan(
             status=status,
@@ -143,6 +161,7 @@ class _Run:
             goals=self.goals,
             goal_search=self.goal_search,
             ends=self.ends,
+            base=self.base,
             fitness=self._fitness(),
             history=() if islands is None else islands.history(),
             proofs=self.proofs,
@@ -190,7 +209,10 @@ class _Run:
             last = motion
             near = self.certificate.closest if self.certificate is not None else None
             if near is None or not 0 < near.u < 1:
-                return "not_proven"  # no other motion would fare better
+                if not self.problem.floats:
+                    return "not_proven"  # no other motion would fare better
+                self._go_on(**less)
+                continue
             self.islands.add_instant(near.u, _SPREAD)
             self._go_on(**less)
         return "not_proven"
@@ -208,20 +230,47 @@ class _Run:
     def _holds(self, motion: Motion) -> bool:
         self.tell("proof")
         self.proofs += 1
-        self.trajectory = Trajectory(self.problem.robot, motion)
+        if self.islands is not None:
+            motion = self.islands.settled(motion)
+        self.trajectory = self._trajectory(motion)
         if self.settings.time_law != "uniform":  # costs more than a proof, and collisions do not depend on it
             self.certificate = certify(self.problem, self.trajectory, limits=())
         if self.settings.time_law == "uniform" or (self.certificate is not None and self.certificate.holds):
             self.trajectory = self._timed(motion)
             self.certificate = certify(self.problem, self.trajectory, jerk_limit=self.settings.jerk_limit)
+        self._report()
         self.lap("certify")
-        return self.certificate is not None and self.certificate.holds
+        return self.certificate is not None and self.certificate.holds and (self.base is None or not self.base.missed)
+
+    def _report(self) -> None:
+        if self.problem.floats and self.trajectory is not None:
+            self.base = report_base(self.problem, self.trajectory)
+
+    def _trajectory(self, motion: Motion, duration: float | None = None) -> Trajectory:
+        problem = self.problem
+        if problem.duration is not None:
+            # The search keeps to it by its instants; where the hulls, which bound what is between, say a little more, so be it.
+            duration = max(problem.duration, fastest_duration(problem.robot, motion, jerk_limit=self.settings.jerk_limit))
+        return Trajectory(
+            problem.robot,
+            motion,
+            duration=duration,
+            base=problem.base,
+            base_start=problem.base_start,
+            momentum=problem.momentum,
+        )
 
     def _timed(self, motion: Motion) -> Trajectory:
-        robot, jerk = self.problem.robot, self.settings.jerk_limit
+        problem, jerk = self.problem, self.settings.jerk_limit
         if self.settings.time_law == "time_optimal":
-            return time_optimal(robot, motion, jerk_limit=jerk)
-        return Trajectory(robot, motion, duration=None if jerk is None else fastest_duration(robot, motion, jerk_limit=jerk))
+            made = time_optimal(problem.robot, motion, jerk_limit=jerk)
+            made = replace(made, base=problem.base, base_start=problem.base_start, momentum=problem.momentum)
+        else:
+            made = self._trajectory(motion, None if jerk is None else fastest_duration(problem.robot, motion, jerk_limit=jerk))
+        limits = problem.base_limits
+        if problem.duration is not None or (limits.rate is None and limits.joint_momentum is None):
+            return made
+        return replace(made, duration=made.duration * within_base_limits(problem, made))
 
     # ---- what is told -----------------------------------------------------------------------------------------------
     def _fitness(self) -> dict[str, float]:
@@ -235,6 +284,8 @@ class _Run:
 
     def _advice(self, status: Status) -> str:
         near = self.certificate.message if self.certificate is not None else ""
+        if self.base is not None and self.base.missed:
+            near = f"{near}; {', and '.join(self.base.missed)}"
         if status == "not_found":
             said = f"the best one: {near}; " if near else ""
             return f"{said}allow more evaluations or time_budget, or a smaller margin"

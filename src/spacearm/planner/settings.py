@@ -30,6 +30,10 @@ class Weights:
         f1: the seed's eq. (5), mean over the motion: distances of the joint centres from the obstacles' centres [m].
         f2: eq. (6): distance of the end effector from where it ends, squared and 1 more, then its root [m].
         f3: eq. (7): that distance [m].
+        base_final: of a floating base: the angle that it has turned by at the end [rad].
+        base_peak: the greatest angle that it is turned by at any time [rad].
+        base_rate: its greatest rate [rad/s].
+        joint_momentum: the arm's greatest angular momentum, of its joints' motion alone [N m s].
     """
 
     length: float = 1.0
@@ -40,6 +44,10 @@ class Weights:
     f1: float = 0.0
     f2: float = 0.0
     f3: float = 0.0
+    base_final: float = 0.0
+    base_peak: float = 0.0
+    base_rate: float = 0.0
+    joint_momentum: float = 0.0
 
     def __post_init__(self) -> None:
         values = [

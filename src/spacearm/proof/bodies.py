@@ -1,7 +1,8 @@
 """The robot as the proof sees it: capsules on joints, a ball around each link, and what moves relative to what.
 
 A *rider* is a body watched from another one's frame, the base's included: the joints between the two, and only these, move
-it there. Riders come in families: the ball around a link, then the link's capsules, all watched from the same frame.
+it there. Watched from the inertial frame, a body of a floating robot is moved by all joints, for all of them move the base.
+Riders come in families: the ball around a link, then the link's capsules, all watched from the same frame.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from spacearm.robot import Robot
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
+_INERTIAL = -2  # in place of the joint watched from
 _OUTWARD = 1 + 1e-12  # a link's ball is made larger by more than its rounding
 
 
@@ -55,7 +57,9 @@ class Riders:
         count: (m,) how many riders after it are inside of it; 0 for a capsule.
         sign: (p, j) how each joint's rate counts in the motion: 1, -1 (it moves the frame watched from), or 0.
         order: (p, j, j) weights of the pairs of joints (k, i) in the second derivative; see docs/certificate.md.
-        over_base: (l,) riders of the links' balls, watched from the base.
+        free: (p,) whether it is watched from the inertial frame while the base floats. `sign` then tells which joints are
+            between the base and the body, and `order` is for all joints.
+        over_scene: (l,) riders of the links' balls, watched from where the obstacles rest.
         self_rider, self_body: (s,) riders of links' balls that must keep clear of the ball whose frame they are watched from.
     """
 
@@ -64,16 +68,32 @@ class Riders:
     count: Indices
     sign: Array
     order: Array
-    over_base: Indices
+    free: NDArray[np.bool_]
+    over_scene: Indices
     self_rider: Indices
     self_body: Indices
 
 
 @kept
 def bodies_of(robot: Robot) -> tuple[Bodies, Riders]:
-    """Return a robot's bodies, and the riders for its obstacles and its pairs of links."""
+    """Return a robot's bodies, and the riders for its obstacles and its pairs of links; its base is fixed."""
     bodies = _bodies(robot)
-    return bodies, _riders(robot, bodies)
+    return bodies, _riders(robot, bodies, scene=-1)
+
+
+@kept
+def floating_bodies_of(robot: Robot) -> tuple[Bodies, Riders]:
+    """Return the same of a robot whose base floats."""
+    bodies = _bodies(robot)
+    return bodies, _riders(robot, bodies, scene=_INERTIAL)
+
+
+def ancestors(robot: Robot) -> NDArray[np.bool_]:
+    """Tell which joints i are between joint k and the base, [k, i] of (j, j)."""
+    out = np.zeros((len(robot.joints),) * 2, dtype=bool)
+    for k, joint in enumerate(robot.joints):
+        out[k, _chain(robot, joint.parent)] = True
+    return out
 
 
 def _bodies(robot: Robot) -> Bodies:
@@ -110,7 +130,7 @@ def _ball(ends: Array, radius: Array) -> tuple[Array, float]:
     return center, float((np.linalg.norm(ends - center, axis=2).max(axis=1) + radius).max()) * _OUTWARD
 
 
-def _riders(robot: Robot, bodies: Bodies) -> Riders:
+def _riders(robot: Robot, bodies: Bodies, *, scene: int) -> Riders:
     paths: dict[tuple[int, int], int] = {}  # (joint of the body, joint watched from) -> relative motion
     families: dict[tuple[int, int], int] = {}  # (link's ball, relative motion) -> its first rider
     body: list[int] = []
@@ -126,7 +146,7 @@ def _riders(robot: Robot, bodies: Bodies) -> Riders:
         return families[ball, path]
 
     balls = range(bodies.capsules, len(bodies.radius))
-    over_base = [family(ball, -1) for ball in balls]
+    over_scene = [family(ball, scene) for ball in balls]
     named = defaultdict(list)
     for ball in balls:
         named[robot.capsules[bodies.members[bodies.first[ball]]].name].append(ball)
@@ -144,7 +164,8 @@ def _riders(robot: Robot, bodies: Bodies) -> Riders:
         count=bodies.count[body] if body else np.zeros(0, np.intp),
         sign=sign,
         order=order,
-        over_base=np.array(over_base, dtype=np.intp),
+        free=np.array([watched_from == _INERTIAL for _, watched_from in paths], dtype=bool),
+        over_scene=np.array(over_scene, dtype=np.intp),
         self_rider=self_rider,
         self_body=self_body,
     )
@@ -164,6 +185,8 @@ def _relative_motions(robot: Robot, paths: list[tuple[int, int]]) -> tuple[Array
             before = away[:place]
             order[p, k, before] = 2.0 * turns[before]
             order[p, k, k] = turns[k]
+        if watched_from == _INERTIAL:
+            order[p] = (2.0 * ancestors(robot) + np.eye(count)) * turns
     return sign, order
 
 

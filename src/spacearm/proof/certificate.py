@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from spacearm.motion import AnyTrajectory, LimitMargins
 from spacearm.proof.digest import problem_digest, trajectory_digest
+from spacearm.proof.residual import CONSERVED, SAME
+from spacearm.proof.stance import Stance
 from spacearm.robot import Robot
 from spacearm.scene import Scene
 
@@ -31,7 +33,7 @@ class ClosestApproach:
         time: when [s].
         u: where on the trajectory's curve.
         clearance: [m]; negative is penetration.
-        points: (2, 3) the nearest points of the two, or those that penetrate deepest, in the base frame [m].
+        points: (2, 3) the nearest points of the two, or those that penetrate deepest, in the inertial frame [m]: the scene's.
     """
 
     link: str
@@ -41,6 +43,37 @@ class ClosestApproach:
     u: float
     clearance: float
     points: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FloatingBase:
+    """What was found about a floating base.
+
+    Attributes:
+        residual_momentum: by how much the momentum misses what was given, along the base motion that the trajectory itself
+            tells, over the greatest momentum of a link; Pinocchio's, at 33 instants.
+        elsewhere: how far that motion is from the one that was proven, at most: angle [rad] plus distance [m].
+        error: how far the attitude may be off in the proof, which allows for it [rad].
+        rotation_final, rotation_peak: angle to the first attitude at the end, and the greatest of 1001 samples [rad].
+    """
+
+    residual_momentum: float
+    elsewhere: float
+    error: float
+    rotation_final: float
+    rotation_peak: float
+
+    @property
+    def broken(self) -> str:
+        """What is wrong with the trajectory's own base motion, in a sentence; "" if nothing is."""
+        if not self.residual_momentum <= CONSERVED:
+            return (
+                f"the trajectory's base motion does not conserve momentum: it misses {self.residual_momentum:.3g} of the "
+                f"greatest link's, expected at most {CONSERVED:g}"
+            )
+        if not self.elsewhere <= SAME:
+            return f"the trajectory has its base {self.elsewhere:.3g} m or rad from where momentum takes it"
+        return ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,6 +93,8 @@ class Certificate:
         seconds: it took.
         witness: whose kinematics and distances were used.
         robot, scene, trajectory: what it is about.
+        stance: how the base was taken to be held, from where, and with which momentum.
+        floating: what was found about a floating base; None if it is fixed.
     """
 
     status: Literal["holds", "fails", "undecided"]
@@ -75,6 +110,33 @@ class Certificate:
     robot: Robot = field(repr=False)
     scene: Scene = field(repr=False)
     trajectory: AnyTrajectory = field(repr=False)
+    stance: Stance = field(repr=False)
+    floating: FloatingBase | None = None
+
+    @property
+    def base(self) -> Literal["fixed", "floating"]:
+        """How the base was taken to be held."""
+        return self.stance.base
+
+    @property
+    def residual_momentum(self) -> float | None:
+        """By how much its own base motion misses the momentum, over the greatest of a link's; None: the base is fixed."""
+        return None if self.floating is None else self.floating.residual_momentum
+
+    @property
+    def base_error(self) -> float | None:
+        """How far the base's attitude may be off in the proof, which allows for it [rad]; None: it is fixed."""
+        return None if self.floating is None else self.floating.error
+
+    @property
+    def base_rotation_final(self) -> float | None:
+        """The angle between the base's first and last attitude [rad]; None: it is fixed."""
+        return None if self.floating is None else self.floating.rotation_final
+
+    @property
+    def base_rotation_peak(self) -> float | None:
+        """The greatest angle to the first attitude, of 1001 that are sampled [rad]; None: it is fixed."""
+        return None if self.floating is None else self.floating.rotation_peak
 
     @property
     def holds(self) -> bool:
@@ -83,8 +145,8 @@ class Certificate:
 
     @property
     def problem_hash(self) -> str:
-        """SHA-256 of the robot's and the scene's values."""
-        return problem_digest(self.robot, self.scene)
+        """SHA-256 of the robot's, the scene's and the base's values."""
+        return problem_digest(self.robot, self.scene, self.stance)
 
     @property
     def trajectory_hash(self) -> str:
@@ -102,6 +164,8 @@ class Certificate:
         near, broken = self.closest, self.broken_limits
         if near is not None and near.clearance <= self.minimum_clearance and self.status == "fails":
             return _too_close(near, self.minimum_clearance)
+        if self.floating is not None and self.floating.broken:
+            return self.floating.broken
         for sentence in broken[:1]:
             return f"{sentence} (and {len(broken) - 1} more)" if len(broken) > 1 else sentence
         if near is None:
@@ -119,6 +183,19 @@ class Certificate:
         The time it took is left out: the same proof gives the same values.
         """
         near, limits = self.closest, self.limits
+        own = self.floating
+        base = (
+            {}
+            if own is None
+            else {
+                "base": {
+                    "residual_momentum": own.residual_momentum if math.isfinite(own.residual_momentum) else None,
+                    "attitude_error_rad": own.error,
+                    "rotation_final_rad": own.rotation_final,
+                    "rotation_peak_sampled_rad": own.rotation_peak,
+                }
+            }
+        )
         return {
             "status": self.status,
             "message": self.message,
@@ -142,6 +219,7 @@ class Certificate:
                 "acceleration_share": _finite(limits.acceleration),
                 "jerk_share": None if limits.jerk is None else _finite(limits.jerk),
             },
+            **base,
             "resolution": self.resolution,
             "evaluations": self.evaluations,
             "witness": self.witness,

@@ -12,9 +12,12 @@ from numpy.typing import ArrayLike
 from spacearm.checks import as_number, shown
 from spacearm.errors import ProblemError, nearest
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
-from spacearm.proof.certificate import Certificate, ClosestApproach, Limit, broken_limits
+from spacearm.proof.base import Base
+from spacearm.proof.certificate import Certificate, ClosestApproach, FloatingBase, Limit, broken_limits
 from spacearm.proof.intervals import Proof
 from spacearm.proof.measuring import Near
+from spacearm.proof.residual import account_of, instants_of
+from spacearm.proof.stance import require_same, stance_of
 from spacearm.robot import Robot
 from spacearm.scene import Scene
 
@@ -24,7 +27,10 @@ _LARGEST = 1e6
 
 
 class HasScene(Protocol):
-    """Whatever has a robot and a scene; a Problem does."""
+    """Whatever has a robot and a scene; a Problem does.
+
+    It may also have `base`, `base_start` and `momentum`: by default the base is as the robot says, at the origin, without.
+    """
 
     @property
     def robot(self) -> Robot:
@@ -49,8 +55,9 @@ def certify(
     """Prove that a trajectory keeps clear of the obstacles, of the robot itself, and within the limits for all t.
 
     Args:
-        problem: the robot, the pairs of its links that must keep clear, and the scene.
-        trajectory: of that robot, ours or anybody's; fixed base.
+        problem: the robot, the pairs of its links that must keep clear, the scene, and how the base is held.
+        trajectory: of that robot and that base, ours or anybody's. Where the base floats its motion is integrated anew, from
+            the masses and the joints' path; what the trajectory itself says of it is compared.
         limits: those to be kept, of "position", "velocity" and "acceleration". A path with corners has no acceleration.
         jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: jerk is not looked at.
         minimum_clearance: the clearance must be more than this [m].
@@ -62,20 +69,24 @@ def certify(
         why.
 
     Raises:
-        ProblemError: no trajectory, one of another number of joints, a setting out of its range, or numbers so large that
-            their rounding outweighs any clearance.
+        ProblemError: no trajectory, one of another number of joints or for another base, a setting out of its range, or
+            numbers so large that their rounding outweighs any clearance.
+        RobotError: a floating base of a robot whose masses cannot be.
     """
     if not isinstance(trajectory, (Trajectory, RecordedTrajectory)):
         raise ProblemError(f"trajectory is {shown(trajectory)}, expected a Trajectory; make one with Trajectory(robot, motion)")
     robot, curve = problem.robot, trajectory.curve
     if curve.dof != robot.dof:
         raise ProblemError(f"the trajectory moves {curve.dof} joints, expected the {robot.dof} of robot '{robot.name}'")
+    stance = stance_of(problem, robot, who="problem")
+    require_same(stance, stance_of(trajectory, robot, who="trajectory"))
     checked = _checked_limits(limits)
     minimum = as_number("minimum_clearance", minimum_clearance, ProblemError, at_least=0, unit="m")
     finest = as_number("resolution", resolution, ProblemError, above=0)
     begun = time.perf_counter()
     with np.errstate(over="ignore", invalid="ignore"):  # numbers without measure are told, not computed with
-        proof = Proof(robot, problem.scene, curve, minimum=minimum, resolution=finest)
+        base = Base(robot, trajectory, stance)
+        proof = Proof(robot, problem.scene, base, minimum=minimum, resolution=finest)
         largest = proof.largest()
     if not largest <= _LARGEST:
         raise ProblemError(
@@ -84,14 +95,16 @@ def certify(
         )
     margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
     checked = checked if jerk_limit is None else (*checked, "jerk")
+    proof.begin()
     status, near = proof.judged()
-    if broken_limits(robot, margins, checked):
+    floating = _floating(robot, trajectory, proof, base)
+    if broken_limits(robot, margins, checked) or (floating is not None and floating.broken):
         status = "fails"
     return Certificate(
         status=status,
         clearance=proof.proven if status == "holds" else None,
         minimum_clearance=minimum,
-        closest=None if near is None else _closest(near, robot, problem.scene, trajectory),
+        closest=None if near is None else _closest(near, robot, problem.scene, trajectory, base),
         limits=margins,
         checked=checked,
         resolution=proof.resolution,
@@ -101,17 +114,34 @@ def certify(
         robot=robot,
         scene=problem.scene,
         trajectory=trajectory,
+        stance=stance,
+        floating=floating,
     )
 
 
-def _closest(near: Near, robot: Robot, scene: Scene, trajectory: AnyTrajectory) -> ClosestApproach:
-    obstacle = near.obstacle
+def _floating(robot: Robot, trajectory: AnyTrajectory, proof: Proof, base: Base) -> FloatingBase | None:
+    """Return what is to be said about a base, None if it is fixed."""
+    if base.drift is None:
+        return None
+    account = account_of(robot, trajectory, base, proof.frames_at(instants_of(base))[:, -1])
+    final, peak = base.drift.angles()
+    return FloatingBase(
+        residual_momentum=account.residual,
+        elsewhere=account.elsewhere,
+        error=base.drift.error,
+        rotation_final=final,
+        rotation_peak=peak,
+    )
+
+
+def _closest(near: Near, robot: Robot, scene: Scene, trajectory: AnyTrajectory, base: Base) -> ClosestApproach:
+    obstacle, u = near.obstacle, base.own_parameter(near.u)
     return ClosestApproach(
         link=robot.capsules[near.capsule].name,
         other=f"link '{robot.capsules[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
         obstacle=obstacle,
-        time=float(trajectory.time_at(near.u)),
-        u=near.u,
+        time=float(trajectory.time_at(u)),
+        u=u,
         clearance=near.clearance,
         points=near.points,
     )

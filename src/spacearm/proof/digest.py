@@ -8,6 +8,7 @@ from typing import Any
 
 from spacearm.motion import AnyTrajectory
 from spacearm.motion.plain import trajectory_as_dict
+from spacearm.proof.stance import Stance
 from spacearm.robot import Robot
 from spacearm.robot.plain import robot_as_dict
 from spacearm.scene import Scene
@@ -19,12 +20,20 @@ def digest(values: Any) -> str:
     return hashlib.sha256(json.dumps(values, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
-def problem_digest(robot: Robot, scene: Scene) -> str:
-    """Return the SHA-256 of a robot and a scene; where they were read from and how does not matter."""
+def problem_digest(robot: Robot, scene: Scene, stance: Stance) -> str:
+    """Return the SHA-256 of a robot, a scene and a base; where they were read from and how does not matter.
+
+    A base that is fixed at the origin adds nothing, so that plans written before bases could float keep their hashes.
+    """
     values = robot_as_dict(robot)
-    for provenance in ("source", "notes"):
-        del values[provenance]
-    return digest({"robot": values, "obstacles": scene_as_list(scene)})
+    for provenance in ("source", "notes", "base"):  # what the problem says of the base goes before what the robot does
+        values.pop(provenance, None)
+    held: dict[str, Any] = {}
+    if stance.floating or not stance.at_origin:
+        held = {"base": stance.base, "base_start": stance.start.tolist()}
+    if stance.tumbling:
+        held["momentum"] = [stance.linear.tolist(), stance.angular.tolist()]
+    return digest({"robot": values, "obstacles": scene_as_list(scene), **held})
 
 
 def trajectory_digest(trajectory: AnyTrajectory) -> str:

@@ -14,14 +14,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.motion import Curve
-from spacearm.proof.bodies import bodies_of
+from spacearm.proof.base import Base
+from spacearm.proof.bodies import bodies_of, floating_bodies_of
 from spacearm.proof.measuring import DISAGREEMENT, Measurements, Near
 from spacearm.proof.middles import JointMap, Middles
 from spacearm.proof.pairs import Tasks, capsule_pairs, halved, kinds_of, link_pairs, out_of_cells
 from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
 from spacearm.proof.solids import Solids, lengths
-from spacearm.proof.spans import Spans, Stretches
+from spacearm.proof.spans import Lines, Spans, Stretches
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
 from spacearm.scene import Scene
@@ -41,7 +41,7 @@ _LOOSE = 1e-7  # [m] a pair's clearance that is not known to this is worth a mea
 
 
 class Proof:
-    """A search for a proof that a robot on a curve keeps more than a clearance from a scene and from itself.
+    """A search for a proof that a robot keeps more than a clearance from a scene and from itself along a trajectory.
 
     Attributes:
         proven: the clearance is at least this on all that is settled so far [m]; infinite if nothing is in the way.
@@ -50,10 +50,10 @@ class Proof:
         resolution: the shortest stretch looked at, as a share of the curve, all its pieces counting alike.
     """
 
-    def __init__(self, robot: Robot, scene: Scene, curve: Curve, *, minimum: float, resolution: float) -> None:
-        self._bodies, self._riders = bodies_of(robot)
+    def __init__(self, robot: Robot, scene: Scene, base: Base, *, minimum: float, resolution: float) -> None:
+        self._bodies, self._riders = floating_bodies_of(robot) if base.stance.floating else bodies_of(robot)
         self._joints, self._kinds = JointMap(robot), kinds_of(scene, self._riders)
-        self._curve, self._minimum, self._finest = curve, minimum, resolution
+        self._base, self._curve, self._minimum, self._finest = base, base.curve, minimum, resolution
         self.witness = Witness(robot, self._bodies)
         self.measured = Measurements(self.witness, self._kinds, self._bodies, self._riders)
         self._links: Solids | None = None  # the robot itself, at the stretches that are looked at
@@ -64,9 +64,17 @@ class Proof:
         """Return the largest length and joint value that the proof computes with [m or rad]; NaN if one is none."""
         _, low, high = self._curve.hulls(0, bisections=0)
         numbers = [low, high, self._joints.offset, self._joints.multiplier, self._joints.reach]
-        numbers += [self._bodies.ends, self._bodies.radius]
+        numbers += [self._bodies.ends, self._bodies.radius, self._base.stance.start]
         numbers += [array for kind in self._kinds if kind.solids is not None for array in lengths(kind.solids)]
         return float(np.max([np.abs(array).max(initial=0.0) for array in numbers]))
+
+    def begin(self) -> None:
+        """Find out where the base goes, before anything else; `largest` may be asked first."""
+        self._base.begin(self.witness.frames(self._joints.values(self._curve.sample(np.array(self._curve.domain[:1]))))[0])
+
+    def frames_at(self, u: Array) -> Array:
+        """Return T_w_joint (r, j + 1, 4, 4) at parameters (r,); the last is the base."""
+        return self._frames(u, self._joints.values(self._curve.sample(u)))
 
     def run(self) -> Status:
         """Search until the proof holds, a collision is found, or the two cannot be told apart."""
@@ -76,7 +84,7 @@ class Proof:
         waiting: deque[tuple[Stretches, list[Tasks] | None]] = deque([(spans.first(), None)])
         while waiting:
             stretches, tasks = waiting.popleft()
-            middles = Middles(self._bodies, self._riders, self._joints, self.witness.frames, spans.lines(stretches))
+            middles = self._middles(spans.lines(stretches))
             self.evaluations += len(stretches)
             self.resolution = min(self.resolution, float(stretches.share.min()))
             left = self._look(middles, tasks)
@@ -102,12 +110,18 @@ class Proof:
         """
         status = self.run()
         begin, end = self._curve.domain
-        near = self.measured.closest(self._curve, self._joints, (end - begin) * min(self.resolution, 0.1))
+        near = self.measured.closest((begin, end), self.frames_at, (end - begin) * min(self.resolution, 0.1))
         if near is not None and near.clearance <= self._minimum:
             return "fails", near
         if near is not None and status == "holds" and near.clearance < self.proven - DISAGREEMENT:
             return "undecided", near
         return status, near
+
+    def _frames(self, u: Array, values: Array) -> Array:
+        return self._base.placed(u, self.witness.frames(values))
+
+    def _middles(self, lines: Lines) -> Middles:
+        return Middles(self._bodies, self._riders, self._joints, self._frames, lines, self._base.reaction)
 
     # ---- one look at some stretches ------------------------------------------------------------------------------------
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.motion import Curve
 from spacearm.proof.bodies import Bodies, Riders
-from spacearm.proof.middles import JointMap, Middles
+from spacearm.proof.middles import Middles
 from spacearm.proof.pairs import Kind, Tasks
 from spacearm.proof.witness import Witness
 
@@ -40,7 +40,7 @@ class Near:
         other: index in the robot of that capsule, or -1.
         u: where on the curve.
         clearance: [m].
-        points: (2, 3) the nearest points, in the base frame [m].
+        points: (2, 3) the nearest points, in the inertial frame [m].
     """
 
     capsule: int
@@ -76,15 +76,21 @@ class Measurements:
         self.doubt |= found[0] < proven - DISAGREEMENT
         return found
 
-    def closest(self, curve: Curve, joints: JointMap, reach: float) -> Near | None:
-        """Return the closest approach, after looking for a closer one of the same pair no further than `reach` on the curve."""
+    def closest(self, domain: tuple[float, float], frames: Callable[[Array], Array], reach: float) -> Near | None:
+        """Return the closest approach, after looking for a closer one of the same pair no further than `reach` on the curve.
+
+        Args:
+            domain: of the curve.
+            frames: takes parameters (r,), gives T_w_joint (r, j + 1, 4, 4).
+            reach: in the curve's parameter.
+        """
         if self._closest is None:
             return None
         for _ in range(_ZOOMS):
             pair, u, _ = self._closest
-            near = np.clip(np.linspace(u - reach, u + reach, _POINTS), *curve.domain)
-            for at, frames in zip(near.tolist(), self._witness.frames(joints.values(curve.sample(near))), strict=True):
-                self._measured(pair, frames, at)
+            near = np.clip(np.linspace(u - reach, u + reach, _POINTS), *domain)
+            for at, placed in zip(near.tolist(), frames(near), strict=True):
+                self._measured(pair, placed, at)
             reach *= 2 / (_POINTS - 1)
         pair, u, points = self._closest
         solids = self._kinds[pair.kind].solids

@@ -4,6 +4,10 @@ With joint values v, joint k's share in a body's motion relative to the frame it
 is the distance of the body's axis (of an end of it, whichever is further) from joint k's axis *at the middle*, or 1 for a
 slide. Moving the joints one after the other, those nearest to the frame first, shows that no drift of rho_k has to be allowed
 for. docs/certificate.md has the proofs of `way` and `bend`.
+
+Where the base floats, all is in the inertial frame. A body's motion there is its motion about the system's centre of mass
+with the base held, to which the same bounds apply (every joint has a lever arm, less its share in that centre's), and the
+base's turn about that centre (see `recoil`).
 """
 
 from __future__ import annotations
@@ -14,14 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.proof.bodies import Bodies, Riders
+from spacearm.proof.recoil import Reaction
 from spacearm.proof.spans import Lines
+from spacearm.proof.vectors import cross
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-Frames = Callable[[Array], Array]
-"""Takes joint values (r, j), gives T_base_joint (r, j + 1, 4, 4); the last is the base itself."""
+Frames = Callable[[Array, Array], Array]
+"""Takes parameters (r,) of the curve and joint values (r, j), gives T_w_joint (r, j + 1, 4, 4); the last is the base itself."""
 
 _ROUNDING = 1e-15  # of a joint's value, relative
 _NUMBERS = 500_000  # at once
@@ -47,20 +53,28 @@ class Middles:
     """Some riders at the middles of r stretches.
 
     Attributes:
-        frames: (r, j + 1, 4, 4) T_base_joint.
-        position: (r, b, e, 3) the ends of all bodies' axes, in the base frame [m].
+        frames: (r, j + 1, 4, 4) T_w_joint.
+        position: (r, b, e, 3) the ends of all bodies' axes, in the inertial frame [m].
         u, half: (r,) where they are on the curve, and half the stretches' lengths.
         row: where in what follows a rider stands, -1 for those not watched.
         way: (r, m, e) no end of a rider's axis gets further than this from where it is at the middle [m].
-        velocity: (r, m, e, 3) of the ends there, per unit of u, in the base frame.
+        velocity: (r, m, e, 3) of the ends there, per unit of u, in inertial axes.
         bend: (r, m, e) along any direction fixed in the frame watched from, an end gets no further than half the length times
             its velocity along it, and this [m].
     """
 
-    def __init__(self, bodies: Bodies, riders: Riders, joints: JointMap, frames: Frames, lines: Lines) -> None:
+    def __init__(
+        self,
+        bodies: Bodies,
+        riders: Riders,
+        joints: JointMap,
+        frames: Frames,
+        lines: Lines,
+        reaction: Reaction | None = None,
+    ) -> None:
         self._bodies, self._riders, self._joints = bodies, riders, joints
         values = joints.values(lines.q)
-        self.frames = frames(values)
+        self.frames = frames(lines.u, values)
         self.u, self.half = lines.u, lines.h
         at = self.frames[:, bodies.joint]  # (r, b, 4, 4)
         self.position = bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
@@ -69,6 +83,9 @@ class Middles:
         self._drift = lines.drift[:, joints.dof] * scale + _ROUNDING * np.abs(values)
         self._step = np.abs(self._rate) * lines.h[:, None] + self._drift
         self._z, self._origin = self.frames[:, :-1, :3, 2], self.frames[:, :-1, :3, 3]  # (r, j, 3)
+        self._recoil = None
+        if reaction is not None:
+            self._recoil = reaction.at(self.frames, self._rate, self._drift, self._step, lines.h)
 
     def watch(self, used: Indices) -> None:
         """Bound the motions of some riders (m,), and of these only."""
@@ -82,35 +99,51 @@ class Middles:
     def _watched(self, used: Indices) -> tuple[Array, Array, Array]:
         """Return way, bend and velocity of some riders."""
         body, motion = self._riders.body[used], self._riders.motion[used]
-        moves = np.abs(self._riders.sign)[motion]  # (m, j)
         points = self.position[:, body]  # (r, m, e, 3)
-        rho = self._reach(points)
+        free = self._riders.free[motion]  # (m,)
+        moves = np.where(free[:, None], 1.0, np.abs(self._riders.sign)[motion])  # (m, j)
+        rho = self._reach(points, motion, free)
         way = np.einsum("rmej,rmj->rme", rho, self._step[:, None] * moves)
         pairs = self._step[:, None] * np.einsum("pki,ri->rpk", self._riders.order, self._step) / 2  # (r, p, j)
         bend = np.einsum("rmej,rmj->rme", rho, self._drift[:, None] * moves + pairs[:, motion])
         bend += way * (pairs @ self._joints.turns)[:, motion, None]
-        return way, bend, self._velocity(points, motion)
+        velocity = self._velocity(points, motion)
+        if self._recoil is not None and free.any():
+            self._add_recoil(points, free, way, bend, velocity)
+        return way, bend, velocity
 
-    def _reach(self, points: Array) -> Array:
+    def _reach(self, points: Array, motion: Indices, free: NDArray[np.bool_]) -> Array:
         """Return rho (r, m, e, j), rounded up."""
         away = points[..., None, :] - self._origin[:, None, None]
+        slides = np.ones((len(free), 1, away.shape[-2]))
+        if self._recoil is not None and free.any():
+            carried = self._riders.sign[motion[free]]  # (f, j)
+            pull = self._recoil.pull[:, None, None]
+            away[:, free] = away[:, free] * carried[:, None, :, None] - pull
+            slides[free, 0] = np.abs(carried - self._recoil.share)
         along = np.einsum("rmejc,rjc->rmej", away, self._z)
         squared = np.einsum("rmejc,rmejc->rmej", away, away)
         rho = np.sqrt(np.maximum(squared - along**2, 0.0) + _SQUARED_ROUNDING * squared)
-        return np.where(self._joints.turns, rho, 1.0)
+        return np.where(self._joints.turns, rho, slides)
+
+    def _add_recoil(self, points: Array, free: NDArray[np.bool_], way: Array, bend: Array, velocity: Array) -> None:
+        """Add the base's turn, and the way of the centre of mass, to riders that are watched from the inertial frame."""
+        recoil = self._recoil
+        assert recoil is not None
+        about = points[:, free] - recoil.center[:, None, None]  # (r, f, e, 3)
+        radius = np.sqrt(np.einsum("rmec,rmec->rme", about, about))
+        turn, half = recoil.turn[:, None, None], self.half[:, None, None]
+        bend[:, free] += turn * way[:, free] + radius * (turn**2 / 2 + recoil.bend[:, None, None] + recoil.off)
+        way[:, free] += radius * (turn + recoil.off) + np.linalg.norm(recoil.along, axis=-1)[:, None, None] * half
+        turns, z = self._joints.turns[:, None], self._z
+        lever = np.where(turns, cross(z, recoil.pull), z * recoil.share[:, None])
+        centers = np.einsum("rj,rjc->rc", self._rate, lever)  # of the centre of mass, with the base held
+        velocity[:, free] += (recoil.along - centers)[:, None, None] + cross(recoil.omega[:, None, None], about)
 
     def _velocity(self, points: Array, motion: Indices) -> Array:
         """Return omega x p + v, from the twists (r, p, 3) of the relative motions."""
         turns = self._joints.turns[:, None]
         spin = self._z * turns * self._rate[..., None]
-        push = np.where(turns, _cross(self._origin, self._z), self._z) * self._rate[..., None]
+        push = np.where(turns, cross(self._origin, self._z), self._z) * self._rate[..., None]
         omega, v = self._riders.sign @ spin, self._riders.sign @ push
-        return _cross(omega[:, motion, None], points) + v[:, motion, None]
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Return a x b, (..., 3); `numpy.cross` takes twice the time."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
-    return out
+        return cross(omega[:, motion, None], points) + v[:, motion, None]

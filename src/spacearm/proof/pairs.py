@@ -41,7 +41,7 @@ class Tasks(NamedTuple):
 def kinds_of(scene: Scene, riders: Riders) -> list[Kind]:
     """Return all that the robot's links are to be kept apart from."""
     kinds = []
-    if len(riders.over_base):
+    if len(riders.over_scene):
         for solids in solids_of(scene):
             kinds.append(Kind(solids, cells_of(solids) if isinstance(solids, Balls) else None))
     if len(riders.self_rider):
@@ -55,10 +55,10 @@ def link_pairs(kind: Kind, riders: Riders, stretches: int) -> Tasks:
         stretch, pair = np.divmod(np.arange(stretches * len(riders.self_rider)), len(riders.self_rider))
         return Tasks(stretch, riders.self_rider[pair], riders.self_body[pair])
     solids = len((kind.cells or kind.solids).radius)
-    links = len(riders.over_base)
+    links = len(riders.over_scene)
     stretch, pair = np.divmod(np.arange(stretches * links * solids), links * solids)
     link, solid = np.divmod(pair, solids)
-    return Tasks(stretch, riders.over_base[link], solid)
+    return Tasks(stretch, riders.over_scene[link], solid)
 
 
 def out_of_cells(cells: Balls, tasks: Tasks) -> Tasks:

@@ -57,7 +57,7 @@ def gaps(
         tasks: the pairs.
         solids: those that the tasks name.
         enough: once `left` exceeds this [m] it is not made any better.
-        n: (t, 3) directions in the base frame from solid to body; None: those to the nearest point.
+        n: (t, 3) directions in the inertial frame from solid to body; None: those to the nearest point.
     """
     stretch, body, k = tasks.stretch, riders.body[tasks.rider], tasks.solid
     axes, origin = solids.placed(k)

@@ -240,6 +240,7 @@ def axes_along(z: Array) -> Array:
     return np.column_stack([x, np.cross(z, x), z]).astype(np.float64)
 
 
+@kept
 def body_axes(bodies: Bodies) -> Array:
     """Return rotations (b, 3, 3) whose z is along the bodies' axes, in the frames of their joints."""
     return np.array([axes_along(ends[-1] - ends[0]) for ends in bodies.ends]).reshape(-1, 3, 3)

@@ -52,7 +52,7 @@ class Witness:
         """Measure one capsule against one solid.
 
         Args:
-            frames: (j + 1, 4, 4) of `frames`.
+            frames: (j + 1, 4, 4) as `frames` gives them, or T_w_joint.
             capsule: index in the robot.
             solids, k: the solid.
 
@@ -66,7 +66,7 @@ class Witness:
         return self._measured(*self._capsule(frames, capsule), *self._capsule(frames, other))
 
     def nearest_points(self) -> Array:
-        """Return the points (2, 3) of the last pair measured that are nearest, or penetrate deepest, in the base frame."""
+        """Return the points (2, 3) of the last pair measured that are nearest, or penetrate deepest, where they were."""
         return np.array([self._result.getNearestPoint1(), self._result.getNearestPoint2()])
 
     def _measured(self, one: Any, T_one: Any, other: Any, T_other: Any) -> tuple[float, Array]:

@@ -12,10 +12,11 @@ import numpy as np
 from spacearm.checks import shown
 from spacearm.errors import RobotError
 from spacearm.reading import located
+from spacearm.robot.base import held_base, notes_on_base
 from spacearm.robot.groups import Members, group_members
 from spacearm.robot.held_joints import hold_joints, rest_value
 from spacearm.robot.links import LinkTree, leader_of
-from spacearm.robot.model import NamedConfiguration, Robot
+from spacearm.robot.model import NamedConfiguration, Robot, require_base
 from spacearm.robot.srdf import Srdf, load_srdf
 from spacearm.robot.srdf_fit import require_same_robot, what_does_not_fit
 from spacearm.robot.tree import build_robot, ends_of, require_tree
@@ -35,6 +36,7 @@ class Assembly:
     velocity_limit: float | None = None
     acceleration_limit: float | None = None
     self_collision: SelfCollision = "auto"
+    base: Literal["fixed", "floating"] | None = None
 
 
 def assemble(tree: LinkTree, choices: Assembly) -> Robot:
@@ -55,14 +57,16 @@ def assemble(tree: LinkTree, choices: Assembly) -> Robot:
         if choices.group is not None:
             members = group_members(srdf, choices.group, tree)
     tree = _with_tip(tree, choices, srdf, members)
+    tree = held_base(tree, choices.base, srdf, choices.group)
     with located(tree.source):
         tree = hold_joints(tree, {} if choices.fixed is None else choices.fixed)
         tree = _hold_the_others(tree, choices.group, srdf, members)
         limits = {"velocity_limit": choices.velocity_limit, "acceleration_limit": choices.acceleration_limit}
         robot = build_robot(tree, **limits)
+    named = _configurations(robot, tree, srdf, choices.group)
+    robot = replace(robot, configurations=named, notes=(*robot.notes, *notes_on_base(robot)))
     if srdf is not None:
-        named = _configurations(robot, srdf, choices.group)
-        robot = replace(robot, configurations=named, notes=(*robot.notes, *what_does_not_fit(srdf, tree)))
+        robot = replace(robot, notes=(*robot.notes, *what_does_not_fit(srdf, tree)))
     return _with_self_pairs(robot, tree, srdf, choices.self_collision)
 
 
@@ -70,6 +74,8 @@ def _require_choices(choices: Assembly) -> None:
     if choices.self_collision not in _SELF_COLLISION:
         known = ", ".join(map(repr, _SELF_COLLISION))
         raise RobotError(f"self_collision is {shown(choices.self_collision)}, expected one of {known}")
+    if choices.base is not None:
+        require_base(choices.base)
     if choices.srdf is None and choices.group is not None:
         raise RobotError(f"group is {shown(choices.group)}, but no SRDF says what that is; give srdf= as well, or leave it out")
     if choices.srdf is None and choices.self_collision == "srdf":
@@ -133,13 +139,14 @@ def _hold_the_others(tree: LinkTree, group: str | None, srdf: Srdf | None, membe
     return replace(tree, joints=joints, notes=tuple(notes))
 
 
-def _configurations(robot: Robot, srdf: Srdf, group: str | None) -> tuple[NamedConfiguration, ...]:
-    """Keep the group states that give every degree of freedom a value; those of the chosen group come first."""
+def _configurations(robot: Robot, tree: LinkTree, srdf: Srdf | None, group: str | None) -> tuple[NamedConfiguration, ...]:
+    """Keep those that give every degree of freedom a value; the chosen group's come first, the robot file's own last."""
+    states = () if srdf is None else sorted(srdf.states, key=lambda state: state.group != group)
     found: dict[str, NamedConfiguration] = {}
-    for state in sorted(srdf.states, key=lambda state: state.group != group):
-        values = dict(state.values)
-        if state.name not in found and all(name in values for name in robot.dof_names):
-            found[state.name] = NamedConfiguration(name=state.name, q=np.array([values[name] for name in robot.dof_names]))
+    for name, stated in (*((state.name, state.values) for state in states), *tree.configurations):
+        values = dict(stated)
+        if name not in found and all(dof in values for dof in robot.dof_names):
+            found[name] = NamedConfiguration(name=name, q=np.array([values[dof] for dof in robot.dof_names]))
     return tuple(found.values())
 
 

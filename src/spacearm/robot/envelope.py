@@ -192,7 +192,7 @@ def _carried(T: Array, capsule: Segment) -> Segment:
 
 
 def _mesh_triangles(filename: str, link: str, directory: Path) -> Array:
-    path = _found(filename, directory)
+    path = found_mesh(filename, directory)
     if path is None:
         raise RobotError(
             f"link '{link}' has the collision mesh '{filename}', which is not there; put the file there, {_OTHERWISE}"
@@ -205,7 +205,7 @@ def _mesh_triangles(filename: str, link: str, directory: Path) -> Array:
         ) from None
 
 
-def _found(filename: str, directory: Path) -> Path | None:
+def found_mesh(filename: str, directory: Path) -> Path | None:
     """Look for a mesh: beside the URDF, and for package:// in the directories above it as well."""
     for path in _candidates(filename, directory):
         if os.path.isfile(path):  # which, unlike Path.is_file, answers False to a name that is too long

@@ -39,7 +39,7 @@ def group_members(srdf: Srdf, name: str, tree: LinkTree) -> Members:
     members: dict[str, None] = {}
     chain_tips: dict[str, None] = {}
     above = {joint.child: joint for joint in tree.joints}
-    for group in _with_subgroups(srdf, name):
+    for group in with_subgroups(srdf, name):
         where = f"{srdf.source}: group '{group.name}'"
         for joint in group.joints:
             known = [joint.name for joint in tree.joints]
@@ -59,7 +59,12 @@ def group_members(srdf: Srdf, name: str, tree: LinkTree) -> Members:
     return Members(joints=tuple(joint.name for joint in moving), tips=_furthest(chain_tips, above) or _ends(moving, tree))
 
 
-def _with_subgroups(srdf: Srdf, name: str) -> list[Group]:
+def with_subgroups(srdf: Srdf, name: str) -> list[Group]:
+    """List a group, and the groups that it consists of.
+
+    Raises:
+        RobotError: no such group, or groups in a circle.
+    """
     groups = {group.name: group for group in srdf.groups}
     found: dict[str, Group] = {}
 

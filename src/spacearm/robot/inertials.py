@@ -8,8 +8,8 @@ import numpy as np
 
 from spacearm.checks import shown
 from spacearm.robot.links import LinkMass
+from spacearm.robot.rotations import rotation_from_rpy
 from spacearm.robot.xml_root import numbers_in
-from spacearm.robot.yaml_robot import rotation_from_rpy
 
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 

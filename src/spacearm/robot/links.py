@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +72,8 @@ class LinkTree:
         links, joints: names of links, and joints, in the file's order.
         capsules: the envelope, (link, a, b, radius) in the link's frame [m].
         masses: of the links that have one.
+        base: how the root is held: "fixed" or "floating".
+        configurations: named ones, each with the value of some joints [rad or m].
         with_envelope: False if the user wants none.
         self_collision: what the file asks for: "none", "computed", or pairs of links that must keep clear.
         tip: the link that is the end effector, if the file says so.
@@ -83,6 +86,8 @@ class LinkTree:
     joints: tuple[LinkJoint, ...]
     capsules: tuple[tuple[str, Array, Array, float], ...] = ()
     masses: tuple[LinkMass, ...] = ()
+    base: Literal["fixed", "floating"] = "fixed"
+    configurations: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = ()
     with_envelope: bool = True
     self_collision: str | tuple[tuple[str, str], ...] = "none"
     tip: str | None = None

@@ -13,6 +13,7 @@ from spacearm.checks import as_whole, shown
 from spacearm.errors import FileFormatError, RobotError, nearest
 from spacearm.reading import read_bytes, read_yaml
 from spacearm.robot.assembly import Assembly, SelfCollision, assemble
+from spacearm.robot.links import LinkTree
 from spacearm.robot.model import Robot
 from spacearm.robot.tree import require_collision
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE, urdf_tree
@@ -38,6 +39,7 @@ def load_robot(
     collision: Literal["urdf", "none"] = "urdf",
     capsules_per_shape: int = CAPSULES_PER_SHAPE,
     self_collision: SelfCollision = "auto",
+    base: Literal["fixed", "floating"] | None = None,
 ) -> Robot:
     """Load a robot that comes with spacearm, or one from a file.
 
@@ -55,11 +57,14 @@ def load_robot(
             gets the number of its velocity limit (full speed within one second), and the robot's notes say
             so.
         collision: "urdf" takes the envelope the file describes; "none" leaves the robot without one.
-        capsules_per_shape: how many capsules may enclose one cylinder, box or mesh of a URDF; more hug it closer and
-            take longer in every check. Fewer are used where more do not pay (`envelope_report` tells).
+        capsules_per_shape: how many capsules may enclose one cylinder, box or mesh of a URDF, or a box of a robot file
+            that does not say so itself; more hug it closer and take longer in every check. Fewer are used where more do
+            not pay (`envelope_report` tells).
         self_collision: which links must keep clear of each other. "srdf": all but those that the SRDF allows to
             touch; "computed": those that `find_self_pairs` finds; "none". "auto" is the SRDF where there is
             one, else computed for a URDF and none for other robots.
+        base: "fixed" or "floating": how the base is held, unless a problem says otherwise. By default as the SRDF's
+            virtual joint says, or the robot file; else fixed.
 
     Raises:
         RobotError: no such built-in robot, group, joint or link, or a robot that cannot be.
@@ -75,17 +80,24 @@ def load_robot(
         velocity_limit=velocity_limit,
         acceleration_limit=acceleration_limit,
         self_collision=self_collision,
+        base=base,
     )
     if isinstance(source, str) and _is_name(source):
         if source not in builtin_robots():
             raise RobotError(f"robot {shown(source)} is neither a file nor built in; {nearest(source, builtin_robots())}")
         with resources.as_file(_BUILTIN / f"{source}.yaml") as path:
-            tree = tree_from_yaml(read_yaml(path, key="spacearm-robot", what="a robot file"), source=source)
+            tree = _tree_of_robot_file(path, source, collision, count)
     elif _is_xml(source):
         return assemble(urdf_tree(source, collision=collision, capsules_per_shape=count), choices)
     else:
-        tree = tree_from_yaml(read_yaml(source, key="spacearm-robot", what="a robot file"), source=str(source))
-    return assemble(replace(tree, capsules=(), with_envelope=False) if collision == "none" else tree, choices)
+        tree = _tree_of_robot_file(source, str(source), collision, count)
+    return assemble(tree, choices)
+
+
+def _tree_of_robot_file(path: str | os.PathLike[str], source: str, collision: str, count: int) -> LinkTree:
+    file = read_yaml(path, key="spacearm-robot", what="a robot file")
+    tree = tree_from_yaml(file, source=source, capsules_per_shape=count)
+    return replace(tree, capsules=(), with_envelope=False) if collision == "none" else tree
 
 
 def _is_name(source: str) -> bool:

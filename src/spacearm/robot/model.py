@@ -22,6 +22,7 @@ from spacearm.robot.bodies import Body, as_index
 Array = NDArray[np.float64]
 
 JOINT_KINDS = ("revolute", "prismatic")
+BASE_KINDS = ("fixed", "floating")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -162,7 +163,9 @@ class Robot(Frozen):
         lower, upper: (n,) limits of q [rad or m]; -inf and inf where a joint turns without end.
         velocity: (n,) limits of |dq| [rad/s or m/s], above 0.
         acceleration: (n,) limits of |ddq| [rad/s^2 or m/s^2], above 0.
-        bodies: the masses of the links, as far as the file states them; empty if it states none.
+        base: how the base is held unless a problem says otherwise: "fixed", or "floating" (free to drift and turn).
+        bodies: the masses of the links, as far as the file states them; empty if it states none. Those on joint -1
+            are the base's.
         self_pairs: names of links that must keep clear of each other, two by two; empty if none need to.
         configurations: named ones.
         source: the file or built-in name it came from.
@@ -182,6 +185,7 @@ class Robot(Frozen):
     upper: Array
     velocity: Array
     acceleration: Array
+    base: Literal["fixed", "floating"] = "fixed"
     bodies: tuple[Body, ...] = ()
     self_pairs: tuple[tuple[str, str], ...] = ()
     configurations: tuple[NamedConfiguration, ...] = ()
@@ -190,6 +194,7 @@ class Robot(Frozen):
 
     def __post_init__(self) -> None:
         as_name("a robot's name", self.name, RobotError)
+        require_base(self.base)
         joints = _number_dofs(_members("joints", self.joints, Joint))
         frames = _members("frames", self.frames, Frame)
         capsules = _members("capsules", self.capsules, LinkCapsule)
@@ -254,6 +259,16 @@ class Robot(Frozen):
         moved = [joint for joint in self.joints if joint.dof == dof]
         leader = next((joint for joint in moved if joint.name == self.dof_names[dof]), moved[0])
         return leader.kind == "prismatic"
+
+
+def require_base(base: Any) -> None:
+    """Check how a base is held.
+
+    Raises:
+        RobotError: anything but "fixed" and "floating".
+    """
+    if not isinstance(base, str) or base not in BASE_KINDS:
+        raise RobotError(f"base is {shown(base)}, expected one of {', '.join(map(repr, BASE_KINDS))}")
 
 
 def _members(what: str, items: Any, kind: type) -> tuple[Any, ...]:

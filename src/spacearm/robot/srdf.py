@@ -44,10 +44,11 @@ class GroupState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualJoint:
-    """How the robot's root is held in the world: "fixed", "floating" or "planar"."""
+    """How the robot's root, the child, is held in the world: "fixed", "floating" or "planar"."""
 
     name: str
     kind: str
+    child: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,11 +155,11 @@ def _state(element: Any) -> GroupState:
 
 
 def _virtual_joint(element: Any) -> VirtualJoint:
-    name, kind, _ = _texts(element, "name", "type", "child_link")
+    name, kind, child = _texts(element, "name", "type", "child_link")
     if kind not in _VIRTUAL:
         with _at(element):
             raise FileFormatError(f"<virtual_joint> '{name}' has type {shown(kind)}, which is none; {nearest(kind, _VIRTUAL)}")
-    return VirtualJoint(name=name, kind=kind)
+    return VirtualJoint(name=name, kind=kind, child=child)
 
 
 def _spheres(element: Any) -> tuple[str, tuple[tuple[float, ...], ...]]:

@@ -27,18 +27,13 @@ def require_same_robot(srdf: Srdf, tree: LinkTree) -> None:
 
 
 def what_does_not_fit(srdf: Srdf, tree: LinkTree) -> tuple[str, ...]:
-    """Say in notes what an SRDF tells about links and joints that the robot does not have, and about a base that moves."""
+    """Say in notes what an SRDF tells about links and joints that the robot does not have."""
     links, joints = set(tree.links), {joint.name for joint in tree.joints}
     joints |= {joint.name for joint in srdf.virtual_joints}
     unknown = _of_pairs(srdf) | {link for link, _ in srdf.spheres} | set(srdf.mounts)
     notes = list(_left_out("link", unknown - links, tree.links))
     stated = {name for state in srdf.states for name, _ in state.values} | set(srdf.passive_joints)
     notes += _left_out("joint", stated - joints, [joint.name for joint in tree.joints])
-    for joint in srdf.virtual_joints:
-        if joint.kind != "fixed":
-            notes.append(
-                f"the SRDF's virtual joint '{joint.name}' is {joint.kind}: the base stands still unless a problem lets it float"
-            )
     return tuple(notes)
 
 

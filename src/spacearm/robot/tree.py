@@ -70,6 +70,7 @@ def build_robot(tree: LinkTree, *, velocity_limit: float | None = None, accelera
         upper=limits[1],
         velocity=limits[2],
         acceleration=limits[3],
+        base=tree.base,
         source=tree.source,
         notes=(*tree.notes, *notes),
     )

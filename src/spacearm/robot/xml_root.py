@@ -8,13 +8,14 @@ from typing import Any
 from spacearm.errors import FileFormatError
 
 
-def xml_root(content: bytes, *, what: str, root: str) -> Any:
-    """Parse a file and return its root, an lxml element without comments and without a default namespace.
+def xml_root(content: bytes, *, what: str, root: str, comments: bool = False) -> Any:
+    """Parse a file and return its root, an lxml element without a default namespace, and without comments unless wanted.
 
     Args:
         content: the file.
         what: what it should hold, for messages, as in "a URDF".
         root: the tag that its root should have.
+        comments: whether they are to be kept, as for a file that is to be written again.
 
     Raises:
         FileFormatError: no XML, a xacro, or another root.
@@ -22,7 +23,7 @@ def xml_root(content: bytes, *, what: str, root: str) -> Any:
     from lxml import etree  # pyright: ignore[reportAttributeAccessIssue] (compiled, no stubs)
 
     try:
-        parser = etree.XMLParser(remove_comments=True, remove_pis=True, resolve_entities=False, no_network=True)
+        parser = etree.XMLParser(remove_comments=not comments, remove_pis=not comments, resolve_entities=False, no_network=True)
         element = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
         reason = " ".join(error.msg.split(", line")[0].split())

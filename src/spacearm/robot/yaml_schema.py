@@ -52,6 +52,34 @@ class CapsuleModel(StrictModel):
     radius: Number | None = None
 
 
+class BoxModel(StrictModel):
+    """A box on a link, to be enclosed in capsules."""
+
+    link: Text
+    size: list[Number]
+    xyz: list[Number] = [0.0, 0.0, 0.0]  # noqa: RUF012
+    rpy: list[Number] | None = None
+    rpy_deg: list[Number] | None = None
+    count: int | None = Field(default=None, alias="capsules", strict=True)
+
+
+class MassModel(StrictModel):
+    """The mass of a link."""
+
+    link: Text
+    mass: Number
+    com: list[Number] = [0.0, 0.0, 0.0]  # noqa: RUF012
+    inertia: list[Number]
+
+
+class ConfigurationModel(StrictModel):
+    """A configuration with a name."""
+
+    name: Text
+    q: list[Number] | None = None
+    q_deg: list[Number] | None = None
+
+
 class RobotModel(StrictModel):
     """A robot file."""
 
@@ -59,9 +87,13 @@ class RobotModel(StrictModel):
     name: Text
     notes: list[Text] = []  # noqa: RUF012
     tip: Text | None = None
+    base: Literal["fixed", "floating"] = "fixed"
     link_radius: Number | None = None
     joints: list[JointModel]
     capsules: list[CapsuleModel] = []  # noqa: RUF012
+    boxes: list[BoxModel] = []  # noqa: RUF012
+    masses: list[MassModel] = []  # noqa: RUF012
+    configurations: list[ConfigurationModel] = []  # noqa: RUF012
     self_collision: Literal["none", "computed"] | list[list[Text]] = "none"
 
     @field_validator("self_collision", mode="before")

@@ -19,6 +19,7 @@ import numpy as np
 
 from spacearm.errors import OutputError
 from spacearm.motion import Trajectory
+from spacearm.motion.base_columns import BASE_COLUMNS
 from spacearm.motion.plain import trajectory_as_dict
 from spacearm.output import write_atomically
 from spacearm.planner.goals import goal_as_dict
@@ -110,6 +111,9 @@ def save_json(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
 def save_trajectory(trajectory: Trajectory, path: str | os.PathLike[str], *, samples: int = _SAMPLES) -> None:
     """Write a trajectory as CSV: time [s], then position, rate and acceleration of every joint, and the tip's position.
 
+    If the base floats or does not begin at the origin, its position [m] and attitude wxyz follow, in the inertial frame as the
+    tip's position is.
+
     Raises:
         OutputError: the file exists already, or cannot be written.
     """
@@ -119,10 +123,14 @@ def save_trajectory(trajectory: Trajectory, path: str | os.PathLike[str], *, sam
     state, tip = trajectory.sample(t), trajectory.tip(t)[:, :3, 3]
     names = trajectory.robot.dof_names
     header = ["t_s", *(f"{kind}_{name}" for kind in ("q", "dq", "ddq") for name in names), "tip_x_m", "tip_y_m", "tip_z_m"]
+    columns = [t, state.q, state.dq, state.ddq, tip]
+    if trajectory.base != "fixed" or not np.array_equal(trajectory.base_start, np.eye(4)):
+        header += BASE_COLUMNS
+        columns += trajectory.base_pose(t)
     buffer = io.StringIO()
     np.savetxt(
         buffer,
-        np.column_stack([t, state.q, state.dq, state.ddq, tip]),
+        np.column_stack(columns),
         delimiter=",",
         header=",".join(header),
         comments="",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from spacearm.errors import FileFormatError, SceneError
 from spacearm.planner.moveit.read import load_moveit_scene
 from spacearm.reading import YamlFile, located
-from spacearm.robot.yaml_robot import rotation_from_rpy
+from spacearm.robot.rotations import rotation_from_rpy
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet, pose
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from spacearm.planner.kernel_model import self_capsule_pairs
 from spacearm.planner.problem import Problem, whole_turns
 from spacearm.planner.reaching.bounds import reaching_bounds
 from spacearm.planner.reaching.onto_goal import SpaceGoal, polished, reach_of, reach_to, reaches
-from spacearm.planner.reaching.task import GoalConfigurations
+from spacearm.planner.reaching.task import GoalConfigurations, goal_side
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -125,7 +125,7 @@ def check_ends(problem: Problem) -> EndReport:
     goal, rows = problem.goal, np.zeros((0, problem.robot.dof))
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) and not np.any(goal.tolerance):
         rows = np.atleast_2d(goal.q)
-    at_start, *at_goals = clearance(problem, np.vstack([problem.start, rows])).tolist()
+    at_start, at_goals = float(clearance(problem, problem.start)), clearance(goal_side(problem), rows).tolist()
     goal_met = bool(at_goals) and max(at_goals) <= 0
     if at_start <= 0:
         met = contacts(problem, problem.start)
@@ -186,6 +186,7 @@ def explain_goal(problem: Problem, found: GoalConfigurations) -> EndReport:
 
 
 def _goal_in_collision(problem: Problem, rows: Array) -> EndReport:
+    problem = goal_side(problem)
     least = int(np.argmax(clearance(problem, rows)))
     met = contacts(problem, rows[least])
     goal: Any = problem.goal

@@ -85,6 +85,12 @@ def goal_errors(reach: Reach, q: Array) -> tuple[Array, Array]:
     return np.linalg.norm(residual[:, :3], axis=-1), np.linalg.norm(residual[:, 3:], axis=-1) / LEVER
 
 
+def pose_errors(goal: SpaceGoal, T: Array) -> tuple[Array, Array]:
+    """Return how far frames that stand at T (b, 4, 4) are from where the goal's is to be: (b,) [m] and (b,) [rad]."""
+    residual, _ = _missing(goal, T)
+    return np.linalg.norm(residual[:, :3], axis=-1), np.linalg.norm(residual[:, 3:], axis=-1) / LEVER
+
+
 def reaches(reach: Reach, q: Array) -> NDArray[np.bool_]:
     """Tell which configurations (b, n) reach the goal within its tolerances, (b,)."""
     distance, angle = goal_errors(reach, q)
@@ -191,7 +197,10 @@ def _placed(reach: Reach, q: Array) -> _Placed:
 
 def _residuals(reach: Reach, frames: Array) -> tuple[Array, Array | None]:
     """Return what is missing to the goal, (b, 3 or 6) [m], and where the free axis points, (b, 3), if there is one."""
-    T, goal = frames[:, reach.joint] @ reach.T_joint_frame, reach.goal
+    return _missing(reach.goal, frames[:, reach.joint] @ reach.T_joint_frame)
+
+
+def _missing(goal: SpaceGoal, T: Array) -> tuple[Array, Array | None]:
     missing = goal.position - T[:, :3, 3]
     if isinstance(goal, PositionGoal):
         return missing, None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from spacearm.planner.problem import Problem
 from spacearm.planner.settings import PlannerSettings
+from spacearm.scene import Scene
 from spacearm.swarm import PSO
 
 Array = NDArray[np.float64]
@@ -62,6 +63,14 @@ class GoalTask:
     clearance: Callable[[Array], Array]
     settings: PlannerSettings
     seed: int
+
+
+def goal_side(problem: Problem) -> Problem:
+    """Return a problem with what counts at a goal configuration: of a floating base nobody knows yet where it will be.
+
+    Then only the links of the robot itself can be in its way; the scene is left out.
+    """
+    return replace(problem, scene=Scene([])) if problem.floats else problem
 
 
 def swarm_of(particles: int, iterations: int) -> PSO:

@@ -1,0 +1,223 @@
+"""How a floating base moves while its arm runs a path.
+
+Without angular momentum the base's attitude follows from the path alone, whatever its timing; its position follows from the
+centre of mass of base and arm, which stands still or drifts steadily. With momentum the base also turns by itself, and time
+counts. Rigid bodies, no force, no contact, no orbit.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.checks import as_number, as_pose
+from spacearm.errors import ProblemError
+from spacearm.momentum.blocks import Moments, free_rate, moments, system_mass
+from spacearm.momentum.masses import require_masses
+from spacearm.momentum.steps import adaptive_steps, attitude_within
+from spacearm.momentum.total import Momentum
+from spacearm.momentum.turning import cross, quaternion_of, rotated
+from spacearm.robot import Robot
+
+Array = NDArray[np.float64]
+
+_FIRST_STEPS = 8
+_TUMBLE = 0.5  # [rad] at most in a first step
+_AT_ONCE = 4096
+_SLIVER = 1e-12  # of the whole: steps are not begun closer together
+
+
+class JointPath(Protocol):
+    """A piecewise polynomial q(u): a Motion over s, or a PiecewisePath over time."""
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Where u begins and ends."""
+        ...
+
+    def sample(self, u: ArrayLike, /, derivative: int = 0) -> Array:
+        """Return q(u), or a derivative with respect to u, (..., n)."""
+        ...
+
+    def hulls(self, derivative: int, *, bisections: int = ...) -> tuple[Array, Array, Array]:
+        """Return first of all the ends (p, 2) of its pieces, halved so many times."""
+        ...
+
+
+class PathLaw(Protocol):
+    """Where on its path a motion is, from 0 to 1, at each share of its duration."""
+
+    @property
+    def breaks(self) -> Array:
+        """Where its pieces begin and end."""
+        ...
+
+    def sample(self, x: ArrayLike, derivative: int = 0) -> Array:
+        """Return the share of the path, or a derivative with respect to the share of time."""
+        ...
+
+    def inverse(self, s: ArrayLike) -> Array:
+        """Return when a share of the path is reached."""
+        ...
+
+
+class BaseMotion:
+    """The motion of a floating base along a path of its arm's joints; Magnus's series of sixth order, adaptive.
+
+    Attributes:
+        robot: whose base floats.
+        curve: the path q(u) of its joints.
+        base_start: (4, 4) T_w_b where the path begins [m].
+        momentum: of base and arm, constant.
+        error: estimate of the greatest error of the attitude [rad]; at most the tolerance, unless 65,536 steps or float64
+            do not reach it.
+        steps: how many were taken.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        curve: JointPath,
+        *,
+        base_start: ArrayLike | None = None,
+        momentum: Momentum | None = None,
+        duration: float | None = None,
+        time_law: PathLaw | None = None,
+        tolerance: float = 1e-9,
+    ) -> None:
+        """Integrate the base's attitude along the path.
+
+        Args:
+            robot: with masses.
+            curve: the path.
+            base_start: T_w_b (4, 4), or a point (3,), where the path begins [m]; None: at the origin.
+            momentum: of base and arm; None: none.
+            duration: of the whole path [s]; needed with momentum other than 0, and of no effect without.
+            time_law: of the path, with momentum other than 0; None: uniform.
+            tolerance: of the attitude [rad].
+
+        Raises:
+            RobotError: masses that cannot be, or a path for another number of joints.
+            ProblemError: a momentum other than 0 without duration, or values that cannot be.
+        """
+        require_masses(robot)
+        self.robot, self.curve = robot, curve
+        self.base_start = as_pose("base_start", base_start, ProblemError)
+        self.momentum = momentum or Momentum()
+        tolerance = as_number("tolerance", tolerance, ProblemError, above=0, unit="rad")
+        self._begin, self._end = curve.domain
+        self._duration, self._law = 0.0, None
+        if not self.momentum.is_zero:
+            if duration is None:
+                raise ProblemError("duration is None, expected a time [s]: with momentum the base moves by itself; give one")
+            self._duration = as_number("duration", duration, ProblemError, at_least=0, unit="s")
+            self._law = time_law
+        self._drift = self.momentum.linear / system_mass(robot)
+        attitude = quaternion_of(self.base_start[:3, :3])
+        center = moments(robot, curve.sample(self._begin)).center
+        self._center = self.base_start[:3, 3] + rotated(attitude, center)  # at the beginning, in the inertial frame
+        self._steps = adaptive_steps(self._field, self._first_nodes(), attitude, self.momentum.angular, tolerance)
+        self.error, self.steps = self._steps.error, len(self._steps.nodes) - 1
+
+    def pose(self, u: ArrayLike) -> tuple[Array, Array]:
+        """Return the base's position (..., 3) [m] and attitude_wxyz (..., 4) in the inertial frame.
+
+        Args:
+            u: (...,) on the path; beyond its ends, what holds there.
+        """
+        at = np.asarray(u, dtype=np.float64)
+        parts = [self._pose(part) for part in _chunks(self._variable(at.ravel()))]
+        position, attitude = (np.concatenate(values) for values in zip(*parts, strict=True))
+        return position.reshape(*at.shape, 3), attitude.reshape(*at.shape, 4)
+
+    def rate(self, u: ArrayLike) -> Array:
+        """Return how the base turns, (..., 3) per unit of u, base axes [rad].
+
+        Args:
+            u: (...,) on the path; beyond its ends, what holds there.
+        """
+        return self.twist(u)[1]
+
+    def twist(self, u: ArrayLike) -> tuple[Array, Array]:
+        """Return the velocity of the base's origin (..., 3) in the inertial frame [m], and `rate`, per unit of u.
+
+        With momentum both are infinite where the time law stands still.
+
+        Args:
+            u: (...,) on the path; beyond its ends, what holds there.
+        """
+        at = np.asarray(u, dtype=np.float64)
+        parts = [self._twist(part) for part in _chunks(self._variable(at.ravel()))]
+        velocity, omega = (np.concatenate(values).reshape(*at.shape, 3) for values in zip(*parts, strict=True))
+        return velocity, omega
+
+    # The attitude is integrated over v: the path's own u, or, where a time law runs it, the share of the duration.
+
+    def _variable(self, u: Array) -> Array:
+        within = np.clip(u, self._begin, self._end)
+        return within if self._law is None else self._law.inverse((within - self._begin) / (self._end - self._begin))
+
+    def _moved(self, v: Array) -> tuple[Array, Array, Array]:
+        """Return q, dq/dv (m, n) and du/dv (m,)."""
+        if self._law is None:
+            return self.curve.sample(v), self.curve.sample(v, 1), np.ones_like(v)
+        length = self._end - self._begin
+        u, speed = self._begin + length * self._law.sample(v), length * self._law.sample(v, 1)
+        return self.curve.sample(u), self.curve.sample(u, 1) * speed[:, None], speed
+
+    @property
+    def _time_scale(self) -> float:
+        """dt/dv [s]."""
+        return self._duration if self._law is not None else self._duration / (self._end - self._begin)
+
+    def _field(self, v: Array) -> tuple[Array, Array | None]:
+        q, dq, _ = self._moved(v)
+        found = moments(self.robot, q)
+        free = free_rate(found, dq)
+        if not self.momentum.angular.any():
+            return free, None
+        return free, np.linalg.inv(found.H_w).astype(np.float64) * self._time_scale
+
+    def _first_nodes(self) -> Array:
+        ends = self.curve.hulls(0, bisections=0)[0]
+        breaks = np.append(ends[:, 0], ends[-1, 1])
+        if self._law is not None:
+            shares = self._law.inverse((breaks - self._begin) / (self._end - self._begin))
+            breaks = np.union1d(shares, self._law.breaks)
+            breaks = breaks[np.append(np.diff(breaks) > _SLIVER, True)]
+            breaks[0] = 0.0
+        parts = max(1, -(-_FIRST_STEPS // (len(breaks) - 1)))
+        spin = self._field(breaks)[1]
+        if spin is not None:
+            turned = np.linalg.norm(spin, axis=(1, 2)).max() * np.linalg.norm(self.momentum.angular)
+            parts = max(parts, int(np.ceil(turned * np.diff(breaks).max() / _TUMBLE)))
+        share = np.arange(parts) / parts
+        return np.append((breaks[:-1, None] + share * np.diff(breaks)[:, None]).ravel(), breaks[-1])
+
+    def _pose(self, v: Array) -> tuple[Array, Array]:
+        attitude = attitude_within(self._field, self._steps, v, self.momentum.angular)
+        return self._position(v, attitude, moments(self.robot, self._moved(v)[0])), attitude
+
+    def _position(self, v: Array, attitude: Array, found: Moments) -> Array:
+        time = (v - self._steps.nodes[0]) * self._time_scale
+        return self._center + self._drift * time[:, None] - rotated(attitude, found.center)
+
+    def _twist(self, v: Array) -> tuple[Array, Array]:
+        _, dq, speed = self._moved(v)
+        found = moments(self.robot, self._moved(v)[0])
+        attitude = attitude_within(self._field, self._steps, v, self.momentum.angular)
+        omega = free_rate(found, dq)
+        if self.momentum.angular.any():
+            inverse = attitude * np.array([1.0, -1.0, -1.0, -1.0])
+            spin = np.linalg.solve(found.H_w, rotated(inverse, self.momentum.angular)[..., None])[..., 0]
+            omega = omega + spin * self._time_scale
+        center = (found.J_c @ dq[..., None])[..., 0] + cross(omega, found.center)  # how it moves for the base, base axes
+        velocity = self._drift * self._time_scale - rotated(attitude, center)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return velocity / speed[:, None], omega / speed[:, None]
+
+
+def _chunks(v: Array) -> list[Array]:
+    return [v[i : i + _AT_ONCE] for i in range(0, max(len(v), 1), _AT_ONCE)]

@@ -1,0 +1,83 @@
+"""Whether a trajectory's own account of its base conserves momentum, and says where the proof says that the base is."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.motion import AnyTrajectory
+from spacearm.proof.base import Base
+from spacearm.proof.masses import free_model
+from spacearm.proof.middles import JointMap
+from spacearm.proof.vectors import cross
+from spacearm.robot import Robot
+
+Array = NDArray[np.float64]
+
+CONSERVED = 1e-6
+"""The greatest residual momentum that is taken for rounding, relative to the greatest momentum of a link."""
+
+SAME = 1e-6
+"""[m] by which no point of the base within 1 m of its origin may be elsewhere than the proof says."""
+
+_SAMPLES = 33
+
+
+class Account(NamedTuple):
+    """What a trajectory says of its floating base, compared.
+
+    Attributes:
+        residual: what its momentum misses of what was given, at most, relative to the greatest of any link, linear or angular.
+        elsewhere: how far the base is from where it has to be, at most: angle [rad] plus distance [m].
+    """
+
+    residual: float
+    elsewhere: float
+
+
+def account_of(robot: Robot, trajectory: AnyTrajectory, base: Base, frames: Array) -> Account:
+    """Compare at 33 instants.
+
+    Args:
+        robot: with masses.
+        trajectory: with `base_pose` and `base_rate`.
+        base: where the proof has it.
+        frames: (33, 4, 4) T_w_b of the proof at `instants_of` the curve.
+    """
+    import pinocchio  # pyright: ignore[reportMissingImports]
+
+    model, at_q, at_v = free_model(robot)
+    state, joints = model.createData(), JointMap(robot)
+    t = trajectory.time_at(np.array([base.own_parameter(float(u)) for u in instants_of(base)]))
+    joint_state = trajectory.sample(t)
+    position, wxyz = trajectory.base_pose(t)
+    velocity, omega = trajectory.base_rate(t)
+    q, v = np.zeros((len(t), model.nq)), np.zeros((len(t), model.nv))
+    q[:, :3], q[:, 3:7], q[:, at_q] = position, wxyz[:, [1, 2, 3, 0]], joints.values(joint_state.q)
+    v[:, 3:6], v[:, at_v] = omega, joint_state.dq[:, joints.dof] * joints.multiplier
+    bodies = range(1, model.njoints)
+    totals, linear, angular = np.empty((len(t), 2, 3)), np.empty((len(t), len(bodies), 3)), np.empty((len(t), len(bodies), 3))
+    center, R = np.empty((len(t), 3)), np.empty((len(t), 3, 3))
+    for i, (row, rate, moved) in enumerate(zip(q, v, velocity, strict=True)):
+        R[i] = pinocchio.Quaternion(row[3:7]).toRotationMatrix()
+        rate[:3] = R[i].T @ moved
+        total = pinocchio.computeCentroidalMomentum(model, state, row, rate)
+        totals[i], center[i] = (total.linear, total.angular), state.com[0]
+        for k in bodies:
+            own = state.oMi[k].act(model.inertias[k] * state.v[k])  # about the world's origin
+            linear[i, k - 1], angular[i, k - 1] = own.linear, own.angular
+    angular -= cross(center[:, None], linear)
+    missed = np.linalg.norm(totals - [base.stance.linear, base.stance.angular], axis=2).max(axis=0)
+    greatest = np.array([np.linalg.norm(of, axis=2).max() for of in (linear, angular)])
+    # Of a rotation by the angle x the difference's Frobenius norm is root 8 times sin x/2.
+    turned = 2 * np.arcsin(np.minimum(1.0, np.linalg.norm(R - frames[:, :3, :3], axis=(1, 2)) / np.sqrt(8)))
+    elsewhere = float((turned + np.linalg.norm(position - frames[:, :3, 3], axis=1)).max())
+    residual = np.divide(missed, greatest, out=np.where(missed > 0, np.inf, 0.0), where=greatest > 0)
+    return Account(float(residual.max()), elsewhere)
+
+
+def instants_of(base: Base) -> Array:
+    """Return the parameters (33,) of the base's curve that are compared."""
+    return np.linspace(*base.curve.domain, _SAMPLES)

@@ -1,0 +1,223 @@
+"""Which links meet: pairs that an SRDF switches off although they can, by their true shapes, and pairs that always do, by
+their envelopes.
+
+For this the model must be loaded, so a copy of it is made loadable first: what can be mended is mended, what cannot is
+made fixed or left out.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from spacearm.checks import shown
+from spacearm.errors import SpacearmError
+from spacearm.robot.assembly import Assembly, assemble
+from spacearm.robot.doctor.chart import Case, Chart, child_of, link_of, number_of
+from spacearm.robot.doctor.shapes import mesh_path, mesh_size
+from spacearm.robot.doctor.structure import BROKEN
+from spacearm.robot.doctor.true_shapes import meeting_share
+from spacearm.robot.envelope import Shape, link_shapes
+from spacearm.robot.links import LinkTree
+from spacearm.robot.model import Robot
+from spacearm.robot.self_collision import ALWAYS, LinkPair, find_self_pairs
+from spacearm.robot.srdf import Srdf, pair
+from spacearm.robot.tree import ends_of
+from spacearm.robot.urdf import parsed_urdf, urdf_tree
+
+_SAMPLES = 2000
+
+
+def look_at_touching(chart: Chart, cases_of_copy: list[Case], copy: Any, srdf: Srdf | None, srdf_root: Any) -> None:
+    """Look at which links meet in random configurations.
+
+    Args:
+        chart: of the model.
+        cases_of_copy: what was found about a copy of it, which is changed here.
+        copy: the copy's root.
+        srdf, srdf_root: the SRDF, if there is one that can be read.
+    """
+    broken = [case.finding.code for case in chart.cases if case.finding.code in BROKEN]
+    if broken:
+        _not_examined(chart, "nobody knows where the links are")
+        return
+    try:
+        tree, shapes = _tree(chart, cases_of_copy, copy)
+        ends = ends_of(tree)
+        choices = Assembly(srdf=None if srdf is None else srdf.source, tip=ends[0], velocity_limit=1.0, self_collision="none")
+        robot = assemble(tree, choices)
+    except SpacearmError as error:
+        _not_examined(chart, str(error).removeprefix(f"{chart.path}: "))
+        return
+    _tip(chart, tree, srdf)
+    if len({capsule.name for capsule in robot.capsules}) > 1:
+        _pairs(chart, robot, shapes, srdf, srdf_root)
+
+
+def _not_examined(chart: Chart, reason: str) -> None:
+    chart.found(
+        "note",
+        "not-examined",
+        chart.root,
+        f"which links meet could not be examined: {reason}",
+        advice="mend the errors and ask again",
+    )
+
+
+def _tree(chart: Chart, cases: list[Case], root: Any) -> tuple[LinkTree, dict[str, list[Shape]]]:
+    """Load the copy, mended and with nothing in it that would stop a reader; also each link's collision shapes.
+
+    Raises:
+        SpacearmError: links and joints that form no tree, or the like.
+    """
+    from dataclasses import replace
+
+    from lxml import etree  # pyright: ignore[reportAttributeAccessIssue] (compiled, no stubs)
+
+    for case in cases:
+        if case.remedy is not None and case.finding.code != "collision-missing":
+            case.remedy()
+        elif case.finding.severity == "error":
+            _leave_out(case.element)
+    for collision in list(root.iterfind("link/collision")):
+        if not _loads(collision, chart.path.parent):
+            collision.getparent().remove(collision)
+    for link in root.findall("link"):
+        if not link.get("name"):
+            root.remove(link)
+    for i, joint in enumerate(root.findall("joint")):
+        joint.set("name", joint.get("name") or f"joint without a name, {i}")
+        _make_loadable(joint)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "model.urdf"
+        path.write_bytes(etree.tostring(root, encoding="utf-8"))
+        try:
+            tree = urdf_tree(path, collision="urdf")
+            shapes = {link.name: link_shapes(link, path.parent) for link in parsed_urdf(path).links}
+        except SpacearmError as error:
+            raise type(error)(str(error).replace(str(path), str(chart.path))) from None
+    return replace(tree, source=str(chart.path)), shapes
+
+
+def _leave_out(element: Any) -> None:
+    """Remove the collision shape, or fix the joint, in which something is wrong that cannot be mended."""
+    while element is not None and element.tag not in ("collision", "joint"):
+        element = element.getparent()
+    if element is None or element.getparent() is None:
+        return
+    if element.tag == "collision":
+        element.getparent().remove(element)
+    elif element.getparent().tag == "robot":
+        element.set("type", "fixed")
+        for tag in ("mimic", "limit", "axis"):
+            for part in element.findall(tag):
+                element.remove(part)
+
+
+def _loads(collision: Any, directory: Path) -> bool:
+    geometry = collision.find("geometry")
+    shapes = [] if geometry is None else [shape for shape in geometry if isinstance(shape.tag, str)]
+    if len(shapes) != 1 or shapes[0].tag != "mesh":
+        return len(shapes) == 1
+    path = mesh_path(shapes[0], directory)
+    try:
+        if path is None or not mesh_size(path).max() > 0:
+            return False
+    except (OSError, ValueError):
+        return False
+    shapes[0].set("filename", str(path.resolve()))
+    return True
+
+
+def _make_loadable(joint: Any) -> None:
+    kind = joint.get("type")
+    if kind not in ("revolute", "continuous", "prismatic"):
+        joint.set("type", "fixed")
+        return
+    if kind != "continuous":
+        limit = child_of(joint, "limit")
+        for end, value in (("lower", -math.pi), ("upper", math.pi)):
+            if number_of(limit, end) is None:
+                limit.set(end, "0" if kind == "prismatic" else f"{value}")
+        if (number_of(limit, "lower") or 0) > (number_of(limit, "upper") or 0):
+            joint.set("type", "fixed")
+
+
+def _tip(chart: Chart, tree: LinkTree, srdf: Srdf | None) -> None:
+    ends = ends_of(tree)
+    mounted = set() if srdf is None else set(srdf.mounts) & set(tree.links)
+    if len(ends) > 1 and len(mounted) != 1 and not (srdf is not None and srdf.groups):
+        listed = ", ".join(map(shown, ends[:8])) + (", ..." if len(ends) > 8 else "")
+        chart.found(
+            "note",
+            "tip-ambiguous",
+            chart.root,
+            f"{len(ends)} chains end somewhere, so the end effector must be named",
+            value=listed,
+            advice=f"give load_robot(tip={ends[-1]!r}), or the one you mean",
+        )
+
+
+def _pairs(chart: Chart, robot: Robot, shapes: dict[str, list[Shape]], srdf: Srdf | None, srdf_root: Any) -> None:
+    found = find_self_pairs(robot)
+    for one in found.found:
+        off = srdf is not None and srdf.may_touch(*one.links)
+        if one.reason == "checked" and off and one.met > 0:
+            share = meeting_share(robot, shapes, one.links, samples=_SAMPLES)
+            if share > 0:
+                _switched_off(chart, one, share, srdf, srdf_root)
+        elif not off and one.reason != "rigid" and one.met >= ALWAYS and (srdf is not None or one.reason == "always"):
+            _always(chart, one, srdf)
+
+
+def _switched_off(chart: Chart, one: LinkPair, share: float, srdf: Srdf | None, root: Any) -> None:
+    element = next(
+        (
+            element
+            for element in root.findall("disable_collisions")
+            if pair((element.get("link1") or "").strip(), (element.get("link2") or "").strip()) == one.links
+        ),
+        None,
+    )
+    if element is None:
+        element = next(e for e in root.findall("disable_default_collisions") if (e.get("link") or "").strip() in one.links)
+    reason = element.get("reason")
+    chart.found(
+        "warning",
+        "pair-switched-off",
+        element,
+        f"switched off, but they meet in {share:.1%} of {_SAMPLES} random configurations",
+        place=_both(one),
+        file=None if srdf is None else srdf.source,
+        value=f"reason {shown(reason)}" if reason else "",
+        expected="a pair that can meet is checked",
+        advice='remove the line, or give load_robot(self_collision="computed")',
+    )
+
+
+def _always(chart: Chart, one: LinkPair, srdf: Srdf | None) -> None:
+    chart.found(
+        "warning" if srdf is None else "error",
+        "pair-always-meets",
+        _joint_of(chart, one) if srdf is None else chart.root,
+        f"their envelopes meet in {one.met:.0%} of all configurations"
+        + (": spacearm does not check them" if srdf is None else ", and the SRDF wants them apart: no plan can be found"),
+        place=_both(one),
+        value=f"up to {-one.clearance:.3g} m deep",
+        expected="shapes that can be apart",
+        advice="make their collision shapes smaller, or switch the pair off in an SRDF if they belong together",
+    )
+
+
+def _both(one: LinkPair) -> str:
+    return " and ".join(f"'{link}'" for link in one.links)
+
+
+def _joint_of(chart: Chart, one: LinkPair) -> Any:
+    """Return the second link's element, where the reader is to look."""
+    names = {link.get("name"): link for link in chart.links}
+    below = [joint for joint in chart.joints if link_of(joint, "child") in one.links]
+    last = link_of(below[-1], "child") if below else one.links[1]
+    return names.get(last, chart.root)

@@ -1,0 +1,226 @@
+"""The kernel's floating base: momentum against Pinocchio, the base's motion and the terms against float64 in Python."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from kernel import objectives
+from kernel.builds import LEVELS, Build, place
+from momentum.drawn import motion_of, spacecraft
+from oracles import pinocchio_floating, servicer
+from spacearm._kernel import available_levels
+from spacearm.momentum import BaseMotion, Momentum, center_of_mass, moments, system_mass
+from spacearm.momentum.masses import lumped_masses
+from spacearm.momentum.turning import angle, conjugate, matrix_of, multiplied
+from spacearm.motion import Motion, Trajectory
+from spacearm.planner import PoseGoal, PositionGoal, Problem, clearance, clearances
+from spacearm.planner.islands import asked_of_the_base
+from spacearm.planner.reaching.onto_goal import pose_errors
+from spacearm.robot import LinkCapsule, Robot
+from spacearm.scene import Box, Capsule, HalfSpace, Scene, Sphere
+from spacearm.scene.moved import moved_scene
+
+ROBOTS = [spacecraft(seed) for seed in range(6)]
+OBSTACLES = [
+    Sphere((0.6, 0.4, 0.2), 0.3),
+    Box((0.4, 0.3, 0.8)),
+    Capsule((1, 0, 0), (0, 1, 0.5), 0.1),
+    HalfSpace((0, 0, 1), (0, 0, -1.2)),
+]
+
+
+def masses(robot: Robot) -> dict[str, np.ndarray]:
+    """A robot's bodies lumped, as the kernel takes them."""
+    pseudo = lumped_masses(robot).pseudo
+    mass = pseudo[:, 3, 3].copy()
+    com = pseudo[:, :3, 3] / np.where(mass > 0, mass, 1)[:, None]
+    rows = []
+    for i, m in enumerate(mass):
+        second = pseudo[i, :3, :3] - m * np.outer(com[i], com[i])
+        inertia = np.trace(second) * np.eye(3) - second
+        rows.append(inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])
+    return {"mass": mass, "com": com, "inertia": np.array(rows)}
+
+
+def floating_search(build: Build, robot: Robot, start: Any, goal: Any, base: dict[str, Any] | None = None, **given: Any) -> Any:
+    """A search for motions of a robot on a floating base to one goal configuration."""
+    return objectives.motion_search(
+        build, robot, given.pop("obstacles", []), start, [goal], base=base or {"kind": 0}, masses=masses(robot), **given
+    )
+
+
+def with_envelope(robot: Robot, seed: int) -> Robot:
+    """A drawn robot with a capsule or two on its base and on every joint."""
+    rng = np.random.default_rng(seed)
+    capsules = [
+        LinkCapsule(name=f"link{joint}", joint=joint, a=rng.normal(size=3) * 0.1, b=rng.normal(size=3) * 0.2, radius=0.05)
+        for joint in [-1, -1, *range(len(robot.joints))]
+    ]
+    return replace(robot, capsules=tuple(capsules), self_pairs=(("link-1", f"link{len(robot.joints) - 1}"),))
+
+
+def rows_of(build: Build, motion: Motion) -> np.ndarray:
+    return build.array(motion.control_points[1:-1].reshape(1, -1))
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
+def test_momentum_is_pinocchios(build: Build, robot: Robot) -> None:
+    native = place(build, robot).native.weighed(**masses(robot))
+    rng = np.random.default_rng(7)
+    q, dq = rng.uniform(-3, 3, (19, robot.dof)), rng.normal(size=(19, robot.dof))
+    found = np.asarray(native.momentum_terms(build.array(q), build.array(dq)), dtype=np.float64)
+    model = pinocchio_floating.floating_model(robot)
+    data = model.createData()
+    accuracy = 1e-10 if build.bits == 64 else 2e-4
+    for row, at, rate in zip(found, build.array(q).astype(float), build.array(dq).astype(float), strict=True):
+        full = pinocchio_floating.floating_q(robot, np.zeros(3), np.array([1.0, 0, 0, 0]), at)
+        A = pin.computeCentroidalMap(model, data, full)
+        joints = np.array([joint.multiplier * rate[joint.dof] for joint in robot.joints])
+        arm, inertia = (A[:, 6:] @ joints)[3:], A[3:, 3:6]
+        H = np.array([[row[6], row[9], row[10]], [row[9], row[7], row[11]], [row[10], row[11], row[8]]])
+        scale = np.abs(inertia).max()
+        np.testing.assert_allclose(row[:3], pin.centerOfMass(model, data, full), atol=accuracy * 10)
+        np.testing.assert_allclose(H, inertia, atol=accuracy * scale)
+        np.testing.assert_allclose(row[3:6], arm, atol=accuracy * scale * max(1.0, np.abs(rate).max()))
+        np.testing.assert_allclose(row[12:], pinocchio_floating.free_rate(model, full, joints, np.zeros(3)), atol=accuracy * 20)
+
+
+def test_the_servicer_ends_as_published(build: Build) -> None:
+    """ORACLES B1: the attitude after the joint law, and the end effector from the system's centre of mass."""
+    robot, start = servicer.servicer(), np.zeros(7)
+    for goal, attitude in (
+        ((0.890033, 0.28735, 2.78844, 2.90451, 1.05669, 1.85941, 1.0428), (0.9999790, -0.0010796, 0.0063876, 0.0001211)),
+        ((1.11508, 0.304819, -0.678856, 3.23913, 1.23781, -2.07818, -2.15025), (0.9998846, 0.0076675, -0.0064234, -0.0114343)),
+    ):
+        search = floating_search(build, robot, start, goal, bounds=(np.full(7, -7), np.full(7, 7)))
+        end = search.base_along(build.array(np.zeros((1, 0))), 0, 0, 128, True)[0, 0]
+        np.testing.assert_allclose(end[3:], attitude, atol=1e-6)
+
+
+@pytest.mark.parametrize("tumbling", [False, True], ids=["at rest", "tumbling"])
+@pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
+def test_the_base_goes_where_float64_says(build: Build, robot: Robot, tumbling: bool) -> None:
+    motion, duration = motion_of(robot, 3, size=1.0), 30.0
+    start, goal = motion.control_points[[0, -1]]
+    base: dict[str, Any] = {"kind": 0}
+    momentum = Momentum()
+    if tumbling:
+        inertia = moments(robot, start).H_w
+        momentum = Momentum(linear=(0.4, -0.2, 0.1), angular=inertia @ np.array([0.01, -0.02, 0.015]))
+        drift = momentum.linear * duration / system_mass(robot)
+        base |= {"duration": duration, "angular": momentum.angular.tolist(), "drift": drift.tolist()}
+    search = floating_search(build, robot, start, goal, base)
+    exact = BaseMotion(robot, motion, momentum=momentum, duration=duration)
+    for nodes, off in ((128, 3e-4), (512, 3e-6)) if build.bits == 64 else ((128, 3e-4),):
+        found = np.asarray(search.base_along(rows_of(build, motion), motion.interior, 0, nodes, False)[0], dtype=np.float64)
+        position, attitude = exact.pose(np.linspace(0, 1, nodes + 1))
+        assert angle(multiplied(conjugate(attitude), found[:, 3:])).max() < off
+        np.testing.assert_allclose(found[:, :3], position, atol=off * 10)
+        ends = search.base_along(rows_of(build, motion), motion.interior, 0, nodes, True)[0]
+        np.testing.assert_array_equal(
+            ends[0], search.base_along(rows_of(build, motion), motion.interior, 0, nodes, False)[0, -1]
+        )
+
+
+def test_twice_the_nodes_divide_the_error_by_sixteen_or_more() -> None:
+    build = Build("generic", 64)
+    falls = []
+    for robot in ROBOTS:
+        motion = motion_of(robot, 5, size=0.7, interior=1)
+        search = floating_search(build, robot, *motion.control_points[[0, -1]])
+        exact = BaseMotion(robot, motion, tolerance=1e-12).pose(1.0)[1]
+        errors = []
+        for nodes in (64, 128, 256):
+            end = search.base_along(rows_of(build, motion), 1, 0, nodes, True)[0, 0, 3:]
+            errors.append(float(angle(multiplied(conjugate(exact), end))))
+        falls.append(math.log2(errors[0] / errors[2]) / 2)
+    assert np.median(falls) > 3.9
+
+
+@pytest.mark.parametrize("robot", ROBOTS[:4], ids=lambda robot: robot.name)
+def test_clearance_is_taken_where_arm_and_base_are(build: Build, robot: Robot) -> None:
+    robot = with_envelope(robot, 1)
+    motion, margin = motion_of(robot, 4, size=1.0), 0.05
+    search = floating_search(build, robot, *motion.control_points[[0, -1]], obstacles=OBSTACLES, margin=margin)
+    judged = search.judge(rows_of(build, motion), motion.interior, 0)
+    s = np.arange(1, 65) / 64
+    position, attitude = BaseMotion(robot, motion).pose(s)
+    short = 0.0
+    for q, at, turn in zip(motion.sample(s), position, attitude, strict=True):
+        T_b_w = np.eye(4)
+        T_b_w[:3, :3] = matrix_of(turn).T
+        T_b_w[:3, 3] = -T_b_w[:3, :3] @ at
+        seen = Problem(robot, moved_scene(Scene(OBSTACLES), T_b_w), start=q, goal=q, base="fixed")
+        short += np.maximum(margin - clearances(seen, q), 0).sum()
+        from spacearm.planner.clearance import self_clearances
+
+        short += np.maximum(margin - self_clearances(seen, q), 0).sum()
+    assert short > 0.5
+    assert judged["violation"][0] == pytest.approx(short, rel=2e-3, abs=1e-3)
+
+
+@pytest.mark.parametrize("robot", ROBOTS[:4], ids=lambda robot: robot.name)
+def test_terms_of_the_base(build: Build, robot: Robot) -> None:
+    motion = motion_of(robot, 6, size=0.8)
+    trajectory = Trajectory(robot, motion)
+    search = floating_search(build, robot, *motion.control_points[[0, -1]])
+    names = build.module.motion_terms
+    terms = dict(zip(names, search.judge(rows_of(build, motion), motion.interior, 0)["terms"][0].tolist(), strict=True))
+    s = np.arange(0, 65) / 64
+    turned = angle(trajectory.base_motion.pose(s)[1])
+    assert terms["base_final"] == pytest.approx(turned[-1], abs=2e-4)
+    assert terms["base_peak"] == pytest.approx(turned.max(), abs=2e-4)
+    rate = np.linalg.norm(trajectory.base_motion.rate(s), axis=1).max() / terms["duration"]
+    assert terms["base_rate"] == pytest.approx(rate, rel=1e-3)
+    arm = np.linalg.norm((moments(robot, motion.sample(s)).H_q @ motion.sample(s, 1)[..., None])[..., 0], axis=1).max()
+    assert terms["joint_momentum"] == pytest.approx(arm / terms["duration"], rel=1e-3)
+    tip = trajectory.tip(s * trajectory.duration)[:, :3, 3]
+    assert terms["tip"] == pytest.approx(np.linalg.norm(np.diff(tip, axis=0), axis=1).sum(), rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["position", "pose", "axis"])
+def test_motions_are_moved_until_their_ends_are_met(build: Build, kind: str) -> None:
+    robot = servicer.servicer()
+    start, near = np.zeros(7), np.array([0.4, 0.3, 0.5, -0.4, 0.6, 0.3, 0.2])
+    wanted = Trajectory(robot, Motion([start, near + 0.1]), base="floating").tip(1e9)
+    goal: Any = PositionGoal(wanted[:3, 3], tolerance=1e-3)
+    if kind != "position":
+        goal = PoseGoal(wanted, position_tolerance=1e-3, orientation_tolerance=1e-3, free_axis="z" if kind == "axis" else None)
+    robot = replace(robot, lower=np.full(7, -4.0), upper=np.full(7, 4.0))
+    problem = Problem(robot, [], start=start, goal=goal, base="floating", base_goal=(1, 0, 0, 0))
+    search = floating_search(build, robot, start, near, asked_of_the_base(problem), bounds=(robot.lower, robot.upper))
+    line = np.linspace(start, near, 6)[1:-1]
+    first = build.array(np.vstack([line + 0.05 * np.sin(np.arange(28)).reshape(4, 7), near]).reshape(1, -1))
+    rows, met = search.settled(first, 4, 0)
+    assert met == [True]
+    motion = Motion(np.vstack([start, np.asarray(rows, dtype=np.float64).reshape(-1, 7)]))
+    trajectory = Trajectory(robot, motion, base="floating")
+    distance, turned = pose_errors(problem.goal, trajectory.tip(trajectory.duration)[None])
+    off = angle(trajectory.base_pose(trajectory.duration)[1])
+    within = 1.0 if build.bits == 32 else 1e-3
+    assert distance[0] < within * 1e-3
+    assert turned[0] < within * 1e-3
+    assert off < within * 5e-4
+
+
+@pytest.mark.parametrize("bits", [64, 32])
+def test_searches_on_a_floating_base_give_the_same_bits_at_every_level(bits: int) -> None:
+    robot = replace(with_envelope(ROBOTS[1], 2), self_pairs=())
+    start, goal = np.full(robot.dof, 0.1), np.full(robot.dof, 0.9)
+    base = {"kind": 0, "attitude": [1.0, 0, 0, 0], "attitude_turned": 1e-3}
+    found = []
+    for level in LEVELS:
+        if level in available_levels():
+            build = Build(level, bits)
+            search = floating_search(
+                build, robot, start, goal, base, settings={"interior": [4]}, weights={"length": 1.0, "base_peak": 1.0}
+            )
+            found.append([(e[1], float(e[2]), e[3], e[5].tobytes()) for e in objectives.run_motions(search, 60).history])
+    assert found[0]
+    assert all(other == found[0] for other in found)

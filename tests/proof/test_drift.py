@@ -1,0 +1,206 @@
+"""Where the base gets to: by published numbers, by closed forms, and by brute force; and how far it gets on a stretch."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from oracles.servicer import ROWS, servicer
+from proof.adrift import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
+from proof.test_bounds import curves
+from spacearm.momentum import Momentum
+from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
+from spacearm.proof.base import Base
+from spacearm.proof.bodies import bodies_of, floating_bodies_of
+from spacearm.proof.drift import TOLERANCE, Drift
+from spacearm.proof.middles import JointMap, Middles
+from spacearm.proof.recoil import Reaction, _Held
+from spacearm.proof.spans import Spans
+from spacearm.proof.stance import Stance
+from spacearm.proof.witness import Witness
+from spacearm.robot import Robot
+from spacearm.scene import Scene
+
+BRUTE = 3e-8  # [rad] of the method of fourth order in 200 steps a piece
+NONE = Momentum()
+
+
+def stance(momentum: Momentum = NONE, start: np.ndarray | None = None) -> Stance:
+    start = np.eye(4) if start is None else start
+    return Stance(base="floating", start=start, linear=momentum.linear, angular=momentum.angular)
+
+
+def drift(robot: Robot, curve: Curve, momentum: Momentum = NONE, time_rate: float = 0.0) -> Drift:
+    return Drift(robot, curve, stance(momentum), time_rate=time_rate)
+
+
+def angle_between(R: np.ndarray, S: np.ndarray) -> float:
+    return float((np.linalg.norm(R - S, axis=(-2, -1)) / np.sqrt(2)).max())  # of small ones
+
+
+# ---- the attitude ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_the_servicer_turns_as_published(row: tuple[tuple[float, ...], ...]) -> None:
+    joints, _, wxyz, degrees, _ = row
+    found = drift(servicer(), Motion([np.zeros(7), joints]))
+    np.testing.assert_allclose(found._quaternions(np.ones(1))[0], wxyz, rtol=0, atol=1e-6)
+    assert np.degrees(found.angles()[0]) == pytest.approx(degrees, abs=1e-4)
+    assert found.error < TOLERANCE
+    assert found.evaluations <= 200
+
+
+@given(st.floats(-9, 9), st.floats(0.01, 50))
+def test_a_flywheel_turns_the_base_back_by_its_share(turn: float, moment: float) -> None:
+    found = drift(wheel(moment), Motion([[0.0], [turn]]))
+    u = np.linspace(0, 1, 7)
+    angle = -turn * moment / (3 + moment) * (10 * u**3 - 15 * u**4 + 6 * u**5)
+    expected = np.zeros((7, 3, 3))
+    expected[:, 0, 0] = expected[:, 1, 1] = np.cos(angle)
+    expected[:, 1, 0], expected[:, 0, 1], expected[:, 2, 2] = np.sin(angle), -np.sin(angle), 1.0
+    assert angle_between(found.attitude(u), expected) <= found.error + 1e-14 <= TOLERANCE
+
+
+@settings(max_examples=25)
+@given(st.data())
+def test_the_base_of_any_robot_goes_where_small_steps_take_it(data: st.DataObject) -> None:
+    robot = data.draw(floating_arms())
+    count = data.draw(st.integers(2, 4))
+    q = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1))).uniform(-1.5, 1.5, (count, robot.dof))
+    curve = data.draw(st.sampled_from([Motion, lambda rows: PiecewisePath.from_linear(np.arange(len(rows)), rows)]))(q)
+    momentum = Momentum(angular=data.draw(st.sampled_from([(0, 0, 0), (0.1, -0.2, 0.3)])))
+    time_rate = data.draw(st.sampled_from([0.0, 2.0]))
+    found = drift(robot, curve, momentum, time_rate)
+    way = brute_force(Adrift(robot, Scene([]), momentum=momentum), curve, time_rate=time_rate, steps=600)
+    allowed = BRUTE + found.error
+    assert angle_between(found.attitude(way.u), way.T_w_b[:, :3, :3]) <= allowed
+    assert found.error <= 10 * TOLERANCE
+
+
+def test_a_path_of_many_pieces_is_followed_through_its_corners() -> None:
+    rng = np.random.default_rng(0)
+    robot = servicer()
+    path = PiecewisePath.from_linear(np.arange(300) / 10, np.cumsum(rng.uniform(-0.05, 0.05, (300, 7)), axis=0))
+    found = drift(robot, path)
+    way = brute_force(Adrift(robot, Scene([])), path, steps=4)
+    assert angle_between(found.attitude(way.u), way.T_w_b[:, :3, :3]) < 1e-9
+    assert found.error <= TOLERANCE
+    assert found.evaluations <= 4 * 300
+
+
+def test_many_turns_of_a_tumbling_base_are_followed() -> None:
+    """A base with equal moments keeps its rate: 40 rad in 20 s."""
+    found = drift(lander(bodies=(body("base", -1, 1.0, (0, 0, 0), 2.0),)), Motion([[0, 0], [1, 1]]), Momentum(angular=(0, 4, 0)), 20.0)
+    c, s = np.cos(40.0), np.sin(40.0)
+    assert angle_between(found.attitude(np.ones(1)), np.array([[[c, 0, s], [0, 1, 0], [-s, 0, c]]])) <= found.error
+    assert found.error < 1e-9
+
+
+# ---- how far it gets -------------------------------------------------------------------------------------------------
+
+
+
+
+@settings(max_examples=60)
+@given(st.data())
+def test_no_end_of_a_drifting_robot_gets_further_than_its_way_nor_along_a_direction_than_its_speed_and_bend(
+    data: st.DataObject,
+) -> None:
+    robot = data.draw(floating_arms())
+    curve = data.draw(curves(robot))
+    pushes = data.draw(st.sampled_from([NONE, Momentum(linear=(0.5, -1, 0.2)), Momentum(linear=(0, 0, 0.3), angular=(0.2, -0.5, 0.3))]))
+    duration = data.draw(st.sampled_from([0.1, 5.0]))
+    base = Base(robot, SimpleNamespace(curve=curve, duration=duration), stance(pushes))  # type: ignore[arg-type]
+    bodies, riders = floating_bodies_of(robot)
+    witness, joints = Witness(robot, bodies), JointMap(robot)
+    base.begin(witness.frames(joints.values(curve.sample(np.array(curve.domain[:1]))))[0])
+    spans = Spans(curve)
+    stretches = spans.first()
+    for _ in range(data.draw(st.integers(0, 7))):
+        half = spans.halved(stretches.some(np.array([data.draw(st.integers(0, len(stretches) - 1))])))
+        stretches = half.some(np.array([data.draw(st.integers(0, 1))]))
+    stretches = stretches.some(np.array([data.draw(st.integers(0, len(stretches) - 1))]))
+    frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
+    middles = Middles(bodies, riders, joints, frames, spans.lines(stretches), base.reaction)
+    middles.watch(np.arange(len(riders.body)))
+    u = np.concatenate([middles.u, stretches.ends[0], np.random.default_rng(0).uniform(*stretches.ends[0], 30)])
+    at = frames(u, joints.values(curve.sample(u)))[:, bodies.joint]
+    ends = bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
+    free = riders.free[riders.motion]
+    ends = ends[:, riders.body[free]]
+    moved = ends[1:] - ends[:1]
+    assert (np.linalg.norm(moved, axis=-1) <= middles.way[0, free] + 1e-9).all()
+    n = np.array(data.draw(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)))
+    n /= np.linalg.norm(n)
+    speed = np.abs(middles.velocity[0, free] @ n) * middles.half[0]
+    assert (np.abs(moved @ n) <= speed + middles.bend[0, free] + 1e-9).all()
+
+
+def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:
+    """What is lost beside the speed goes with the square of a stretch, and its bound is no more than 8 times the worst of it."""
+    robot, curve = servicer(), Motion([np.zeros(7), ROWS[0][0]])
+    robot = Robot(**{**{n: getattr(robot, n) for n in robot.__dataclass_fields__}, "capsules": lander().capsules[:1]})
+    base = Base(robot, Trajectory(robot, curve), stance())
+    bodies, riders = floating_bodies_of(robot)
+    witness, joints = Witness(robot, bodies), JointMap(robot)
+    base.begin(witness.frames(joints.values(curve.sample(np.zeros(1))))[0])
+    frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
+    stretches = Spans(curve).first()
+    for _ in range(4):
+        stretches = Spans(curve).halved(stretches)
+    middles = Middles(bodies, riders, joints, frames, Spans(curve).lines(stretches), base.reaction)
+    middles.watch(np.arange(len(riders.body)))
+    shares = []
+    for side in (0, 1):
+        ends = []
+        for u in (middles.u, stretches.ends[:, side]):
+            at = frames(u, joints.values(curve.sample(u)))[:, bodies.joint]
+            ends.append(bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3])
+        way = middles.velocity * (stretches.ends[:, side] - middles.u)[:, None, None, None]
+        beyond = np.linalg.norm((ends[1] - ends[0])[:, riders.body] - way, axis=-1)
+        shares.append((beyond / middles.bend).max())
+    assert 1 / 8 < max(shares) < 1
+
+
+@settings(max_examples=40)
+@given(floating_arms(), st.integers(0, 2**32 - 1))
+def test_the_rates_and_their_derivatives_are_those_of_the_momentum_form(robot: Robot, seed: int) -> None:
+    robot = Robot(**{**{n: getattr(robot, n) for n in robot.__dataclass_fields__}})
+    q = np.random.default_rng(seed).uniform(-2, 2, (3, robot.dof))
+    reaction = Reaction(robot, linear=np.zeros(3), angular=np.zeros(3), time_rate=0.0, off=0.0)
+    bodies, _ = bodies_of(robot)
+    witness, joints = Witness(robot, bodies), JointMap(robot)
+    scale = np.zeros((len(robot.joints), robot.dof))
+    scale[np.arange(len(robot.joints)), joints.dof] = joints.multiplier
+
+    def rates(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return reaction._rates(_Held(reaction._masses, reaction._turns, witness.frames(joints.values(q))))
+
+    def of_oracle(q: np.ndarray) -> np.ndarray:
+        _, H_w, H_q = momentum_map(robot, q)
+        return -np.swapaxes(np.linalg.solve(H_w, H_q), 1, 2)
+
+    W, D = rates(q)
+    np.testing.assert_allclose(np.einsum("jn,rjc->rnc", scale, W), of_oracle(q), atol=1e-9 * max(1.0, np.abs(W).max()))
+    slopes = np.einsum("kn,im,rkic->rnmc", scale, scale, D)
+    h = 1e-5
+    for m in range(robot.dof):
+        step = h * np.eye(robot.dof)[m]
+        expected = (of_oracle(q + step) - of_oracle(q - step)) / (2 * h)
+        np.testing.assert_allclose(slopes[:, :, m], expected, atol=1e-6 * max(1.0, np.abs(D).max()))
+
+
+def test_frames_of_the_brute_force_are_the_proofs() -> None:
+    """Guards the other tests: both say where every joint is."""
+    robot, curve = lander(), Motion([[0, 0], [1, -2]])
+    base = Base(robot, Trajectory(robot, curve), stance())
+    witness, joints = Witness(robot, floating_bodies_of(robot)[0]), JointMap(robot)
+    base.begin(witness.frames(joints.values(curve.sample(np.zeros(1))))[0])
+    way = brute_force(Adrift(robot, Scene([])), curve)
+    mine = base.placed(way.u, witness.frames(joints.values(way.q)))
+    np.testing.assert_allclose(mine, frames_of(robot, way.q, way.T_w_b), atol=1e-9)

@@ -1,0 +1,76 @@
+"""How the base is held: by the user, the SRDF's virtual joint, or the robot file, in this order."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import pytest
+
+import srdf_text
+from spacearm.robot import Robot, load_robot
+from srdf_text import group, srdf
+
+GOOD = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+
+
+def with_virtual_joint(kind: str, *parts: str, child: str = "base", heavy: bool = True, **options: Any) -> Robot:
+    """Two arms whose root is held by a virtual joint called "world_joint"."""
+    urdf = srdf_text.two_arms()
+    if heavy:
+        assert '<link name="torso">' in urdf  # which is fixed to the root
+        urdf = urdf.replace('<link name="torso">', f'<link name="torso">{GOOD}')
+    virtual = f'<virtual_joint name="world_joint" type="{kind}" parent_frame="world" child_link="{child}"/>'
+    options = {"self_collision": "none", "tip": "left_tool"} | options
+    return srdf_text.loaded(urdf, srdf(virtual, *parts), **options)
+
+
+def noted(robot: Robot, *words: str) -> bool:
+    return any(all(word in note for word in words) for note in robot.notes)
+
+
+@pytest.mark.parametrize(("kind", "base"), [("fixed", "fixed"), ("floating", "floating"), ("planar", "fixed")])
+def test_the_virtual_joint_of_the_root_says_how_the_base_is_held(kind: str, base: str) -> None:
+    robot = with_virtual_joint(kind)
+    assert robot.base == base
+    assert noted(robot, "'world_joint'", "planar") == (kind == "planar")
+
+
+def test_a_virtual_joint_of_another_link_says_nothing_about_the_base() -> None:
+    assert with_virtual_joint("floating", child="left_upper").base == "fixed"
+
+
+def test_a_group_that_does_not_name_the_virtual_joint_holds_the_base() -> None:
+    arm = group("left", chain=("torso", "left_tool"))
+    robot = with_virtual_joint("floating", arm, group="left")
+    assert robot.base == "fixed"
+    assert noted(robot, "'world_joint'", "not in group 'left'", "base='floating'")
+    whole = group("whole", joints=("world_joint",), groups=("left",))
+    outer = group("outer", groups=("whole",))
+    for name in ("whole", "outer"):
+        robot = with_virtual_joint("floating", arm, whole, outer, group=name)
+        assert robot.base == "floating"
+        assert not noted(robot, "world_joint")
+
+
+@pytest.mark.parametrize("kind", ["fixed", "floating", "planar"])
+@pytest.mark.parametrize("choice", ["fixed", "floating"])
+def test_the_user_has_the_last_word(kind: str, choice: Literal["fixed", "floating"]) -> None:
+    arm = group("left", chain=("torso", "left_tool"))
+    assert with_virtual_joint(kind, base=choice).base == choice
+    robot = with_virtual_joint(kind, arm, group="left", base=choice)
+    assert robot.base == choice
+    assert not noted(robot, "world_joint", "not in group")
+
+
+def test_a_floating_base_without_a_mass_is_told_and_stops_nobody() -> None:
+    assert not noted(with_virtual_joint("floating"), "has a mass")
+    assert noted(with_virtual_joint("floating", heavy=False), "the base floats", "'base'", "has a mass", "base='fixed'")
+    assert not noted(with_virtual_joint("fixed", heavy=False), "has a mass")
+
+
+def test_an_srdf_that_fixes_the_root_outweighs_a_robot_file_that_lets_it_float(tmp_path: Any) -> None:
+    path = tmp_path / "servicer.srdf"
+    for kind in ("fixed", "floating"):
+        path.write_text(srdf(f'<virtual_joint name="world" type="{kind}" parent_frame="world" child_link="base"/>'))
+        assert load_robot("servicer7", srdf=path).base == kind
+    assert load_robot("zhang2022", srdf=path).base == "floating"
