@@ -341,12 +341,12 @@ template <class T> model<T> weighed(const model<T>& plain, in1<double> mass, in2
 }
 
 // At configurations and rates, with the base at rest: centre of mass, angular momentum about it, inertia about it (xx, yy, zz,
-// xy, xz, yz), and the rate that the base turns at: (rows, 15).
+// xy, xz, yz), the rate that the base turns at, and the centre's velocity: (rows, 18).
 template <class T> nb::object momentum_terms(const model<T>& m, in2<T> q, in2c<T> dq) {
     require_columns(m, q);
     require(dq.shape(0) == q.shape(0) && dq.shape(1) == q.shape(1) && !m.masses.joints.empty(), "rates do not fit, or no masses");
     const std::size_t rows = q.shape(0), n = dq.shape(1);
-    std::vector<T> out(rows * 15), column(lanes_of<T>);
+    std::vector<T> out(rows * 18), column(lanes_of<T>);
     std::vector<frame<T>> frames(m.robot.joints.size());
     std::vector<spin_and_velocity<T>> rates(frames.size());
     std::vector<pack<T>> speed(n);
@@ -359,10 +359,11 @@ template <class T> nb::object momentum_terms(const model<T>& m, in2<T> q, in2c<T
         const momentum_at<T> at = momentum_of(m.robot, m.masses, speed.data(), frames.data(), rates.data());
         const vec3<T> w = solved(at.inertia, at.arm);
         const symmetric3<T>& H = at.inertia;
-        const pack<T> columns[15] = {at.com.x, at.com.y, at.com.z, at.arm.x, at.arm.y, at.arm.z, H.xx, H.yy, H.zz, H.xy, H.xz, H.yz, -w.x, -w.y, -w.z};
-        for (int k = 0; k < 15; ++k) store_lanes(columns[k], &out[first * 15 + k], filled, 15);
+        const pack<T> columns[18] = {at.com.x, at.com.y, at.com.z, at.arm.x, at.arm.y, at.arm.z, H.xx, H.yy, H.zz, H.xy, H.xz, H.yz, -w.x, -w.y, -w.z,
+                                     at.velocity.x, at.velocity.y, at.velocity.z};
+        for (int k = 0; k < 18; ++k) store_lanes(columns[k], &out[first * 18 + k], filled, 18);
     });
-    return array_of(std::move(out), {rows, 15});
+    return array_of(std::move(out), {rows, 18});
 }
 
 // Places every capsule for a pack of configurations.

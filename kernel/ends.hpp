@@ -129,7 +129,8 @@ template <class T> end_state end_of_track(const end_goals& goals, const base_tra
     return out;
 }
 
-// Moves the numbers x of a motion, within bounds, until the ends are met. `look(x)` gives the end_state of numbers x.
+// Moves the numbers x of a motion, within bounds, until the ends are met. `look(x, roughly)` gives the end_state of numbers x; for
+// slopes it may be a rougher one.
 template <class T> class end_solver {
   public:
     // good: how much of the tolerances may be missing. True when that is met.
@@ -137,19 +138,19 @@ template <class T> class end_solver {
         const int D = static_cast<int>(x.size());
         if (static_cast<int>(slopes_.size()) != D * count) fresh_ = false;
         slopes_.resize(static_cast<std::size_t>(D) * count);
-        end_state now = look(x);
+        end_state now = look(x, false);
         std::vector<T> tried;
         double share = 1;   // of a step that went wrong with slopes from right here
         bool here = false;  // whether the slopes are from right here
         for (int round = 0; round < most_rounds; ++round) {
             if (now.largest <= good) return true;
             if (!fresh_) {
-                differentiate(x, lower, upper, count, now, look);
+                differentiate(x, lower, upper, count, look);
                 here = true;
             }
             tried = x;
             step(tried, lower, upper, count, now, share);
-            const end_state then = look(tried);
+            const end_state then = look(tried, false);
             const bool better = then.largest < (here ? 1 - 0.1 * share : 0.5) * now.largest;
             if (better) {
                 x.swap(tried);
@@ -170,13 +171,14 @@ template <class T> class end_solver {
     static constexpr int most_rounds = sizeof(T) == 4 ? 16 : 40;
     static constexpr double longest_step = 0.6;   // [rad or m] of any number
 
-    template <class Look> void differentiate(std::vector<T>& x, const std::vector<T>& lower, const std::vector<T>& upper, int count, const end_state& now, Look&& look) {
+    template <class Look> void differentiate(std::vector<T>& x, const std::vector<T>& lower, const std::vector<T>& upper, int count, Look&& look) {
+        const end_state now = look(x, true);
         const T reach = sizeof(T) == 4 ? T(4e-3) : T(1e-6);
         for (std::size_t d = 0; d < x.size(); ++d) {
             const T before = x[d], way = before + reach <= upper[d] || before - reach < lower[d] ? reach : -reach;
             x[d] = before + way;
             const double moved = double(x[d]) - double(before);
-            const end_state there = look(x);
+            const end_state there = look(x, true);
             x[d] = before;
             for (int i = 0; i < count; ++i) slopes_[d * count + i] = (now.missing[i] - there.missing[i]) / moved;
         }

@@ -57,7 +57,7 @@ template <class T> struct spin_and_velocity {
 };
 
 template <class T> struct momentum_at {
-    vec3<T> com;               // of the whole system
+    vec3<T> com, velocity;     // of the whole system
     vec3<T> arm;               // h
     symmetric3<T> inertia;     // H
 };
@@ -135,7 +135,7 @@ inline momentum_at<T> momentum_of(const tree<T>& robot, const mass_model<T>& mas
     const T share = T(1) / masses.total;
     const vec3<T> com{first.x * share, first.y * share, first.z * share};
     add_point_mass(H, -masses.total, com);                                   // from the frame's origin to the centre of mass
-    return {com, angular - cross(com, linear), H};
+    return {com, {linear.x * share, linear.y * share, linear.z * share}, angular - cross(com, linear), H};
 }
 
 }  // namespace SPACEARM_NAMESPACE

@@ -84,6 +84,7 @@ template <class T> class motion_checker {
         : p_(problem), body_(problem.scene.envelope), work_(problem.scene), q_(problem.dofs()), track_(problem.scene) {}
 
     std::int64_t configurations = 0;   // looked at so far
+    std::int64_t looks = 0;            // at the end of a floating base's motion
 
     // An instant that a proof stumbled over, and others around it, looked at from now on as well; the middle lane is it. What
     // slipped through once does so again elsewhere, so all instants, and those of the trees' edges, are made twice as dense.
@@ -201,9 +202,10 @@ template <class T> class motion_checker {
             std::copy(from.begin(), from.begin() + to.points.size(), to.points.begin());
             if (p_.base.free_end) std::copy(from.begin() + to.points.size(), from.end(), to.end.begin());
         };
-        const bool met = solver_.solve(x, lower, upper, ends.count(), sizeof(T) == 4 ? 0.2 : 1e-4, [&](const std::vector<T>& at) {
+        const bool met = solver_.solve(x, lower, upper, ends.count(), sizeof(T) == 4 ? 0.2 : 1e-4, [&](const std::vector<T>& at, bool roughly) {
             write(at, tried);
-            return end_of_track(ends, follow(tried, end_nodes, false));
+            ++looks;
+            return end_of_track(ends, follow(tried, roughly ? end_nodes / 2 : end_nodes, false));
         });
         write(x, m);
         return met;

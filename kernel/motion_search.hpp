@@ -127,6 +127,15 @@ template <class T> class motion_search {
         return false;
     }
 
+    // Many looks at a motion's end take as long as one at the whole of it, and are booked so.
+    bool settle(motion<T>& m) {
+        const bool met = checker_.settle(m);
+        evaluations_ += checker_.looks / looks_an_evaluation;
+        checker_.looks %= looks_an_evaluation;
+        return met;
+    }
+    static constexpr int looks_an_evaluation = 32;
+
     void note(const motion<T>& m, T fitness, const char* by) {
         if (!best_.empty() && !(fitness < best_.front().fitness)) return;
         if (best_.empty() || fitness < T(0.999) * last_noted_) {
@@ -158,7 +167,7 @@ template <class T> class motion_search {
         for (int g = 0; g < p_.goal_count(); ++g) {
             motion<T> m{0, g, {}};
             ++evaluations_;
-            checker_.settle(m);
+            settle(m);
             const T fitness = checker_.fitness(m), broken = checker_.violation(m, infinity);
             if (fitness < least) {
                 least = fitness;
@@ -192,6 +201,10 @@ template <class T> class motion_search {
         else if (!over()) swarm_turn(false);
     }
     void follow_a_path() {
+        if (p_.base.ends.any() && turn_ % 2 == 1) {   // as when hunting: elsewhere there may be better ones
+            swarm_turn(false);
+            return;
+        }
         path<T> way;
         if (!probe(way)) {
             if (!over()) swarm_turn(true);
@@ -205,7 +218,7 @@ template <class T> class motion_search {
         for (int K : s_.ladder) {
             motion<T> m = nearest_to(way, K);
             ++evaluations_;
-            checker_.settle(m);
+            settle(m);
             if (!free_or_noted(m)) {
                 if (over()) return;
                 continue;
@@ -283,7 +296,7 @@ template <class T> class motion_search {
             ++evaluations_;
             propose(now.at, shake, pull, next);
             ++failures;
-            if (!checker_.settle(next)) {
+            if (!settle(next)) {
                 shake = std::max(shake * T(0.98), T(0.003));
                 continue;
             }
@@ -333,7 +346,7 @@ template <class T> class motion_search {
             if (K < *std::min_element(s_.interior.begin(), s_.interior.end())) continue;
             motion<T> m = with_interior(now.at, K);
             ++evaluations_;
-            if (!checker_.settle(m)) continue;
+            if (!settle(m)) continue;
             const T fitness = checker_.fitness(m);
             if (!(fitness < T(1.02) * now.fitness) || !checker_.free(m)) continue;
             now = {fitness, m};
@@ -372,7 +385,8 @@ template <class T> class motion_search {
         std::vector<T> fitness(stride), violation(stride);
         T least = infinity;
         int since = 0;
-        const bool hunting = best_.empty();
+        const bool hunting = best_.empty(), scouting = !hunting && seeds.empty();
+        known seen{infinity, {}};
         while (!particles_of.spent() && since <= (least < infinity ? s_.swarm_stall : 8 * s_.swarm_stall)) {
             particles_of.ask();
             if (particles_of.round() == 0) particles_of.place_first(rows);
@@ -383,16 +397,18 @@ template <class T> class motion_search {
                 for (int d = 0; d < D; ++d) row[d] = x[static_cast<std::size_t>(d) * stride + i];
                 m = motion_of(K, goal, row);
                 judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity}, fitness[i], violation[i]);
+                if (violation[i] <= T(0) && fitness[i] < seen.fitness) seen = {fitness[i], m};
                 if (violation[i] <= T(0)) least = std::min(least, fitness[i]);
             }
             particles_of.tell(fitness.data(), violation.data());
-            if (hunting && !best_.empty()) break;
+            if ((hunting && !best_.empty()) || (scouting && least < infinity)) break;
             since = least < T(0.9995) * before ? 0 : since + 1;
         }
         if (hunting && !best_.empty()) refine(best_.front());
+        else if (scouting && least < infinity) refine(seen);
         else if (least < infinity && particles_of.best().violation <= T(0)) {
             m = motion_of(K, goal, particles_of.best_position());
-            if (checker_.settle(m)) keep(m, particles_of.best().fitness);
+            if (settle(m)) keep(m, particles_of.best().fitness);
         }
     }
     // A particle's numbers: the interior control points, then the end where it is free.
@@ -404,7 +420,7 @@ template <class T> class motion_search {
     // Where the ends ask for more than control points, it stands for the motion nearest to it that meets them.
     void judge(motion<T>& m, const merit<T>& own, T& fitness, T& violation) {
         ++evaluations_;
-        const bool met = checker_.settle(m), has_been_free = own.violation <= T(0);
+        const bool met = settle(m), has_been_free = own.violation <= T(0);
         fitness = checker_.fitness(m);
         violation = infinity;
         if (has_been_free && !met) return;

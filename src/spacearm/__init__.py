@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from spacearm._kernel import KernelInfo, kernel_info
     from spacearm.errors import SpacearmError
+    from spacearm.momentum import Momentum, base_at_mass_center
     from spacearm.motion import (
         Motion,
         PiecewisePath,
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
         time_optimal,
     )
     from spacearm.planner import (
+        AttitudeGoal,
+        BaseLimits,
+        BaseReport,
         ConfigurationGoal,
         ConfigurationsGoal,
         MotionSwarm,
@@ -77,6 +81,7 @@ _ROOM_OF = {
     "_kernel": ("KernelInfo", "kernel_info"),
     "proof": ("Certificate", "certify"),
     "errors": ("SpacearmError",),
+    "momentum": ("Momentum", "base_at_mass_center"),
     "motion": (
         "Motion",
         "PiecewisePath",
@@ -88,6 +93,9 @@ _ROOM_OF = {
         "time_optimal",
     ),
     "planner": (
+        "AttitudeGoal",
+        "BaseLimits",
+        "BaseReport",
         "ConfigurationGoal",
         "ConfigurationsGoal",
         "MotionSwarm",
@@ -143,6 +151,9 @@ _ROOMS = {name: room for room, names in _ROOM_OF.items() for name in names}
 __all__ = [  # a plain list for type checkers, in the order of ruff
     "IPSO",
     "PSO",
+    "AttitudeGoal",
+    "BaseLimits",
+    "BaseReport",
     "Body",
     "Box",
     "Capsule",
@@ -159,6 +170,7 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "KernelInfo",
     "LinkCapsule",
     "LinkEnvelope",
+    "Momentum",
     "Motion",
     "MotionSwarm",
     "NamedConfiguration",
@@ -182,6 +194,7 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "TimeLaw",
     "Trajectory",
     "Weights",
+    "base_at_mass_center",
     "builtin_robots",
     "certify",
     "clearance",

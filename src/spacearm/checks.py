@@ -216,10 +216,11 @@ class Frozen:
     """Base of our frozen dataclasses: equal by value, hashable, rebuilt through their checks by pickle.
 
     Dataclasses compare arrays with ``==``, which is an array and no answer; and NumPy forgets on unpickling
-    that an array was read-only. Use with ``@dataclass(frozen=True, slots=True, eq=False)``.
+    that an array was read-only. Use with ``@dataclass(frozen=True, slots=True, eq=False)``. The hash, which caches ask for
+    again and again, is kept once it is known.
     """
 
-    __slots__ = ()
+    __slots__ = ("_hash",)
 
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
@@ -227,7 +228,12 @@ class Frozen:
         return all(_same(a, b) for a, b in zip(_values(self), _values(other), strict=True))
 
     def __hash__(self) -> int:
-        return hash((type(self), *(v.tobytes() if isinstance(v, np.ndarray) else v for v in _values(self))))
+        try:
+            return self._hash
+        except AttributeError:
+            known = hash((type(self), *(v.tobytes() if isinstance(v, np.ndarray) else v for v in _values(self))))
+            keep(self, _hash=known)
+            return known
 
     def __reduce__(self) -> tuple[Any, ...]:
         names = [field.name for field in dataclasses.fields(self)]  # type: ignore[arg-type]

@@ -16,7 +16,7 @@ from momentum.drawn import motion_of, spacecraft
 from oracles import pinocchio_floating, servicer
 from spacearm._kernel import available_levels
 from spacearm.momentum import BaseMotion, Momentum, center_of_mass, moments, system_mass
-from spacearm.momentum.masses import lumped_masses
+from spacearm.momentum.quick import kernel_masses
 from spacearm.momentum.turning import angle, conjugate, matrix_of, multiplied
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import PoseGoal, PositionGoal, Problem, clearance, clearances
@@ -35,23 +35,10 @@ OBSTACLES = [
 ]
 
 
-def masses(robot: Robot) -> dict[str, np.ndarray]:
-    """A robot's bodies lumped, as the kernel takes them."""
-    pseudo = lumped_masses(robot).pseudo
-    mass = pseudo[:, 3, 3].copy()
-    com = pseudo[:, :3, 3] / np.where(mass > 0, mass, 1)[:, None]
-    rows = []
-    for i, m in enumerate(mass):
-        second = pseudo[i, :3, :3] - m * np.outer(com[i], com[i])
-        inertia = np.trace(second) * np.eye(3) - second
-        rows.append(inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])
-    return {"mass": mass, "com": com, "inertia": np.array(rows)}
-
-
 def floating_search(build: Build, robot: Robot, start: Any, goal: Any, base: dict[str, Any] | None = None, **given: Any) -> Any:
     """A search for motions of a robot on a floating base to one goal configuration."""
     return objectives.motion_search(
-        build, robot, given.pop("obstacles", []), start, [goal], base=base or {"kind": 0}, masses=masses(robot), **given
+        build, robot, given.pop("obstacles", []), start, [goal], base=base or {"kind": 0}, masses=kernel_masses(robot), **given
     )
 
 
@@ -71,7 +58,7 @@ def rows_of(build: Build, motion: Motion) -> np.ndarray:
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
 def test_momentum_is_pinocchios(build: Build, robot: Robot) -> None:
-    native = place(build, robot).native.weighed(**masses(robot))
+    native = place(build, robot).native.weighed(**kernel_masses(robot))
     rng = np.random.default_rng(7)
     q, dq = rng.uniform(-3, 3, (19, robot.dof)), rng.normal(size=(19, robot.dof))
     found = np.asarray(native.momentum_terms(build.array(q), build.array(dq)), dtype=np.float64)
@@ -86,9 +73,11 @@ def test_momentum_is_pinocchios(build: Build, robot: Robot) -> None:
         H = np.array([[row[6], row[9], row[10]], [row[9], row[7], row[11]], [row[10], row[11], row[8]]])
         scale = np.abs(inertia).max()
         np.testing.assert_allclose(row[:3], pin.centerOfMass(model, data, full), atol=accuracy * 10)
+        pin.centerOfMass(model, data, full, np.concatenate([np.zeros(6), joints]))
+        np.testing.assert_allclose(row[15:], data.vcom[0], atol=accuracy * 20)
         np.testing.assert_allclose(H, inertia, atol=accuracy * scale)
         np.testing.assert_allclose(row[3:6], arm, atol=accuracy * scale * max(1.0, np.abs(rate).max()))
-        np.testing.assert_allclose(row[12:], pinocchio_floating.free_rate(model, full, joints, np.zeros(3)), atol=accuracy * 20)
+        np.testing.assert_allclose(row[12:15], pinocchio_floating.free_rate(model, full, joints, np.zeros(3)), atol=accuracy * 20)
 
 
 def test_the_servicer_ends_as_published(build: Build) -> None:

@@ -24,6 +24,7 @@ from spacearm.momentum import (
     require_masses,
     system_mass,
 )
+from spacearm.momentum.quick import moving
 from spacearm.robot import Body, Robot, joint_frames, load_robot
 
 ROBOTS = pytest.mark.parametrize("robot", [servicer(), *map(spacecraft, range(12))], ids=lambda robot: robot.name)
@@ -178,3 +179,16 @@ def test_momentum_is_a_value() -> None:
 def test_a_fixed_arm_without_masses_has_none() -> None:
     robot = replace(load_robot("zhang2022"), bodies=())
     assert system_mass(robot) == 0.0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_kernel_gives_what_the_blocks_do(seed: int) -> None:
+    robot, rng = spacecraft(seed), np.random.default_rng(seed)
+    q, dq = rng.uniform(-3, 3, (33, robot.dof)), rng.normal(size=(33, robot.dof))
+    quick, found = moving(robot, q, dq), moments(robot, q)
+    scale = np.abs(found.H_w).max()
+    np.testing.assert_allclose(quick.center, found.center, atol=1e-12)
+    np.testing.assert_allclose(quick.center_rate, (found.J_c @ dq[..., None])[..., 0], atol=1e-12)
+    np.testing.assert_allclose(quick.H_w, found.H_w, atol=1e-12 * scale)
+    np.testing.assert_allclose(quick.arm, (found.H_q @ dq[..., None])[..., 0], atol=1e-11 * scale)
+    np.testing.assert_allclose(quick.free_rate, base_rate(robot, q, dq), atol=1e-11)

@@ -110,15 +110,17 @@ def test_hulls_of_the_quintic_are_within_half_a_percent_of_its_extremes(derivati
 
 @settings(max_examples=40)
 @given(motions(), st.integers(0, 2))
-def test_each_bisection_quarters_the_excess_at_least_in_the_end(motion: Motion, derivative: int) -> None:
-    dense = motion.sample(np.linspace(0, 1, 20001), derivative)
-    scale = size_of(motion, derivative)
-
-    def excess(bisections: int) -> float:
+def test_the_excess_of_the_hulls_falls_with_the_square_of_the_pieces_length(motion: Motion, derivative: int) -> None:
+    """A polynomial's Bernstein coefficients are within c h^2 max |p''| of it: Nairn, Peters and Lutterkort, 1999."""
+    s = np.linspace(0, 1, 20001)
+    dense, bent = motion.sample(s, derivative), np.abs(motion.sample(s, derivative + 2)).max(axis=0)
+    scale, degree = size_of(motion, derivative), 5 - derivative
+    c = (degree // 2) * ((degree + 1) // 2) / (2 * degree) / (degree * (degree - 1))
+    for bisections in (5, 8):
         _, low, high = motion.hulls(derivative, bisections=bisections)
-        return float(max((high.max(axis=0) - dense.max(axis=0)).max(), (dense.min(axis=0) - low.min(axis=0)).max()))
-
-    assert excess(7) <= excess(3) / 50 + 1e-6 * scale
+        allowed = c * 1.1 * bent / (motion.pieces * 2**bisections) ** 2 + 1e-6 * scale
+        assert (high.max(axis=0) <= dense.max(axis=0) + allowed).all()
+        assert (low.min(axis=0) >= dense.min(axis=0) - allowed).all()
 
 
 @given(motions())

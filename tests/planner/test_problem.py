@@ -17,11 +17,14 @@ from hypothesis import strategies as st
 import strategies
 import urdf_text
 from snapshot import assert_refused
-from spacearm.errors import ProblemError, SceneError
+from spacearm.errors import ProblemError, RobotError, SceneError
+from spacearm.momentum import Momentum
+from spacearm.momentum.turning import matrix_of, quaternion_of
+from spacearm.planner.floating import AttitudeGoal, BaseLimits
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, goal_as_dict, goal_from_dict
 from spacearm.planner.problem import Problem, nearest_turns
 from spacearm.robot import Joint, joint_frames, load_robot
-from spacearm.scene import Scene, Sphere, pose
+from spacearm.scene import HalfSpace, Scene, Sphere, pose
 
 ARM = load_robot("zhang2022")
 GOAL = PositionGoal((0.7, 0.3, 0.0))
@@ -158,6 +161,59 @@ def test_whole_turns_move_no_link_and_joints_with_limits_stay(data: st.DataObjec
         assert abs(turned[i] - near[i]) <= math.pi + 1e-9 if free else turned[i] == q[i]
 
 
+def test_a_base_is_held_as_its_robot_says_unless_the_problem_does() -> None:
+    floating = replace(ARM, base="floating")
+    assert (problem().base, problem(robot=floating).base) == ("fixed", "floating")
+    assert (problem(base="floating").floats, problem(robot=floating, base="fixed").floats) == (True, False)
+
+
+def test_what_is_not_said_of_the_base_is_nothing() -> None:
+    made = problem(base="floating")
+    np.testing.assert_array_equal(made.base_start, np.eye(4))
+    assert made.momentum.is_zero
+    assert (made.base_goal, made.base_limits.any, made.duration) == (None, False, None)
+    np.testing.assert_array_equal(problem(base_start=(1, 2, 3)).base_start, pose((1, 2, 3)))
+    assert problem(base="floating", base_goal=(2, 0, 0, 0)).base_goal == AttitudeGoal((1, 0, 0, 0))
+    assert not made.base_start.flags.writeable
+
+
+def test_a_problem_with_a_floating_base_is_a_value() -> None:
+    asked: dict[str, Any] = {
+        "base": "floating",
+        "base_start": pose((1, 2, 3), (1, 0, 0, 1)),
+        "momentum": Momentum(linear=(1, 0, 0), angular=(0, 0, 1)),
+        "base_goal": AttitudeGoal((1, 1, 0, 0)),
+        "base_limits": BaseLimits(peak=0.1, rate=0.2, joint_momentum=3),
+        "duration": 9.0,
+    }
+    made = problem(**asked)
+    assert pickle.loads(pickle.dumps(made)) == made == copy.deepcopy(made) == problem(**asked)
+    others = (("base_start", None), ("momentum", None), ("base_goal", None), ("base_limits", None), ("duration", 8.0))
+    for name, other in others:
+        assert replace(made, **{name: other}) != made
+
+
+@given(st.data())
+def test_told_from_its_base_a_problem_is_the_same(data: st.DataObject) -> None:
+    """Points, directions and turns are taken into the base frame; what is within the robot stays."""
+    T = data.draw(strategies.transforms())
+    p, q = data.draw(strategies.points()), data.draw(strategies.transforms())
+    given_: dict[str, Any] = {"base": "floating", "duration": 1.0, "scene": [Sphere(p, 0.1), HalfSpace((0, 0, 1), p)]}
+    given_ |= {"momentum": Momentum(linear=p, angular=q[:3, 3]), "base_goal": quaternion_of(q[:3, :3])}
+    made = problem(**given_, base_start=T, goal=PoseGoal(q))
+    local = made.local
+    sphere, plane = local.scene.obstacles
+    np.testing.assert_allclose(T @ [*sphere.center, 1], [*p, 1], atol=1e-9)
+    np.testing.assert_allclose(T[:3, :3] @ plane.normal, (0, 0, 1), atol=1e-9)
+    np.testing.assert_allclose(T @ local.goal.pose, q, atol=1e-9)
+    np.testing.assert_allclose(T[:3, :3] @ matrix_of(local.base_goal.attitude_wxyz), q[:3, :3], atol=1e-9)
+    np.testing.assert_allclose(T[:3, :3] @ local.momentum.linear, p, atol=1e-9)
+    np.testing.assert_allclose(T[:3, :3] @ local.momentum.angular, q[:3, 3], atol=1e-9)
+    np.testing.assert_array_equal(local.base_start, np.eye(4))
+    assert local.local is local
+    assert problem(**given_).local.scene == problem(**given_).scene
+
+
 def sliding() -> Any:
     """A robot that slides from 0.1 to 1 m."""
     limit = 'lower="0.1" upper="1" velocity="1"'
@@ -220,15 +276,45 @@ REFUSED: dict[str, Any] = {
     "goal frame no name": lambda: PositionGoal((0.7, 0.3, 0.0), frame=3),
     "goal configuration of text": lambda: ConfigurationGoal("home"),
     "goal configuration NaN": lambda: ConfigurationGoal([0, np.nan]),
-    "base floating": lambda: problem(base="floating"),
     "base mistyped": lambda: problem(base="Fixed"),
-    "base None": lambda: problem(base=None),
+    "base a number": lambda: problem(base=1),
+    "base_start not rigid": lambda: problem(base_start=np.diag([1, 1, 2, 1])),
+    "base_start of two numbers": lambda: problem(base_start=(0, 1)),
+    "base_start NaN": lambda: problem(base_start=(0, np.nan, 0)),
+    "base_start a word": lambda: problem(base_start="mass_center"),
+    "momentum of a fixed base": lambda: problem(momentum=Momentum(angular=(0, 0, 1)), duration=1),
+    "momentum without duration": lambda: problem(base="floating", momentum=Momentum(angular=(0, 0, 1))),
+    "momentum a row": lambda: problem(base="floating", momentum=(0, 0, 1)),
+    "momentum in a plane": lambda: Momentum(linear=(0, 1)),
+    "base_goal of a fixed base": lambda: problem(base_goal=(1, 0, 0, 0)),
+    "base_goal of three numbers": lambda: problem(base="floating", base_goal=(1, 0, 0)),
+    "base_goal of zeros": lambda: problem(base="floating", base_goal=(0, 0, 0, 0)),
+    "base_goal a word": lambda: problem(base="floating", base_goal="as_it_was"),
+    "base_goal tolerance zero": lambda: AttitudeGoal((1, 0, 0, 0), 0.0),
+    "base_limits of a fixed base": lambda: problem(base_limits=BaseLimits(peak=0.1)),
+    "base_limits a mapping": lambda: problem(base="floating", base_limits={"peak": 0.1}),
+    "base_limits below 0": lambda: BaseLimits(rate=-0.1),
+    "base_limits text": lambda: BaseLimits(joint_momentum="1"),
+    "base_limits beside the goal": lambda: problem(
+        base="floating", base_goal=(1, 0, 0, 0), base_limits=BaseLimits(final=0.1)
+    ),
+    "duration zero": lambda: problem(duration=0),
+    "duration infinite": lambda: problem(duration=math.inf),
+    "duration a word": lambda: problem(duration="short"),
 }
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_a_problem_that_cannot_be_is_refused(case: str) -> None:
     assert_refused("problem", case, ProblemError, REFUSED[case])
+
+
+def test_a_base_floats_only_with_masses() -> None:
+    light = replace(ARM, bodies=())
+    assert_refused("problem", "base floating without masses", RobotError, lambda: problem(robot=light, base="floating"))
+    assert_refused(
+        "problem", "robot floating without masses", RobotError, lambda: problem(robot=replace(light, base="floating"))
+    )
 
 
 def test_a_scene_that_is_none_is_the_scenes_to_refuse() -> None:

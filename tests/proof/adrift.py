@@ -81,10 +81,12 @@ def floating_arms(draw: st.DrawFn) -> Robot:
     """Drawn trees with slides, mimics and branches, a mass on most joints, and a base that may be light."""
     robot = draw(arms(self_pairs=True))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    bodies = [Body(name="base", joint=-1, mass=draw(st.sampled_from([1.0, 30.0, 1e4])), com=rng.normal(size=3), inertia=_inertia(rng))]
+    mass = draw(st.sampled_from([1.0, 30.0, 1e4]))
+    bodies = [Body(name="base", joint=-1, mass=mass, com=rng.normal(size=3), inertia=_inertia(rng))]
     for i in range(len(robot.joints)):
         if draw(st.integers(0, 3)):
-            bodies.append(Body(name=f"b{i}", joint=i, mass=rng.uniform(0.1, 5), com=rng.normal(size=3) / 2, inertia=_inertia(rng)))
+            com, mass = rng.normal(size=3) / 2, rng.uniform(0.1, 5)
+            bodies.append(Body(name=f"b{i}", joint=i, mass=mass, com=com, inertia=_inertia(rng)))
     return replace(robot, bodies=tuple(bodies), base="floating")
 
 

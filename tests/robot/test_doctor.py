@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -65,9 +66,9 @@ def test_the_line_is_that_of_the_fault(tmp_path: Path) -> None:
 def test_pinocchio_drops_a_mass_whose_moment_ends_in_a_blank(
     text: str, moment: float, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    import pinocchio as pin
+    import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
-    model = pin.buildModelFromXML(changed(('ixx="1.015"', f'ixx="{text}"')))  # pyright: ignore[reportAttributeAccessIssue]
+    model = pin.buildModelFromXML(changed(('ixx="1.015"', f'ixx="{text}"')))
     assert model.inertias[1].inertia[0, 0] == pytest.approx(moment)
 
 
@@ -180,8 +181,8 @@ def test_the_solid_of_turned_shapes_is_that_of_their_meshes(tmp_path: Path) -> N
 
     link = etree.fromstring(
         '<link><collision><origin xyz="0.3 0 0" rpy="0.4 -0.3 1.1"/><geometry><cylinder radius="0.1" length="0.7"/></geometry>'
-        '</collision><collision><origin xyz="-1 0.2 0" rpy="0 0.5 0"/><geometry><box size="0.2 0.3 0.4"/></geometry></collision>'
-        '<collision><origin xyz="0 2 0"/><geometry><sphere radius="0.2"/></geometry></collision></link>'
+        '</collision><collision><origin xyz="-1 0.2 0" rpy="0 0.5 0"/><geometry><box size="0.2 0.3 0.4"/></geometry>'
+        '</collision><collision><origin xyz="0 2 0"/><geometry><sphere radius="0.2"/></geometry></collision></link>'
     )
     solid = link_solid(link, tmp_path)
     parts = []
@@ -194,7 +195,7 @@ def test_the_solid_of_turned_shapes_is_that_of_their_meshes(tmp_path: Path) -> N
         T[:3, 3] = xyz
         shape.apply_transform(T)
         parts.append(shape)
-    whole = trimesh.util.concatenate(parts)
+    whole: Any = trimesh.util.concatenate(parts)
     assert solid is not None
     assert solid.volume == pytest.approx(whole.volume, rel=1e-3)
     np.testing.assert_allclose(solid.center, whole.center_mass, atol=1e-3)

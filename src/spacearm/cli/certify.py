@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from spacearm.cli.arguments import parsed
+from spacearm.cli.base_rows import base_rows
 from spacearm.cli.terminal import show_list
 from spacearm.errors import OutputError, SettingsError
 from spacearm.motion import load_trajectory
@@ -105,6 +106,9 @@ def _found(options: Options) -> Recheck:
         interpolation=options.interpolation,
         degrees=options.degrees,
         unwrap=options.unwrap,
+        base=problem.base,
+        base_start=problem.base_start,
+        momentum=problem.momentum,
     )
     return recheck_trajectory(problem, trajectory, **options.of_proof)
 
@@ -123,6 +127,8 @@ def _summary(found: Recheck) -> list[tuple[str, str]]:
             ("clearance", f"{certificate.clearance * 1e3:.4g} mm proven, {certificate.closest.clearance * 1e3:.4g} mm measured")
         )
     rows += [("limits", text) for text in certificate.broken_limits] or [("limits", _kept(certificate.checked))]
+    if found.base is not None:
+        rows += base_rows(found.base)
     if found.agrees is not None:
         rows.append(("file's certificate", "says the same" if found.agrees else "says otherwise"))
     rows += [

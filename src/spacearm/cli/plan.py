@@ -7,12 +7,18 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 from spacearm.cli.arguments import parsed
+from spacearm.cli.base_rows import base_rows
 from spacearm.cli.folder import results_folder
+from spacearm.cli.plan_extras import export_trajectory, save_pareto
 from spacearm.cli.terminal import progress_bar, show_list
-from spacearm.errors import ProblemError
+from spacearm.checks import shown
+from spacearm.errors import ProblemError, SettingsError
+from spacearm.motion.exports.aem import as_epoch
 from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory
+from spacearm.planner.pareto import require_choice
 from spacearm.reading import located
 from spacearm.settings import whole
 
@@ -27,8 +33,12 @@ class Options:
         problem: a problem file (YAML): robot, scene, start and goal; the planner's settings are in it too.
         output: a new or empty folder for plan.json, trajectory.csv and figures.
         seed: repeats a plan; none: drawn, and recorded in plan.json.
-        figures: draw the path, the joints over time and the clearance.
+        figures: draw the path, the joints over time, the clearance, and how a floating base moves.
         json: print plan.json's content instead of the summary.
+        export: also write the trajectory for others: aem (trajectory.aem, the base's attitude as CCSDS has it), ros
+            (trajectory.ros.json, messages of ROS 2).
+        epoch: when the motion begins, for aem; none: no date, and the file says so.
+        pareto: plan so many times more between quick and gentle to a floating base, and draw duration against its peak angle.
     """
 
     problem: Path = field(metadata={"name": "PROBLEM.YAML"})
@@ -36,8 +46,17 @@ class Options:
     seed: int | None = None
     figures: bool = True
     json: bool = False
+    export: tuple[Literal["aem", "ros"], ...] = ()
+    epoch: str | None = field(default=None, metadata={"name": "TIME"})
+    pareto: int | None = None
 
     def __post_init__(self) -> None:
+        if self.epoch is not None:
+            as_epoch("--epoch", self.epoch)
+            if "aem" not in self.export:
+                raise SettingsError(f"--epoch is {shown(self.epoch)}, and no file needs it, expected --export aem with it")
+        if self.pareto is not None:
+            whole("pareto", self.pareto, at_least=2, at_most=1000)
         if self.seed is not None:
             whole("seed", self.seed, at_least=0, at_most=2**63 - 1)
 
@@ -52,12 +71,18 @@ def run(arguments: Sequence[str]) -> int:
         "best one seen is in plan.json, and the exit code is 1.",
     )
     file = load_problem_file(options.problem)
+    if options.pareto is not None:
+        with located(options.problem):
+            require_choice(file.problem, "peak")
     with results_folder(options.output) as folder:
         with progress_bar("planning") as bar, located(options.problem):
             found = plan(file.problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
             if found.status in _WRONG and found.goal_search is None:
                 raise ProblemError(found.message)
         written = _save(found, folder, figures=options.figures)
+        written += export_trajectory(found, folder, options.export, epoch=options.epoch)
+        if options.pareto is not None and found.found:
+            written += save_pareto(found, folder, points=options.pareto, figures=options.figures)
     if options.json:
         print(json.dumps(plan_as_dict(found), indent=2))
     else:
@@ -99,6 +124,8 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
             ("joint path length", f"{found.fitness['length']:.4f} {_unit(found)}"),
             ("duration", f"{found.trajectory.duration:.3f} s"),
         ]
+    if found.base is not None:
+        rows += base_rows(found.base)
     if found.certificate is not None:
         rows.append(("certificate", f"{found.certificate.status}: {found.certificate.message}"))
     rows.append(("time", ", ".join(f"{name} {seconds * 1e3:.0f} ms" for name, seconds in found.timings.items())))
@@ -110,6 +137,8 @@ def _goals(found: Plan) -> str:
     search = found.goal_search
     if search is None or not search.searches:
         return str(len(found.goals))
+    if found.problem.floats:  # where the arm ends depends on how the base turns: these are where the search begins
+        return f"{len(found.goals)} distinct ones to begin with, which would reach the goal if the base stayed"
     return f"{len(found.goals)} distinct ones, of {search.reached} that reach the goal; {search.in_collision} of these collide"
 
 

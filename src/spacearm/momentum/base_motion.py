@@ -12,19 +12,22 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_number, as_pose
+from spacearm.checks import as_number, as_pose, shown
 from spacearm.errors import ProblemError
-from spacearm.momentum.blocks import Moments, free_rate, moments, system_mass
+from spacearm.momentum.blocks import system_mass
 from spacearm.momentum.masses import require_masses
+from spacearm.momentum.quick import moving
 from spacearm.momentum.steps import adaptive_steps, attitude_within
 from spacearm.momentum.total import Momentum
 from spacearm.momentum.turning import cross, quaternion_of, rotated
 from spacearm.robot import Robot
+from spacearm.robot.kinematics import as_configurations
 
 Array = NDArray[np.float64]
 
 _FIRST_STEPS = 8
 _TUMBLE = 0.5  # [rad] at most in a first step
+_MOST_TUMBLE = 600.0  # [rad] about a hundred turns in one motion
 _AT_ONCE = 4096
 _SLIVER = 1e-12  # of the whole: steps are not begun closer together
 
@@ -100,7 +103,7 @@ class BaseMotion:
 
         Raises:
             RobotError: masses that cannot be, or a path for another number of joints.
-            ProblemError: a momentum other than 0 without duration, or values that cannot be.
+            ProblemError: a momentum other than 0 without duration, one that makes the base spin, or values that cannot be.
         """
         require_masses(robot)
         self.robot, self.curve = robot, curve
@@ -116,7 +119,8 @@ class BaseMotion:
             self._law = time_law
         self._drift = self.momentum.linear / system_mass(robot)
         attitude = quaternion_of(self.base_start[:3, :3])
-        center = moments(robot, curve.sample(self._begin)).center
+        first = as_configurations(robot, curve.sample(self._begin))[None]
+        center = moving(robot, first, np.zeros_like(first)).center[0]
         self._center = self.base_start[:3, 3] + rotated(attitude, center)  # at the beginning, in the inertial frame
         self._steps = adaptive_steps(self._field, self._first_nodes(), attitude, self.momentum.angular, tolerance)
         self.error, self.steps = self._steps.error, len(self._steps.nodes) - 1
@@ -174,11 +178,10 @@ class BaseMotion:
 
     def _field(self, v: Array) -> tuple[Array, Array | None]:
         q, dq, _ = self._moved(v)
-        found = moments(self.robot, q)
-        free = free_rate(found, dq)
+        found = moving(self.robot, q, dq)
         if not self.momentum.angular.any():
-            return free, None
-        return free, np.linalg.inv(found.H_w).astype(np.float64) * self._time_scale
+            return found.free_rate, None
+        return found.free_rate, np.linalg.inv(found.H_w).astype(np.float64) * self._time_scale
 
     def _first_nodes(self) -> Array:
         ends = self.curve.hulls(0, bisections=0)[0]
@@ -191,29 +194,33 @@ class BaseMotion:
         parts = max(1, -(-_FIRST_STEPS // (len(breaks) - 1)))
         spin = self._field(breaks)[1]
         if spin is not None:
-            turned = np.linalg.norm(spin, axis=(1, 2)).max() * np.linalg.norm(self.momentum.angular)
+            turned = float(np.linalg.norm(spin, axis=(1, 2)).max() * np.linalg.norm(self.momentum.angular))
+            if turned * (breaks[-1] - breaks[0]) > _MOST_TUMBLE:
+                raise ProblemError(
+                    f"momentum.angular is {shown(self.momentum.angular.tolist())}, which turns the base by up to "
+                    f"{turned * (breaks[-1] - breaks[0]):.3g} rad in {self._duration:.4g} s, expected less than "
+                    f"{_MOST_TUMBLE:g} rad; check the units of masses, momentum and duration"
+                )
             parts = max(parts, int(np.ceil(turned * np.diff(breaks).max() / _TUMBLE)))
         share = np.arange(parts) / parts
         return np.append((breaks[:-1, None] + share * np.diff(breaks)[:, None]).ravel(), breaks[-1])
 
     def _pose(self, v: Array) -> tuple[Array, Array]:
         attitude = attitude_within(self._field, self._steps, v, self.momentum.angular)
-        return self._position(v, attitude, moments(self.robot, self._moved(v)[0])), attitude
-
-    def _position(self, v: Array, attitude: Array, found: Moments) -> Array:
         time = (v - self._steps.nodes[0]) * self._time_scale
-        return self._center + self._drift * time[:, None] - rotated(attitude, found.center)
+        center = moving(self.robot, *self._moved(v)[:2]).center
+        return self._center + self._drift * time[:, None] - rotated(attitude, center), attitude
 
     def _twist(self, v: Array) -> tuple[Array, Array]:
         _, dq, speed = self._moved(v)
-        found = moments(self.robot, self._moved(v)[0])
+        found = moving(self.robot, self._moved(v)[0], dq)
         attitude = attitude_within(self._field, self._steps, v, self.momentum.angular)
-        omega = free_rate(found, dq)
+        omega = found.free_rate
         if self.momentum.angular.any():
             inverse = attitude * np.array([1.0, -1.0, -1.0, -1.0])
             spin = np.linalg.solve(found.H_w, rotated(inverse, self.momentum.angular)[..., None])[..., 0]
             omega = omega + spin * self._time_scale
-        center = (found.J_c @ dq[..., None])[..., 0] + cross(omega, found.center)  # how it moves for the base, base axes
+        center = found.center_rate + cross(omega, found.center)  # how it moves for the base, base axes
         velocity = self._drift * self._time_scale - rotated(attitude, center)
         with np.errstate(divide="ignore", invalid="ignore"):
             return velocity / speed[:, None], omega / speed[:, None]

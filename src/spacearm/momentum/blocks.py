@@ -11,14 +11,13 @@ matrix, 1989. Sums over the links that a joint carries are taken once, for all j
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.errors import RobotError
-from spacearm.momentum.masses import lumped_masses, require_masses
+from spacearm.momentum.masses import Masses, lumped_masses
 from spacearm.momentum.turning import as_unit, cross, matrix_of
 from spacearm.robot import Robot, joint_frames
 
@@ -53,23 +52,22 @@ def moments(robot: Robot, q: ArrayLike) -> Moments:
     Raises:
         RobotError: masses that cannot be, or q does not fit the robot.
     """
-    require_masses(robot)
+    masses = lumped_masses(robot)
     frames = joint_frames(robot, q)  # (..., j, 4, 4)
     rows = frames.reshape(-1, *frames.shape[-3:])
-    parts = [moments_of_frames(robot, rows[i : i + _AT_ONCE]) for i in range(0, max(len(rows), 1), _AT_ONCE)]
+    parts = [moments_of_frames(masses, rows[i : i + _AT_ONCE]) for i in range(0, max(len(rows), 1), _AT_ONCE)]
     joined = parts[0] if len(parts) == 1 else (np.concatenate(values) for values in zip(*parts, strict=True))
     return Moments(*(values.reshape(*frames.shape[:-3], *values.shape[1:]) for values in joined))
 
 
-def moments_of_frames(robot: Robot, frames: Array) -> Moments:
+def moments_of_frames(masses: Masses, frames: Array) -> Moments:
     """Return the moments of a robot's masses by its joints' moving frames.
 
     Args:
-        robot: whose masses have been checked.
+        masses: of the robot.
         frames: (m, j, 4, 4) T_base_joint [m].
     """
-    masses = lumped_masses(robot)
-    count = 1 + len(robot.joints)
+    count = len(masses.pseudo)
     placed = np.empty((len(frames), count, 4, 4))
     placed[:, 0] = masses.pseudo[0]
     placed[:, 1:] = frames @ masses.pseudo[1:] @ frames.swapaxes(-1, -2)  # about the base's origin
@@ -83,15 +81,16 @@ def moments_of_frames(robot: Robot, frames: Array) -> Moments:
     inertia = -second
     inertia[..., range(3), range(3)] += np.trace(second, axis1=-2, axis2=-1)[..., None]
 
+    turning = masses.turning[:, None]
     axis, away = frames[..., :3, 2], frames[..., :3, 3] - center[:, None]
-    turns = np.array([joint.kind == "revolute" for joint in robot.joints])[:, None]
     # A joint's twist moves the point r by v + a x r; a revolute one's axis stays where it is.
-    velocity = np.where(turns, cross(away, axis), axis)
-    axis = np.where(turns, axis, 0.0)
+    velocity = np.where(turning, cross(away, axis), axis)
+    axis = np.where(turning, axis, 0.0)
     linear = mass[1:, None] * velocity + cross(axis, first[:, 1:])
     angular = cross(first[:, 1:], velocity) + (inertia[:, 1:] @ axis[..., None])[..., 0]
-    share = _shares(robot)
-    return Moments(center, inertia[:, 0], angular.swapaxes(1, 2) @ share, linear.swapaxes(1, 2) @ share / mass[0])
+    return Moments(
+        center, inertia[:, 0], angular.swapaxes(1, 2) @ masses.shares, linear.swapaxes(1, 2) @ masses.shares / mass[0]
+    )
 
 
 def momentum_map(robot: Robot, q: ArrayLike) -> tuple[Array, Array]:
@@ -165,12 +164,3 @@ def base_at_mass_center(robot: Robot, q: ArrayLike, attitude_wxyz: ArrayLike = (
     T[:3, :3] = matrix_of(as_unit("attitude_wxyz", attitude_wxyz))
     T[:3, 3] = -T[:3, :3] @ center_of_mass(robot, q)
     return T
-
-
-@lru_cache(maxsize=32)
-def _shares(robot: Robot) -> Array:
-    """Return how each joint moves for a unit rate of each degree of freedom, (j, n)."""
-    out = np.zeros((len(robot.joints), robot.dof))
-    for i, joint in enumerate(robot.joints):
-        out[i, joint.dof] = joint.multiplier
-    return out

@@ -26,15 +26,23 @@ class Masses:
         pseudo: (1 + j, 4, 4) sums of m [x; 1][x; 1]^T over each body in its moving frame: the second moments, the first, and
             the mass. Turning and moving a body is T P T^T, and bodies are joined by adding.
         outward: (1 + j, 1 + j) 1 where the column's body is carried by the row's joint, itself included.
+        shares: (j, n) how each joint moves for a unit rate of each degree of freedom.
+        turning: (j,) whether a joint turns rather than slides.
     """
 
     pseudo: Array
     outward: Array
+    shares: Array
+    turning: NDArray[np.bool_]
 
 
 @lru_cache(maxsize=32)
 def lumped_masses(robot: Robot) -> Masses:
-    """Return the masses of a robot's bodies, one for the base and one for each joint."""
+    """Return the masses of a robot's bodies, one for the base and one for each joint.
+
+    Raises:
+        RobotError: masses of which nothing that floats can be made.
+    """
     count = 1 + len(robot.joints)
     pseudo = np.zeros((count, 4, 4))
     for body in robot.bodies:
@@ -42,22 +50,30 @@ def lumped_masses(robot: Robot) -> Masses:
     outward = np.eye(count)
     for child in range(count - 1, 0, -1):  # parents come before children
         outward[1 + robot.joints[child - 1].parent] += outward[child]
-    for array in (pseudo, outward):
+    shares = np.zeros((count - 1, robot.dof))
+    for i, joint in enumerate(robot.joints):
+        shares[i, joint.dof] = joint.multiplier
+    _require_possible(robot, pseudo)
+    masses = Masses(pseudo, outward, shares, np.array([joint.kind == "revolute" for joint in robot.joints]))
+    for array in (masses.pseudo, masses.outward, masses.shares, masses.turning):
         array.setflags(write=False)
-    return Masses(pseudo, outward)
+    return masses
 
 
-@lru_cache(maxsize=32)
 def require_masses(robot: Robot) -> None:
     """Check that a robot can float: its base has a mass and an inertia, and no body has an impossible one.
 
     Raises:
         RobotError: it cannot.
     """
+    lumped_masses(robot)
+
+
+def _require_possible(robot: Robot, lumped: Array) -> None:
     what = f"robot '{robot.name}' cannot float:"
     if not robot.bodies:
         raise RobotError(f"{what} its model states no masses, expected some for the base and the links; {_ADVICE}")
-    for i, pseudo in enumerate(lumped_masses(robot).pseudo):
+    for i, pseudo in enumerate(lumped):
         mass, where = pseudo[3, 3], "the base" if i == 0 else f"what joint '{robot.joints[i - 1].name}' moves"
         if mass == 0:
             if i == 0:

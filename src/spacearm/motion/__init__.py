@@ -1,6 +1,7 @@
 """Motions and trajectories: splines through joint space, and how fast they may be run."""
 
 from spacearm.motion.curve import Curve
+from spacearm.motion.exports import write_aem, write_ros_trajectory
 from spacearm.motion.margins import LimitMargins, fastest_duration, fastest_durations, limit_margins
 from spacearm.motion.optimal import time_optimal
 from spacearm.motion.piecewise import PiecewisePath
@@ -29,4 +30,6 @@ __all__ = [
     "load_trajectory",
     "resampled",
     "time_optimal",
+    "write_aem",
+    "write_ros_trajectory",
 ]

@@ -18,6 +18,7 @@ from spacearm.planner.goals import (
 from spacearm.planner.held import hold
 from spacearm.planner.motion_swarm import MotionSwarm
 from spacearm.planner.moveit.read import load_moveit, load_moveit_scene
+from spacearm.planner.pareto import ParetoFront, pareto_front
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Improvement, Plan
 from spacearm.planner.search import plan
@@ -32,6 +33,7 @@ __all__ = [
     "Goal",
     "Improvement",
     "MotionSwarm",
+    "ParetoFront",
     "Plan",
     "PlannerSettings",
     "PoseGoal",
@@ -51,6 +53,7 @@ __all__ = [
     "load_problem",
     "load_problem_file",
     "load_saved_plan",
+    "pareto_front",
     "plan",
     "plan_as_dict",
     "report_base",

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.momentum import moments
+from spacearm.momentum.quick import moving
 from spacearm.momentum.turning import angle, conjugate, multiplied
-from spacearm.motion import Trajectory
+from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.planner.floating import AttitudeGoal
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.problem import Problem
@@ -47,14 +47,13 @@ class BaseReport:
     missed: tuple[str, ...] = ()
 
 
-def report_base(problem: Problem, trajectory: Trajectory) -> BaseReport:
+def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
     """Report on the floating base of a problem's trajectory."""
-    share = np.linspace(0.0, 1.0, _INSTANTS)
-    t = trajectory.time_at(share)
+    t = trajectory.time_at(np.linspace(*trajectory.curve.domain, _INSTANTS))
     turned = angle(_between(trajectory.base_pose(0.0)[1], trajectory.base_pose(t)[1]))
     state = trajectory.sample(t)
     spin = np.linalg.norm(trajectory.base_rate(t)[1], axis=-1)
-    arm = np.linalg.norm((moments(problem.robot, state.q).H_q @ state.dq[..., None])[..., 0], axis=-1)
+    arm = np.linalg.norm(moving(problem.robot, state.q, state.dq).arm, axis=-1)
     final, peak, rate, momentum = float(turned[-1]), float(turned.max()), float(spin.max()), float(arm.max())
     missed = []
     limits = problem.base_limits
@@ -101,7 +100,7 @@ def within_base_limits(problem: Problem, trajectory: Trajectory) -> float:
     return max([1.0, *shares])
 
 
-def _missed_attitude(goal: AttitudeGoal, trajectory: Trajectory) -> float:
+def _missed_attitude(goal: AttitudeGoal, trajectory: AnyTrajectory) -> float:
     return float(angle(_between(goal.attitude_wxyz, trajectory.base_pose(trajectory.duration)[1])))
 
 

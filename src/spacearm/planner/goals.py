@@ -81,7 +81,7 @@ class PositionGoal(Frozen):
     """The motion ends with the origin of a frame at a point, in any orientation.
 
     Attributes:
-        position: (3,) in the base frame at the start [m].
+        position: (3,) in the inertial frame [m]: the base frame at the start, unless the problem has a `base_start`.
         tolerance: the greatest distance from it that counts as reached [m], above 0.
         frame: name of the frame; None is the robot's tip, and `Problem` fills it in.
 
@@ -109,7 +109,8 @@ class PoseGoal(Frozen):
     """The motion ends with a frame at a position and in an orientation, or in any that differ by a turn about one axis.
 
     Attributes:
-        pose: (4, 4), T_base_frame at the end, base frame at the start [m]. `spacearm.pose` makes one.
+        pose: (4, 4), T_w_frame at the end, inertial frame [m]: the base frame at the start, unless the problem has a
+            `base_start`. `spacearm.pose` makes one.
         position_tolerance: the greatest distance of the origins that counts as reached [m], above 0.
         orientation_tolerance: the greatest angle of turn between the orientations that counts as reached [rad], above 0;
             with a free axis, between the two directions of that axis. From pi on, every orientation does.
@@ -154,7 +155,7 @@ class PoseGoal(Frozen):
 
     @property
     def position(self) -> Array:
-        """Where the frame's origin is to be, (3,) in the base frame at the start [m]."""
+        """Where the frame's origin is to be, (3,) in the inertial frame [m]."""
         return self.pose[:3, 3]
 
 

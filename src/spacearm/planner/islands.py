@@ -27,6 +27,7 @@ from spacearm.swarm.settings import kernel_settings
 Array = NDArray[np.float64]
 
 _PRECISION = 32  # the search's; the proof is float64
+_FINEST = 1e-4  # [m or rad] no nearer to the end of a floating base's motion does float32 come for sure
 _WITHIN, _WITHIN_LIMIT = 0.5, 0.995  # of tolerances and limits: so near the search comes, for float32 and instants between
 
 
@@ -69,7 +70,7 @@ class Islands:
             model.tip,
             np.array(model.centres, dtype=np.int32),
             np.array([weights[name] for name in native.motion_terms]),
-            self._base,
+            self._base if precision == _PRECISION else asked_of_the_base(problem, precision),
             {"interior": [count + self._more_points for count in settings.interior_points]},
             native.SwarmSettings.make(kernel_settings(settings.swarm)),
             seed,
@@ -196,15 +197,17 @@ class Islands:
         return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), *ends]))
 
 
-def asked_of_the_base(problem: Problem) -> dict[str, Any]:
+def asked_of_the_base(problem: Problem, precision: int = _PRECISION) -> dict[str, Any]:
     """Return what is asked of a floating base as the kernel takes it; empty for a fixed one.
 
     Args:
         problem: told in the frame of the base as it stands at the beginning.
+        precision: of the kernel's numbers, 32 or 64 bits; the shorter ones cannot come as near as one may ask.
     """
     if not problem.floats:
         return {}
     goal, limits, out = problem.goal, problem.base_limits, dict[str, Any]()
+    finest = _FINEST if precision == _PRECISION else 0.0
     if isinstance(goal, (PositionGoal, PoseGoal)):
         frame = problem.robot.frame(goal.frame or problem.robot.tip)
         pose = goal.pose if isinstance(goal, PoseGoal) else np.eye(4)
@@ -218,14 +221,14 @@ def asked_of_the_base(problem: Problem) -> dict[str, Any]:
             "wanted": pose[:3, :3].ravel().tolist(),
             "position": goal.position.tolist(),
             "axis": [0.0, 0.0, 0.0] if axis is None else axis.tolist(),
-            "near": _WITHIN * near,
-            "turned": _WITHIN * turned,
+            "near": max(_WITHIN * near, finest),
+            "turned": max(_WITHIN * turned, finest),
         }
     wanted = problem.base_goal
     if wanted is None and limits.final is not None:
         wanted = AttitudeGoal((1.0, 0.0, 0.0, 0.0), limits.final)
     if wanted is not None:
-        out |= {"attitude": wanted.attitude_wxyz.tolist(), "attitude_turned": _WITHIN * wanted.tolerance}
+        out |= {"attitude": wanted.attitude_wxyz.tolist(), "attitude_turned": max(_WITHIN * wanted.tolerance, finest)}
     for key, limit in (("most_turned", limits.peak), ("most_rate", limits.rate), ("most_arm", limits.joint_momentum)):
         if limit is not None:
             out[key] = _WITHIN_LIMIT * limit

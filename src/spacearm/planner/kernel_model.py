@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel import native
-from spacearm.momentum.masses import lumped_masses
+from spacearm.momentum.quick import kernel_masses
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import tree_arrays
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
@@ -75,12 +75,7 @@ def kernel_model(robot: Robot, scene: Scene, *, precision: int = 64) -> KernelMo
 
 def with_masses(model: KernelModel, robot: Robot) -> Any:
     """Return the kernel's model of a robot with its masses, for a base that floats."""
-    pseudo = lumped_masses(robot).pseudo
-    mass = pseudo[:, 3, 3]
-    com = pseudo[:, :3, 3] / np.where(mass > 0, mass, 1.0)[:, None]
-    second = pseudo[:, :3, :3] - mass[:, None, None] * com[:, :, None] * com[:, None, :]
-    inertia = np.trace(second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - second
-    return model.native.weighed(mass.copy(), com, inertia[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].copy())
+    return model.native.weighed(**kernel_masses(robot))
 
 
 def make_kernel_model(

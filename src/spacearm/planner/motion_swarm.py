@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from spacearm.checks import as_readonly, shown
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion
 from spacearm.planner.clearance import margin_within_reach
-from spacearm.planner.goals import ConfigurationGoal
+from spacearm.planner.goals import ConfigurationGoal, PoseGoal, PositionGoal
 from spacearm.planner.islands import Islands
 from spacearm.planner.problem import Problem
 from spacearm.planner.settings import PlannerSettings
@@ -49,7 +50,8 @@ class MotionSwarm:
     Args:
         problem: robot, scene, start; its goal too, unless `goal` is given.
         settings: of the planner: `interior_points` (the first of them), `swarm`, `weights` and `margin` count.
-        goal: (n,) configuration to end in [rad or m]; needed where the problem's goal is none.
+        goal: (n,) configuration to end in [rad or m]; needed where the problem's goal is none. It is then all that is asked of
+            the end: with a floating base, where the end effector gets to depends on the whole motion.
         rng: seed, generator or None.
 
     Raises:
@@ -68,8 +70,10 @@ class MotionSwarm:
         self.problem, self.settings = problem, settings
         self.goal = _configuration(problem, goal)
         self.interior = settings.interior_points[0]
-        margin = margin_within_reach(problem, np.stack([problem.start, *([] if problem.floats else [self.goal])]), settings.margin)
-        self._islands = Islands(problem, self.goal[None].copy(), settings, seed=0, margin=margin)
+        ends = problem.start[None] if problem.floats else np.stack([problem.start, self.goal])
+        margin = margin_within_reach(problem.local, ends, settings.margin)
+        joint_goal = replace(problem, goal=ConfigurationGoal(self.goal))
+        self._islands = Islands(joint_goal, self.goal[None].copy(), settings, seed=0, margin=margin)
         seed = seed_of(rng)
         lower, upper = (np.tile(bound, self.interior) for bound in self._islands.bounds)
         self._swarm = Swarm(lower, upper, settings.swarm, rng=seed, initial=self._around_straight(seed, lower, upper))
@@ -145,6 +149,11 @@ class MotionSwarm:
 def _configuration(problem: Problem, goal: ArrayLike | None) -> Array:
     if goal is not None:
         return as_readonly("goal", goal, (problem.robot.dof,), ProblemError)
+    if problem.floats and isinstance(problem.goal, (PositionGoal, PoseGoal)):
+        raise ProblemError(
+            f"the base floats and the problem's goal is a {type(problem.goal).__name__}, expected a configuration to end in, for "
+            "where the end effector gets to depends on the whole motion; give `goal`, or leave the search to plan(...)"
+        )
     if not isinstance(problem.goal, ConfigurationGoal):
         raise ProblemError(
             f"the problem's goal is a {type(problem.goal).__name__}, expected a configuration to end in; give `goal`, as in "

@@ -5,10 +5,10 @@ in the inertial frame, the base turns by
 
     omega = H^-1 (R^T L dt/du - h dv/du)      per unit of u.
 
-The path is cut into panels. On each, dQ/dxi = Q o omega / 2 is solved by a polynomial that fulfils it in 12 Gauss points: a
-linear system for the quaternions there, exact to the 24th order at the panel's end. How fast the coefficients of that
-polynomial fall tells how far it may be off in between; where that is too much the panel is halved. With L = 0 omega does not
-depend on R and one solution is all; otherwise R is put in, and it is solved again until nothing changes.
+The path is cut into panels. On each, dQ/dxi = Q o omega / 2 is solved by a polynomial that fulfils it in 12 Gauss points, or
+fewer on short pieces: a linear system for the quaternions there, exact to the 24th order at the panel's end. How fast the
+coefficients of that polynomial fall tells how far it may be off in between; where that is too much the panel is halved. With
+L = 0 omega does not depend on R and one solution is all; otherwise R is put in, and it is solved again until nothing changes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-10
 """[rad] of the attitude, everywhere."""
 
-_POINTS, _POINTS_OF_MANY, _MANY = 12, 4, 64  # Gauss points of a panel, and where the pieces are many and short
+_POINTS = ((0.01, 6), (0.1, 8), (np.inf, 12))  # Gauss points of a panel in which a joint travels so far [rad or m]
 _TRAVEL = 1.5  # [rad or m] of one joint in a panel to begin with
 _HALVINGS, _MOST = 30, 300_000  # configurations
 _WINDOW = 1.0  # [rad] by which a tumbling base turns, that is solved for at once
@@ -82,14 +82,16 @@ class Drift:
         self._curve, self._joints = curve, JointMap(robot)
         self._angular = stance.angular * time_rate
         self._begin = _quaternion(stance.start[:3, :3])
-        own = curve.hulls(0, bisections=0)[0]
-        self._points = _POINTS if len(own) <= _MANY else _POINTS_OF_MANY
+        own, low, high = curve.hulls(1, bisections=0)
+        travel = (np.maximum(-low, high) * np.diff(own, axis=1)).max(axis=1)
+        typical = float(np.median(travel)) if len(own) > 1 else np.inf
+        self._points = next(points for most, points in _POINTS if not typical > most)
         self._xi, self._weight = legendre.leggauss(self._points)
         vandermonde = legendre.legvander(self._xi, self._points - 1)
         self._to_coefficients = np.linalg.inv(vandermonde)  # (g, g)
         self._reach = self._integrals(self._xi) @ self._to_coefficients  # (g, g): from -1 to each point
         self.evaluations = 0
-        self._integrate(self._cut(own))
+        self._integrate(_cut(own, travel))
 
     def attitude(self, u: Array) -> Array:
         """Return R_w_b (r, 3, 3) at parameters u (r,)."""
@@ -103,14 +105,6 @@ class Drift:
         return float(angle[-1]), float(angle.max())
 
     # ---- the panels ----------------------------------------------------------------------------------------------------
-
-    def _cut(self, own: Array) -> Array:
-        """Cut the path's own pieces so that no joint travels far in a panel."""
-        _, low, high = self._curve.hulls(1, bisections=0)
-        travel = (np.maximum(-low, high) * np.diff(own, axis=1)).max(axis=1)
-        counts = np.clip(np.ceil(travel / _TRAVEL), 1, 1000).astype(np.intp)
-        cuts = [np.linspace(a, b, n + 1) for (a, b), n in zip(own.tolist(), counts.tolist(), strict=True)]
-        return np.concatenate([np.stack([cut[:-1], cut[1:]], axis=1) for cut in cuts])
 
     def _integrate(self, ends: Array) -> None:
         panels = self._sampled(ends)
@@ -231,6 +225,13 @@ class Drift:
         k = np.arange(1, self._points)
         out[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2 * k + 1)
         return out
+
+
+def _cut(own: Array, travel: Array) -> Array:
+    """Cut a path's own pieces (p, 2), in which a joint travels so far (p,), so that none travels far in a panel."""
+    counts = np.clip(np.ceil(travel / _TRAVEL), 1, 1000).astype(np.intp)
+    cuts = [np.linspace(a, b, n + 1) for (a, b), n in zip(own.tolist(), counts.tolist(), strict=True)]
+    return np.concatenate([np.stack([cut[:-1], cut[1:]], axis=1) for cut in cuts])
 
 
 # ---- quaternions -------------------------------------------------------------------------------------------------------

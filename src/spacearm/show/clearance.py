@@ -13,6 +13,8 @@ from spacearm.planner.clearance import clearances, self_clearances
 from spacearm.proof import Certificate
 from spacearm.robot import Robot
 from spacearm.scene import Scene
+from spacearm.scene.moved import moved_scene
+from spacearm.show.arm import base_frames
 from spacearm.show.style import (
     BLACK,
     COLUMN,
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_SAMPLES = 801
+_SAMPLES, _SAMPLES_FLOATING = 801, 401
 
 
 def figure_clearance(
@@ -54,7 +56,7 @@ def figure_clearance(
     """
     with look():
         ax = new_figure(COLUMN, 2.5).add_subplot() if ax is None else ax
-        t = np.linspace(0.0, trajectory.duration, _SAMPLES)
+        t = np.linspace(0.0, trajectory.duration, _SAMPLES if trajectory.base == "fixed" else _SAMPLES_FLOATING)
         values, names = _clearances(trajectory, scene, t)
         labels = _curves(ax, t, values, names)
         tidy(ax)
@@ -85,12 +87,22 @@ def _clearances(trajectory: Trajectory, scene: Scene, t: Array) -> tuple[Array, 
     arm, q = _Arm(trajectory.robot, scene), trajectory.sample(t).q
     values, names = np.empty((len(t), 0)), []
     if arm.robot.capsules and scene.obstacles:
-        values = clearances(arm, q).min(axis=1)
+        values = _to_obstacles(trajectory, scene, t, q)
         names = [obstacle.name or f"obstacle {i}" for i, obstacle in enumerate(scene.obstacles)]
     if arm.robot.self_pairs:
         values = np.column_stack([values, self_clearances(arm, q).min(axis=1)])
         names.append("between links")
     return values, names
+
+
+def _to_obstacles(trajectory: Trajectory, scene: Scene, t: Array, q: Array) -> Array:
+    """Return the least clearances (times, obstacles) [m]: the obstacles are told in the frame of the base, as it moves."""
+    frames = base_frames(trajectory, t)
+    inverse = np.linalg.inv(frames)
+    if not np.ptp(frames, axis=0).any():
+        return clearances(_Arm(trajectory.robot, moved_scene(scene, inverse[0])), q).min(axis=1)
+    rows = [clearances(_Arm(trajectory.robot, moved_scene(scene, T)), row) for T, row in zip(inverse, q, strict=True)]
+    return np.array(rows).min(axis=1)
 
 
 def _curves(ax: Axes, t: Array, values: Array, names: Sequence[str]) -> list[tuple[float, str, str]]:

@@ -40,6 +40,16 @@ def draw_obstacles(ax: Any, scene: Scene, low: Array, high: Array, view: tuple[f
         pen.solid(obstacle)
 
 
+def parted(scene: Scene, point: Array, view: tuple[float, float]) -> tuple[Scene, Scene]:
+    """Return the obstacles behind a point (3,) [m] and those before it, as the eye sees them; half-spaces are behind."""
+    eye = np.cross(*across_and_up(view))
+    before = [
+        not isinstance(obstacle, HalfSpace) and float((middle(obstacle) - point) @ eye) > 0 for obstacle in scene.obstacles
+    ]
+    pairs = list(zip(scene.obstacles, before, strict=True))
+    return Scene([o for o, near in pairs if not near]), Scene([o for o, near in pairs if near])
+
+
 def across_and_up(view: tuple[float, float]) -> tuple[Array, Array]:
     """Return the picture's axes, (3,) each: unit vectors to the right and up, for the eye's elevation and azimuth [deg]."""
     elevation, azimuth = np.radians(view)

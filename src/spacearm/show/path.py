@@ -14,7 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.motion import Trajectory
 from spacearm.robot import Robot
 from spacearm.scene import HalfSpace, Obstacle, Scene, Sphere, SphereSet
-from spacearm.show.path_drawing import OBSTACLE_ALPHA, draw_envelopes, draw_lines, extent, legend_handles, make_drawing
+from spacearm.show.path_drawing import (
+    LEGEND_ROW,
+    OBSTACLE_ALPHA,
+    draw_bases,
+    draw_envelopes,
+    draw_lines,
+    extent,
+    legend_handles,
+    make_drawing,
+)
 from spacearm.show.shapes import common_outline, cut_in_plane, silhouette
 from spacearm.show.style import BLUE, COLUMN, SKY, figure_of, legend_below, look, new_figure, tidy
 
@@ -57,9 +66,11 @@ def figure_path_2d(
     drawing = make_drawing(trajectory, robot, start, goal, trace)
     low, high = extent(drawing, scene, 2)
     with look():
-        ax = _axes_to_scale(high - low) if ax is None else ax
+        handles = legend_handles(drawing, scene, low, high)
+        ax = _axes_to_scale(high - low, len(handles)) if ax is None else ax
         for obstacle in scene.obstacles:
             _obstacle(ax, obstacle, low, high)
+        draw_bases(ax, drawing, *np.eye(3)[:2], low, high)
         draw_envelopes(ax, drawing, *np.eye(3)[:2], dims=2)
         draw_lines(ax, drawing, 2)
         tidy(ax)
@@ -69,7 +80,7 @@ def figure_path_2d(
         ax.set_xlabel("x [m]")
         ax.set_ylabel("y [m]")
         ax.set_title(title, loc="left")
-        legend_below(ax, 2, handles=legend_handles(drawing, scene, 2))
+        legend_below(ax, 2, handles=handles)
         return figure_of(ax)
 
 
@@ -96,9 +107,10 @@ def _obstacle(ax: Axes, obstacle: Obstacle, low: Array, high: Array) -> None:
             ax.add_patch(Polygon(outline[:, :2], fill=False, **edge))
 
 
-def _axes_to_scale(size: Array) -> Axes:
+def _axes_to_scale(size: Array, entries: int) -> Axes:
     """Return axes in a figure of a column's width, as large as the picture's (2,) size [m] allows."""
-    left, right, bottom, top = 0.6, 0.1, 0.95, 0.22  # [inch], for labels, legend and title
+    left, right, bottom, top = 0.6, 0.1, 0.98, 0.22  # [inch], for labels, legend and title
+    bottom += LEGEND_ROW * max(0, (entries + 1) // 2 - 4)
     most = np.array([COLUMN - left - right, 3.4])
     width, height = size * float((most / size).min())
     width, height = max(width, 1.0), max(height, 1.0)

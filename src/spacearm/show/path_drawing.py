@@ -12,29 +12,34 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.checks import as_readonly
 from spacearm.errors import ProblemError
 from spacearm.motion import Trajectory
-from spacearm.robot import Robot
+from spacearm.robot import Robot, forward_kinematics
 from spacearm.robot.kinematics import as_configurations
 from spacearm.scene import Capsule, HalfSpace, Scene, Sphere
-from spacearm.show.arm import envelope, pose_times, skeleton, tips
-from spacearm.show.shapes import silhouette, span
-from spacearm.show.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY
+from spacearm.show.arm import base_envelope, base_frames, envelope, pose_times, skeleton, tips
+from spacearm.show.shapes import cut_off, middle, silhouette, span
+from spacearm.show.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 
 Array = NDArray[np.float64]
 
 RED = "#D00000"  # the paper's; told from the target's green by size and fill too
 OBSTACLE_ALPHA = 0.4
+LEGEND_ROW = 0.15  # height of a row of the legend [inch]
 _ENVELOPE_ALPHA = 0.2
 _BETWEEN = 5  # poses between start and end
+_OFTEN = 401
 _NEAR = 0.3  # of the picture: half-spaces farther away are not in it
+_AROUND = 0.2  # of the picture: how much of the base is drawn around the rest
+_BASE = "#F3F3F1", "#E3E2DE"  # of the base's envelope at the start and at the end
 _PALE = np.array([0.80, 0.80, 0.80]), np.array([0.55, 0.55, 0.55])  # of the first and the last of them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pose:
-    """The arm in one configuration: segments (s, 2, 3) [m], the envelope about them, and how it is drawn."""
+    """The arm in one configuration: segments (s, 2, 3) [m], the envelope about them, the base's, and how it is drawn."""
 
     segments: Array
     envelope: tuple[Sphere | Capsule, ...]
+    base: tuple[Sphere | Capsule, ...]
     color: Any
     width: float
 
@@ -49,6 +54,7 @@ class PathDrawing:
         trace: (k, 3) end effector of the swarm's best, each place once; None without one.
         ends: (1 or 2, 3) end effector at the start, and at the end of what there is.
         goal: (3,) the target, or None.
+        bases: (m, 3) where the base's origin is, likewise: one place for a fixed one.
     """
 
     poses: tuple[Pose, ...]
@@ -56,13 +62,14 @@ class PathDrawing:
     trace: Array | None
     ends: Array
     goal: Array | None
+    bases: Array
 
     def points(self) -> Array:
-        """Return all points, (p, 3), that have to be in the picture."""
+        """Return all points, (p, 3), that have to be in the picture: all but the base's envelope."""
         parts = [self.ends, *(pose.segments.reshape(-1, 3) for pose in self.poses)]
         parts += [np.array(span(body)) for pose in self.poses for body in pose.envelope]
         parts += [part for part in (self.path, self.trace) if part is not None]
-        return np.concatenate([*parts, np.zeros((1, 3)), *([] if self.goal is None else [self.goal[None]])])
+        return np.concatenate([*parts, self.bases, *([] if self.goal is None else [self.goal[None]])])
 
 
 def make_drawing(
@@ -74,22 +81,26 @@ def make_drawing(
         raise ProblemError(f"start has shape {q.shape}, expected one configuration ({robot.dof},)")
     best = None if trace is None else as_configurations(robot, trace).reshape(-1, robot.dof)
     target = None if goal is None else as_readonly("the goal", goal, (3,), ProblemError)
-    configurations = [q]
-    if trajectory is not None:
-        times = np.concatenate([[0.0], pose_times(trajectory, _BETWEEN), [trajectory.duration]])
-        configurations = list(trajectory.sample(times).q)
-    elif best is not None and len(best):
-        configurations.append(best[-1])
-    ends = tips(robot, np.array([configurations[0], configurations[-1]][: len(configurations)]))
+    configurations, frames = [q], np.eye(4)[None]
     path = None
     if trajectory is not None:
-        path = tips(robot, trajectory.sample(np.linspace(0.0, trajectory.duration, 401)).q)
+        times = np.concatenate([[0.0], pose_times(trajectory, _BETWEEN), [trajectory.duration]])
+        configurations, frames = list(trajectory.sample(times).q), base_frames(trajectory, times)
+        often = np.linspace(0.0, trajectory.duration, _OFTEN)
+        path, bases = trajectory.tip(often)[:, :3, 3], trajectory.base_pose(often)[0]
+    else:
+        bases = frames[:, :3, 3]
+        if best is not None and len(best):
+            configurations.append(best[-1])
+            frames = np.repeat(frames, 2, axis=0)
+    ends = [frames[i] @ forward_kinematics(robot, configurations[i]) for i in range(0, len(frames), max(1, len(frames) - 1))]
     return PathDrawing(
-        poses=tuple(_poses(robot, configurations)),
+        poses=tuple(_poses(robot, configurations, frames)),
         path=path,
-        trace=None if best is None or not len(best) else _each_once(tips(robot, best)),
-        ends=ends,
+        trace=None if best is None or not len(best) else _each_once(_moved_tips(robot, best, frames[0])),
+        ends=np.array(ends)[:, :3, 3],
         goal=target,
+        bases=bases if np.ptp(bases, axis=0).any() else bases[:1],
     )
 
 
@@ -105,6 +116,8 @@ def draw_lines(ax: Any, drawing: PathDrawing, dims: int) -> None:
         ax.plot(*drawing.trace.T[:dims], zorder=6.5, **_TRACE)
     if drawing.path is not None:
         ax.plot(*drawing.path.T[:dims], zorder=5, **_PATH)
+    if len(drawing.bases) > 1:
+        ax.plot(*drawing.bases.T[:dims], zorder=5.5, **_BASE_PATH)
     if drawing.goal is not None:
         ax.plot(*drawing.goal[:dims, None], zorder=6, **_TARGET)
     ax.plot(*drawing.ends.T[:dims], zorder=7, **_ENDS)
@@ -130,8 +143,45 @@ def draw_envelopes(ax: Any, drawing: PathDrawing, across: Array, up: Array, dims
             ax.add_artist(PathPatch3D(path, zs=np.concatenate(rims)[:, 2], **style))
 
 
+def draw_bases(ax: Any, drawing: PathDrawing, across: Array, up: Array, low: Array, high: Array) -> None:
+    """Fill the outline of the base's envelope at the start and at the end.
+
+    Call it before what may be in front of the base: it hides what is behind.
+
+    Args:
+        ax: axes of as many dimensions as the bounds.
+        drawing: with the base.
+        across, up: (3,) unit vectors, the picture is seen at right angles to them.
+        low, high: (dims,) the picture's bounds; in space the base is cut there, as axes do it in the plane [m].
+    """
+    from matplotlib.collections import PolyCollection
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    eye, dims = np.cross(across, up), len(low)
+    for pose in drawing.poses:
+        parts = pose.base if dims == 2 else [part for body in pose.base for part in cut_off(body, low, high)]
+        bodies = sorted(parts, key=lambda body: float(middle(body) @ eye))
+        outlines = [silhouette(body, across, up) for body in bodies]
+        if not outlines:
+            continue
+        last = pose is drawing.poses[-1]
+        face = _BASE[int(last)]
+        # All edges first and then all fillings: what is left of the edges is the outline of them all.
+        for style in ({"facecolor": "none", "edgecolor": pose.color, "linewidth": 1.2}, {"facecolor": face, "linewidth": 0.0}):
+            if dims == 2:
+                ax.add_collection(PolyCollection([rim[:, :2] for rim in outlines], zorder=0.9, **style), autolim=False)
+            else:
+                ax.add_collection3d(Poly3DCollection(outlines, zorder=2, **style), autolim=False)
+        if dims == 3 and last:
+            style = {"facecolor": face, "edgecolor": "#B4B4B4", "linewidth": 0.25}
+            ax.add_collection3d(Poly3DCollection(outlines, zorder=2, sort_zpos=None, **style), autolim=False)
+
+
 def extent(drawing: PathDrawing, scene: Scene, dims: int, *, pad: float = 0.06) -> tuple[Array, Array]:
-    """Return the least and the greatest coordinates of the picture, (dims,) each [m]: half-spaces only if they are near."""
+    """Return the least and the greatest coordinates of the picture, (dims,) each [m].
+
+    Half-spaces are in it only if they are near, and of the base what is near the arm: panels may be much longer.
+    """
     points = drawing.points()
     low, high = points.min(axis=0), points.max(axis=0)
     for obstacle in scene.obstacles:
@@ -144,13 +194,30 @@ def extent(drawing: PathDrawing, scene: Scene, dims: int, *, pad: float = 0.06) 
         if 0 < height < _NEAR * float((high - low).max()):
             foot = corner - height * half_space.normal
             low, high = np.minimum(low, foot), np.maximum(high, foot)
+    bodies = [span(body) for pose in drawing.poses for body in pose.base]
+    if bodies:
+        around = _AROUND * float((high - low).max())
+        least, greatest = np.min([s[0] for s in bodies], axis=0), np.max([s[1] for s in bodies], axis=0)
+        low = np.minimum(low, np.maximum(least, low - around))
+        high = np.maximum(high, np.minimum(greatest, high + around))
     low, high = low[:dims], high[:dims]
     margin = pad * max(float((high - low).max()), 1e-3)
     return low - margin, high + margin
 
 
-def legend_handles(drawing: PathDrawing, scene: Scene, dims: int) -> list[Any]:
-    """Return the legend's entries, only of what is there; in the plane, a link over a circle may be above or below it."""
+def base_is_cut(drawing: PathDrawing, low: Array, high: Array) -> bool:
+    """Tell whether some of the base is outside of the picture, whose bounds are (dims,) each [m]."""
+    spans = [span(body) for pose in drawing.poses for body in pose.base]
+    return any((least[: len(low)] < low).any() or (greatest[: len(low)] > high).any() for least, greatest in spans)
+
+
+def legend_handles(drawing: PathDrawing, scene: Scene, low: Array, high: Array) -> list[Any]:
+    """Return the legend's entries, only of what is there; in the plane, a link over a circle may be above or below it.
+
+    Args:
+        drawing, scene: what is drawn.
+        low, high: (dims,) the picture's bounds [m].
+    """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -164,16 +231,23 @@ def legend_handles(drawing: PathDrawing, scene: Scene, dims: int) -> list[Any]:
     if drawing.goal is not None:
         handles.append(Line2D([], [], label="target", **_TARGET))
     if scene.obstacles:
-        text = "obstacle, seen along z" if dims == 2 else "obstacle"
+        text = "obstacle, seen along z" if len(low) == 2 else "obstacle"
         handles.append(Patch(facecolor=SKY, edgecolor=BLUE, alpha=OBSTACLE_ALPHA, linewidth=0.6, label=text))
     text = "arm, grey at the start" if len(drawing.poses) > 1 else "arm"
     handles.append(Line2D([], [], color=BLACK, linewidth=1.8, marker="o", markersize=3, label=text))
     if any(pose.envelope for pose in drawing.poses):
         handles.append(Patch(facecolor=BLACK, alpha=_ENVELOPE_ALPHA, linewidth=0, label="its envelope"))
+    if any(pose.base for pose in drawing.poses):
+        moves = drawing.poses[0].base and len(drawing.poses) > 1
+        text = ("base (cut off)" if base_is_cut(drawing, low, high) else "base") + (", pale at start" if moves else "")
+        handles.append(Patch(facecolor=_BASE[1], edgecolor=BLACK, linewidth=0.6, label=text))
+    if len(drawing.bases) > 1:
+        handles.append(Line2D([], [], label="path of the base origin", **_BASE_PATH))
     return handles
 
 
 _PATH: dict[str, Any] = {"color": BLUE, "linewidth": 1.8}
+_BASE_PATH: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2}
 _TRACE: dict[str, Any] = {
     "color": ORANGE,
     "linewidth": 0.7,
@@ -193,9 +267,10 @@ _TARGET: dict[str, Any] = {
 }
 
 
-def _poses(robot: Robot, configurations: list[Array]) -> Iterator[Pose]:
+def _poses(robot: Robot, configurations: list[Array], frames: Array) -> Iterator[Pose]:
     last = len(configurations) - 1
-    for i, q in enumerate(configurations):
+    moves = bool(np.ptp(frames, axis=0).any())
+    for i, (q, T) in enumerate(zip(configurations, frames, strict=True)):
         if i == last:
             color, width = BLACK, 1.8
         elif i == 0:
@@ -203,7 +278,12 @@ def _poses(robot: Robot, configurations: list[Array]) -> Iterator[Pose]:
         else:
             share = (i - 1) / max(1, last - 2)
             color, width = tuple((1 - share) * _PALE[0] + share * _PALE[1]), 0.9
-        yield Pose(segments=skeleton(robot, q), envelope=envelope(robot, q), color=color, width=width)
+        base = base_envelope(robot, T) if i == last or (moves and i == 0) else ()
+        yield Pose(segments=skeleton(robot, q, T), envelope=envelope(robot, q, T), base=base, color=color, width=width)
+
+
+def _moved_tips(robot: Robot, q: Array, T: Array) -> Array:
+    return tips(robot, q) @ T[:3, :3].T + T[:3, 3]
 
 
 def _each_once(points: Array) -> Array:

@@ -10,8 +10,17 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.motion import Trajectory
 from spacearm.robot import Robot
 from spacearm.scene import HalfSpace, Scene, SphereSet
-from spacearm.show.obstacles_in_space import across_and_up, draw_obstacles
-from spacearm.show.path_drawing import PathDrawing, draw_envelopes, draw_lines, extent, legend_handles, make_drawing
+from spacearm.show.obstacles_in_space import across_and_up, draw_obstacles, parted
+from spacearm.show.path_drawing import (
+    LEGEND_ROW,
+    PathDrawing,
+    draw_bases,
+    draw_envelopes,
+    draw_lines,
+    extent,
+    legend_handles,
+    make_drawing,
+)
 from spacearm.show.shapes import common_outline, silhouette
 from spacearm.show.style import COLUMN, GREY, LIGHT, figure_of, look, new_figure
 
@@ -52,12 +61,15 @@ def figure_path_3d(
             ax = new_figure(COLUMN, COLUMN, layout=None).add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
         _box(ax, low, high, view)
         _shadow(ax, drawing, scene, float(low[2]))
-        draw_obstacles(ax, scene, low, high, view)
+        behind, before = parted(scene, drawing.bases[-1], view)
+        draw_obstacles(ax, behind, low, high, view)
+        draw_bases(ax, drawing, *across_and_up(view), low, high)
+        draw_obstacles(ax, before, low, high, view)
         draw_envelopes(ax, drawing, *across_and_up(view), dims=3)
         draw_lines(ax, drawing, 3)
-        figure, handles = figure_of(ax), legend_handles(drawing, scene, 3)
+        figure, handles = figure_of(ax), legend_handles(drawing, scene, low, high)
         if own:
-            _fill(figure, ax, low, high)
+            _fill(figure, ax, low, high, len(handles))
             figure.legend(handles=handles, loc="lower center", ncols=2)
             figure.text(0.02, 0.99, title, va="top", fontsize=8)
         else:
@@ -94,9 +106,10 @@ def _tick_step(span: float) -> float:
     return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda factor: abs(factor * power - wanted)))
 
 
-def _fill(figure: Figure, ax: Any, low: Array, high: Array) -> None:
+def _fill(figure: Figure, ax: Any, low: Array, high: Array, entries: int) -> None:
     """Zoom and place the axes so that the box fills the column, and give the figure the height that this takes."""
     left, right, bottom, top = 0.15, 0.5, 0.84, 0.2  # [inch] for tick labels, axis labels, legend and title
+    bottom += LEGEND_ROW * max(0, (entries + 1) // 2 - 3)
     ax.set_position((0.0, 0.0, 1.0, COLUMN / figure.get_figheight()))
     least, most = _seen_box(ax, low, high)
     zoom = float(min((COLUMN - left - right) / (most - least)[0], 3.2 / (most - least)[1]))

@@ -1,4 +1,4 @@
-"""The figures of a plan: its path, its joints over time, its clearance."""
+"""The figures of a plan: its path, its joints over time, its clearance, and how a floating base moves."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.motion import Trajectory
-from spacearm.planner import ConfigurationGoal, Plan
+from spacearm.planner import Plan, PoseGoal, PositionGoal
 from spacearm.planner.goals import ConfigurationsGoal, Goal
 from spacearm.robot import Robot, forward_kinematics
+from spacearm.show.arm import base_frames
+from spacearm.show.base import figure_base_motion
+from spacearm.show.base_paths import figure_base_paths
 from spacearm.show.clearance import figure_clearance
 from spacearm.show.joints import figure_joints
 from spacearm.show.path import figure_path_2d
@@ -40,6 +43,9 @@ def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
     }
     if robot.capsules and (scene.obstacles or robot.self_pairs):
         figures["clearance"] = figure_clearance(trajectory, scene, plan.certificate, title=title)
+    if trajectory.base == "floating":
+        figures["base_motion"] = figure_base_motion(trajectory, limits=problem.base_limits, title=title)
+        figures["base_paths"] = figure_base_paths(trajectory, title=title)
     provenance = {"Title": "spacearm plan", "Author": f"spacearm {version()}", "Subject": f"seed {plan.seed}"}
     written: list[Path] = []
     for name, figure in figures.items():
@@ -48,11 +54,14 @@ def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
 
 
 def _target(goal: Goal, robot: Robot, trajectory: Trajectory) -> NDArray[np.float64]:
-    """Return the point (3,) that is drawn as the target [m]; of several configurations, the one nearest to the end."""
-    if isinstance(goal, ConfigurationGoal):
-        return forward_kinematics(robot, goal.q)[:3, 3]
+    """Return the point (3,) that is drawn as the target [m]; of several configurations, the one nearest to the end.
+
+    A configuration's is where it has the end effector as the base stands at the end.
+    """
+    if isinstance(goal, (PositionGoal, PoseGoal)):
+        return goal.position
+    q = goal.q
     if isinstance(goal, ConfigurationsGoal):
         end = trajectory.sample(trajectory.duration).q
-        nearest = goal.q[int(np.argmin(np.linalg.norm(goal.q - end, axis=1)))]
-        return forward_kinematics(robot, nearest)[:3, 3]
-    return goal.position
+        q = goal.q[int(np.argmin(np.linalg.norm(goal.q - end, axis=1)))]
+    return (base_frames(trajectory, trajectory.duration) @ forward_kinematics(robot, q))[:3, 3]

@@ -64,6 +64,29 @@ def silhouette(obstacle: Convex, across: Array, up: Array) -> Array:
     return points[hull(points @ np.column_stack([across, up]))]
 
 
+def cut_off(body: Sphere | Capsule, low: Array, high: Array) -> list[Convex]:
+    """Return what of a body is inside a box: a capsule's axis is cut there, with a flat end where it is."""
+    if isinstance(body, Sphere):
+        return [body] if (body.center >= low).all() and (body.center <= high).all() else []
+    along = body.b - body.a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.sort(np.array([(low - body.a) / along, (high - body.a) / along]), axis=0)
+    ends[:, along == 0] = np.where((body.a >= low) & (body.a <= high), [[-np.inf], [np.inf]], np.nan)[:, along == 0]
+    first, last = max(0.0, float(ends[0].max())), min(1.0, float(ends[1].min()))
+    if not first < last:
+        return []
+    if (first, last) == (0.0, 1.0):
+        return [body]
+    length = (last - first) * float(np.linalg.norm(along))
+    pose = np.eye(4)
+    pose[:3, 2] = along / np.linalg.norm(along)
+    pose[:3, :2] = _plane_axes(pose[:3, 2])
+    pose[:3, 3] = body.a + (first + last) / 2 * along
+    parts: list[Convex] = [Cylinder(radius=body.radius, length=length, pose=pose)]
+    parts += [Sphere(end, body.radius) for end, kept in ((body.a, first == 0), (body.b, last == 1)) if kept]
+    return parts
+
+
 def box_faces(box: Box) -> list[Array]:
     """Return the six faces, (4, 3) each, counter-clockwise seen from outside [m]: -x, +x, -y, +y, -z, +z."""
     faces = []

@@ -41,6 +41,8 @@ def problem_schema() -> dict[str, Any]:
     _take_words(schema["properties"]["robot"])
     _take_words(schema["properties"]["goal"])
     _take_words(definitions["ObstacleModel"]["properties"]["moveit"])
+    _take_words(schema["properties"]["base_start"], "mass_center")
+    _take_words(schema["properties"]["base_goal"], "as_it_was")
     schema["oneOf"] = [{"required": ["start"]}, {"required": ["start_deg"]}]
     for record in _RECORDS:
         definitions[record.__name__] = _record(record)
@@ -54,9 +56,9 @@ def problem_schema() -> dict[str, Any]:
     }
 
 
-def _take_words(schema: dict[str, Any]) -> None:
-    """A word alone stands for a mapping of one key."""
-    schema["anyOf"] = [{"type": "string"}, {"$ref": schema.pop("$ref")}]
+def _take_words(schema: dict[str, Any], *words: str) -> None:
+    """A word alone, any or one of a few, stands for a mapping of one key."""
+    schema["anyOf"] = [{"enum": list(words)} if words else {"type": "string"}, {"$ref": schema.pop("$ref")}]
 
 
 def _tidied(schema: Any) -> Any:

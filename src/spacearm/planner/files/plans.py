@@ -1,9 +1,10 @@
 """Plans on disk: JSON with everything needed to run, check and repeat them, and nothing else is needed.
 
-Keys: `spacearm-plan` (version), `status`, `message`, `problem` (robot, start, goal and obstacles in full, as plain values; and
-a SHA-256 `hash` of them), `seed`, `settings`, `motion` (`control_points` of the clamped quintic spline, `duration_s`,
-`time_law`), `fitness`, `goals`, `goal_search`, `ends`, `history`, `certificate`. What is infinite, as a clearance without
-obstacles, is null. Timings are left out: the same search gives the same bytes.
+Keys: `spacearm-plan` (version), `status`, `message`, `problem` (robot, base, start, goal and obstacles in full, as plain
+values; and a SHA-256 `hash` of them), `seed`, `settings`, `motion` (`control_points` of the clamped quintic spline,
+`duration_s`, `time_law`, and of a base that is not fixed at the origin `base`, `base_start`, `momentum`), `base` (what the
+motion does to a floating one), `fitness`, `goals`, `goal_search`, `ends`, `history`, `certificate`. What is infinite, as a
+clearance without obstacles, is null. Timings are left out: the same search gives the same bytes.
 """
 
 from __future__ import annotations
@@ -47,6 +48,7 @@ def plan_as_dict(plan: Plan) -> dict[str, Any]:
         "seed": plan.seed,
         "settings": as_dict(plan.settings),
         "motion": None if plan.trajectory is None else trajectory_as_dict(plan.trajectory),
+        **({} if plan.base is None else {"base": record_as_dict(plan.base)}),
         "fitness": plan.fitness,
         "goals": plan.goals.tolist(),
         "goal_search": None
@@ -65,14 +67,33 @@ def plan_as_dict(plan: Plan) -> dict[str, Any]:
 
 
 def problem_as_dict(problem: Problem) -> dict[str, Any]:
-    """Return a problem as plain values, from which it can be made again bit for bit."""
+    """Return a problem as plain values, from which it can be made again bit for bit.
+
+    What is not asked of the base is left out, so that problems written before bases could float keep their hashes.
+    """
     return {
         "robot": robot_as_dict(problem.robot),
         "base": problem.base,
+        **_asked_of_the_base(problem),
         "start": problem.start.tolist(),
         "goal": goal_as_dict(problem.goal),
         "obstacles": scene_as_list(problem.scene),
     }
+
+
+def _asked_of_the_base(problem: Problem) -> dict[str, Any]:
+    given: dict[str, Any] = {}
+    if not np.array_equal(problem.base_start, np.eye(4)):
+        given["base_start"] = problem.base_start.tolist()
+    if not problem.momentum.is_zero:
+        given["momentum"] = record_as_dict(problem.momentum)
+    if problem.base_goal is not None:
+        given["base_goal"] = record_as_dict(problem.base_goal)
+    if problem.base_limits.any:
+        given["base_limits"] = record_as_dict(problem.base_limits)
+    if problem.duration is not None:
+        given["duration"] = problem.duration
+    return given
 
 
 def problem_hash(problem: Problem) -> str:
@@ -81,10 +102,10 @@ def problem_hash(problem: Problem) -> str:
 
 
 def values_that_count(problem: Problem) -> dict[str, Any]:
-    """Return a problem as plain values, without where its robot was read from and how."""
+    """Return a problem as plain values, without where its robot was read from and how, nor how that has its base held."""
     values = problem_as_dict(problem)
-    for provenance in ("source", "notes"):
-        del values["robot"][provenance]
+    for other in ("source", "notes", "base"):
+        values["robot"].pop(other, None)
     return values
 
 

@@ -5,7 +5,7 @@ The keys::
     spacearm: 1                # format and version
     robot: zhang2022           # a built-in robot, or the path of a file, relative to this one; or with options:
     robot: {file: arm.urdf, srdf: arm.srdf, group: arm, tip: hand, velocity_limit: 1.0, acceleration_limit: 1.0}
-    scene:                     # the obstacles, base frame at the start [m]; leave it out for free space
+    scene:                     # the obstacles, inertial frame [m]; leave it out for free space
       - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}
       - capsule: {a: [0, 0.9, -0.5], b: [0, 0.9, -0.3], radius: 0.02}
       - box: {size: [0.1, 0.1, 0.1], position: [-0.5, 0.5, 0.5], rpy_deg: [0, 0, 45]}
@@ -19,8 +19,15 @@ The keys::
     goal: {configurations: [[0, 0, 0, 1, 0, 0, 0], {elbow: 2}]}         #   any of several
     goal: {position: [0.7, 0.3, 0.0], tolerance: 0.001}    #   or a point for the end effector [m]
     goal: {pose: {position: [0.7, 0.3, 0.0], rpy_deg: [0, 0, 0]}, orientation_tolerance_deg: 1}     #   or a pose
-    base: fixed                # optional: fixed
-    planner: {islands: 2}      # optional: any of PlannerSettings
+    base: floating             # how the base is held: fixed, or floating; by default as the robot says
+    base_start: mass_center    # where the base is at the start: with the centre of mass at the inertial origin
+    base_start: {position: [0, 0, 1], rpy_deg: [0, 0, 90]}                  #   or there [m]; by default 0, unturned
+    base_goal: as_it_was       # of a floating base: how it is to stand at the end
+    base_goal: {rpy_deg: [0, 0, 90], tolerance_deg: 0.05}
+    base_limits: {peak_deg: 2, rate_deg: 0.5, joint_momentum: 40}           # how little the arm may disturb it
+    momentum: {angular: [0, 0, 0.5]}                                        # what base and arm have, and keep
+    duration: 60               # of the motion [s]; by default the least
+    planner: {islands: 2}      # any of PlannerSettings
 """
 
 from __future__ import annotations
@@ -31,10 +38,12 @@ from typing import Any
 
 from spacearm.checks import shown
 from spacearm.errors import SettingsError
+from spacearm.planner.files.bases import with_base
 from spacearm.planner.files.goals import read_goal, read_start
 from spacearm.planner.files.robots import read_robot
 from spacearm.planner.files.scenes import read_obstacles
 from spacearm.planner.problem import Problem
+from spacearm.planner.search import require_timing
 from spacearm.planner.settings import PlannerSettings
 from spacearm.reading import YamlFile, read_yaml
 from spacearm.scene import Scene
@@ -86,11 +95,13 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
     obstacles = read_obstacles(file, model.scene)
     start = read_start(file, model, robot)
     goal = read_goal(file, model.goal, robot)
-    with file.at("goal"):
-        Problem(robot, Scene(), start=start, goal=goal)  # so that a goal that does not fit is blamed on its line
-    with file.at("base"):
-        problem = Problem(robot, Scene(obstacles), start=start, goal=goal, base=model.base)  # type: ignore[arg-type]
-    return ProblemFile(problem=problem, settings=_settings(file, model.planner))
+    with file.at("goal"):  # alone, so that a goal that does not fit is blamed on its line
+        bare = Problem(robot, Scene(), start=start, goal=goal, base="fixed")
+    problem = Problem(robot, Scene(obstacles), start=start, goal=goal, **with_base(file, model, bare))
+    settings = _settings(file, model.planner)
+    with file.at("planner", "time_law"):
+        require_timing(problem, settings)
+    return ProblemFile(problem=problem, settings=settings)
 
 
 def _settings(file: YamlFile, given: dict[str, Any]) -> PlannerSettings:

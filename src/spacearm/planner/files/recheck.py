@@ -10,16 +10,22 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spacearm.motion import AnyTrajectory
+from spacearm.planner.base_report import BaseReport, report_base
 from spacearm.planner.files.plans import problem_hash, values_that_count
 from spacearm.planner.files.saved_plans import SavedPlan, load_saved_plan
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.onto_goal import reach_to, reaches
 from spacearm.proof import Certificate, certify
+from spacearm.reading import located
+
+Array = NDArray[np.float64]
 
 _SAME = 1e-9  # [rad or m] a start or goal missed by less is a file's last digit
+_SAME_TIME = 0.01  # relative: of a duration, which the planner may exceed by what the limits' bounds take
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,11 +36,13 @@ class Recheck:
         certificate: the new one.
         notes: what is odd about the file, a sentence each: edited, of another problem, not from start to goal.
         agrees: whether the file's own certificate says the same; None if it has none.
+        base: of a floating base: how the trajectory turns it; None for a fixed one.
     """
 
     certificate: Certificate
     notes: tuple[str, ...]
     agrees: bool | None
+    base: BaseReport | None = None
 
 
 def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, **options: Any) -> Recheck:
@@ -50,13 +58,15 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     """
     saved = load_saved_plan(path)
     against = saved.problem if problem is None else problem
-    certificate = certify(against, saved.trajectory, **options)
+    with located(path):
+        certificate = certify(against, saved.trajectory, **options)
     said = None if saved.certificate is None else saved.certificate.get("status")
-    notes = [*_edited(saved, certificate), *_other_problem(saved.problem, against), *_ends(against, saved.trajectory)]
+    base = _base(against, saved.trajectory)
+    notes = [*_edited(saved, certificate), *_other_problem(saved.problem, against), *_ends(against, saved.trajectory, base)]
     agrees = None if said is None else said == certificate.status
     if agrees is False:
         notes.append(f"the file's certificate says '{said}', the new one '{certificate.status}'")
-    return Recheck(certificate=certificate, notes=tuple(notes), agrees=agrees)
+    return Recheck(certificate=certificate, notes=tuple(notes), agrees=agrees, base=base)
 
 
 def recheck_trajectory(problem: Problem, trajectory: AnyTrajectory, **options: Any) -> Recheck:
@@ -71,7 +81,14 @@ def recheck_trajectory(problem: Problem, trajectory: AnyTrajectory, **options: A
         ProblemError: a trajectory of another robot, or an option out of its range.
     """
     certificate = certify(problem, trajectory, **options)
-    return Recheck(certificate=certificate, notes=(*trajectory.notes, *_ends(problem, trajectory)), agrees=None)
+    base = _base(problem, trajectory)
+    return Recheck(
+        certificate=certificate, notes=(*trajectory.notes, *_ends(problem, trajectory, base)), agrees=None, base=base
+    )
+
+
+def _base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport | None:
+    return report_base(problem, trajectory) if problem.floats else None
 
 
 def _edited(saved: SavedPlan, certificate: Certificate) -> list[str]:
@@ -92,17 +109,25 @@ def _other_problem(planned: Problem, against: Problem) -> list[str]:
     return [f"the plan was made for another problem, which differs in: {names}"] if names else []
 
 
-def _ends(problem: Problem, trajectory: AnyTrajectory) -> list[str]:
-    """Say where the trajectory does not begin at the start or end at the goal."""
+def _ends(problem: Problem, trajectory: AnyTrajectory, base: BaseReport | None) -> list[str]:
+    """Say where the trajectory is not as was asked: its start, its goal, its duration, and what is asked of a floating base."""
     begin, end = trajectory.curve.sample(np.array(trajectory.curve.domain))
     notes = []
     off = np.abs(begin - problem.start)
     if off.max() > _SAME:
         joint = int(np.argmax(off))
         notes.append(f"it begins {off[joint]:.4g} away from the problem's start, at joint '{problem.robot.dof_names[joint]}'")
-    goal = problem.goal
+    if _missed(problem, end):
+        notes.append("it does not end at the problem's goal")
+    asked, taken = problem.duration, trajectory.duration
+    if asked is not None and abs(taken - asked) > _SAME_TIME * asked:
+        notes.append(f"it takes {taken:.4g} s, and the problem asks for {asked:.4g} s")
+    return notes if base is None else [*notes, *base.missed]
+
+
+def _missed(problem: Problem, end: Array) -> bool:
+    """Whether a trajectory ends elsewhere; where a floating base takes the end effector is the base report's to say."""
+    goal = problem.local.goal
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
-        missed = (np.abs(np.atleast_2d(goal.q) - end) - goal.tolerance).max(axis=1).min() > _SAME
-    else:
-        missed = not bool(reaches(reach_to(problem.robot, goal), end[None])[0])
-    return [*notes, "it does not end at the problem's goal"] if missed else notes
+        return bool((np.abs(np.atleast_2d(goal.q) - end) - goal.tolerance).max(axis=1).min() > _SAME)
+    return not problem.floats and not bool(reaches(reach_to(problem.robot, goal), end[None])[0])

@@ -7,19 +7,23 @@ import os
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from spacearm.checks import shown
+from spacearm.checks import as_transform, shown
 from spacearm.errors import FileFormatError, ProblemError
+from spacearm.momentum import Momentum
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.motion.plain import trajectory_from_dict
 from spacearm.planner.files.plans import KEY, VERSION, problem_hash
+from spacearm.planner.floating import AttitudeGoal, BaseLimits
 from spacearm.planner.goals import goal_from_dict
 from spacearm.planner.problem import Problem
 from spacearm.reading import located, read_bytes
+from spacearm.records import record_from_dict
 from spacearm.robot import Robot
 from spacearm.robot.plain import robot_from_dict
 from spacearm.scene.plain import scene_from_list
 
 _PROBLEM_KEYS = ("robot", "base", "start", "goal", "obstacles")
+_RECORDS: dict[str, type] = {"momentum": Momentum, "base_goal": AttitudeGoal, "base_limits": BaseLimits}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -123,7 +127,19 @@ def problem_from_dict(values: dict[str, Any]) -> Problem:
         start=values["start"],
         goal=goal_from_dict(values["goal"]),
         base=values["base"],
+        duration=values.get("duration"),
+        **_asked_of_the_base(values),
     )
+
+
+def _asked_of_the_base(values: dict[str, Any]) -> dict[str, Any]:
+    given: dict[str, Any] = {}
+    if "base_start" in values:
+        given["base_start"] = as_transform("base_start", values["base_start"], ProblemError)
+    for key, record in _RECORDS.items():
+        if key in values:
+            given[key] = record_from_dict(record, values[key], key, ProblemError)
+    return given
 
 
 def _problem(path: object, saved: dict[str, Any]) -> Problem:

@@ -74,7 +74,8 @@ def placed(model: Any) -> Array:
     """
     if model.q_wxyz is not None and model.rpy_deg is not None:
         raise SceneError("both q_wxyz and rpy_deg are given, expected one; remove the other")
-    position = (0.0, 0.0, 0.0) if model.position is None else model.position
+    given = getattr(model, "position", None)  # an attitude has none
+    position = (0.0, 0.0, 0.0) if given is None else given
     T = pose(position, (1.0, 0.0, 0.0, 0.0) if model.q_wxyz is None else model.q_wxyz)
     if model.rpy_deg is not None:
         if len(model.rpy_deg) != 3:

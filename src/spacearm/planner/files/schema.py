@@ -59,7 +59,7 @@ Each = Annotated[Number | list[Number], _form("a finite number, or a list of the
 Settings = Annotated[dict[str, Any], _form("a mapping (setting: value)", dict)]
 Axis = Annotated[Text | Vector, _form("x, y, z or a direction (a list of three numbers)", str, list)]
 
-_POSITION = "where its origin is, in the base frame at the start [m]; by default 0, 0, 0"
+_POSITION = "where its origin is, in the inertial frame [m]; by default 0, 0, 0"
 _Q_WXYZ = "its orientation as a quaternion, scalar first, of any length but 0"
 _RPY_DEG = "its orientation by turns about the fixed x, then y, then z [degrees], as in a URDF"
 _SPHERES = "how many balls may enclose it, at most"
@@ -70,7 +70,7 @@ _SCALE = "of the file's coordinates: one number, or three for x, y and z"
 class SphereModel(StrictModel):
     """A ball."""
 
-    center: Vector = Field(description="in the base frame at the start [m]")
+    center: Vector = Field(description="in the inertial frame [m], the base frame at the start unless base_start is given")
     radius: Number = Field(description="[m], above 0")
 
 
@@ -228,7 +228,7 @@ class PoseModel(StrictModel):
 
     model_config = _one_of("q_wxyz", "rpy_deg")
 
-    position: Vector = Field(description="of the frame's origin, in the base frame at the start [m]")
+    position: Vector = Field(description="of the frame's origin, in the inertial frame [m]")
     q_wxyz: Quaternion | None = Field(None, description=_Q_WXYZ)
     rpy_deg: Vector | None = Field(None, description=_RPY_DEG)
 
@@ -242,7 +242,7 @@ class GoalModel(StrictModel):
     configuration_deg: Joints | None = Field(None, description="joint positions [degrees]")
     configurations: list[Configuration] | None = Field(None, description="several, of which the best is reached")
     configurations_deg: list[Joints] | None = Field(None, description="likewise [degrees]")
-    position: Vector | None = Field(None, description="for the frame's origin, in the base frame at the start [m]")
+    position: Vector | None = Field(None, description="for the frame's origin, in the inertial frame [m]")
     pose: PoseModel | None = Field(None, description="a position and an orientation for the frame")
     tolerance: Each | None = Field(
         None, description="of a position [m], by default 0.001; of configurations [rad or m], one number or one a joint, 0"
@@ -262,6 +262,63 @@ class GoalModel(StrictModel):
         return _named(given, "configuration", "a mapping, as in configuration: [...], or the name of a configuration")
 
 
+class BaseStartModel(PlacedModel):
+    """Where the base is when the motion begins."""
+
+    model_config = ConfigDict(json_schema_extra={"not": {"required": ["position", "mass_center"]}})
+
+    mass_center: Flag | None = Field(
+        None, description="instead of a position: the centre of mass of base and arm is at the inertial origin"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _word(cls, given: Any) -> Any:
+        """Take ``base_start: mass_center`` for ``base_start: {mass_center: true}``."""
+        return _flagged(given, "mass_center", "mass_center, or a mapping with position, q_wxyz or rpy_deg")
+
+
+class BaseGoalModel(StrictModel):
+    """How the base is to stand at the end."""
+
+    model_config = _one_of("q_wxyz", "rpy_deg", "as_it_was")
+
+    q_wxyz: Quaternion | None = Field(None, description="its attitude, a quaternion, scalar first, of any length but 0")
+    rpy_deg: Vector | None = Field(None, description="its attitude by turns about the fixed x, then y, then z [degrees]")
+    as_it_was: Flag | None = Field(None, description="the attitude at the start")
+    tolerance: Number | None = Field(None, description="by which it may be missed [rad]; by default 0.0005")
+    tolerance_deg: Number | None = Field(None, description="the same in degrees")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _word(cls, given: Any) -> Any:
+        """Take ``base_goal: as_it_was`` for ``base_goal: {as_it_was: true}``."""
+        return _flagged(given, "as_it_was", "as_it_was, or a mapping with q_wxyz, rpy_deg or as_it_was")
+
+
+class BaseLimitsModel(StrictModel):
+    """How little the arm may disturb the base."""
+
+    final: Number | None = Field(None, description="angle between its attitudes at the end and at the start [rad]")
+    final_deg: Number | None = Field(None, description="the same in degrees")
+    peak: Number | None = Field(None, description="the greatest angle from its attitude at the start, at any time [rad]")
+    peak_deg: Number | None = Field(None, description="the same in degrees")
+    rate: Number | None = Field(None, description="how fast it may turn [rad/s]")
+    rate_deg: Number | None = Field(None, description="the same in degrees a second")
+    joint_momentum: Number | None = Field(
+        None, description="the arm's angular momentum about the system's centre of mass, of its joints' motion alone [N m s]"
+    )
+
+
+class MomentumModel(StrictModel):
+    """What base and arm have, and keep."""
+
+    linear: Vector | None = Field(None, description="in the inertial frame [N s]; by default 0, 0, 0")
+    angular: Vector | None = Field(
+        None, description="about the system's centre of mass, in the inertial frame [N m s]; by default 0, 0, 0"
+    )
+
+
 class ProblemModel(StrictModel):
     """A problem file."""
 
@@ -275,7 +332,18 @@ class ProblemModel(StrictModel):
     )
     start_deg: Joints | None = Field(None, description="the same in degrees, instead of start")
     goal: GoalModel = Field(description="where to end")
-    base: Text = Field("fixed", description="how the base moves: fixed")
+    base: Literal["fixed", "floating"] | None = Field(
+        None, description="how the base is held: fixed, or floating, free to drift and turn; by default as the robot says"
+    )
+    base_start: BaseStartModel | None = Field(
+        None, description="where the base is at the start; mass_center: with the system's centre of mass at the inertial origin"
+    )
+    base_goal: BaseGoalModel | None = Field(
+        None, description="how the floating base is to stand at the end; as_it_was: as at the start"
+    )
+    base_limits: BaseLimitsModel | None = Field(None, description="how little the arm may disturb the floating base")
+    momentum: MomentumModel | None = Field(None, description="of base and arm, if the base floats; by default none")
+    duration: Number | None = Field(None, description="of the motion [s]; by default the least that the limits allow")
     planner: Settings = Field({}, description="settings of the planner")
     editor_schema: Text | None = Field(None, alias="$schema", description="for editors; not read")
 
@@ -293,3 +361,12 @@ def _named(given: Any, key: str, words: str) -> Any:
     if not isinstance(given, (str, dict)):
         raise PydanticCustomError("form", words)  # type: ignore[arg-type]
     return {key: given} if isinstance(given, str) else given
+
+
+def _flagged(given: Any, key: str, words: str) -> Any:
+    """Take a certain word for a mapping that says yes to it."""
+    if given == key:
+        return {key: True}
+    if not isinstance(given, dict):
+        raise PydanticCustomError("form", words)  # type: ignore[arg-type]
+    return given

@@ -64,7 +64,7 @@ def look_at_balance(chart: Chart, inertials: list[Inertial]) -> tuple[float | No
         chart.found(
             "warning" if chart.base == "floating" else "note",
             "arm-heavier-than-base",
-            _link(chart, base[0]),
+            _link(chart, next(name for name in base if masses.get(name))),
             f"what moves is {(total - base_mass) / base_mass:.3g} times as heavy as the base"
             + ("" if chart.base == "floating" else "; if that floats, the arm throws it about"),
             value=f"{total - base_mass:.4g} kg against {base_mass:.4g} kg",

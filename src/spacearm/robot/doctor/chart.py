@@ -6,19 +6,23 @@ Nothing here raises for what is wrong in the file: what cannot be read is None, 
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from spacearm.checks import Frozen, as_number, keep, shown
-from spacearm.errors import SettingsError, nearest
+from spacearm.errors import SettingsError
 from spacearm.robot.doctor.diagnosis import Finding, Severity
 from spacearm.robot.model import require_base
 from spacearm.robot.xml_root import numbers_in
 
 Remedy = Callable[[], str]
 """Changes the XML and says how: what was there and what is there now."""
+
+_NEAR = 0.75  # how alike two names must be, of 1
+_LONGEST = 100  # characters of a name that are compared
 
 KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
@@ -137,9 +141,9 @@ def printable(text: str) -> str:
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """Tell what a mistyped name may have meant, and nothing where no known one is near."""
-    guess, _, _ = nearest(name, known).partition(" known:")
-    return guess if guess.startswith("did you mean") else ""
+    """Tell what a mistyped name was meant to be; "" where no known one is very near."""
+    close = difflib.get_close_matches(name[:_LONGEST], [entry for entry in known if len(entry) <= _LONGEST], n=1, cutoff=_NEAR)
+    return f"did you mean {close[0]!r}?" if close else ""
 
 
 def _named(elements: list[Any]) -> list[Any]:

@@ -13,6 +13,7 @@ from spacearm.robot.doctor.limits import FARTHEST
 from spacearm.robot.doctor.shapes import mesh_path, mesh_size
 
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
+_LONGEST = 80  # characters of a path
 _SEARCHED = 5000  # files looked at for a mesh that has moved
 _SMALLEST = 1e-3  # [m] a mesh in millimetres is at least this large in metres
 
@@ -54,13 +55,18 @@ def _look_at_shape(chart: Chart, part: Any, *, needed: bool) -> None:
             "mesh-missing",
             mesh,
             f"its {part.tag} mesh is not there",
-            value=shown(name) if name else "no filename",
+            value=_path(name) if name else "no filename",
             expected="a file beside the URDF, or for package:// in a directory above it",
             advice=f"write {shown(found)}, the only file of that name" if found else "put the file there, or correct the path",
             remedy=setting(mesh, "filename", found) if found else None,
         )
     elif needed or not part.getparent().findall("collision"):
         _look_at_mesh(chart, part, mesh, path, needed)
+
+
+def _path(name: str) -> str:
+    """Show a path, a long one by its end, which tells the file."""
+    return repr(name if len(name) <= _LONGEST else f"...{name[-_LONGEST:]}")
 
 
 def _look_at_mesh(chart: Chart, part: Any, mesh: Any, path: Path, needed: bool) -> None:
@@ -74,7 +80,7 @@ def _look_at_mesh(chart: Chart, part: Any, mesh: Any, path: Path, needed: bool) 
                 "mesh-unreadable",
                 mesh,
                 f"its mesh cannot be read ({error})",
-                value=shown(mesh.get("filename")),
+                value=_path(mesh.get("filename")),
                 expected="triangles, as in STL, OBJ, PLY",
                 advice="repair or convert the file",
             )

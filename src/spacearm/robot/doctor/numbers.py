@@ -29,17 +29,24 @@ _NUMBERS: dict[str, dict[str, tuple[tuple[int, ...], bool]]] = {
     "sphere": {"radius": ((1,), True)},
     "mesh": {"scale": ((1, 3), False)},
 }
+_PLACES = (
+    "link/inertial/*",
+    "link/collision/origin",
+    "link/collision/geometry/*",
+    "link/visual/origin",
+    "link/visual/geometry/*",
+    "joint/*",
+)
 _SIZES = ("size", "radius", "length")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
 
 
 def look_at_numbers(chart: Chart) -> None:
     """Find every number of links and joints that cannot be read, or not by everybody."""
-    for part in (*chart.root.findall("link"), *chart.root.findall("joint")):
-        for tag, attributes in _NUMBERS.items():
-            for element in part.iter(tag):
-                for attribute, (counts, needed) in attributes.items():
-                    _look_at(chart, element, attribute, counts, needed)
+    for place in _PLACES:
+        for element in chart.root.findall(place):
+            for attribute, (counts, needed) in _NUMBERS.get(element.tag, {}).items():
+                _look_at(chart, element, attribute, counts, needed)
 
 
 def _look_at(chart: Chart, element: Any, attribute: str, counts: tuple[int, ...], needed: bool) -> None:

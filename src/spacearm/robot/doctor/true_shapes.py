@@ -53,7 +53,7 @@ def _places(robot: Robot, link: str, frames: Array) -> Array:
 
 
 def _meet(first: Parts, T_first: Array, second: Parts, T_second: Array) -> bool:
-    import coal
+    import coal  # pyright: ignore[reportMissingImports]
 
     def moved(T: Array) -> Any:
         return coal.Transform3s(T[:3, :3], T[:3, 3])
@@ -67,7 +67,7 @@ def _meet(first: Parts, T_first: Array, second: Parts, T_second: Array) -> bool:
 
 
 def _part(shape: Shape) -> tuple[Any, Array]:
-    import coal
+    import coal  # pyright: ignore[reportMissingImports]
 
     if shape.kind == "sphere":
         made: Any = coal.Sphere(shape.size[0])
@@ -84,7 +84,7 @@ def _part(shape: Shape) -> tuple[Any, Array]:
         for k in range(0, len(corners), 3):
             triangles.append(coal.Triangle(k, k + 1, k + 2))
         vertices = coal.StdVec_Vec3s()
-        vertices.extend([corner for corner in corners])
+        vertices.extend(list(corners))
         made.addSubModel(vertices, triangles)
         made.endModel()
     return made, shape.T_link_shape

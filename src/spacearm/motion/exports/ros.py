@@ -1,0 +1,86 @@
+"""A trajectory as messages of ROS 2, in JSON with the messages' own field names.
+
+Keys: `joint_trajectory`, a trajectory_msgs/JointTrajectory; and of a floating base `base_path`, a nav_msgs/Path whose poses
+are stamped with the time from the start, and `base_twists`, a list of geometry_msgs/TwistStamped: linear velocity in the
+inertial frame, angular velocity there too. Orientations are x, y, z, w by name, as ROS has them.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.checks import as_name
+from spacearm.errors import SettingsError
+from spacearm.momentum.turning import rotated
+from spacearm.motion.exports.instants import instants, require_new
+from spacearm.motion.recorded import AnyTrajectory
+from spacearm.output import write_atomically
+
+Array = NDArray[np.float64]
+
+_TICKS = 1_000_000_000
+
+
+def write_ros_trajectory(
+    trajectory: AnyTrajectory,
+    path: str | os.PathLike[str],
+    *,
+    step: float | None = None,
+    frame_id: str = "inertial",
+) -> None:
+    """Write a trajectory as messages of ROS 2 in JSON: joint_names and points, and where a floating base is.
+
+    Args:
+        trajectory: to be written.
+        path: of the file, a new one.
+        step: between two points [s]; None: a 200th of the duration.
+        frame_id: the name of the inertial frame.
+
+    Raises:
+        OutputError: the file exists already, or cannot be written.
+        SettingsError: a step or a name that cannot be.
+    """
+    frame_id = as_name("frame_id", frame_id, SettingsError)
+    at = instants(trajectory, step, ticks=_TICKS)
+    require_new(path)
+    stamps = [{"sec": tick // _TICKS, "nanosec": tick % _TICKS} for tick in at.tolist()]
+    state = trajectory.sample(at / _TICKS)
+    rows = zip(*(values.tolist() for values in state), stamps, strict=True)
+    begin = {"stamp": {"sec": 0, "nanosec": 0}}
+    values: dict[str, Any] = {
+        "joint_trajectory": {
+            "header": {**begin, "frame_id": ""},
+            "joint_names": list(trajectory.robot.dof_names),
+            "points": [
+                {"positions": q, "velocities": dq, "accelerations": ddq, "effort": [], "time_from_start": stamp}
+                for q, dq, ddq, stamp in rows
+            ],
+        }
+    }
+    if trajectory.base == "floating":
+        headers = [{"stamp": stamp, "frame_id": frame_id} for stamp in stamps]
+        position, wxyz = trajectory.base_pose(at / _TICKS)
+        velocity, omega = trajectory.base_rate(at / _TICKS)
+        poses = [{"position": p, "orientation": q} for p, q in zip(_named(position), _xyzw(wxyz), strict=True)]
+        twists = [
+            {"linear": v, "angular": w} for v, w in zip(_named(velocity), _named(rotated(wxyz, omega)), strict=True)
+        ]
+        values["base_path"] = {
+            "header": {**begin, "frame_id": frame_id},
+            "poses": [{"header": header, "pose": pose} for header, pose in zip(headers, poses, strict=True)],
+        }
+        values["base_twists"] = [{"header": header, "twist": twist} for header, twist in zip(headers, twists, strict=True)]
+    write_atomically(path, json.dumps(values, indent=1, allow_nan=False) + "\n")
+
+
+def _named(rows: Array) -> list[dict[str, float]]:
+    return [dict(zip("xyz", row, strict=True)) for row in rows.tolist()]
+
+
+def _xyzw(wxyz: Array) -> list[dict[str, float]]:
+    return [dict(zip("xyzw", row, strict=True)) for row in wxyz[:, [1, 2, 3, 0]].tolist()]
