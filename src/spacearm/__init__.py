@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from spacearm._kernel import KernelInfo, kernel_info
     from spacearm.errors import SpacearmError
-    from spacearm.momentum import Momentum, base_at_mass_center
+    from spacearm.momentum import (
+        BaseMotion,
+        Momentum,
+        base_at_mass_center,
+        base_rate,
+        center_of_mass,
+        momentum_map,
+        system_mass,
+    )
     from spacearm.motion import (
         Motion,
         PiecewisePath,
@@ -21,6 +29,8 @@ if TYPE_CHECKING:
         load_trajectory,
         resampled,
         time_optimal,
+        write_aem,
+        write_ros_trajectory,
     )
     from spacearm.planner import (
         AttitudeGoal,
@@ -29,6 +39,7 @@ if TYPE_CHECKING:
         ConfigurationGoal,
         ConfigurationsGoal,
         MotionSwarm,
+        ParetoFront,
         Plan,
         PlannerSettings,
         PoseGoal,
@@ -43,6 +54,7 @@ if TYPE_CHECKING:
         load_plan,
         load_problem,
         load_saved_plan,
+        pareto_front,
         plan,
         save_plan,
     )
@@ -81,7 +93,7 @@ _ROOM_OF = {
     "_kernel": ("KernelInfo", "kernel_info"),
     "proof": ("Certificate", "certify"),
     "errors": ("SpacearmError",),
-    "momentum": ("Momentum", "base_at_mass_center"),
+    "momentum": ("BaseMotion", "Momentum", "base_at_mass_center", "base_rate", "center_of_mass", "momentum_map", "system_mass"),
     "motion": (
         "Motion",
         "PiecewisePath",
@@ -91,6 +103,8 @@ _ROOM_OF = {
         "load_trajectory",
         "resampled",
         "time_optimal",
+        "write_aem",
+        "write_ros_trajectory",
     ),
     "planner": (
         "AttitudeGoal",
@@ -99,6 +113,7 @@ _ROOM_OF = {
         "ConfigurationGoal",
         "ConfigurationsGoal",
         "MotionSwarm",
+        "ParetoFront",
         "Plan",
         "PlannerSettings",
         "PoseGoal",
@@ -113,6 +128,7 @@ _ROOM_OF = {
         "load_plan",
         "load_problem",
         "load_saved_plan",
+        "pareto_front",
         "plan",
         "save_plan",
     ),
@@ -153,6 +169,7 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "PSO",
     "AttitudeGoal",
     "BaseLimits",
+    "BaseMotion",
     "BaseReport",
     "Body",
     "Box",
@@ -174,6 +191,7 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "Motion",
     "MotionSwarm",
     "NamedConfiguration",
+    "ParetoFront",
     "Penalty",
     "PiecewisePath",
     "Plan",
@@ -195,7 +213,9 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "Trajectory",
     "Weights",
     "base_at_mass_center",
+    "base_rate",
     "builtin_robots",
+    "center_of_mass",
     "certify",
     "clearance",
     "diagnose",
@@ -215,12 +235,17 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
     "load_trajectory",
     "mend_urdf",
     "minimize",
+    "momentum_map",
     "named_settings",
+    "pareto_front",
     "plan",
     "pose",
     "resampled",
     "save_plan",
+    "system_mass",
     "time_optimal",
+    "write_aem",
+    "write_ros_trajectory",
 ]
 
 

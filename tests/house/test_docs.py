@@ -1,9 +1,10 @@
-"""What the pages show runs, in order, on a small arm; and the files that they name exist."""
+"""What the pages show runs, in order; and the files and the sections that they name exist."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -67,8 +68,45 @@ def test_planning_for_your_own_robot_runs(
     assert Path("plan.json").exists()
 
 
+def test_the_floating_base_page_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    for block in blocks(REPOSITORY / "docs" / "floating_base.md"):
+        exec(compile(block, "floating_base.md", "exec"), names)
+    printed = capsys.readouterr().out
+    assert "15.1 degrees" in printed
+    assert "fails | link 'link_7' and obstacle 'strut B'" in printed  # what was proven with the base held
+    assert "penetrate by 591 mm" in printed  # the published motion
+    found = [names[name] for name in ("first", "second", "reached", "slow", "caught")]
+    assert [plan.status for plan in found] == ["found"] * 5
+    assert all(plan.certificate.holds for plan in found)
+    # What is left of a goal: the plan's own report against the trajectory, and both against the page's words.
+    second, reached, slow = names["second"], names["reached"], names["slow"]
+    tip = second.trajectory.tip(second.trajectory.duration)[:3, 3]
+    assert abs(tip - names["goal"].position).max() < 1e-6
+    assert reached.base.goal_distance < 1e-6
+    assert reached.base.base_angle < 1e-6
+    assert slow.base.rate <= names["gentle"].base_limits.rate * (1 + 1e-6)
+    assert {path.name for path in Path().iterdir()} == {"plan.json", "base.aem", "arm.json"}
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_the_files_a_page_names_exist(page: Path) -> None:
     named = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
     missing = [name for name in named if not name.startswith("http") and not (page.parent / name).exists()]
     assert not missing
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_the_sections_a_page_names_exist(page: Path) -> None:
+    named = re.findall(r"\]\(([^):]*)#([^)]+)\)", page.read_text(encoding="utf-8"))
+    missing = [f"{name}#{anchor}" for name, anchor in named if anchor not in anchors((page.parent / name) if name else page)]
+    assert not missing
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}

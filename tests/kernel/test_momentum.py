@@ -15,11 +15,11 @@ from kernel.builds import LEVELS, Build, place
 from momentum.drawn import motion_of, spacecraft
 from oracles import pinocchio_floating, servicer
 from spacearm._kernel import available_levels
-from spacearm.momentum import BaseMotion, Momentum, center_of_mass, moments, system_mass
+from spacearm.momentum import BaseMotion, Momentum, moments, system_mass
 from spacearm.momentum.quick import kernel_masses
 from spacearm.momentum.turning import angle, conjugate, matrix_of, multiplied
 from spacearm.motion import Motion, Trajectory
-from spacearm.planner import PoseGoal, PositionGoal, Problem, clearance, clearances
+from spacearm.planner import PoseGoal, PositionGoal, Problem, clearances
 from spacearm.planner.islands import asked_of_the_base
 from spacearm.planner.reaching.onto_goal import pose_errors
 from spacearm.robot import LinkCapsule, Robot
@@ -77,7 +77,9 @@ def test_momentum_is_pinocchios(build: Build, robot: Robot) -> None:
         np.testing.assert_allclose(row[15:], data.vcom[0], atol=accuracy * 20)
         np.testing.assert_allclose(H, inertia, atol=accuracy * scale)
         np.testing.assert_allclose(row[3:6], arm, atol=accuracy * scale * max(1.0, np.abs(rate).max()))
-        np.testing.assert_allclose(row[12:15], pinocchio_floating.free_rate(model, full, joints, np.zeros(3)), atol=accuracy * 20)
+        np.testing.assert_allclose(
+            row[12:15], pinocchio_floating.free_rate(model, full, joints, np.zeros(3)), atol=accuracy * 20
+        )
 
 
 def test_the_servicer_ends_as_published(build: Build) -> None:

@@ -41,7 +41,12 @@ goal:
   orientation_tolerance_deg: 1
   free_axis: z
   frame: hand
-base: fixed
+base: floating
+base_start: {position: [0, 0, 1], rpy_deg: [0, 0, 90], mass_center: false}
+base_goal: {q_wxyz: [1, 0, 0, 0], tolerance_deg: 1}
+base_limits: {peak_deg: 2, rate: 1, joint_momentum: 40}
+momentum: {linear: [0, 0, 0.1], angular: [0, 0, 0.5]}
+duration: 60
 planner:
   evaluations: 100
   interior_points: [2, 3]

@@ -20,8 +20,10 @@ from proof.dense import arms, planar
 from scene.drawn_shapes import obstacles
 from snapshot import assert_refused
 from spacearm.errors import FileFormatError, OutputError, ProblemError, SpacearmError
+from spacearm.momentum import Momentum, base_at_mass_center
 from spacearm.motion import RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.planner import (
+    BaseLimits,
     Plan,
     PlannerSettings,
     PoseGoal,
@@ -37,7 +39,8 @@ from spacearm.planner import (
 from spacearm.planner.files.plans import problem_as_dict, problem_hash
 from spacearm.planner.files.saved_plans import problem_from_dict
 from spacearm.proof import certify
-from spacearm.robot import Joint, forward_kinematics
+from spacearm.records import record_as_dict
+from spacearm.robot import Joint, forward_kinematics, load_robot
 from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, pose
 
 SMALL = PlannerSettings(evaluations=300, goal_candidates=2)
@@ -163,6 +166,64 @@ def test_where_a_robot_was_read_from_does_not_change_the_hash() -> None:
     assert problem_hash(turn(robot=planar(velocity=(1.0, 2.0)))) != problem_hash(PROBLEM)
 
 
+# ---- a base that floats ----------------------------------------------------------------------------------------------
+
+CRAFT = load_robot("srs7")
+ADRIFT: dict[str, Any] = {
+    "fixed elsewhere": {"base": "fixed", "base_start": pose((1, 2, 3), (1, 0, 0, 1))},
+    "floating": {},
+    "at its mass center": {"base_start": base_at_mass_center(CRAFT, CRAFT.configuration("home"))},
+    "as it was": {"base_goal": (1, 0, 0, 0)},
+    "with limits": {"base_limits": BaseLimits(peak=0.5, rate=0.25)},
+    "tumbling": {"momentum": Momentum(linear=(1, 0, 0), angular=(0, 0.1, 0.1)), "duration": 40.0},
+}
+
+
+def adrift(**asked: Any) -> Problem:
+    home = CRAFT.configuration("home")
+    return Problem(CRAFT, [], start=home, goal=home + np.array((0.3, 0.2, 0, -0.3, 0, 0.3, 0)), **asked)
+
+
+@pytest.mark.parametrize("case", ADRIFT)
+def test_a_plan_with_a_floating_base_is_read_back_bit_for_bit(case: str, tmp_path: Path) -> None:
+    problem = adrift(**ADRIFT[case])
+    made = plan(problem, SMALL, rng=0)
+    path = tmp_path / "plan.json"
+    save_plan(made, path)
+    content = strictly(path.read_text())
+    assert content == plan_as_dict(made)
+    assert ("base" in content) == problem.floats
+    if made.base is not None:
+        assert content["base"] == record_as_dict(made.base)
+    again = load_saved_plan(path)
+    assert again.problem == problem
+    assert problem_hash(again.problem) == again.problem_hash == problem_hash(problem)
+    assert again.trajectory == made.trajectory == load_plan(path) == load_plan(path, problem)
+    assert (again.trajectory.base, again.trajectory.momentum) == (problem.base, problem.momentum)
+    np.testing.assert_array_equal(again.trajectory.base_start, problem.base_start)
+
+
+def test_all_that_is_asked_of_a_base_counts_in_the_hash() -> None:
+    hashes = [problem_hash(adrift(**asked)) for asked in ADRIFT.values()]
+    hashes.append(problem_hash(adrift(momentum=ADRIFT["tumbling"]["momentum"], duration=41)))
+    hashes.append(problem_hash(adrift(duration=40)))
+    assert len(set(hashes)) == len(hashes)
+    for asked in ADRIFT.values():
+        again = problem_from_dict(strictly(json.dumps(problem_as_dict(adrift(**asked)))))
+        assert problem_hash(again) == problem_hash(adrift(**asked))
+
+
+def test_problems_from_before_bases_could_float_keep_their_hashes() -> None:
+    """The number is that of a release whose problems had a fixed base at the origin, and no more."""
+    written = OUTCOMES["position"]
+    assert problem_hash(written) == "9aec95a09786c618c70bc4b5cace164e924771227f643d2496db2c87b909d271"
+    values = problem_as_dict(written)
+    assert set(values) == {"robot", "base", "start", "goal", "obstacles"}
+    values["robot"].pop("base", None)  # as it was then
+    assert problem_from_dict(values) == written
+    assert "base" not in plan_as_dict(plan(turn(scene=[]), SMALL, rng=0))
+
+
 # ---- refused ---------------------------------------------------------------------------------------------------------
 
 
@@ -219,6 +280,19 @@ WRONG: dict[str, Any] = {
     "start: a mapping": lambda c: c["problem"].update(start={}),
     "goal: of no kind": lambda c: c["problem"].update(goal={}),
     "base: afloat": lambda c: c["problem"].update(base="floating"),
+    "base: mistyped": lambda c: c["problem"].update(base="float"),
+    "base: start a point": lambda c: c["problem"].update(base_start=[0, 0, 1]),
+    "base: start not rigid": lambda c: c["problem"].update(base_start=np.diag([1.0, 1, 2, 1]).tolist()),
+    "base: momentum a list": lambda c: c["problem"].update(momentum=[0, 0, 1]),
+    "base: momentum of a fixed base": lambda c: c["problem"].update(momentum={"linear": [0, 0, 1]}),
+    "base: goal mistyped": lambda c: c["problem"].update(base_goal={"atitude": [1, 0, 0, 0]}),
+    "base: goal of a fixed base": lambda c: c["problem"].update(base_goal={"attitude_wxyz": [1, 0, 0, 0]}),
+    "base: limits a number": lambda c: c["problem"].update(base_limits=3),
+    "base: limit text": lambda c: c["problem"].update(base_limits={"peak": "small"}),
+    "base: duration zero": lambda c: c["problem"].update(duration=0),
+    "motion: base mistyped": lambda c: c["motion"].update(base="float"),
+    "motion: base without masses": lambda c: c["motion"].update(base="floating"),
+    "motion: base_start a word": lambda c: c["motion"].update(base_start="origin"),
     "motion: a text": lambda c: c.update(motion="fast"),
     "motion: a key mistyped": lambda c: c["motion"].update(duration=3),
     "motion: no control points": lambda c: c["motion"].pop("control_points"),

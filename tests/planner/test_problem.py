@@ -295,9 +295,13 @@ REFUSED: dict[str, Any] = {
     "base_limits a mapping": lambda: problem(base="floating", base_limits={"peak": 0.1}),
     "base_limits below 0": lambda: BaseLimits(rate=-0.1),
     "base_limits text": lambda: BaseLimits(joint_momentum="1"),
-    "base_limits beside the goal": lambda: problem(
-        base="floating", base_goal=(1, 0, 0, 0), base_limits=BaseLimits(final=0.1)
-    ),
+    "base_limits beside the goal": lambda: problem(base="floating", base_goal=(1, 0, 0, 0), base_limits=BaseLimits(final=0.1)),
+    "base_start out of this world": lambda: problem(base_start=(0, 0, 1e9)),
+    "momentum that carries it away": lambda: problem(base="floating", momentum=Momentum(linear=(1e300, 0, 0)), duration=1),
+    "momentum that spins it": lambda: problem(base="floating", momentum=Momentum(angular=(0, 0, 1e300)), duration=1),
+    "base_limits of rest": lambda: BaseLimits(rate=1e-300),
+    "duration of no time": lambda: problem(duration=1e-300),
+    "duration of an age": lambda: problem(duration=1e300),
     "duration zero": lambda: problem(duration=0),
     "duration infinite": lambda: problem(duration=math.inf),
     "duration a word": lambda: problem(duration="short"),

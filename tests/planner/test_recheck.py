@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,20 @@ from planner.test_plan_files import BALL, PROBLEM, SMALL, edited, turn
 from proof.dense import planar
 from spacearm.errors import FileFormatError, ProblemError
 from spacearm.motion import PiecewisePath, RecordedTrajectory, load_trajectory
-from spacearm.planner import Plan, PositionGoal, plan, save_plan, save_trajectory
+from spacearm.planner import (
+    BaseLimits,
+    Plan,
+    PlannerSettings,
+    PositionGoal,
+    Problem,
+    plan,
+    report_base,
+    save_plan,
+    save_trajectory,
+)
 from spacearm.planner.files.recheck import recheck_plan, recheck_trajectory
-from spacearm.scene import Sphere
+from spacearm.robot import load_robot
+from spacearm.scene import Sphere, pose
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +118,6 @@ def test_options_are_the_proofs(saved: Path) -> None:
 
 def test_a_plan_of_another_robot_is_refused(saved: Path) -> None:
     from planner.test_plan_files import turntable
-    from spacearm.planner import Problem
 
     other = Problem(turntable(), [], start=[0.0], goal=[1.0])
     with pytest.raises(ProblemError, match="moves 2 joints, expected the 1"):
@@ -136,3 +147,130 @@ def test_what_is_no_plan_is_refused(tmp_path: Path) -> None:
     (tmp_path / "plan.json").write_text(json.dumps({"spacearm": 1}))
     with pytest.raises(FileFormatError):
         recheck_plan(tmp_path / "plan.json")
+
+
+# ---- a base that floats ----------------------------------------------------------------------------------------------
+
+CRAFT = load_robot("srs7")
+ADRIFT = Problem(
+    CRAFT,
+    [],
+    start=CRAFT.configuration("home"),
+    goal=PositionGoal((0.3, 0.3, 0.7)),
+    base_start=pose((0, 0, 0.1)),
+    base_limits=BaseLimits(peak=0.5),
+)
+
+
+@pytest.fixture(scope="module")
+def drifted() -> Plan:
+    made = plan(ADRIFT, PlannerSettings(evaluations=1500), rng=0)
+    assert made.found, made.message
+    return made
+
+
+@pytest.fixture
+def floating(drifted: Plan, tmp_path: Path) -> Path:
+    save_plan(drifted, tmp_path / "plan.json")
+    return tmp_path / "plan.json"
+
+
+def test_an_untouched_plan_with_a_floating_base_holds_again(drifted: Plan, floating: Path) -> None:
+    again = recheck_plan(floating)
+    assert (again.certificate.holds, again.agrees, again.notes) == (True, True, ())
+    assert again.base == drifted.base == report_base(ADRIFT, drifted.trajectory)
+    assert again.base.goal_distance < 1e-3
+    end = drifted.trajectory.tip(drifted.trajectory.duration)[:3, 3]
+    np.testing.assert_allclose(end, (0.3, 0.3, 0.7), atol=1e-3)
+    assert recheck_plan(floating, ADRIFT).notes == ()
+
+
+def both(content: dict[str, Any], **base: Any) -> None:
+    content["problem"].update(base)
+    content["motion"].update(base)
+
+
+def heavier(content: dict[str, Any]) -> None:
+    base = next(body for body in content["problem"]["robot"]["bodies"] if body["joint"] == -1)
+    base["mass"] *= 2
+
+
+_PROBLEM, _MOTION = "problem in the file is not the one that was planned", "motion in the file is not the one"
+_MISSED = "end effector misses its goal by"
+TAMPERED: dict[str, Any] = {
+    "a base elsewhere": (lambda c: both(c, base_start=pose((0.1, 0, 0.1)).tolist()), [_PROBLEM, _MOTION, _MISSED]),
+    "a base that is held": (
+        lambda c: (both(c, base="fixed"), c["problem"].pop("base_limits")),
+        [_PROBLEM, _MOTION, "does not end at the problem's goal"],
+    ),
+    "a momentum": (
+        lambda c: (both(c, momentum={"angular": [0, 0, 1]}), c["problem"].update(duration=c["motion"]["duration_s"])),
+        [_PROBLEM, _MOTION, _MISSED],
+    ),
+    "masses": (heavier, [_PROBLEM, _MISSED]),
+    "a goal": (lambda c: c["problem"]["goal"].update(position=[0.3, 0.3, 0.6]), [_PROBLEM, _MISSED]),
+    "a limit": (lambda c: c["problem"]["base_limits"].update(peak=0.01), [_PROBLEM, "the base turns by"]),
+    "an attitude": (
+        lambda c: c["problem"].update(base_goal={"attitude_wxyz": [1, 0, 0, 0]}),
+        [_PROBLEM, "the base misses its goal attitude by"],
+    ),
+    "a duration": (lambda c: c["problem"].update(duration=1.0), [_PROBLEM, "and the problem asks for 1 s"]),
+    "what it says of itself": (lambda c: c["base"].update(peak=0.0, goal_distance=0.0), []),
+}
+
+
+@pytest.mark.parametrize("case", TAMPERED)
+def test_a_floating_base_that_was_tampered_with_is_told(case: str, floating: Path) -> None:
+    change, expected = TAMPERED[case]
+    again = recheck_plan(edited(floating, change))
+    told = [note for note in again.notes if "certificate says" not in note]
+    for words in expected:
+        assert any(words in note for note in told), again.notes
+    assert case == "a momentum" or len(told) == len(expected), again.notes
+
+
+SPLIT: dict[str, Any] = {
+    "base_start of the problem alone": lambda c: c["problem"].update(base_start=pose((0.1, 0, 0.1)).tolist()),
+    "base_start of the motion alone": lambda c: c["motion"].pop("base_start"),
+    "base of the motion alone": lambda c: c["motion"].pop("base"),
+    "momentum of the motion alone": lambda c: c["motion"].update(momentum={"linear": [0, 0, 1]}),
+}
+
+
+@pytest.mark.parametrize("case", SPLIT)
+def test_a_motion_of_another_base_than_its_problems_is_refused(case: str, floating: Path) -> None:
+    path = edited(floating, SPLIT[case])
+    with pytest.raises(ProblemError) as caught:
+        recheck_plan(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "problem's" in str(caught.value)
+
+
+def test_a_plan_for_a_floating_base_is_none_for_a_fixed_one(floating: Path) -> None:
+    with pytest.raises(ProblemError, match="the trajectory is of a floating base"):
+        recheck_plan(floating, replace(ADRIFT, base="fixed", base_limits=None))
+
+
+def test_our_own_csv_of_a_floating_base_holds_again(drifted: Plan, tmp_path: Path) -> None:
+    save_trajectory(drifted.trajectory, tmp_path / "trajectory.csv")
+    read = load_trajectory(CRAFT, tmp_path / "trajectory.csv", base="floating", base_start=ADRIFT.base_start)
+    again = recheck_trajectory(ADRIFT, read, limits=("position",))
+    assert again.certificate.holds
+    assert again.base.goal_distance < 1e-3
+    assert not any("misses" in note or "problem's" in note for note in again.notes)
+    astray = replace(ADRIFT, goal=PositionGoal((0.3, 0.3, 0.6)))
+    assert any("misses its goal by 100" in note for note in recheck_trajectory(astray, read, limits=()).notes)
+
+
+def test_a_goal_in_space_is_where_it_is_also_for_a_fixed_base_elsewhere() -> None:
+    tip = (2 * np.cos(0.7), 2 * np.sin(0.7), 0)
+    path = PiecewisePath.from_linear([0, 1], [[0.5, 0.0], [0.7, 0.0]])
+    for start, notes in ((pose((0, 0, 1)), 0), (np.eye(4), 1)):
+        asked = Problem(planar(), [], start=(0.5, 0.0), goal=PositionGoal(np.add(tip, (0, 0, 1))), base_start=start)
+        again = recheck_trajectory(asked, RecordedTrajectory(planar(), path, base_start=start), limits=())
+        assert len(again.notes) == notes
+
+
+def test_a_duration_that_is_not_as_was_asked_is_told(saved: Path) -> None:
+    asked = replace(PROBLEM, duration=99.0)
+    assert any("and the problem asks for 99 s" in note for note in recheck_plan(saved, asked).notes)

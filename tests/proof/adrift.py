@@ -66,14 +66,16 @@ def lander(*, mass: float = 20.0, moment: float = 2.0, **changes: Any) -> Robot:
 
 def wheel(moment: float = 1.0, **changes: Any) -> Robot:
     """A base with a panel of 1 m, and a flywheel in its middle: the base turns back by a share of the wheel's turn."""
-    return lander(
-        joints=(Joint(name="wheel", kind="revolute", parent=-1, T_parent_joint=np.eye(4)),),
-        bodies=(body("base", -1, 10.0, (0, 0, 0), (3.0, 3.0, 3.0)), body("wheel", 0, 1.0, (0, 0, 0), (moment, moment, moment))),
-        capsules=(line("panel", -1, (1, 0, 0), (1, 0, 0), 0.05),),
-        frames=lander().frames[:1],
-        tip="base",
-        **dict.fromkeys(("upper", "velocity", "acceleration"), (10.0,)) | {"lower": (-10.0,)} | changes,
-    )
+    given: dict[str, Any] = {
+        "joints": (Joint(name="wheel", kind="revolute", parent=-1, T_parent_joint=np.eye(4)),),
+        "bodies": (body("base", -1, 10.0, (0, 0, 0), 3.0), body("wheel", 0, 1.0, (0, 0, 0), moment)),
+        "capsules": (line("panel", -1, (1, 0, 0), (1, 0, 0), 0.05),),
+        "frames": lander().frames[:1],
+        "tip": "base",
+        "lower": (-10.0,),
+        **dict.fromkeys(("upper", "velocity", "acceleration"), (10.0,)),
+    }
+    return lander(**{**given, **changes})
 
 
 @st.composite

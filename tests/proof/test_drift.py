@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from oracles.servicer import ROWS, servicer
 from proof.adrift import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
-from proof.test_bounds import curves
+from proof.test_bounds import curves, parabola
 from spacearm.momentum import Momentum
 from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
 from spacearm.proof.base import Base
@@ -139,6 +140,82 @@ def test_no_end_of_a_drifting_robot_gets_further_than_its_way_nor_along_a_direct
     n /= np.linalg.norm(n)
     speed = np.abs(middles.velocity[0, free] @ n) * middles.half[0]
     assert (np.abs(moved @ n) <= speed + middles.bend[0, free] + 1e-9).all()
+
+
+@pytest.mark.parametrize("share", [0.2, 1.0])
+def test_a_panel_that_turns_falls_towards_the_centre_and_the_bound_is_just_above(share: float) -> None:
+    """A flywheel at a constant rate: the panel, 1 m out, falls by 1 - cos of the angle, and goes sideways by its sine."""
+    robot, curve = wheel(), PiecewisePath.from_linear([0, 1], [[0.0], [share]])
+    base = Base(robot, SimpleNamespace(curve=curve, duration=1.0), stance())  # type: ignore[arg-type]
+    bodies, riders = floating_bodies_of(robot)
+    witness, joints = Witness(robot, bodies), JointMap(robot)
+    base.begin(witness.frames(np.zeros((1, 1)))[0])
+    frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
+    stretches = Spans(curve).first().some(np.array([3]))
+    middles = Middles(bodies, riders, joints, frames, Spans(curve).lines(stretches), base.reaction)
+    middles.watch(np.arange(len(riders.body)))
+    angle = share * np.diff(stretches.ends[0])[0] / 2 / 4
+    assert 1 - np.cos(angle) <= middles.bend[0, 1, 0] <= 1.2 * (1 - np.cos(angle)) + 1e-9
+    assert 2 * np.sin(angle / 2) <= middles.way[0, 1, 0] <= 1.01 * angle + 1e-9
+    assert np.linalg.norm(middles.velocity[0, 1, 0]) == pytest.approx(share / 4, rel=1e-12)
+
+
+def skewed() -> Robot:
+    """The lander with its shoulder off the middle and turned: how much the base gives way depends on the shoulder's angle."""
+    at = np.eye(4)
+    at[:2, :2], at[0, 3] = [[0.6, -0.8], [0.8, 0.6]], 0.7
+    return lander(moment=100.0, joints=(replace(lander().joints[0], T_parent_joint=at), lander().joints[1]))
+
+
+STRAIGHT = [PiecewisePath.from_linear([0, 1], [[0, 0], [way, 0]]) for way in (-0.3, 0.3)]
+
+
+@pytest.mark.parametrize("curve", [*STRAIGHT, parabola(-0.03), parabola(0.03)])
+def test_the_bend_of_the_turn_is_needed_and_just_above_it(curve: PiecewisePath) -> None:
+    """In the plane the turn is one integral: it differs from the middle's rate by no more than the bound, nor much less."""
+    robot = skewed()
+    base = Base(robot, SimpleNamespace(curve=curve, duration=1.0), stance())  # type: ignore[arg-type]
+    bodies, riders = floating_bodies_of(robot)
+    witness, joints = Witness(robot, bodies), JointMap(robot)
+    base.begin(witness.frames(curve.sample(np.zeros(1)))[0])
+    frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
+    stretches = Spans(curve).first().some(np.array([0]))
+    middles = Middles(bodies, riders, joints, frames, Spans(curve).lines(stretches), base.reaction)
+    recoil = middles._recoil
+    assert recoil is not None
+    assert base.drift is not None
+    beyond = []
+    for end in stretches.ends[0]:
+        R = base.drift.attitude(np.array([middles.u[0], end]))
+        turn = R[0].T @ R[1]
+        beyond.append(abs(np.arctan2(turn[1, 0], turn[0, 0]) - recoil.omega[0, 2] * (end - middles.u[0])))
+    assert 0.7 * recoil.bend[0] < max(beyond) <= recoil.bend[0]
+
+
+def test_the_rate_of_a_tumbling_base_changes_no_more_than_its_bound() -> None:
+    """An arm at rest on a long body: nothing moves but by momentum, and yet the rate in base axes does not stay."""
+    moments = np.array([1.0, 3.0, 3.5])
+    robot, curve = wheel(bodies=(body("base", -1, 5.0, (0, 0, 0), moments),)), Motion([[0.0], [0.0]])
+    tumbling = Momentum(angular=(1.0, 1.0, 0.2))
+    base = Base(robot, SimpleNamespace(curve=curve, duration=6.0), stance(tumbling))  # type: ignore[arg-type]
+    bodies, riders = floating_bodies_of(robot)
+    witness, joints = Witness(robot, bodies), JointMap(robot)
+    base.begin(witness.frames(np.zeros((1, 1)))[0])
+    frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
+    stretches = Spans(curve).halved(Spans(curve).first())
+    middles = Middles(bodies, riders, joints, frames, Spans(curve).lines(stretches), base.reaction)
+    recoil = middles._recoil
+    assert base.drift is not None
+    assert recoil is not None
+    shares = []
+    for i, (middle, (_, end)) in enumerate(zip(middles.u, stretches.ends, strict=True)):
+        u = np.linspace(middle, end, 201)
+        local = np.swapaxes(base.drift.attitude(u), 1, 2) @ tumbling.angular * 6.0 / moments  # omega, base axes
+        turned = (local[1:] + local[:-1]).sum(axis=0) / 2 * (u[1] - u[0])
+        beyond = np.linalg.norm(turned - local[0] * (end - middle))
+        assert np.linalg.norm(recoil.omega[i]) == pytest.approx(np.linalg.norm(local[0]))
+        shares.append(beyond / recoil.bend[i])
+    assert 0.03 < max(shares) < 1
 
 
 def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:

@@ -12,15 +12,19 @@ from pathlib import Path
 import pytest
 
 from show.drawn_runs import SCENE, moved, run, two_joints
+from show.test_base_figures import POINTS, ROBOT, floating, front
 from snapshot import assert_refused
 from spacearm.errors import OutputError
 from spacearm.show import (
     ComparedMethod,
+    figure_base_motion,
+    figure_base_paths,
     figure_clearance,
     figure_comparison,
     figure_convergence,
     figure_joints,
     figure_joints_over_iterations,
+    figure_pareto,
     figure_path_2d,
     figure_path_3d,
     save_figure,
@@ -39,6 +43,10 @@ FIGURES: dict[str, Callable[[], object]] = {
     "path in the plane": lambda: figure_path_2d(moved(ARM), ARM, SCENE, start=[0, 0], goal=(0.5, 0.5, 0)),
     "path in space": lambda: figure_path_3d(moved(ARM), ARM, SCENE, start=[0, 0], goal=(0.5, 0.5, 0)),
     "clearance": lambda: figure_clearance(moved(ARM), SCENE),
+    "base over time": lambda: figure_base_motion(floating()),
+    "paths of tip and base": lambda: figure_base_paths(floating()),
+    "path of a floating base": lambda: figure_path_3d(floating(), ROBOT, SCENE, start=POINTS[0]),
+    "front": lambda: figure_pareto(front([10.0, 12.0, 14.0], [5.0, 3.0, 4.0], [True, True, False])),
     "comparison": lambda: figure_comparison([ComparedMethod(name="pso", runs=RUNS)], best_known=0.9),
 }
 

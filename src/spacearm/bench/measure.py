@@ -10,7 +10,7 @@ import numpy as np
 from spacearm.bench.collection import Item
 from spacearm.bench.recheck import OtherChecker, dense_configurations
 from spacearm.planner import Plan, PlannerSettings, Problem, plan
-from spacearm.planner.clearance import clearance
+from spacearm.planner.clearance import margin_within_reach
 from spacearm.planner.goals import ConfigurationGoal
 from spacearm.planner.islands import Islands
 from spacearm.scene import Scene
@@ -18,7 +18,6 @@ from spacearm.scene import Scene
 LIMIT = 1.0
 """A problem that takes longer than this is not solved [s of the reference core]."""
 
-_ROOM = 0.5  # as the planner: of the clearance at the ends, the most that is asked for in between
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,11 +156,11 @@ def _searched(problem: Problem, seed: int, protocol: Protocol, scale: float) -> 
     """Search for as long as the protocol says, and for a first motion as long as may be; the time before comes first."""
     begun = time.perf_counter()
     goals = _goal(problem)[None].copy()
-    least = float(clearance(problem, np.vstack([problem.start, goals])).min())
-    if least <= 0:
+    margin = margin_within_reach(problem, np.vstack([problem.start, goals]), PlannerSettings().margin)
+    if margin <= 0:
         return time.perf_counter() - begun, None
     settings = PlannerSettings(evaluations=None, time_budget=protocol.search / scale, threads=1)
-    islands = Islands(problem, goals, settings, seed=seed, margin=min(settings.margin, _ROOM * least))
+    islands = Islands(problem, goals, settings, seed=seed, margin=margin)
     prepare = time.perf_counter() - begun
     islands.run(evaluations=0, seconds=protocol.search / scale, until_first=False, stall=0)
     if islands.best is None:

@@ -8,11 +8,16 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+from spacearm.bench import report
 from spacearm.bench.collection import find_items, find_robot
 from spacearm.bench.mbm import run_benchmark
 from spacearm.bench.measure import LIMIT, Protocol
-from spacearm.bench.report import notes, report_as_dict, save_report, tables
+from spacearm.bench.space import measure as space_measure
+from spacearm.bench.space import report as space_report
+from spacearm.bench.space.collection import find_problems
+from spacearm.bench.space.run import run_spacebench
 from spacearm.checks import as_number, shown
 from spacearm.cli.arguments import parsed
 from spacearm.cli.folder import results_folder
@@ -20,12 +25,10 @@ from spacearm.cli.terminal import progress_bar, show_table
 from spacearm.errors import SettingsError, nearest
 from spacearm.settings import whole
 
-_SUITES = {"mbm": "MotionBenchMaker's problems, or others in MoveIt's scene and request files"}
-
 
 @dataclass(frozen=True, kw_only=True)
-class Options:
-    """What to measure, and where the results go.
+class MbmOptions:
+    """What to measure of MotionBenchMaker's problems, and where the results go.
 
     Attributes:
         data: the problems: folders with scene*.yaml and request*.yaml, one a family, the robot's files beside them.
@@ -65,17 +68,60 @@ class Options:
                 raise SettingsError(f"{name} is {getattr(self, name):g} ms, expected at most {1e3 * LIMIT:g} ms; lower it")
 
 
+@dataclass(frozen=True, kw_only=True)
+class SpaceOptions:
+    """What to measure of SpaceBench, and where the results go.
+
+    Attributes:
+        data: the frozen set: a folder with a file a family, as truss.json.
+        output: a new or empty folder for report.json, tables.md and the figure.
+        family: measure only these families; none: all.
+        problems: of each family, only so many; none: all.
+        seeds: runs of each problem.
+        published: seeds of each of the published problems; 0 leaves them out.
+        limit: a problem that takes longer is not solved, on the reference core [s].
+        figure: draw what becomes of fixed-base motions, and how far bases turn.
+        json: print report.json's content instead of the tables.
+    """
+
+    data: Path = field(default=Path("benchmarks/spacebench"), metadata={"name": "DIR", "flag": "-d"})
+    output: Path | None = field(default=None, metadata={"name": "FOLDER", "flag": "-o"})
+    family: tuple[str, ...] | None = None
+    problems: int | None = None
+    seeds: int = 1
+    published: int = 20
+    limit: float = 2.0
+    figure: bool = True
+    json: bool = False
+
+    def __post_init__(self) -> None:
+        whole("seeds", self.seeds, at_least=1)
+        whole("published", self.published, at_least=0)
+        if self.problems is not None:
+            whole("problems", self.problems, at_least=1)
+        as_number("limit", self.limit, SettingsError, above=0, unit="s")
+
+
 def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
     suite, *rest = arguments or [""]
-    if suite not in _SUITES and suite not in ("-h", "--help"):
+    if suite in ("-h", "--help"):
+        print("usage: spacearm bench {" + ",".join(_SUITES) + "} [options]\n")
+        for name, (_, what) in _SUITES.items():
+            print(f"  {name:7}{what}")
+        return 0
+    if suite not in _SUITES:
         given = shown(suite) if suite else "no benchmark"
         raise SettingsError(
             f"{given} is given, expected the name of one, as in spacearm bench mbm -d DIR; {nearest(suite, _SUITES)}"
         )
+    return _SUITES[suite][0](rest)
+
+
+def _mbm(arguments: Sequence[str]) -> int:
     options = parsed(
-        Options,
-        rest if suite in _SUITES else ["--help"],
+        MbmOptions,
+        arguments,
         command="bench mbm",
         description="Measure the planner on MotionBenchMaker's problems, on one core: the first motion, lengths over time, "
         "proofs, and what another checker says of the motions afterwards. Times are stated for a reference core.",
@@ -86,15 +132,49 @@ def run(arguments: Sequence[str]) -> int:
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
         with progress_bar("measuring") as bar:
             benchmark = run_benchmark(items, robot, protocol, progress=bar)
-        written = [] if folder is None else save_report(benchmark, folder, figure=options.figure)
-    if options.json:
-        print(json.dumps(report_as_dict(benchmark), indent=1, allow_nan=False))
-        return 0
-    for title, header, rows in tables(benchmark):
+        written = [] if folder is None else report.save_report(benchmark, folder, figure=options.figure)
+    values = report.report_as_dict(benchmark) if options.json else None
+    _tell(values, report.tables(benchmark), report.notes(benchmark), written, benchmark.seconds)
+    return 0
+
+
+def _space(arguments: Sequence[str]) -> int:
+    options = parsed(
+        SpaceOptions,
+        arguments,
+        command="bench space",
+        description="Measure the planner on SpaceBench, problems for arms on spacecraft whose base floats, on one core: time "
+        "to the first certified motion, how far the base turns, what becomes of motions that were planned for a fixed base; then "
+        "on published problems. Times are stated for a reference core.",
+    )
+    protocol = space_measure.Protocol(seeds=options.seeds, limit=options.limit)
+    items = find_problems(options.data, families=options.family or (), most=options.problems)
+    with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
+        with progress_bar("measuring") as bar:
+            bench = run_spacebench(items, protocol, published=options.published, progress=bar)
+        written = [] if folder is None else space_report.save_report(bench, folder, figure=options.figure)
+    values = space_report.report_as_dict(bench) if options.json else None
+    _tell(values, space_report.tables(bench), space_report.notes(bench), written, bench.seconds)
+    return 0
+
+
+def _tell(
+    values: dict[str, Any] | None, tables: Sequence[report.Table], notes: Sequence[str], written: Sequence[Path], seconds: float
+) -> None:
+    if values is not None:
+        print(json.dumps(values, indent=1, allow_nan=False))
+        return
+    for title, header, rows in tables:
         show_table(title, header, rows)
-    for line in notes(benchmark):
+    for line in notes:
         print(line)
     if written:
-        print(f"written: {', '.join(path.name for path in written)} in {folder}")
-    print(f"{benchmark.seconds:.1f} s", file=sys.stderr)
-    return 0
+        print(f"written: {', '.join(path.name for path in written)} in {written[0].parent}")
+    print(f"{seconds:.1f} s", file=sys.stderr)
+
+
+_SUITES = {
+    "mbm": (_mbm, "MotionBenchMaker's problems, or others in MoveIt's scene and request files"),
+    "space": (_space, "SpaceBench: arms on spacecraft whose base floats"),
+}
+"""The benchmarks: what runs them, and what they are."""

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from spacearm.checks import shown
 from spacearm.cli.arguments import parsed
 from spacearm.cli.base_rows import base_rows
 from spacearm.cli.folder import results_folder
 from spacearm.cli.plan_extras import export_trajectory, save_pareto
 from spacearm.cli.terminal import progress_bar, show_list
-from spacearm.checks import shown
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion.exports.aem import as_epoch
 from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory

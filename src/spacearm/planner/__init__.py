@@ -1,10 +1,10 @@
 """Planning: problems, goals, the search, and what it found."""
 
+from spacearm.planner.base_report import BaseReport, report_base
 from spacearm.planner.clearance import clearance, clearances
 from spacearm.planner.files.plans import plan_as_dict, save_plan, save_trajectory
 from spacearm.planner.files.problems import ProblemFile, load_problem, load_problem_file
 from spacearm.planner.files.saved_plans import SavedPlan, load_plan, load_saved_plan
-from spacearm.planner.base_report import BaseReport, report_base
 from spacearm.planner.floating import AttitudeGoal, BaseLimits
 from spacearm.planner.goals import (
     ConfigurationGoal,

@@ -18,13 +18,13 @@ from spacearm.planner.reaching.onto_goal import pose_errors, tolerances
 
 Array = NDArray[np.float64]
 
-_INSTANTS = 513
+_INSTANTS = 129
 _SLACK = 1e-6  # relative: of a limit that is met by moving slower
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaseReport:
-    """A floating base over a trajectory; what is greatest is so of 513 instants, evenly spread over the path.
+    """A floating base over a trajectory; what is greatest is so of 129 instants, evenly spread over the path.
 
     Attributes:
         final: angle between the base's attitudes at the end and at the beginning [rad].
@@ -71,7 +71,8 @@ def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
         distance, off = (float(error[0]) for error in pose_errors(problem.goal, T[None]))
         near, turn = tolerances(problem.goal)
         if distance > near or off > turn:
-            missed.append(f"the end effector misses its goal by {distance * 1e3:.4g} mm and {math.degrees(off):.3g} deg")
+            angle_too = f" and {math.degrees(off):.3g} deg" if isinstance(problem.goal, PoseGoal) else ""
+            missed.append(f"the end effector misses its goal by {distance * 1e3:.4g} mm{angle_too}")
     base_angle = None
     if problem.base_goal is not None:
         base_angle = _missed_attitude(problem.base_goal, trajectory)

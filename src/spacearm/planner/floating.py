@@ -14,6 +14,8 @@ from spacearm.momentum.turning import as_unit
 
 Array = NDArray[np.float64]
 
+_LEAST = 1e-9  # [rad, rad/s or N m s]; below, rounding decides
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AttitudeGoal(Frozen):
@@ -54,7 +56,7 @@ class BaseLimits(Frozen):
             reaction wheels would have to take up to hold the base's attitude.
 
     Raises:
-        ProblemError: a limit that is not above 0.
+        ProblemError: a limit that is not above 0, or so small that only rest would keep it.
     """
 
     final: float | None = None
@@ -66,7 +68,7 @@ class BaseLimits(Frozen):
         for name, unit in (("final", "rad"), ("peak", "rad"), ("rate", "rad/s"), ("joint_momentum", "N m s")):
             given = getattr(self, name)
             if given is not None:
-                keep(self, **{name: as_number(f"base limit {name}", given, ProblemError, above=0, unit=unit)})
+                keep(self, **{name: as_number(f"base limit {name}", given, ProblemError, at_least=_LEAST, unit=unit)})
 
     @property
     def any(self) -> bool:

@@ -151,7 +151,7 @@ def _configuration(problem: Problem, goal: ArrayLike | None) -> Array:
         return as_readonly("goal", goal, (problem.robot.dof,), ProblemError)
     if problem.floats and isinstance(problem.goal, (PositionGoal, PoseGoal)):
         raise ProblemError(
-            f"the base floats and the problem's goal is a {type(problem.goal).__name__}, expected a configuration to end in, for "
+            f"the base floats and the problem's goal is a {type(problem.goal).__name__}, expected a configuration to end in: "
             "where the end effector gets to depends on the whole motion; give `goal`, or leave the search to plan(...)"
         )
     if not isinstance(problem.goal, ConfigurationGoal):

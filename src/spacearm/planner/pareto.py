@@ -114,7 +114,7 @@ def not_beaten(first: Array, second: Array) -> NDArray[np.bool_]:
     """Tell which points (p,), (p,) no other is as good as in both and better in one; less is better."""
     as_good = (first[None] <= first[:, None]) & (second[None] <= second[:, None])
     better = (first[None] < first[:, None]) | (second[None] < second[:, None])
-    return ~(as_good & better).any(axis=1)
+    return np.logical_not(np.any(as_good & better, axis=1), out=np.empty(len(first), dtype=bool))
 
 
 def _front(measure: Disturbance, found: list[Plan], failed: int) -> ParetoFront:

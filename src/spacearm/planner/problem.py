@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import Frozen, as_number, as_readonly, keep, shown
 from spacearm.errors import ProblemError, nearest
-from spacearm.momentum import Momentum
+from spacearm.momentum import Momentum, system_mass
 from spacearm.momentum.turning import matrix_of, quaternion_of
 from spacearm.motion.on_a_base import Base, checked_base
 from spacearm.planner.floating import AttitudeGoal, BaseLimits
@@ -24,6 +24,9 @@ from spacearm.scene.moved import moved_scene
 Array = NDArray[np.float64]
 
 _ROUNDING = 1e-9  # [rad or m] this far beyond a limit is a file's last digit, and is set onto the limit
+_FURTHEST = 1e6  # [m]
+_SHORTEST, _LONGEST = 1e-6, 1e9  # [s]
+_MOST_ANGULAR = 1e9  # [N m s]
 
 
 class _WithLocal(Frozen):
@@ -143,13 +146,38 @@ def _asked_of_the_base(problem: Problem) -> dict[str, Any]:
         what = "base_goal" if goal is not None else "base_limits"
         raise ProblemError(f"base is 'fixed' and {what} is given, expected a floating base with it; give base='floating'")
     if goal is not None and limits.final is not None:
-        raise ProblemError("base_goal and base_limits.final are both given, expected one of them; the goal has its own tolerance")
+        raise ProblemError(
+            "base_goal and base_limits.final are both given, expected one of them; the goal has its own tolerance"
+        )
     duration = problem.duration
     if duration is not None:
         duration = as_number("duration", duration, ProblemError, above=0, unit="s")
     elif not problem.momentum.is_zero:
-        raise ProblemError("momentum is given without a duration, expected both: how far the spacecraft tumbles depends on time")
+        raise ProblemError(
+            "momentum is given without a duration, expected both: how far the spacecraft tumbles depends on time"
+        )
+    _require_within_reason(problem, duration)
     return {"base_goal": goal, "base_limits": limits, "duration": duration}
+
+
+def _require_within_reason(problem: Problem, duration: float | None) -> None:
+    """Refuse what is so far away, or takes so short or long, that rounding or overflow would decide."""
+    far = float(np.abs(problem.base_start[:3, 3]).max())
+    if far > _FURTHEST:
+        raise ProblemError(f"base_start is {far:.3g} m from the inertial origin, expected at most {_FURTHEST:g} m")
+    if duration is None:
+        return
+    if not _SHORTEST <= duration <= _LONGEST:
+        raise ProblemError(f"duration is {duration:.3g} s, expected {_SHORTEST:g} to {_LONGEST:g} s")
+    if problem.floats and not problem.momentum.is_zero:
+        with np.errstate(over="ignore"):
+            drift = float(np.abs(problem.momentum.linear).max() / system_mass(problem.robot) * duration)
+        spin = float(np.abs(problem.momentum.angular).max())
+        if drift > _FURTHEST or spin > _MOST_ANGULAR:
+            raise ProblemError(
+                f"momentum carries the spacecraft {drift:.3g} m away and is up to {spin:.3g} N m s, expected at most "
+                f"{_FURTHEST:g} m and {_MOST_ANGULAR:g} N m s; check its units and the duration's"
+            )
 
 
 def within_limits(robot: Robot, q: ArrayLike, *, what: Literal["start", "goal"], prefix: str = "") -> Array:

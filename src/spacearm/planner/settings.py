@@ -66,7 +66,8 @@ class PlannerSettings:
 
     Attributes:
         evaluations: candidate motions that each island looks at; None: 20,000, or no limit where `time_budget` or
-            `convergence` is given.
+            `convergence` is given. Where a floating base's end is asked for, moving a candidate there counts too: a look at
+            the end as a 32nd.
         time_budget: the search for motions ends after this time [s]; goal configurations and proofs are not counted. None:
             no limit.
         convergence: evaluations without an improvement of 0.1 %, or without any motion, after which an island ends; None:
@@ -75,7 +76,8 @@ class PlannerSettings:
         weights: of the fitness' terms.
         margin: clearance asked for at the instants that are looked at [m]; lowered where the start or goal is closer.
         comfort: clearance beyond which the term `clearance` asks for no more [m].
-        interior_points: control points of the swarm's motions, one number or several that take turns.
+        interior_points: control points of the swarm's motions, one number or several that take turns; two more each where a
+            floating base's end is asked for.
         swarm: PSO or IPSO; its iterations are the most of one turn.
         goal_candidates: for a goal in space: the most distinct configurations that are planned to.
         islands: searches side by side, each with a stream of random numbers of its own; the best motion counts.

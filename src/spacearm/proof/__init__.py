@@ -1,6 +1,6 @@
 """The independent proof of a trajectory: nothing of the search is trusted."""
 
-from spacearm.proof.certificate import Certificate, ClosestApproach
+from spacearm.proof.certificate import Certificate, ClosestApproach, FloatingBase
 from spacearm.proof.certify import certify
 
-__all__ = ["Certificate", "ClosestApproach", "certify"]
+__all__ = ["Certificate", "ClosestApproach", "FloatingBase", "certify"]

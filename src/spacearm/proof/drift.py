@@ -108,6 +108,8 @@ class Drift:
 
     def _integrate(self, ends: Array) -> None:
         panels = self._sampled(ends)
+        while self.evaluations < _MOST and (fast := self._tumbles(panels) > _WINDOW).any():
+            panels = self._halved(panels, fast)
         slope, start = self._solved(panels)
         off = self._off(slope)
         allowed = TOLERANCE / max(float(ends[-1, 1] - ends[0, 0]), _LEAST)  # per unit of u
@@ -129,6 +131,11 @@ class Drift:
         """
         last = np.linalg.norm(self._to_coefficients[-2:] @ slope, axis=2).max(axis=1)
         return 4 * last / (self._points - 1) + _ROUNDING
+
+    def _tumbles(self, panels: _Panels) -> Array:
+        """Return how far the base turns in panels by its angular momentum, more or less, (p,) [rad]."""
+        most = np.linalg.norm(panels.yielding, axis=(2, 3)).max(axis=1)
+        return most * np.diff(panels.ends, axis=1)[:, 0] * float(np.linalg.norm(self._angular))
 
     def _halved(self, panels: _Panels, coarse: NDArray[np.bool_]) -> _Panels:
         ends = panels.ends[coarse]
@@ -166,8 +173,7 @@ class Drift:
         if not self._angular.any():
             slope, _, start = self._turned(panels.ends, panels.push, self._begin)
             return slope, start[:-1]
-        tumbles = np.linalg.norm(panels.yielding, axis=(2, 3)).max(axis=1) * np.diff(panels.ends, axis=1)[:, 0]
-        window = np.floor(np.cumsum(tumbles) * float(np.linalg.norm(self._angular)) / _WINDOW)
+        window = np.floor(np.cumsum(self._tumbles(panels)) / _WINDOW)
         slopes, starts, begin = [], [], self._begin
         for of in np.unique(window):
             some = _Panels(*(column[window == of] for column in panels))

@@ -29,7 +29,8 @@ class Account(NamedTuple):
     """What a trajectory says of its floating base, compared.
 
     Attributes:
-        residual: what its momentum misses of what was given, at most, relative to the greatest of any link, linear or angular.
+        residual: what its momentum misses of what was given, at most, relative to the greatest of any link; linear [N s] and
+            angular [N m s] by one scale, as at 1 m from the centre of mass.
         elsewhere: how far the base is from where it has to be, at most: angle [rad] plus distance [m].
     """
 
@@ -74,8 +75,9 @@ def account_of(robot: Robot, trajectory: AnyTrajectory, base: Base, frames: Arra
     # Of a rotation by the angle x the difference's Frobenius norm is root 8 times sin x/2.
     turned = 2 * np.arcsin(np.minimum(1.0, np.linalg.norm(R - frames[:, :3, :3], axis=(1, 2)) / np.sqrt(8)))
     elsewhere = float((turned + np.linalg.norm(position - frames[:, :3, 3], axis=1)).max())
-    residual = np.divide(missed, greatest, out=np.where(missed > 0, np.inf, 0.0), where=greatest > 0)
-    return Account(float(residual.max()), elsewhere)
+    scale = float(greatest.max())  # of both, per metre: where links only turn, their linear momentum is all rounding
+    residual = float(missed.max()) / scale if scale > 0 else (np.inf if missed.any() else 0.0)
+    return Account(residual, elsewhere)
 
 
 def instants_of(base: Base) -> Array:

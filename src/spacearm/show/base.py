@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,16 +61,16 @@ def figure_base_motion(trajectory: AnyTrajectory, *, limits: BaseLimits | None =
         attitude, rate, residual = figure.subplots(3, 1, sharex=True, height_ratios=(1.25, 1, 1))
         t = np.linspace(0.0, trajectory.duration, _SAMPLES)
         asked = limits or BaseLimits()
-        _components(attitude, t, rotation_vectors(trajectory, t), [asked.peak, asked.final])
+        _components(attitude, t, rotation_vectors(trajectory, t), {"limit": asked.peak, "limit\nat end": asked.final})
         attitude.set_ylabel("rotation [deg]")
-        _components(rate, t, trajectory.base_rate(t)[1], [asked.rate])
+        _components(rate, t, trajectory.base_rate(t)[1], {"limit": asked.rate})
         rate.set_ylabel("rate [deg/s]")
         _residual(residual, trajectory)
         residual.set_xlabel("time [s]")
         residual.set_xlim(0.0, trajectory.duration or 1.0)
         for ax, text in ((attitude, "rotation vector from the start"), (rate, "angular rate, base axes")):
             ax.set_title(text, loc="left", fontsize=7.5)
-        residual.set_title("residual momentum, relative to the greatest of a link", loc="left", fontsize=7.5)
+        residual.set_title("residual momentum / greatest of a link", loc="left", fontsize=7.5)
         if title:
             figure.suptitle(title, x=0.01, ha="left", fontsize=8)
         _legend(rate)
@@ -97,31 +97,33 @@ def require_floating(trajectory: AnyTrajectory) -> None:
         ProblemError: it is.
     """
     if trajectory.base == "fixed":
-        raise ProblemError("the base is fixed, expected a floating one: there is no motion of it to draw; leave this figure out")
+        raise ProblemError(
+            "the base is fixed, expected a floating one: there is no motion of it to draw; leave this figure out"
+        )
 
 
-def _components(ax: Axes, t: Array, vectors: Array, limits: Sequence[float | None]) -> None:
+def _components(ax: Axes, t: Array, vectors: Array, limits: Mapping[str, float | None]) -> None:
     """Draw the components of vectors (m, 3) [rad] and their length in degrees, and the limits on it."""
     values = np.degrees(vectors)
     length = np.linalg.norm(values, axis=1)
     ax.plot(t, length, color=BLACK, linewidth=1.3)
     for i, color in enumerate(_AXES):
         ax.plot(t, values[:, i], color=color, linewidth=0.9)
-    asked = sorted({math.degrees(limit) for limit in limits if limit is not None})
-    for limit in asked:
-        ax.axhline(limit, color=VERMILION, linewidth=0.8, linestyle=(0, (4, 2)))
+    asked = [(math.degrees(limit), name, VERMILION) for name, limit in limits.items() if limit is not None]
+    for limit, _, color in asked:
+        ax.axhline(limit, color=color, linewidth=0.8, linestyle=(0, (4, 2)))
     tidy(ax)
-    low, high = float(np.min(values, initial=0.0)), max([float(length.max()), *asked])
+    low, high = float(np.min(values, initial=0.0)), max([float(length.max()), *(limit for limit, _, _ in asked)])
     pad = 0.07 * (high - low) or 1.0
     ax.set_ylim(low - pad, high + pad)
-    label_right(ax, [(limit, "limit", VERMILION) for limit in asked])
+    label_right(ax, asked)
 
 
 def _legend(ax: Axes) -> None:
     """Name the lines of this panel and of the one above."""
     from matplotlib.lines import Line2D
 
-    names = ("magnitude", 1.3, BLACK), *((f"{name} component", 0.9, color) for name, color in zip("xyz", _AXES, strict=True))
+    names = ("magnitude", 1.3, BLACK), *((name, 0.9, color) for name, color in zip("xyz", _AXES, strict=True))
     handles = [Line2D([], [], color=color, linewidth=width, label=name) for name, width, color in names]
     legend_below(ax, 4, offset=7.0, handles=handles)
 

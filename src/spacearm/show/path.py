@@ -70,7 +70,7 @@ def figure_path_2d(
         ax = _axes_to_scale(high - low, len(handles)) if ax is None else ax
         for obstacle in scene.obstacles:
             _obstacle(ax, obstacle, low, high)
-        draw_bases(ax, drawing, *np.eye(3)[:2], low, high)
+        draw_bases(ax, drawing, np.eye(3)[0], np.eye(3)[1], low, high)
         draw_envelopes(ax, drawing, *np.eye(3)[:2], dims=2)
         draw_lines(ax, drawing, 2)
         tidy(ax)

@@ -28,7 +28,7 @@ _ENVELOPE_ALPHA = 0.2
 _BETWEEN = 5  # poses between start and end
 _OFTEN = 401
 _NEAR = 0.3  # of the picture: half-spaces farther away are not in it
-_AROUND = 0.2  # of the picture: how much of the base is drawn around the rest
+_AROUND, _WHOLE = 0.2, 1.7  # of the picture: how much of the base is drawn around the rest, and with how much all of it is
 _BASE = "#F3F3F1", "#E3E2DE"  # of the base's envelope at the start and at the end
 _PALE = np.array([0.80, 0.80, 0.80]), np.array([0.55, 0.55, 0.55])  # of the first and the last of them
 
@@ -196,8 +196,10 @@ def extent(drawing: PathDrawing, scene: Scene, dims: int, *, pad: float = 0.06) 
             low, high = np.minimum(low, foot), np.maximum(high, foot)
     bodies = [span(body) for pose in drawing.poses for body in pose.base]
     if bodies:
-        around = _AROUND * float((high - low).max())
+        size = float((high - low).max())
         least, greatest = np.min([s[0] for s in bodies], axis=0), np.max([s[1] for s in bodies], axis=0)
+        whole = float((np.maximum(high, greatest) - np.minimum(low, least)).max()) <= _WHOLE * size
+        around = np.inf if whole else _AROUND * size
         low = np.minimum(low, np.maximum(least, low - around))
         high = np.maximum(high, np.minimum(greatest, high + around))
     low, high = low[:dims], high[:dims]
@@ -238,7 +240,7 @@ def legend_handles(drawing: PathDrawing, scene: Scene, low: Array, high: Array) 
     if any(pose.envelope for pose in drawing.poses):
         handles.append(Patch(facecolor=BLACK, alpha=_ENVELOPE_ALPHA, linewidth=0, label="its envelope"))
     if any(pose.base for pose in drawing.poses):
-        moves = drawing.poses[0].base and len(drawing.poses) > 1
+        moves = len(drawing.poses) > 1 and drawing.poses[:1][0].base
         text = ("base (cut off)" if base_is_cut(drawing, low, high) else "base") + (", pale at start" if moves else "")
         handles.append(Patch(facecolor=_BASE[1], edgecolor=BLACK, linewidth=0.6, label=text))
     if len(drawing.bases) > 1:

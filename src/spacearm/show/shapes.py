@@ -69,9 +69,10 @@ def cut_off(body: Sphere | Capsule, low: Array, high: Array) -> list[Convex]:
     if isinstance(body, Sphere):
         return [body] if (body.center >= low).all() and (body.center <= high).all() else []
     along = body.b - body.a
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ends = np.sort(np.array([(low - body.a) / along, (high - body.a) / along]), axis=0)
-    ends[:, along == 0] = np.where((body.a >= low) & (body.a <= high), [[-np.inf], [np.inf]], np.nan)[:, along == 0]
+    moves = along != 0
+    if (~moves & ((body.a < low) | (body.a > high))).any():
+        return []
+    ends = np.sort(np.array([low - body.a, high - body.a])[:, moves] / along[moves], axis=0)
     first, last = max(0.0, float(ends[0].max())), min(1.0, float(ends[1].min()))
     if not first < last:
         return []

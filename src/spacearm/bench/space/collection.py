@@ -16,7 +16,7 @@ from spacearm.motion import Motion, Trajectory
 from spacearm.output import write_atomically
 from spacearm.planner import AttitudeGoal, BaseLimits, Problem, goal_as_dict, goal_from_dict
 from spacearm.reading import read_bytes
-from spacearm.records import record_as_dict, record_from_dict
+from spacearm.records import record_as_dict
 from spacearm.robot import Robot
 from spacearm.robot.plain import robot_as_dict, robot_from_dict
 from spacearm.scene.plain import scene_as_list, scene_from_list
@@ -55,7 +55,9 @@ def write_family(path: Path, family: str, problems: Iterable[SpaceProblem], *, s
     robots = {item.problem.robot.name: item.problem.robot for item in problems}
     head = {KEY: VERSION, "family": family, "seed": seed, "left_out": left_out}
     lines = [f"{json.dumps(key)}: {_json(value)}" for key, value in head.items()]
-    lines.append('"robots": {\n' + ",\n".join(f"{json.dumps(n)}: {_json(robot_as_dict(r))}" for n, r in sorted(robots.items())) + "}")
+    lines.append(
+        '"robots": {\n' + ",\n".join(f"{json.dumps(n)}: {_json(robot_as_dict(r))}" for n, r in sorted(robots.items())) + "}"
+    )
     lines.append('"problems": [\n' + ",\n".join(_json(_as_dict(item)) for item in problems) + "]")
     write_atomically(path, "{" + ",\n".join(lines) + "}\n")
 

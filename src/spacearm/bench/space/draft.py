@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.planner import BaseLimits, Goal, PoseGoal, PositionGoal
+from spacearm.planner import BaseLimits, PoseGoal, PositionGoal
 from spacearm.robot import Robot
 from spacearm.scene import Capsule, Obstacle
 

@@ -1,4 +1,4 @@
-"""Problems that others have published or that were set as targets: the servicer's, and the seed's scene on a base that floats."""
+"""Problems that others have published: the servicer's, and the seed's scene, here on a base that floats."""
 
 from __future__ import annotations
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,7 +48,10 @@ def light(name: str, mass: float) -> Robot:
         robot,
         name=f"{name}-{mass:g}kg",
         bodies=bodies,
-        notes=(*robot.notes, f"SpaceBench: the base of {own:g} kg was given {mass:g} kg, its inertia scaled by the same factor"),
+        notes=(
+            *robot.notes,
+            f"SpaceBench: the base of {own:g} kg was given {mass:g} kg, its inertia scaled by the same factor",
+        ),
     )
 
 

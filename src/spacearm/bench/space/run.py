@@ -14,7 +14,10 @@ from spacearm.bench.space.published import seed_problem, servicer_problem
 from spacearm.bench.yardstick import load_now, scale_now
 from spacearm.planner import PlannerSettings, Problem, Weights, plan
 
-_LEAST_PEAK = Weights(length=1e-3, base_peak=10.0)
+SERVICER, LEAST_PEAK, SEEDS_SCENE = "servicer", "servicer, least peak", "seed's scene"
+"""The published problems, as the report calls them."""
+
+_CALM = Weights(length=1e-3, base_peak=10.0)
 _INTERIOR = 4  # control points where the least peak is looked for
 
 
@@ -23,7 +26,7 @@ class PublishedRun:
     """A published problem with a seed, to the first certified motion, or with the base's peak as the fitness.
 
     Attributes:
-        what: "servicer", "servicer, least peak" or "seed's scene".
+        what: `SERVICER`, `LEAST_PEAK` or `SEEDS_SCENE`.
         seed: of the plan.
         scale: seconds of the reference core for a second of this one, when this was measured.
         status: of the plan.
@@ -108,12 +111,12 @@ def run_spacebench(
                 runs.append(measure(item, seed, protocol, scale))
     quick = lambda scale: PlannerSettings(time_budget=protocol.limit / scale, stop_at_first=True)  # noqa: E731
     calm = lambda scale: PlannerSettings(  # noqa: E731
-        time_budget=peak_budget / scale, weights=_LEAST_PEAK, interior_points=_INTERIOR
+        time_budget=peak_budget / scale, weights=_CALM, interior_points=(_INTERIOR,)
     )
     for what, make, settings in (
-        ("servicer", servicer_problem, quick),
-        ("seed's scene", seed_problem, quick),
-        ("servicer, least peak", lambda: servicer_problem(restore=False), calm),
+        (SERVICER, servicer_problem, quick),
+        (SEEDS_SCENE, seed_problem, quick),
+        (LEAST_PEAK, lambda: servicer_problem(restore=False), calm),
     ):
         if published:
             plan(make(), PlannerSettings(evaluations=100, stop_at_first=True), rng=0)  # what is read on the way is not timed

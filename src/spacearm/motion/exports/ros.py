@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -67,15 +68,28 @@ def write_ros_trajectory(
         position, wxyz = trajectory.base_pose(at / _TICKS)
         velocity, omega = trajectory.base_rate(at / _TICKS)
         poses = [{"position": p, "orientation": q} for p, q in zip(_named(position), _xyzw(wxyz), strict=True)]
-        twists = [
-            {"linear": v, "angular": w} for v, w in zip(_named(velocity), _named(rotated(wxyz, omega)), strict=True)
-        ]
+        twists = [{"linear": v, "angular": w} for v, w in zip(_named(velocity), _named(rotated(wxyz, omega)), strict=True)]
         values["base_path"] = {
             "header": {**begin, "frame_id": frame_id},
             "poses": [{"header": header, "pose": pose} for header, pose in zip(headers, poses, strict=True)],
         }
         values["base_twists"] = [{"header": header, "twist": twist} for header, twist in zip(headers, twists, strict=True)]
-    write_atomically(path, json.dumps(values, indent=1, allow_nan=False) + "\n")
+    write_atomically(path, "".join(_parts(values)) + "\n")
+
+
+def _parts(value: Any) -> Iterator[str]:
+    """Yield the parts of strict JSON, a point or a pose to a line."""
+    if isinstance(value, dict):
+        for i, (key, entry) in enumerate(value.items()):
+            yield f"{', ' if i else '{'}{json.dumps(key)}: "
+            yield from _parts(entry)
+        yield "}"
+    elif isinstance(value, list) and value and isinstance(value[0], dict):
+        yield "[\n"
+        yield ",\n".join(json.dumps(entry, allow_nan=False) for entry in value)
+        yield "\n]"
+    else:
+        yield json.dumps(value, allow_nan=False)
 
 
 def _named(rows: Array) -> list[dict[str, float]]:

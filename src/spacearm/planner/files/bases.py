@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_ANGLES = {"final": "degrees", "peak": "degrees", "rate": "degrees/s"}
+
 
 def with_base(file: YamlFile, model: ProblemModel, problem: Problem) -> dict[str, Any]:
     """Return what a problem file says of the base and of the time, as `Problem` takes it.
@@ -86,15 +88,15 @@ def _base_goal(model: BaseGoalModel, given: dict[str, Any]) -> AttitudeGoal:
 
 
 def _base_limits(model: BaseLimitsModel) -> BaseLimits:
-    angles = {name: _in_radians(model, name) for name in ("final", "peak", "rate")}
+    angles = {name: _in_radians(model, name, unit) for name, unit in _ANGLES.items()}
     return BaseLimits(**angles, joint_momentum=model.joint_momentum)
 
 
-def _in_radians(model: Any, key: str) -> float | None:
+def _in_radians(model: Any, key: str, unit: str = "degrees") -> float | None:
     """Return an angle that may be given in degrees instead."""
     plain, degrees = getattr(model, key), getattr(model, f"{key}_deg")
     if plain is not None and degrees is not None:
         raise ProblemError(f"both {key} and {key}_deg are given, expected one; remove the other")
     if degrees is None:
         return plain
-    return math.radians(as_number(f"{key}_deg", degrees, ProblemError, above=0, unit="degrees"))
+    return math.radians(as_number(f"{key}_deg", degrees, ProblemError, above=0, unit=unit))

@@ -24,8 +24,8 @@ def draw(rng: np.random.Generator) -> Draft:
     # A client before the arms, that fits between them, and its boom, which reaches in between.
     size = rng.uniform((0.3, 0.15, 0.25), (0.6, 0.25, 0.5))
     middle = np.array([rng.normal(0, 0.08), front * (0.4 + size[1] / 2), rng.uniform(0.15, 0.4)])
-    foot = middle + (0, -front * size[1] / 2, rng.uniform(-0.1, 0.1))
-    end = foot + (rng.normal(0, 0.1), -front * rng.uniform(0.35, 0.8), rng.uniform(-0.05, 0.15))
+    foot = middle + np.array([0.0, -front * size[1] / 2, rng.uniform(-0.1, 0.1)])
+    end = foot + np.array([rng.normal(0, 0.1), -front * rng.uniform(0.35, 0.8), rng.uniform(-0.05, 0.15)])
     obstacles: tuple[Obstacle, ...] = (
         Box(size, site.at(middle), name="client"),
         Capsule(site.at(foot), site.at(end), rng.uniform(0.02, 0.04), name="boom"),

@@ -1,0 +1,74 @@
+"""What `spacearm plan` writes when asked to: files for others, and what a gentler motion costs."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import PROBLEM, Refused, Told
+
+FLOATING = """\
+spacearm: 1
+robot: srs7
+base: floating
+base_start: mass_center
+start: [0, 0, 0, 0.4, 0, 0, 0]
+goal: {configuration: [0.9, 0.3, 0.6, 1.5, -0.5, 0.4, 0.1]}
+planner: {evaluations: 400}
+"""
+
+
+@pytest.fixture
+def floating(tmp_path: Path) -> Path:
+    """A problem of a small spacecraft."""
+    path = tmp_path / "floating.yaml"
+    path.write_text(FLOATING)
+    return path
+
+
+def test_exports_are_written_beside_the_plan(told: Told, floating: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    options = ["--export", "aem", "ros", "--epoch", "2026-03-01T12:00:00Z", "--seed", 0, "--no-figures"]
+    code, out, err = told(["plan", floating, "-o", folder, *options])
+    assert (code, err) == (0, "")
+    assert "trajectory.aem, trajectory.ros.json" in out
+    aem = (folder / "trajectory.aem").read_text()
+    assert aem.startswith("CCSDS_AEM_VERS = 2.0\n")
+    assert "START_TIME = 2026-03-01T12:00:00\n" in aem
+    messages = json.loads((folder / "trajectory.ros.json").read_text())
+    assert list(messages) == ["joint_trajectory", "base_path", "base_twists"]
+
+
+def test_what_a_gentler_motion_costs_is_tabled(told: Told, floating: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    code, out, _ = told(["plan", floating, "-o", folder, "--pareto", 3, "--seed", 0, "--no-figures"])
+    assert code == 0
+    rows = list(csv.DictReader((folder / "pareto.csv").read_text().splitlines()))
+    assert rows
+    assert "pareto.csv, pareto_01.json" in out
+    for row in rows:
+        plan = json.loads((folder / row["plan"]).read_text())
+        assert plan["status"] == "found"
+        assert plan["certificate"]["status"] == "holds"
+        assert float(row["duration_s"]) == pytest.approx(plan["motion"]["duration_s"], rel=1e-8)
+    assert told(["certify", folder / "pareto_01.json"])[0] == 0
+
+
+def test_a_floating_base_has_figures_of_its_own(told: Told, floating: Path, tmp_path: Path) -> None:
+    assert told(["plan", floating, "-o", tmp_path / "out", "--seed", 0, "--pareto", 2])[0] == 0
+    there = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"base_motion.png", "base_motion.pdf", "base_paths.png", "path_3d.png", "pareto.png", "pareto.pdf"} <= there
+
+
+def test_extras_that_cannot_be_are_refused_before_planning(refused: Refused, floating: Path, tmp_path: Path) -> None:
+    fixed = tmp_path / "fixed.yaml"
+    fixed.write_text(PROBLEM)
+    new = tmp_path / "new"
+    refused("plan: export unknown", "plan", floating, "-o", new, "--export", "oem")
+    refused("plan: epoch that is none", "plan", floating, "-o", new, "--export", "aem", "--epoch", "noon")
+    refused("plan: epoch without aem", "plan", floating, "-o", new, "--epoch", "2026-03-01T12:00:00")
+    refused("plan: pareto of one", "plan", floating, "-o", new, "--pareto", "1")
+    refused("plan: pareto of a fixed base", "plan", fixed, "-o", new, "--pareto", "3")
