@@ -36,6 +36,8 @@ template <class T> struct floating_base {
     end_goals ends;
     bool free_end = false;               // the last configuration is the search's to choose
     constant_momentum<T> momentum;
+    // Whether more is asked than clearance: then a free path says little of what a motion must be.
+    bool constrained() const { return ends.any() || most_turned > 0; }
     T most_turned = 0, most_rate = 0, most_arm = 0;   // limits [rad], [rad/s], [N m s]; 0: none; the last two make a motion slower
 };
 
@@ -187,7 +189,8 @@ template <class T> class motion_checker {
     }
     // Moves control points until the ends are met; false if they cannot be. Only the end's own row, if it is free, and those
     // between.
-    bool settle(motion<T>& m) {
+    bool settle(motion<T>& m) { return settle(m, solver_); }
+    bool settle(motion<T>& m, end_solver<T>& solver) {
         const end_goals& ends = p_.base.ends;
         if (!p_.base.on || !ends.any()) return true;
         if (p_.base.free_end && m.end.empty()) m.end.assign(p_.goal(m.goal), p_.goal(m.goal) + p_.dofs());
@@ -202,7 +205,7 @@ template <class T> class motion_checker {
             std::copy(from.begin(), from.begin() + to.points.size(), to.points.begin());
             if (p_.base.free_end) std::copy(from.begin() + to.points.size(), from.end(), to.end.begin());
         };
-        const bool met = solver_.solve(x, lower, upper, ends.count(), sizeof(T) == 4 ? 0.2 : 1e-4, [&](const std::vector<T>& at, bool roughly) {
+        const bool met = solver.solve(x, lower, upper, ends.count(), sizeof(T) == 4 ? 0.2 : 1e-4, [&](const std::vector<T>& at, bool roughly) {
             write(at, tried);
             ++looks;
             return end_of_track(ends, follow(tried, roughly ? end_nodes / 2 : end_nodes, false));

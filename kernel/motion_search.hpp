@@ -128,8 +128,8 @@ template <class T> class motion_search {
     }
 
     // Many looks at a motion's end take as long as one at the whole of it, and are booked so.
-    bool settle(motion<T>& m) {
-        const bool met = checker_.settle(m);
+    bool settle(motion<T>& m, end_solver<T>* own = nullptr) {
+        const bool met = own ? checker_.settle(m, *own) : checker_.settle(m);
         evaluations_ += checker_.looks / looks_an_evaluation;
         checker_.looks %= looks_an_evaluation;
         return met;
@@ -196,12 +196,12 @@ template <class T> class motion_search {
     // While nothing is known: a path, or motions from all over the place.
     void hunt() {
         path<T> way;
-        if (p_.base.ends.any() && turn_ % 2 == 0) swarm_turn(false);   // a path of the trees says little of where the base ends
+        if (p_.base.constrained() && turn_ % 2 == 0) swarm_turn(false);   // a path of the trees says little of where the base goes
         else if (probe(way)) follow(way);
         else if (!over()) swarm_turn(false);
     }
     void follow_a_path() {
-        if (p_.base.ends.any() && turn_ % 2 == 1) {   // as when hunting: elsewhere there may be better ones
+        if (p_.base.constrained() && turn_ % 2 == 1) {   // as when hunting: elsewhere there may be better ones
             swarm_turn(false);
             return;
         }
@@ -357,7 +357,9 @@ template <class T> class motion_search {
 
     // ---- swarm ------------------------------------------------------------------------------------------------------
     void swarm_turn(bool from_pool) {
-        const int K = s_.interior[swarm_turns_ % s_.interior.size()];
+        // While there is no motion, more and more control points: what a few cannot do more of them may.
+        const int rounds = swarm_turns_ / static_cast<int>(s_.interior.size());
+        const int K = s_.interior[swarm_turns_ % s_.interior.size()] + (best_.empty() ? std::min(rounds / 2, 4) : 0);
         std::vector<motion<T>> seeds;
         if (from_pool) {
             for (const known& k : pool_) {
@@ -381,13 +383,16 @@ template <class T> class motion_search {
         for (int i = 0; i < particles; ++i) rows.push_back(first_row(K, goal, seeds, i, particles));
         motion<T> m;
         std::vector<T> row(D);
+        std::vector<end_solver<T>> solvers(p_.base.ends.any() ? particles : 0);   // their slopes serve from round to round
         const int stride = particles_of.stride();
         std::vector<T> fitness(stride), violation(stride);
         T least = infinity;
         int since = 0;
         const bool hunting = best_.empty(), scouting = !hunting && seeds.empty();
         known seen{infinity, {}};
-        while (!particles_of.spent() && since <= (least < infinity ? s_.swarm_stall : 8 * s_.swarm_stall)) {
+        T nearest = infinity;   // the least violation
+        const int patience = p_.base.constrained() ? s_.swarm_stall : 8 * s_.swarm_stall;
+        while (!particles_of.spent() && since <= (least < infinity ? s_.swarm_stall : patience)) {
             particles_of.ask();
             if (particles_of.round() == 0) particles_of.place_first(rows);
             const T* x = particles_of.positions();
@@ -396,13 +401,23 @@ template <class T> class motion_search {
                 if (over()) return;
                 for (int d = 0; d < D; ++d) row[d] = x[static_cast<std::size_t>(d) * stride + i];
                 m = motion_of(K, goal, row);
-                judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity}, fitness[i], violation[i]);
+                judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity}, fitness[i], violation[i],
+                      p_.base.ends.any() ? &solvers[i] : nullptr);
+                if (p_.base.ends.any()) {   // from now on the particle is there
+                    std::copy(m.points.begin(), m.points.end(), row.begin());
+                    std::copy(m.end.begin(), m.end.end(), row.begin() + static_cast<std::ptrdiff_t>(m.points.size()));
+                    particles_of.put(i, row.data());
+                }
                 if (violation[i] <= T(0) && fitness[i] < seen.fitness) seen = {fitness[i], m};
                 if (violation[i] <= T(0)) least = std::min(least, fitness[i]);
             }
             particles_of.tell(fitness.data(), violation.data());
             if ((hunting && !best_.empty()) || (scouting && least < infinity)) break;
             since = least < T(0.9995) * before ? 0 : since + 1;
+            if (!(least < infinity) && particles_of.best().violation < T(0.98) * nearest) {
+                nearest = particles_of.best().violation;
+                if (p_.base.constrained()) since = 0;
+            }
         }
         if (hunting && !best_.empty()) refine(best_.front());
         else if (scouting && least < infinity) refine(seen);
@@ -417,10 +432,10 @@ template <class T> class motion_search {
         return {K, goal, std::vector<T>(row.begin(), end), std::vector<T>(end, row.end())};
     }
     // What the swarm needs to know of a particle: its merit, or only that it is no better than the particle's own best.
-    // Where the ends ask for more than control points, it stands for the motion nearest to it that meets them.
-    void judge(motion<T>& m, const merit<T>& own, T& fitness, T& violation) {
+    // Where ends are asked for, it is moved to the motion nearest to it that meets them.
+    void judge(motion<T>& m, const merit<T>& own, T& fitness, T& violation, end_solver<T>* solver) {
         ++evaluations_;
-        const bool met = settle(m), has_been_free = own.violation <= T(0);
+        const bool met = settle(m, solver), has_been_free = own.violation <= T(0);
         fitness = checker_.fitness(m);
         violation = infinity;
         if (has_been_free && !met) return;

@@ -75,6 +75,11 @@ template <class T> class swarm {
             for (int d = 0; d < dims_; ++d) x_[at(d, i)] = rows[i][d];
     }
 
+    // Particle i to where what it stands for has been moved, before it is told.
+    void put(int i, const T* row) {
+        for (int d = 0; d < dims_; ++d) x_[at(d, i)] = row[d];
+    }
+
     // Fitness and violation of the positions asked for. A NaN counts as the worst there is.
     void tell(const T* fitness, const T* violation) {
         const int n = active();

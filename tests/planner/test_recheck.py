@@ -251,6 +251,15 @@ def test_a_plan_for_a_floating_base_is_none_for_a_fixed_one(floating: Path) -> N
         recheck_plan(floating, replace(ADRIFT, base="fixed", base_limits=None))
 
 
+def test_the_base_is_that_of_the_problem_it_is_proven_for(drifted: Plan, floating: Path) -> None:
+    """With a base twice as heavy the arm turns it less, and ends elsewhere."""
+    bodies = tuple(replace(b, mass=2 * b.mass, inertia=2 * b.inertia) if b.joint == -1 else b for b in CRAFT.bodies)
+    again = recheck_plan(floating, replace(ADRIFT, robot=replace(CRAFT, bodies=bodies)))
+    assert again.base.peak < 0.7 * drifted.base.peak
+    assert any("differs in: robot" in note for note in again.notes)
+    assert any("misses its goal" in note for note in again.notes)
+
+
 def test_our_own_csv_of_a_floating_base_holds_again(drifted: Plan, tmp_path: Path) -> None:
     save_trajectory(drifted.trajectory, tmp_path / "trajectory.csv")
     read = load_trajectory(CRAFT, tmp_path / "trajectory.csv", base="floating", base_start=ADRIFT.base_start)

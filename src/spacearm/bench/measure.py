@@ -19,7 +19,6 @@ LIMIT = 1.0
 """A problem that takes longer than this is not solved [s of the reference core]."""
 
 
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Protocol:
     """What is measured. Times are the reference core's.

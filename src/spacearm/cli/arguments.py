@@ -74,7 +74,7 @@ class _Option:
         if self.values == 0:
             return f"do not {self.help}" if self.default else self.help
         default = self.default if isinstance(self.default, tuple) else (self.default,)
-        return f"{self.help} (default: {' '.join(map(_text, default))})"
+        return f"{self.help} (default: {' '.join(map(_text, default)) or 'none'})"
 
     def read(self, text: str) -> Any:
         """Read one value. SettingsError passes through argparse, which catches only Python's own."""

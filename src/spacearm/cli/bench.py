@@ -74,13 +74,13 @@ class SpaceOptions:
 
     Attributes:
         data: the frozen set: a folder with a file a family, as truss.json.
-        output: a new or empty folder for report.json, tables.md and the figure.
+        output: a new or empty folder for report.json, tables.md and the figures.
         family: measure only these families; none: all.
         problems: of each family, only so many; none: all.
         seeds: runs of each problem.
         published: seeds of each of the published problems; 0 leaves them out.
         limit: a problem that takes longer is not solved, on the reference core [s].
-        figure: draw what becomes of fixed-base motions, and how far bases turn.
+        figure: draw a problem of each family, what becomes of fixed-base motions, and how far bases turn.
         json: print report.json's content instead of the tables.
     """
 
@@ -144,15 +144,15 @@ def _space(arguments: Sequence[str]) -> int:
         arguments,
         command="bench space",
         description="Measure the planner on SpaceBench, problems for arms on spacecraft whose base floats, on one core: time "
-        "to the first certified motion, how far the base turns, what becomes of motions that were planned for a fixed base; then "
-        "on published problems. Times are stated for a reference core.",
+        "to the first certified motion, how far the base turns, what becomes of motions planned for a fixed base; then on "
+        "published problems. Times are stated for a reference core.",
     )
     protocol = space_measure.Protocol(seeds=options.seeds, limit=options.limit)
     items = find_problems(options.data, families=options.family or (), most=options.problems)
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
         with progress_bar("measuring") as bar:
             bench = run_spacebench(items, protocol, published=options.published, progress=bar)
-        written = [] if folder is None else space_report.save_report(bench, folder, figure=options.figure)
+        written = [] if folder is None else space_report.save_report(bench, folder, items=items, figure=options.figure)
     values = space_report.report_as_dict(bench) if options.json else None
     _tell(values, space_report.tables(bench), space_report.notes(bench), written, bench.seconds)
     return 0

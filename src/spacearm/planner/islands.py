@@ -27,6 +27,7 @@ from spacearm.swarm.settings import kernel_settings
 Array = NDArray[np.float64]
 
 _PRECISION = 32  # the search's; the proof is float64
+_MORE_POINTS = 2  # of control points, where more is asked of a floating base than clearance
 _FINEST = 1e-4  # [m or rad] no nearer to the end of a floating base's motion does float32 come for sure
 _WITHIN, _WITHIN_LIMIT = 0.5, 0.995  # of tolerances and limits: so near the search comes, for float32 and instants between
 
@@ -48,7 +49,8 @@ class Islands:
         self.bounds = search_bounds(problem)
         self._base = asked_of_the_base(problem)
         self._free_end = self._base.get("kind", 0) != 0
-        self._more_points = 2 if self._free_end or "attitude" in self._base else 0
+        constrained = self._free_end or "attitude" in self._base or problem.base_limits.peak is not None
+        self._more_points = _MORE_POINTS if constrained else 0
         self._all = [self._search(_PRECISION, seed, island) for island in range(settings.islands)]
 
     def _search(self, precision: int, seed: int, island: int) -> Any:

@@ -76,8 +76,8 @@ class PlannerSettings:
         weights: of the fitness' terms.
         margin: clearance asked for at the instants that are looked at [m]; lowered where the start or goal is closer.
         comfort: clearance beyond which the term `clearance` asks for no more [m].
-        interior_points: control points of the swarm's motions, one number or several that take turns; two more each where a
-            floating base's end is asked for.
+        interior_points: control points of the swarm's motions, one number or several that take turns; two more each where
+            a floating base's end or greatest turn is asked for.
         swarm: PSO or IPSO; its iterations are the most of one turn.
         goal_candidates: for a goal in space: the most distinct configurations that are planned to.
         islands: searches side by side, each with a stream of random numbers of its own; the best motion counts.

@@ -107,7 +107,7 @@ def find_problems(folder: Path, *, families: Sequence[str] = (), most: int | Non
     if not there:
         raise FileFormatError(
             f"{folder} holds no family of SpaceBench, expected truss.json and others; make them with "
-            "python -m spacearm.bench.space -o FOLDER, or check --data"
+            "python -m spacearm.bench.space FOLDER, or check --data"
         )
     for name in families:
         if name not in there:
@@ -132,6 +132,8 @@ def _as_dict(item: SpaceProblem) -> dict[str, Any]:
 
 
 def _from_dict(item: dict[str, Any], robots: dict[str, Robot], family: str) -> SpaceProblem:
+    if item["robot"] not in robots:
+        raise FileFormatError(f"its robot {shown(item['robot'])} is not in the file; {nearest(str(item['robot']), robots)}")
     robot, goal, limits = robots[item["robot"]], item["base_goal"], item["base_limits"]
     problem = Problem(
         robot,

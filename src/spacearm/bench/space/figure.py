@@ -1,27 +1,23 @@
-"""What becomes of a fixed-base planner's motions when the base is let go, and how far bases turn."""
+"""SpaceBench in pictures: what becomes of motions planned for a fixed base, how far bases turn, and the families."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spacearm.bench.space.measure import LetGo
+from spacearm.bench.space.collection import FAMILIES, SpaceProblem
 from spacearm.bench.space.run import SpaceBench
-from spacearm.bench.space.summary import summary_of
+from spacearm.bench.space.summary import OUTCOMES, summary_of
 from spacearm.show.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PAGE, VERMILION, look, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLORS: dict[LetGo, str] = {
-    "collides": VERMILION,
-    "misses its goal": ORANGE,
-    "disturbs the base": LIGHT,
-    "holds": GREEN,
-}
+_COLORS = dict(zip(OUTCOMES, (VERMILION, ORANGE, LIGHT, GREEN), strict=True))
 
 
 def figure_spacebench(bench: SpaceBench) -> Figure:
@@ -65,3 +61,35 @@ def _draw_peaks(ax: Axes, bench: SpaceBench) -> None:
     ax.axhline(0, color=GREY, linewidth=0.6)
     ax.set(ylim=(0, None), ylabel="greatest angle of the base [deg]", title="motions planned with the base free")
     tidy(ax)
+
+
+def figure_families(items: Sequence[SpaceProblem]) -> Figure:
+    """Draw a problem of each family with its known solution: the first in the list."""
+    from spacearm.planner import PoseGoal, PositionGoal
+    from spacearm.show.path_space import figure_path_3d
+
+    firsts = {item.family: item for item in reversed(items)}
+    shown = sorted(firsts.values(), key=lambda item: FAMILIES.index(item.family))
+    with look():
+        figure = new_figure(PAGE, 1.9, layout=None)
+        for i, item in enumerate(shown):
+            left, width = i / len(shown) - 0.03, 1 / len(shown) + 0.06  # the drawing leaves room around it
+            ax = figure.add_axes((left, -0.13, width, 1.13), projection="3d", computed_zorder=False)
+            problem, goal = item.problem, item.problem.goal
+            place = goal.position if isinstance(goal, (PositionGoal, PoseGoal)) else None
+            figure_path_3d(
+                item.solution, problem.robot, problem.scene, start=problem.start, goal=place, ax=ax, view=_from_beside(item)
+            )
+            ax.set_axis_off()
+            legend = ax.get_legend()
+            if legend is not None:
+                legend.remove()
+            figure.text((i + 0.5) / len(shown), 0.94, item.name, ha="center", fontsize=8)
+        return figure
+
+
+def _from_beside(item: SpaceProblem) -> tuple[float, float]:
+    """Return elevation and azimuth [deg] of an eye that looks at arm and obstacles from the side."""
+    tip = item.solution.tip(item.solution.duration)[:3, 3]
+    away = tip - item.problem.base_start[:3, 3]
+    return 25.0, math.degrees(math.atan2(away[1], away[0])) - 110.0

@@ -52,7 +52,7 @@ class Run:
         known_length: of the known solution [rad].
         fixed: status of the plan for the fixed base.
         let_go: what became of that motion when the base was let go.
-        deepest: how deep it collides then, where the certificate says so [m].
+        deepest: how deep it collides then, at the instant that the certificate found [m]; None where it does not.
         missed_by: by how much its tip misses the goal then [m]; None for goals in joint space.
     """
 
@@ -149,8 +149,8 @@ def released(problem: Problem, trajectory: Trajectory) -> tuple[LetGo, float | N
     free = replace(trajectory, base="floating", base_start=problem.base_start, momentum=problem.momentum)
     certificate, report = certify(problem, free), report_base(problem, free)
     closest = certificate.closest
-    if not certificate.holds:
-        return "collides", -closest.clearance if closest is not None and closest.clearance < 0 else None, report.goal_distance
+    if closest is not None and closest.clearance <= 0:
+        return "collides", -closest.clearance, report.goal_distance
     if any("end effector" in phrase for phrase in report.missed):
         return "misses its goal", None, report.goal_distance
     return ("disturbs the base" if report.missed else "holds"), None, report.goal_distance

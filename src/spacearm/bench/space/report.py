@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from spacearm.bench.report import Table
-from spacearm.bench.space.figure import figure_spacebench
+from spacearm.bench.space.collection import SpaceProblem
+from spacearm.bench.space.figure import figure_families, figure_spacebench
 from spacearm.bench.space.run import SpaceBench
 from spacearm.bench.space.summary import SpaceSummary, summary_of, targets_of
 from spacearm.bench.yardstick import REFERENCE, machine
@@ -152,8 +154,16 @@ def report_as_dict(bench: SpaceBench) -> dict[str, Any]:
     }
 
 
-def save_report(bench: SpaceBench, folder: str | os.PathLike[str], *, figure: bool = True) -> list[Path]:
-    """Write report.json, tables.md and the figure into a folder; return what was written.
+def save_report(
+    bench: SpaceBench, folder: str | os.PathLike[str], *, items: Sequence[SpaceProblem] = (), figure: bool = True
+) -> list[Path]:
+    """Write report.json, tables.md and the figures into a folder; return what was written.
+
+    Args:
+        bench: what was measured.
+        folder: where.
+        items: the problems; one of each family is drawn.
+        figure: whether any figure is drawn.
 
     Raises:
         OutputError: the folder cannot be written.
@@ -167,7 +177,10 @@ def save_report(bench: SpaceBench, folder: str | os.PathLike[str], *, figure: bo
     from spacearm.show.save import save_figure
 
     provenance = {"Title": "spacearm bench space", "Author": f"spacearm {version()}"}
-    return [report, text, *save_figure(figure_spacebench(bench), target / "spacebench", provenance=provenance)]
+    written = [report, text, *save_figure(figure_spacebench(bench), target / "spacebench", provenance=provenance)]
+    if items:
+        written += save_figure(figure_families(items), target / "families", provenance=provenance)
+    return written
 
 
 def as_markdown(bench: SpaceBench) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import get_args
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from spacearm.bench.space.published import PUBLISHED_ROTATION
 from spacearm.bench.space.run import LEAST_PEAK, SEEDS_SCENE, SERVICER, PublishedRun, SpaceBench
 from spacearm.bench.summary import Spread, Target
 
-OUTCOMES: tuple[LetGo, ...] = get_args(LetGo)
+OUTCOMES: tuple[LetGo, ...] = ("collides", "misses its goal", "disturbs the base", "holds")
 """What may become of a fixed-base planner's motion, in the order of the reports."""
 
 SERVICER_LIMIT = 2.0
@@ -29,7 +28,8 @@ class SpaceSummary:
         runs: how many.
         solved: with a certified motion within the protocol's time.
         first: time to it [s].
-        search, certify: what of that went to the search and to the proof, medians [s].
+        search: what of that went to the search, median [s].
+        certify: to the proof, median [s].
         length: mean of the first motions [rad].
         straight: mean of the straight lines between their ends [rad].
         known_length: mean of the known solutions [rad].
@@ -73,7 +73,7 @@ def summary_of(runs: Sequence[Run], limit: float) -> SpaceSummary:
         straight=_mean([run.straight for run in solved if run.straight is not None]),
         known_length=_mean([run.known_length for run in runs]),
         peak=Spread.of([run.peak for run in solved if run.peak is not None]),
-        let_go={what: _share(fixed, what) for what in OUTCOMES if what != "no motion"},
+        let_go={what: _share(fixed, what) for what in OUTCOMES},
         fixed=len(fixed),
         missed_by=_median(missed),
     )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.motion import AnyTrajectory
+from spacearm.motion import AnyTrajectory, RecordedTrajectory
 from spacearm.planner.base_report import BaseReport, report_base
 from spacearm.planner.files.plans import problem_hash, values_that_count
 from spacearm.planner.files.saved_plans import SavedPlan, load_saved_plan
@@ -20,6 +20,7 @@ from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.onto_goal import reach_to, reaches
 from spacearm.proof import Certificate, certify
+from spacearm.proof.stance import require_same, stance_of
 from spacearm.reading import located
 
 Array = NDArray[np.float64]
@@ -59,7 +60,8 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     saved = load_saved_plan(path)
     against = saved.problem if problem is None else problem
     with located(path):
-        certificate = certify(against, saved.trajectory, **options)
+        _require_same_base(against, saved.trajectory)
+    certificate = certify(against, saved.trajectory, **options)
     said = None if saved.certificate is None else saved.certificate.get("status")
     base = _base(against, saved.trajectory)
     notes = [*_edited(saved, certificate), *_other_problem(saved.problem, against), *_ends(against, saved.trajectory, base)]
@@ -87,8 +89,22 @@ def recheck_trajectory(problem: Problem, trajectory: AnyTrajectory, **options: A
     )
 
 
+def _require_same_base(problem: Problem, trajectory: AnyTrajectory) -> None:
+    """Refuse a motion of a base that is held otherwise than its problem's, or starts elsewhere: what would be proven?"""
+    asked, taken = (
+        stance_of(holder, problem.robot, who=who) for holder, who in ((problem, "problem"), (trajectory, "trajectory"))
+    )
+    require_same(asked, taken)
+
+
 def _base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport | None:
-    return report_base(problem, trajectory) if problem.floats else None
+    """Report on a floating base, with the problem's masses, whatever those are that the file has."""
+    if not problem.floats:
+        return None
+    if trajectory.robot != problem.robot and trajectory.duration > 0:
+        held = {name: getattr(problem, name) for name in ("base", "base_start", "momentum")}
+        trajectory = RecordedTrajectory(problem.robot, trajectory.path, **held)
+    return report_base(problem, trajectory)
 
 
 def _edited(saved: SavedPlan, certificate: Certificate) -> list[str]:

@@ -35,7 +35,7 @@ def draw(rng: np.random.Generator) -> Draft:
     # The hull's frame: z along the module's axis, x out of it towards the arm.
     R = frame_along(-away, rng.uniform(-math.pi, math.pi))[:, [2, 0, 1]]
     T = transform(R, site.at(away * (gap + _HULL)))
-    obstacles: list[Obstacle] = [Cylinder(_HULL, 5.0, T, name="hull")]
+    obstacles: list[Obstacle] = [Cylinder(_HULL, 3.5, T, name="hull")]
     places = rng.uniform(0.2, 0.42) * np.array([-1.0, 1.0]) + rng.normal(0, 0.05)
     number = int(rng.integers(3, 6))
     for i in range(number):
