@@ -94,6 +94,7 @@ template <class T> floating_base<T> floating_from(const nb::dict& given, const m
         b.ends.base = true;
         b.ends.attitude = {attitude[0], attitude[1], attitude[2], attitude[3]};
         field(d, "attitude_turned", b.ends.base_turned);
+        field(d, "attitude_within", b.ends.base_within);
     }
     field(d, "most_turned", b.most_turned);
     field(d, "most_rate", b.most_rate);

@@ -46,6 +46,7 @@ struct end_goals {
     bool base = false;
     quaternion attitude;                   // of the base
     double base_turned = 0;                // its tolerance [rad]
+    bool base_within = false;              // anywhere within the tolerance is as good
 
     int count() const { return (kind == frame_goal::none ? 0 : kind == frame_goal::position ? 3 : 6) + (base ? 3 : 0); }
     bool any() const { return count() > 0; }
@@ -124,7 +125,13 @@ template <class T> end_state end_of_track(const end_goals& goals, const base_tra
     }
     if (goals.base) {
         rotation_vector(conjugate(track.attitude(track.nodes())) * goals.attitude, next);
-        note(std::sqrt(next[0] * next[0] + next[1] * next[1] + next[2] * next[2]), goals.base_turned, 1);
+        double size = std::sqrt(next[0] * next[0] + next[1] * next[1] + next[2] * next[2]);
+        if (goals.base_within) {   // what is missing to a little inside
+            const double share = size > goals.base_turned ? 1 - 0.8 * goals.base_turned / size : 0;
+            for (int i = 0; i < 3; ++i) next[i] *= share;
+            size = share > 0 ? size : 0;
+        }
+        note(size, goals.base_turned, 1);
     }
     return out;
 }

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from spacearm._kernel import native
 from spacearm.momentum import system_mass
 from spacearm.motion import Motion
-from spacearm.planner.floating import AttitudeGoal
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.kernel_model import kernel_model, native_class, with_masses
 from spacearm.planner.problem import Problem
@@ -227,10 +226,11 @@ def asked_of_the_base(problem: Problem, precision: int = _PRECISION) -> dict[str
             "turned": max(_WITHIN * turned, finest),
         }
     wanted = problem.base_goal
-    if wanted is None and limits.final is not None:
-        wanted = AttitudeGoal((1.0, 0.0, 0.0, 0.0), limits.final)
     if wanted is not None:
         out |= {"attitude": wanted.attitude_wxyz.tolist(), "attitude_turned": max(_WITHIN * wanted.tolerance, finest)}
+    elif limits.final is not None:
+        within = max(_WITHIN_LIMIT * limits.final, finest)
+        out |= {"attitude": [1.0, 0.0, 0.0, 0.0], "attitude_turned": within, "attitude_within": True}
     for key, limit in (("most_turned", limits.peak), ("most_rate", limits.rate), ("most_arm", limits.joint_momentum)):
         if limit is not None:
             out[key] = _WITHIN_LIMIT * limit

@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 
 _SPREAD = 0.004  # how far around a failed instant the search looks from then on, as a share of the motion
 _AFTERWARDS = 0.25  # of the budget: for another motion, where a proof failed
+_LATE = 1e-6  # relative: so much longer than asked for is rounding
 _LEAST_EVALUATIONS, _LEAST_SECONDS = 500, 0.02  # for the same
 
 Status = Literal["found", "start_in_collision", "goal_in_collision", "goal_unreachable", "not_found", "not_proven"]
@@ -240,7 +241,15 @@ class _Run:
             self.certificate = certify(self.problem, self.trajectory, jerk_limit=self.settings.jerk_limit)
         self._report()
         self.lap("certify")
-        return self.certificate is not None and self.certificate.holds and (self.base is None or not self.base.missed)
+        return self.certificate is not None and self.certificate.holds and not self._missed()
+
+    def _missed(self) -> list[str]:
+        """Say what is not as was asked, beside what the certificate is for."""
+        missed = [] if self.base is None else list(self.base.missed)
+        asked = self.problem.duration
+        if asked is not None and self.trajectory is not None and self.trajectory.duration > asked * (1 + _LATE):
+            missed.append(f"the limits of the joints let it take no less than {self.trajectory.duration:.4g} s, not {asked:.4g} s")
+        return missed
 
     def _report(self) -> None:
         if self.problem.floats and self.trajectory is not None:
@@ -283,12 +292,14 @@ class _Run:
         return exact | {name: value for name, value in terms.items() if name in weighed and name not in exact}
 
     def _advice(self, status: Status) -> str:
-        near = self.certificate.message if self.certificate is not None else ""
-        if self.base is not None and self.base.missed:
-            near = f"{near}; {', and '.join(self.base.missed)}"
+        near, missed = self.certificate.message if self.certificate is not None else "", self._missed()
+        if missed:
+            near = f"{near}; {', and '.join(missed)}"
         if status == "not_found":
             said = f"the best one: {near}; " if near else ""
-            return f"{said}allow more evaluations or time_budget, or a smaller margin"
+            return f"{said}allow more evaluations or time_budget{', more interior_points' if missed else ', or a smaller margin'}"
+        if status == "not_proven" and missed and self.certificate is not None and self.certificate.holds:
+            return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
         if status == "not_proven":
             return f"the last one: {near}; ask for a larger margin, or allow more proofs"
         return ""

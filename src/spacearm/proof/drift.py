@@ -34,6 +34,7 @@ TOLERANCE = 1e-10
 _POINTS = ((0.01, 6), (0.1, 8), (np.inf, 12))  # Gauss points of a panel in which a joint travels so far [rad or m]
 _TRAVEL = 1.5  # [rad or m] of one joint in a panel to begin with
 _HALVINGS, _MOST = 30, 300_000  # configurations
+_MOST_TUMBLE = 600.0  # [rad] about a hundred turns in one motion
 _WINDOW = 1.0  # [rad] by which a tumbling base turns, that is solved for at once
 _SWEEPS, _STEADY = 60, 1e-13
 _LEAST = 1e-300
@@ -108,6 +109,12 @@ class Drift:
 
     def _integrate(self, ends: Array) -> None:
         panels = self._sampled(ends)
+        turned = float(self._tumbles(panels).sum())
+        if turned > _MOST_TUMBLE:
+            raise ProblemError(
+                f"the momentum turns the base by some {turned:.3g} rad along the trajectory, expected less than "
+                f"{_MOST_TUMBLE:g} rad; check the units of masses, momentum and duration"
+            )
         while self.evaluations < _MOST and (fast := self._tumbles(panels) > _WINDOW).any():
             panels = self._halved(panels, fast)
         slope, start = self._solved(panels)
