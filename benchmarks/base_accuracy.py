@@ -71,7 +71,7 @@ def measure(robot: Robot, motions: int, rng: np.random.Generator) -> tuple[list[
 
 def kernels(islands: Islands) -> tuple[Any, Any]:
     """Return the native search, and the one in float64 that settles motions for their proof."""
-    return islands._all[0], islands._search(64, 0, 0)
+    return islands._all[0], islands.search(64, 0, 0)
 
 
 def angle(one: Array, other: Array) -> float:

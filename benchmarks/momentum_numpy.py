@@ -1,4 +1,4 @@
-"""The floating base's motion in plain NumPy: what the kernel's is measured against.
+"""The floating base's motion by the kernel and in plain NumPy, side by side.
 
 Kinematics, momentum blocks (spacearm.momentum, ORACLES' momentum form), the base's rate and the product of its turns, for all
 particles and samples at once: what a search needs to know of where the base is. One sample is one evaluation of the blocks.
@@ -22,9 +22,11 @@ from spacearm.momentum.blocks import free_rate, moments_of_frames
 from spacearm.momentum.masses import lumped_masses
 from spacearm.momentum.turning import exponential, running_products
 from spacearm.motion import basis
+from spacearm.planner import PlannerSettings, Problem
+from spacearm.planner.islands import Islands
 from spacearm.robot import Robot, joint_frames, load_robot
 
-ROBOT, PARTICLES, SAMPLES, INTERIOR = "servicer7", 96, 32, 2
+ROBOT, PARTICLES, SAMPLES, INTERIOR = "servicer7", 96, 64, 2
 AT_ONCE = 1024  # configurations whose numbers stay in the cache together
 
 Frames = Callable[[Robot, np.ndarray], np.ndarray]
@@ -68,6 +70,14 @@ def base_attitudes(robot: Robot, points: np.ndarray, samples: int, *, frames: Fr
     return running_products(exponential(turns.reshape(samples, len(points), 3) / samples))
 
 
+def kernel_call(robot: Robot, points: np.ndarray, samples: int, precision: int) -> Callable[[], object]:
+    """The same by the kernel: the poses at the ends, all nodes gone through."""
+    problem = Problem(robot, [], start=points[0, 0], goal=points[0, -1], base="floating")
+    search = Islands(problem, points[:1, -1].copy(), PlannerSettings(), seed=0, margin=0.0).search(precision, 0, 0)
+    rows = np.ascontiguousarray(points[:, 1:-1].reshape(len(points), -1), dtype=np.float32 if precision == 32 else np.float64)
+    return lambda: search.base_along(rows, points.shape[1] - 2, 0, samples, True)
+
+
 def drawn_points(robot: Robot, particles: int, interior: int) -> np.ndarray:
     """Control points (m, K + 2, n) within the limits, or within half a turn of 0."""
     lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
@@ -89,6 +99,8 @@ def main() -> None:
     placed = joint_frames(robot, q)
     each = given.particles * given.samples
     contestants: dict[str, tuple[int, Callable[[], object]]] = {
+        "base motion, kernel float32": (each, kernel_call(robot, points, given.samples, 32)),
+        "base motion, kernel float64": (each, kernel_call(robot, points, given.samples, 64)),
         "base motion, NumPy": (each, lambda: base_attitudes(robot, points, given.samples)),
         "base motion, the kernel's kinematics": (
             each,
@@ -102,12 +114,16 @@ def main() -> None:
         name: {"least_ns": timed.least(name) / count * 1e9, "median_ns": timed.median(name) / count * 1e9}
         for name, (count, _) in contestants.items()
     }
+    fastest = next(iter(rows.values()))["least_ns"]
     kernel = f"kernel {kernel_info().level}"
     print(machine(kernel))
     print_table(
         f"{robot.name}: {given.particles} particles, {given.samples} samples",
-        "what | ns each, least | median",
-        [[name, f"{row['least_ns']:.0f}", f"{row['median_ns']:.0f}"] for name, row in rows.items()],
+        "what | ns each, least | median | times the kernel",
+        [
+            [name, f"{row['least_ns']:.0f}", f"{row['median_ns']:.0f}", f"{row['least_ns'] / fastest:.1f}"]
+            for name, row in rows.items()
+        ],
     )
     if given.json:
         given.json.write_text(json.dumps({"machine": machine(kernel), "robot": robot.name, "rows": rows}, indent=2) + "\n")

@@ -50,9 +50,10 @@ class Islands:
         self._free_end = self._base.get("kind", 0) != 0
         constrained = self._free_end or "attitude" in self._base or problem.base_limits.peak is not None
         self._more_points = _MORE_POINTS if constrained else 0
-        self._all = [self._search(_PRECISION, seed, island) for island in range(settings.islands)]
+        self._all = [self.search(_PRECISION, seed, island) for island in range(settings.islands)]
 
-    def _search(self, precision: int, seed: int, island: int) -> Any:
+    def search(self, precision: int, seed: int, island: int) -> Any:
+        """Return a search of the kernel's, for numbers of 32 or 64 bits."""
         problem, settings = self._problem, self._settings
         robot = problem.robot
         model = kernel_model(robot, problem.scene, precision=precision)
@@ -179,7 +180,7 @@ class Islands:
         if not self._base.get("kind") and "attitude" not in self._base:
             return motion
         rows = np.ascontiguousarray(self._points_of(motion).reshape(1, -1))
-        exact, met = self._search(64, 0, 0).settled(rows, motion.interior, self._goal_of(motion))
+        exact, met = self.search(64, 0, 0).settled(rows, motion.interior, self._goal_of(motion))
         if not met[0]:
             return motion
         return self._motion({"points": exact.reshape(-1, motion.dof), "goal": self._goal_of(motion)})
