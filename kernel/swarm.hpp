@@ -71,14 +71,9 @@ template <class T> class swarm {
     // Known good positions, in place of the first random ones.
     void place_first(const std::vector<std::vector<T>>& rows) {
         const int n = static_cast<int>(std::min<std::size_t>(rows.size(), settings_.particles));
-        for (int i = 0; i < n; ++i)
-            for (int d = 0; d < dims_; ++d) x_[at(d, i)] = rows[i][d];
+        for (int i = 0; i < n; ++i) put(i, rows[i].data());
     }
-
-    // Particle i to where what it stands for has been moved, before it is told.
-    void put(int i, const T* row) {
-        for (int d = 0; d < dims_; ++d) x_[at(d, i)] = row[d];
-    }
+    void put(int i, const T* row) { for (int d = 0; d < dims_; ++d) x_[at(d, i)] = row[d]; }   // before it is told
 
     // Fitness and violation of the positions asked for. A NaN counts as the worst there is.
     void tell(const T* fitness, const T* violation) {

@@ -248,7 +248,7 @@ class _Run:
         missed = [] if self.base is None else list(self.base.missed)
         asked = self.problem.duration
         if asked is not None and self.trajectory is not None and self.trajectory.duration > asked * (1 + _LATE):
-            missed.append(f"the limits of the joints let it take no less than {self.trajectory.duration:.4g} s, not {asked:.4g} s")
+            missed.append(f"the joints' limits let it take no less than {self.trajectory.duration:.4g} s, not {asked:.4g} s")
         return missed
 
     def _report(self) -> None:
@@ -297,7 +297,8 @@ class _Run:
             near = f"{near}; {', and '.join(missed)}"
         if status == "not_found":
             said = f"the best one: {near}; " if near else ""
-            return f"{said}allow more evaluations or time_budget{', more interior_points' if missed else ', or a smaller margin'}"
+            other = "more interior_points" if missed else "or a smaller margin"
+            return f"{said}allow more evaluations or time_budget, {other}"
         if status == "not_proven" and missed and self.certificate is not None and self.certificate.holds:
             return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
         if status == "not_proven":

@@ -11,6 +11,7 @@ Array = NDArray[np.float64]
 
 _TURN = np.linspace(0.0, 2 * np.pi, 73)[:-1]
 _COS, _SIN = np.cos(_TURN)[:, None], np.sin(_TURN)[:, None]
+_STILL = 1e-12  # an axis that moves less than this share of itself along a coordinate does not move along it
 _MOST_ARCS = 2000  # balls whose common outline is still worked out; each is compared with all others
 
 Convex = Sphere | Capsule | Box | Cylinder
@@ -69,7 +70,7 @@ def cut_off(body: Sphere | Capsule, low: Array, high: Array) -> list[Convex]:
     if isinstance(body, Sphere):
         return [body] if (body.center >= low).all() and (body.center <= high).all() else []
     along = body.b - body.a
-    moves = along != 0
+    moves = np.abs(along) > _STILL * max(float(np.abs(along).max()), 1.0)
     if (~moves & ((body.a < low) | (body.a > high))).any():
         return []
     ends = np.sort(np.array([low - body.a, high - body.a])[:, moves] / along[moves], axis=0)

@@ -81,8 +81,7 @@ def figure_families(items: Sequence[SpaceProblem]) -> Figure:
                 item.solution, problem.robot, problem.scene, start=problem.start, goal=place, ax=ax, view=_from_beside(item)
             )
             ax.set_axis_off()
-            for artist in ax.get_children():
-                artist.set_clip_on(False)  # a hull may reach beyond its share of the page
+            ax.patch.set_visible(False)  # what reaches over from the neighbour is not painted over
             legend = ax.get_legend()
             if legend is not None:
                 legend.remove()

@@ -77,7 +77,9 @@ def find_in_space(task: GoalTask, reach: Reach) -> GoalConfigurations:
         for q, good, room, at_centre in ((onto, there, clear, True), (seen, as_seen, clear_as_seen, False)):
             kept = _with_room(good, room, settings.margin)
             if kept.any():
-                q, room = _pulled(task, reach, q[kept], room[kept], at_centre=at_centre)
+                q, room = q[kept], room[kept]
+                if not (problem.floats and settings.stop_at_first):  # there the search moves the end too, if in longer ways
+                    q, room = _pulled(task, reach, q, room, at_centre=at_centre)
                 kept = _distinct(q, problem.start, settings.goal_candidates)
                 return nearest_first(problem, q[kept], room[kept], **counts)
         best.offer(reach, onto, clear)
