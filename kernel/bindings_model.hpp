@@ -323,14 +323,9 @@ template <class T> model<T> weighed(const model<T>& plain, in1<double> mass, in2
     require(total > 0, "no mass");
     m.masses = {};
     m.masses.total = static_cast<T>(total);
-    const double *c = com.data(), *I = inertia.data(), squared = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-    for (int k = 0; k < 3; ++k) {
-        m.masses.first[k] = static_cast<T>(mass(0) * c[k]);
-        m.masses.second[k] = static_cast<T>(I[k] + mass(0) * (squared - c[k] * c[k]));
-    }
-    m.masses.second[3] = static_cast<T>(I[3] - mass(0) * c[0] * c[1]);
-    m.masses.second[4] = static_cast<T>(I[4] - mass(0) * c[0] * c[2]);
-    m.masses.second[5] = static_cast<T>(I[5] - mass(0) * c[1] * c[2]);
+    const double *c = com.data(), *I = inertia.data();
+    take3(c, m.masses.about);
+    for (int k = 0; k < 6; ++k) m.masses.second[k] = static_cast<T>(I[k]);
     m.shown.clear();
     for (std::size_t j = 0; j < n; ++j) {
         m.masses.joints.push_back(make_mass<T>(mass(j + 1), c + 3 * (j + 1), I + 6 * (j + 1)));

@@ -62,9 +62,16 @@ inline void take3(const std::vector<double>& from, double* out) {
 template <class T> floating_base<T> floating_from(const nb::dict& given, const model<T>& scene) {
     floating_base<T> b;
     if (given.size() == 0) return b;
-    require(!scene.masses.joints.empty(), "no masses");
     nb::dict d;
     d.update(given);
+    bool fixed = false;
+    field(d, "fixed", fixed);
+    if (fixed) {   // it may have to keep to a duration all the same
+        field(d, "duration", b.momentum.duration);
+        require(d.size() == 0, "an unknown key of the base's");
+        return b;
+    }
+    require(!scene.masses.joints.empty(), "no masses");
     b.on = true;
     std::vector<double> local, offset(3), wanted, position(3), axis(3), attitude, angular, drift;
     int kind = 0;

@@ -116,6 +116,13 @@ template <class T> end_state end_of_track(const end_goals& goals, const base_tra
             const double sine = std::sqrt(across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
             const double angle = std::atan2(sine, is[0] * to[0] + is[1] * to[1] + is[2] * to[2]);
             for (int i = 0; i < 3; ++i) turn[i] = sine > 1e-12 ? across[i] / sine * angle : 0;
+            if (sine <= 1e-12 && angle > 1) {   // opposite: half a turn about whatever is across
+                const int least = std::abs(is[0]) < 0.6 ? 0 : 1;
+                const double other[3] = {least == 0 ? 1.0 : 0.0, least == 1 ? 1.0 : 0.0, 0.0};
+                for (int i = 0; i < 3; ++i) turn[i] = is[(i + 1) % 3] * other[(i + 2) % 3] - is[(i + 2) % 3] * other[(i + 1) % 3];
+                const double length = std::sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
+                for (double& t : turn) t *= angle / length;
+            }
         }
         if (goals.kind != frame_goal::position) {
             for (int i = 0; i < 3; ++i) next[i] = goals.lever * turn[i];

@@ -39,8 +39,8 @@ template <class T> struct mass_of {
 template <class T> struct mass_model {
     std::vector<mass_of<T>> joints;   // one a joint; empty where no masses are known
     T total = 0;
-    T first[3] = {};                  // of the base: mass times centre of mass ...
-    T second[6] = {};                 // ... and inertia about the base frame's origin
+    T about[3] = {};                  // the base's centre of mass: sums are taken about it, for the frame may be far off
+    T second[6] = {};                 // the base's inertia about it
 };
 
 template <class T> mass_of<T> make_mass(double mass, const double* com, const double* inertia) {
@@ -106,8 +106,9 @@ inline momentum_at<T> momentum_of(const tree<T>& robot, const mass_model<T>& mas
                                   spin_and_velocity<T>* rates) {
     const pack<T> zero(T(0));
     const vec3<T> none{zero, zero, zero};
-    const T *f = masses.first, *s = masses.second;
-    vec3<T> first{pack<T>(f[0]), pack<T>(f[1]), pack<T>(f[2])}, linear = none, angular = none;
+    const T* s = masses.second;
+    const vec3<T> about{pack<T>(masses.about[0]), pack<T>(masses.about[1]), pack<T>(masses.about[2])};
+    vec3<T> first = none, linear = none, angular = none;
     symmetric3<T> H{pack<T>(s[0]), pack<T>(s[1]), pack<T>(s[2]), pack<T>(s[3]), pack<T>(s[4]), pack<T>(s[5])};
     const int n = static_cast<int>(robot.joints.size());
     for (int j = 0; j < n; ++j) {
@@ -125,7 +126,7 @@ inline momentum_at<T> momentum_of(const tree<T>& robot, const mass_model<T>& mas
         else r.velocity = r.velocity + own;
         const mass_of<T>& m = masses.joints[j];
         if (m.mass == T(0) && m.inertia[0] == T(0) && m.inertia[1] == T(0) && m.inertia[2] == T(0)) continue;
-        const vec3<T> c = carry(at, m.com), v = r.velocity + cross(r.spin, c - at.origin);
+        const vec3<T> at_com = carry(at, m.com), c = at_com - about, v = r.velocity + cross(r.spin, at_com - at.origin);
         const vec3<T> push{v.x * m.mass, v.y * m.mass, v.z * m.mass};
         first = first + vec3<T>{c.x * m.mass, c.y * m.mass, c.z * m.mass};
         linear = linear + push;
@@ -134,8 +135,8 @@ inline momentum_at<T> momentum_of(const tree<T>& robot, const mass_model<T>& mas
     }
     const T share = T(1) / masses.total;
     const vec3<T> com{first.x * share, first.y * share, first.z * share};
-    add_point_mass(H, -masses.total, com);                                   // from the frame's origin to the centre of mass
-    return {com, {linear.x * share, linear.y * share, linear.z * share}, angular - cross(com, linear), H};
+    add_point_mass(H, -masses.total, com);                                   // from there to the centre of mass of the whole
+    return {com + about, {linear.x * share, linear.y * share, linear.z * share}, angular - cross(com, linear), H};
 }
 
 }  // namespace SPACEARM_NAMESPACE

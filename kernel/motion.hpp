@@ -132,7 +132,8 @@ template <class T> class motion_checker {
     T violation(const motion<T>& m, T limit) {
         if (p_.base.on) return violation_in_space(m, limit);
         const spline_table<T>& t = table(m.interior);
-        T sum = 0;
+        const T time = p_.base.momentum.duration;
+        T sum = time > T(0) ? std::max(T(0), duration(m, t) / (in_time * time) - T(1)) : T(0);
         for (int l = 0; l < sample_packs_coarse && !(sum > limit); ++l) {
             const pack<T> s = shortfall_at(m, &t.value[0][pack_offset(l, m.interior)], limit <= T(0));
             if (any(pack<T>(T(0)) < s)) sum += sum_of(s);
@@ -146,10 +147,7 @@ template <class T> class motion_checker {
         for (int l = sample_packs_coarse; l < sample_packs_fine; ++l) {
             if (!free_at(m, &t.value[0][pack_offset(l, m.interior)])) return false;
         }
-        std::vector<T>& values = extra_tables_[m.interior];
-        while (values.size() < pack_offset(static_cast<int>(extra_.size()), m.interior)) {
-            append_instants(values, m.interior, 0, extra_[values.size() / pack_offset(1, m.interior)]);
-        }
+        const std::vector<T>& values = extra_table(m.interior);
         for (std::size_t i = 0; i < extra_.size(); ++i) {
             if (!free_at(m, &values[pack_offset(static_cast<int>(i), m.interior)])) return false;
         }
@@ -216,8 +214,17 @@ template <class T> class motion_checker {
     void forget_slopes() { solver_.forget(); }
 
   private:
-    static constexpr int end_nodes = sizeof(T) == 4 ? 64 : 256;   // measured: docs/benchmarks.md
+    static constexpr int end_nodes = sizeof(T) == 4 ? 64 : 256;   // measured: docs/theory.md
     static constexpr int coarse_nodes = 64;
+    static constexpr T in_time = T(0.98);   // of a duration asked for: the hulls' bound, which is kept, is a little longer than what instants say
+
+    const std::vector<T>& extra_table(int interior) {
+        std::vector<T>& values = extra_tables_[interior];
+        while (values.size() < pack_offset(static_cast<int>(extra_.size()), interior)) {
+            append_instants(values, interior, 0, extra_[values.size() / pack_offset(1, interior)]);
+        }
+        return values;
+    }
 
     // The arm and the base where they are, at pack l of the track.
     pack<T> shortfall_in_space(const base_track<T>& track, int l, T margin, bool stop_early) {
@@ -254,8 +261,7 @@ template <class T> class motion_checker {
         const floating_base<T>& b = p_.base;
         T sum = b.ends.any() ? static_cast<T>(end_of_track(b.ends, track).beyond) : T(0);
         if (b.most_turned > T(0)) sum += std::max(T(0), T(2 * std::asin(track.greatest_half_sine())) / b.most_turned - T(1));
-        // The bound of the hulls, which the trajectory keeps, is a little longer than what the instants say.
-        if (b.momentum.duration > T(0)) sum += std::max(T(0), fastest(m, track) / (T(0.98) * b.momentum.duration) - T(1));
+        if (b.momentum.duration > T(0)) sum += std::max(T(0), fastest(m, track) / (in_time * b.momentum.duration) - T(1));
         return sum;
     }
     T violation_in_space(const motion<T>& m, T limit) {
@@ -273,13 +279,12 @@ template <class T> class motion_checker {
         for (int l = 0; l < track.packs(); ++l) {
             if (any(pack<T>(T(0)) < shortfall_in_space(track, l, p_.margin, true))) return false;
         }
-        for (const auto& instants : extra_) {   // in base coordinates first, then where the base is
-            if (&instants - extra_.data() >= most_extra) break;
+        const std::vector<T>& values = extra_table(m.interior);
+        const int all = static_cast<int>(extra_.size());
+        for (int k = std::max(0, all - most_extra); k < all; ++k) {   // in base coordinates first, then where the base is
             T lane[lanes_of<T>];
-            for (int i = 0; i < lanes_of<T>; ++i) lane[i] = static_cast<T>(instants[i]);
-            std::vector<T> values;
-            append_instants(values, m.interior, 0, instants);
-            for (int d = 0; d < p_.dofs(); ++d) q_[d] = coordinate(m, values.data(), d);
+            for (int i = 0; i < lanes_of<T>; ++i) lane[i] = static_cast<T>(extra_[k][i]);
+            for (int d = 0; d < p_.dofs(); ++d) q_[d] = coordinate(m, &values[pack_offset(k, m.interior)], d);
             forward_kinematics(p_.scene.robot, q_.data(), local_frames());
             rates_.resize(work_.frames.size());
             const momentum_at<T> at = momentum_of(p_.scene.robot, p_.scene.masses, q_.data(), local_.data(), rates_.data());

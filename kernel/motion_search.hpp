@@ -133,6 +133,15 @@ template <class T> class motion_search {
         tried_straight_ = true;
         int nearest = -1;
         T least = infinity;
+        if (p_.base.free_end) {   // there already?
+            const motion<T> m{0, 0, {}, p_.start};
+            if (checker_.free(m)) {
+                note(m, checker_.fitness(m), "straight");
+                keep(m, best_fitness());
+                optimal_ = p_.weight.only_length();
+                return;
+            }
+        }
         for (int g = 0; g < p_.goal_count(); ++g) {
             motion<T> m{0, g, {}};
             ++evaluations_;
@@ -155,7 +164,7 @@ template <class T> class motion_search {
     // ---- probe ------------------------------------------------------------------------------------------------------
     bool probe(path<T>& way) {
         if (s_.patience == 0) return false;
-        const bool met = probe_.grow(s_.patience, probing_, [&] {
+        const bool met = probe_.grow(p_.base.on ? std::max(1, s_.patience / 4) : s_.patience, probing_, [&] {
             ++evaluations_;
             return !over();
         }, way);
@@ -165,7 +174,7 @@ template <class T> class motion_search {
     // While nothing is known: a path, or motions from all over the place.
     void hunt() {
         path<T> way;
-        if (p_.base.constrained() && turn_ % 2 == 0) swarm_turn(false);   // a path of the trees says little of where the base goes
+        if (p_.base.on && turn_ % 2 == 0) swarm_turn(false);   // the trees do not know where the base goes
         else if (probe(way)) follow(way);
         else if (!over()) swarm_turn(false);
     }
@@ -392,7 +401,7 @@ template <class T> class motion_search {
         else if (scouting && least < infinity) refine(seen);
         else if (least < infinity && particles_of.best().violation <= T(0)) {
             m = motion_of(K, goal, particles_of.best_position());
-            if (settle(m)) keep(m, particles_of.best().fitness);
+            if (settle(m)) keep(m, checker_.fitness(m));
         }
     }
     // A particle's numbers: the interior control points, then the end where it is free.

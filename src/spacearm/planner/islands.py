@@ -200,14 +200,14 @@ class Islands:
 
 
 def asked_of_the_base(problem: Problem, precision: int = _PRECISION) -> dict[str, Any]:
-    """Return what is asked of a floating base as the kernel takes it; empty for a fixed one.
+    """Return what is asked of a floating base as the kernel takes it; of a fixed one the duration, if there is one.
 
     Args:
         problem: told in the frame of the base as it stands at the beginning.
         precision: of the kernel's numbers, 32 or 64 bits; the shorter ones cannot come as near as one may ask.
     """
     if not problem.floats:
-        return {}
+        return {} if problem.duration is None else {"fixed": True, "duration": problem.duration}
     goal, limits, out = problem.goal, problem.base_limits, dict[str, Any]()
     finest = _FINEST if precision == _PRECISION else 0.0
     if isinstance(goal, (PositionGoal, PoseGoal)):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import Frozen, as_number, as_readonly, keep, shown
 from spacearm.errors import ProblemError, nearest
-from spacearm.momentum import Momentum, system_mass
+from spacearm.momentum import Momentum, momentum_map, system_mass
 from spacearm.momentum.turning import matrix_of, quaternion_of
 from spacearm.motion.on_a_base import Base, checked_base
 from spacearm.planner.floating import AttitudeGoal, BaseLimits
@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 _ROUNDING = 1e-9  # [rad or m] this far beyond a limit is a file's last digit, and is set onto the limit
 _FURTHEST = 1e6  # [m]
 _SHORTEST, _LONGEST = 1e-6, 1e9  # [s]
+_MOST_TUMBLING = 18.0  # [rad] nearly three turns
 _MOST_ANGULAR = 1e9  # [N m s]
 
 
@@ -98,6 +99,7 @@ class Problem(_WithLocal):
         keep(self, **_asked_of_the_base(self))
         keep(self, start=within_limits(self.robot, self.start, what="start"))
         keep(self, goal=_goal(self.robot, self.goal, self.start), _local=None)
+        _require_slow_tumbling(self)
 
     @property
     def floats(self) -> bool:
@@ -182,6 +184,18 @@ def _require_within_reason(problem: Problem, duration: float | None) -> None:
             raise ProblemError(
                 f"momentum.angular is up to {spin:.3g} N m s, expected at most {_MOST_ANGULAR:g}; check its units"
             )
+
+
+def _require_slow_tumbling(problem: Problem) -> None:
+    if not problem.momentum.angular.any():
+        return
+    inertia = float(np.linalg.eigvalsh(momentum_map(problem.robot, problem.start)[0])[0])
+    turned = float(np.linalg.norm(problem.momentum.angular)) / inertia * (problem.duration or 0.0)
+    if turned > _MOST_TUMBLING:
+        raise ProblemError(
+            f"momentum.angular turns the spacecraft by up to {turned:.3g} rad in {problem.duration:.4g} s, expected at most "
+            f"{_MOST_TUMBLING:g} rad, which the search can follow; state a shorter duration, or check the units"
+        )
 
 
 def within_limits(robot: Robot, q: ArrayLike, *, what: Literal["start", "goal"], prefix: str = "") -> Array:

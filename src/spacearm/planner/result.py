@@ -103,5 +103,8 @@ class Plan:
         """The outcome in a sentence."""
         if self.ends.message:
             return self.ends.message
-        text = STATUSES[self.status] + ("; it was interrupted" if self.interrupted else "")
+        text = STATUSES[self.status]
+        if self.status == "not_proven" and self.certificate is not None and self.certificate.holds:
+            text = "a motion was found and proven free of collision, but it is not all that was asked for"
+        text += "; it was interrupted" if self.interrupted else ""
         return f"{text}; {self.advice}" if self.advice else text
