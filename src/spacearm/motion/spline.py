@@ -84,7 +84,7 @@ class Motion(Frozen):
         Returns:
             (..., n) [rad or m].
         """
-        at = np.clip(np.asarray(s, dtype=np.float64), 0.0, 1.0)
+        at = np.minimum(np.maximum(np.asarray(s, dtype=np.float64), 0.0), 1.0)  # a fifth of the time of clip, where s are few
         rows = basis(at.ravel(), self.interior, derivative=derivative) @ self._moved(derivative)
         return rows.reshape(*at.shape, self.dof)
 
@@ -195,17 +195,18 @@ def cox_de_boor(s: Array, knots: Array, degree: int) -> Array:
         degree: 0 or more.
     """
     count = len(knots) - degree - 1
-    span = np.clip(np.searchsorted(knots, s, side="right") - 1, degree, count - 1)
+    span = np.minimum(np.maximum(np.searchsorted(knots, s, side="right") - 1, degree), count - 1)[:, None]
+    near = knots[span + np.arange(1 - degree, degree + 1)]  # (m, 2 degree)
+    after, before = near - s[:, None], s[:, None] - near
     values = np.ones((len(s), 1))
     for d in range(1, degree + 1):
-        left = knots[span[:, None] + np.arange(1 - d, 1)]  # (m, d)
-        right = knots[span[:, None] + np.arange(1, d + 1)]
-        share = values / (right - left)
+        left, right = slice(degree - d, degree), slice(degree, degree + d)
+        share = values / (near[:, right] - near[:, left])
         values = np.zeros((len(s), d + 1))
-        values[:, :-1] += share * (right - s[:, None])
-        values[:, 1:] += share * (s[:, None] - left)
+        values[:, :-1] += share * after[:, right]
+        values[:, 1:] += share * before[:, left]
     out = np.zeros((len(s), count))
-    np.put_along_axis(out, span[:, None] + np.arange(-degree, 1), values, axis=1)
+    out[np.arange(len(s))[:, None], span + np.arange(-degree, 1)] = values
     return out
 
 
