@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from spacearm.momentum.quick import moving
 from spacearm.momentum.turning import angle, conjugate, multiplied
 from spacearm.motion import AnyTrajectory, Trajectory
-from spacearm.planner.floating import AttitudeGoal
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.onto_goal import pose_errors, tolerances
@@ -50,10 +49,12 @@ class BaseReport:
 def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
     """Report on the floating base of a problem's trajectory."""
     t = trajectory.time_at(np.linspace(*trajectory.curve.domain, _INSTANTS))
-    turned = angle(_between(trajectory.base_pose(0.0)[1], trajectory.base_pose(t)[1]))
+    attitude = trajectory.base_pose(t)[1]
+    turned = angle(_between(attitude[0], attitude))
     state = trajectory.sample(t)
-    spin = np.linalg.norm(trajectory.base_rate(t)[1], axis=-1)
-    arm = np.linalg.norm(moving(problem.robot, state.q, state.dq).arm, axis=-1)
+    found = moving(problem.robot, state.q, state.dq)
+    omega = trajectory.base_rate(t)[1] if trajectory.momentum.angular.any() else found.free_rate
+    spin, arm = np.linalg.norm(omega, axis=-1), np.linalg.norm(found.arm, axis=-1)
     final, peak, rate, momentum = float(turned[-1]), float(turned.max()), float(spin.max()), float(arm.max())
     missed = []
     limits = problem.base_limits
@@ -75,7 +76,7 @@ def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
             missed.append(f"the end effector misses its goal by {distance * 1e3:.4g} mm{angle_too}")
     base_angle = None
     if problem.base_goal is not None:
-        base_angle = _missed_attitude(problem.base_goal, trajectory)
+        base_angle = float(angle(_between(problem.base_goal.attitude_wxyz, attitude[-1])))
         if base_angle > problem.base_goal.tolerance:
             missed.append(f"the base misses its goal attitude by {math.degrees(base_angle):.4g} deg")
     return BaseReport(
@@ -99,10 +100,6 @@ def within_base_limits(problem: Problem, trajectory: Trajectory) -> float:
         if limit is not None
     ]
     return max([1.0, *shares])
-
-
-def _missed_attitude(goal: AttitudeGoal, trajectory: AnyTrajectory) -> float:
-    return float(angle(_between(goal.attitude_wxyz, trajectory.base_pose(trajectory.duration)[1])))
 
 
 def _between(one: Array, other: Array) -> Array:

@@ -119,7 +119,9 @@ def _target_table(bench: SpaceBench) -> Table:
 
 
 def _percent(share: float) -> str:
-    return "-" if math.isnan(share) else f"{100 * share:.0f} %"
+    if math.isnan(share):
+        return "-"
+    return f"{100 * share:.1f} %" if 0.99 < share < 1 else f"{100 * share:.0f} %"
 
 
 def _ms(seconds: float) -> str:
