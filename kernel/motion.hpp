@@ -310,6 +310,19 @@ template <class T> class motion_checker {
         value[term_base_rate] = greatest_rate(track) * inverse;
         value[term_joint_momentum] = greatest_arm(track) * inverse;
     }
+    // The seed's terms at a pack of instants, with the points in place.
+    void add_seed_terms(const vec3<T>& end, pack<T>* f) const {
+        const vec3<T> left = end - work_.points[p_.tip];
+        const pack<T> d2 = dot(left, left);
+        f[1] += sqrt(d2 + T(1));                                                        // eq. (6)
+        f[2] += sqrt(d2);                                                               // eq. (7)
+        for (int i : p_.centers) {
+            for (const auto& o : p_.scene.obstacle_centers) {
+                const vec3<T> r = work_.points[i] - constant(o.data());
+                f[0] += sqrt(dot(r, r));                                                // eq. (5)
+            }
+        }
+    }
     // The terms of `carried`, where the arm is in space.
     void carried_in_space(const motion<T>& m, T* value) {
         constexpr int W = lanes_of<T>;
@@ -331,16 +344,7 @@ template <class T> class motion_checker {
             at.y.store(&tip[1][l * W]);
             at.z.store(&tip[2][l * W]);
             if (l == packs - 1) end = {pack<T>(tip[0][samples - 1]), pack<T>(tip[1][samples - 1]), pack<T>(tip[2][samples - 1])};
-            const vec3<T> left = end - at;
-            const pack<T> d2 = dot(left, left);
-            f[1] += sqrt(d2 + T(1));                                                        // eq. (6)
-            f[2] += sqrt(d2);                                                               // eq. (7)
-            for (int i : p_.centers) {
-                for (const auto& o : p_.scene.obstacle_centers) {
-                    const vec3<T> r = work_.points[i] - constant(o.data());
-                    f[0] += sqrt(dot(r, r));                                                // eq. (5)
-                }
-            }
+            add_seed_terms(end, f);
         }
         value[term_clearance] = sum_of(comfort) / T(samples);
         for (int i = 0; i < 3; ++i) value[term_f1 + i] = sum_of(f[i]) / T(samples);
@@ -439,16 +443,7 @@ template <class T> class motion_checker {
             at.x.store(&tip[0][l * W]);
             at.y.store(&tip[1][l * W]);
             at.z.store(&tip[2][l * W]);
-            const vec3<T> left = end - at;
-            const pack<T> d2 = dot(left, left);
-            f[1] += sqrt(d2 + T(1));                                                        // eq. (6)
-            f[2] += sqrt(d2);                                                               // eq. (7)
-            for (int i : p_.centers) {
-                for (const auto& o : p_.scene.obstacle_centers) {
-                    const vec3<T> r = work_.points[i] - constant(o.data());
-                    f[0] += sqrt(dot(r, r));                                                // eq. (5)
-                }
-            }
+            add_seed_terms(end, f);
         }
         value[term_clearance] = sum_of(comfort) / T(samples);
         for (int i = 0; i < 3; ++i) value[term_f1 + i] = sum_of(f[i]) / T(samples);

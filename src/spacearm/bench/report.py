@@ -15,6 +15,7 @@ from spacearm.bench.mbm import Benchmark
 from spacearm.bench.measure import LIMIT, Run
 from spacearm.bench.recheck import STEP
 from spacearm.bench.summary import BUDGETS, FULL_SET_STRAIGHT, Summary, Target, summary_of, targets_of
+from spacearm.bench.written import markdown, plain
 from spacearm.bench.yardstick import REFERENCE, machine
 from spacearm.output import write_atomically
 from spacearm.version import version
@@ -173,7 +174,7 @@ def _number(value: float, digits: int) -> str:
 
 def report_as_dict(benchmark: Benchmark) -> dict[str, Any]:
     """Return the report as plain values: protocol, machine, summaries, targets, and every run."""
-    summaries = {name: _plain(asdict(s)) for name, s in _grouped(benchmark)}
+    summaries = {name: plain(asdict(s)) for name, s in _grouped(benchmark)}
     return {
         "spacearm-bench-mbm": 1,
         "version": version(),
@@ -181,13 +182,13 @@ def report_as_dict(benchmark: Benchmark) -> dict[str, Any]:
         "reference_seconds_per_configuration": REFERENCE,
         "protocol": asdict(benchmark.protocol) | {"limit": LIMIT, "threads": 1, "recheck_step_rad": STEP},
         "robot": {"urdf": str(benchmark.robot.urdf), "srdf": str(benchmark.robot.srdf), "group": benchmark.robot.group},
-        "loads": _plain(list(benchmark.loads)),
+        "loads": plain(list(benchmark.loads)),
         "seconds": benchmark.seconds,
         "deterministic": ["straight", "first_evaluations", "the first length in history"],
-        "targets": [_plain(asdict(t) | {"met": t.met}) for t in targets_of(benchmark)],
+        "targets": [plain(asdict(t) | {"met": t.met}) for t in targets_of(benchmark)],
         "summaries": summaries,
-        "summaries_raw": {name: _plain(asdict(s)) for name, s in _grouped(benchmark, raw=True)},
-        "runs": [_plain(asdict(run)) for run in benchmark.runs],
+        "summaries_raw": {name: plain(asdict(s)) for name, s in _grouped(benchmark, raw=True)},
+        "runs": [plain(asdict(run)) for run in benchmark.runs],
     }
 
 
@@ -211,17 +212,4 @@ def save_report(benchmark: Benchmark, folder: str | os.PathLike[str], *, figure:
 
 def as_markdown(benchmark: Benchmark) -> str:
     """Return tables and notes as markdown."""
-    parts = []
-    for title, header, rows in tables(benchmark):
-        lines = [header, ("---", *("---:" for _ in header[1:])), *rows]
-        parts.append(f"**{title}**\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n")
-    return "\n".join([*parts, *(f"- {line}" for line in notes(benchmark))]) + "\n"
-
-
-def _plain(value: Any) -> Any:
-    """JSON has no nan; and six digits say enough."""
-    if isinstance(value, float):
-        return float(f"{value:.7g}") if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    return [_plain(item) for item in value] if isinstance(value, (list, tuple)) else value
+    return markdown(tables(benchmark), notes(benchmark))

@@ -15,6 +15,7 @@ from spacearm.bench.space.collection import SpaceProblem
 from spacearm.bench.space.figure import figure_families, figure_spacebench
 from spacearm.bench.space.run import SpaceBench
 from spacearm.bench.space.summary import SpaceSummary, summary_of, targets_of
+from spacearm.bench.written import markdown, plain
 from spacearm.bench.yardstick import REFERENCE, machine
 from spacearm.output import write_atomically
 from spacearm.version import version
@@ -147,12 +148,12 @@ def report_as_dict(bench: SpaceBench) -> dict[str, Any]:
         "machine": machine(),
         "reference_seconds_per_configuration": REFERENCE,
         "protocol": asdict(bench.protocol) | {"threads": 1},
-        "loads": _plain(list(bench.loads)),
+        "loads": plain(list(bench.loads)),
         "seconds": bench.seconds,
-        "summaries": {name: _plain(asdict(s)) for name, s in grouped(bench)} if bench.runs else {},
-        "targets": [_plain(asdict(t) | {"met": bool(t.met)}) for t in targets_of(bench)],
-        "published": [_plain(asdict(run)) for run in bench.published],
-        "runs": [_plain(asdict(run)) for run in bench.runs],
+        "summaries": {name: plain(asdict(s)) for name, s in grouped(bench)} if bench.runs else {},
+        "targets": [plain(asdict(t) | {"met": bool(t.met)}) for t in targets_of(bench)],
+        "published": [plain(asdict(run)) for run in bench.published],
+        "runs": [plain(asdict(run)) for run in bench.runs],
     }
 
 
@@ -187,17 +188,4 @@ def save_report(
 
 def as_markdown(bench: SpaceBench) -> str:
     """Return tables and notes as markdown."""
-    parts = []
-    for title, header, rows in tables(bench):
-        lines = [header, ("---", *("---:" for _ in header[1:])), *rows]
-        parts.append(f"**{title}**\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n")
-    return "\n".join([*parts, *(f"- {line}" for line in notes(bench))]) + "\n"
-
-
-def _plain(value: Any) -> Any:
-    """JSON has no nan; and seven digits say enough."""
-    if isinstance(value, float):
-        return float(f"{value:.7g}") if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    return [_plain(item) for item in value] if isinstance(value, (list, tuple)) else value
+    return markdown(tables(bench), notes(bench))
