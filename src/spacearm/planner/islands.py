@@ -113,11 +113,6 @@ class Islands:
             island.add_instant(s, spread)
 
     @property
-    def optimal(self) -> bool:
-        """Whether nothing can be better: the straight motion to the nearest goal is free."""
-        return any(island.optimal for island in self._all)
-
-    @property
     def best(self) -> Motion | None:
         """The best free motion, if there is one; of the first island that has it."""
         found = [island.best for island in self._all if island.best is not None]
