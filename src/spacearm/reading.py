@@ -16,10 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from spacearm.checks import shown, shown_error
+from spacearm.checks import shown
 from spacearm.errors import FileFormatError, SpacearmError, nearest
 
 if TYPE_CHECKING:
@@ -33,6 +30,9 @@ Place = tuple[str | int, ...]
 
 _VERSION = 1
 _DEEPEST = 100  # levels of nesting
+_LFS = b"version https://git-lfs.github.com/spec/"
+LFS_ADVICE = "run `git lfs pull` in its repository"
+"""What to do about a file that is a Git LFS pointer."""
 _MOST = 100_000  # values, written out, of a file that mostly repeats itself by aliases
 
 _FOREIGN = (
@@ -132,7 +132,14 @@ def read_bytes(path: str | os.PathLike[str], *, what: str) -> bytes:
         raise FileFormatError(f"{shown(str(path))} cannot be read ({reason}), expected {what}; check the path") from None
     if not content.strip():
         raise FileFormatError(f"{path} is empty, expected {what}")
+    if is_lfs_pointer(content):
+        raise FileFormatError(f"{path} is a Git LFS pointer, not the file itself, expected {what}; {LFS_ADVICE}")
     return content
+
+
+def is_lfs_pointer(content: bytes) -> bool:
+    """Whether a file is what Git leaves in the place of one that is kept by LFS and was not fetched."""
+    return content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(_LFS)
 
 
 def read_yaml(path: str | os.PathLike[str], *, key: str, what: str) -> YamlFile:
@@ -171,27 +178,6 @@ def read_text(path: str | os.PathLike[str], *, what: str) -> str:
     if text.lstrip().startswith("<"):
         raise FileFormatError(f"{path} is XML (a URDF?), expected {what} in YAML; check the path")
     return text
-
-
-def mesh_triangles(path: str | os.PathLike[str]) -> NDArray[np.float64]:
-    """Return the triangles (n, 3, 3) of a mesh file, n > 0, as it has them.
-
-    Raises:
-        ValueError: it holds none that can be used; the message says why, in a few words.
-    """
-    import trimesh
-
-    try:
-        mesh = trimesh.load_scene(os.fspath(path)).to_mesh()
-        vertices = np.asarray(mesh.vertices, dtype=np.float64)
-        triangles = vertices[np.asarray(mesh.faces, dtype=np.intp)] if len(vertices) else vertices
-    except Exception as error:  # each of trimesh's loaders has exceptions of its own
-        raise ValueError(shown_error(error)) from None
-    if not triangles.size:
-        raise ValueError("it has no triangles")
-    if not np.isfinite(triangles).all():
-        raise ValueError("it has vertices that are not finite")
-    return triangles
 
 
 def yaml_of_others(text: str, path: str | os.PathLike[str], *, key: str, what: str) -> YamlFile:

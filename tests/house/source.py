@@ -24,7 +24,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("momentum",),
     ("scene", "robot"),
     ("_kernel",),
-    ("strict_model",),
+    ("strict_model", "meshes"),
     ("reading", "output", "settings", "records"),
     ("checks",),
     ("errors", "version"),

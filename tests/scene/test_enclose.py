@@ -22,7 +22,7 @@ from spacearm.scene import SphereSet, enclose_mesh, enclose_points, pose
 from spacearm.scene.enclose.files import read_points
 from spacearm.scene.enclose.inside import Inside
 from spacearm.scene.enclose.surface import Surface
-from spacearm.scene.enclose.topology import inside_of
+from spacearm.scene.enclose.topology import solid_of
 
 COORDINATE = st.floats(-1.0, 1.0, allow_subnormal=False)
 QUICK = hypothesis_settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -174,25 +174,85 @@ def test_a_mesh_far_away_is_held_as_well() -> None:
     assert apart(on_triangles(np.array(mesh.triangles), np.random.default_rng(0)), balls).max() <= 0
 
 
-def test_overlapping_parts_are_held_inside_and_cavities_are_not() -> None:
+def test_overlapping_parts_are_held_inside() -> None:
     a, b = trimesh.creation.box((1, 1, 1)), trimesh.creation.box((1, 1, 1))
     b.apply_translation((0.5, 0.3, 0.2))
-    inside = inside_of(np.concatenate([a.triangles, b.triangles]))
-    assert inside is not None
     points = np.random.default_rng(0).uniform(-1, 1.5, (2000, 3))
     expected = (np.abs(points) < 0.5).all(axis=1) | (np.abs(points - (0.5, 0.3, 0.2)) < 0.5).all(axis=1)
-    np.testing.assert_array_equal(inside(points), expected)
+    for second in (b.triangles, b.triangles[:, ::-1]):  # the second one inside out: where both are, it winds 0 times
+        inside = solid_of(np.concatenate([a.triangles, second])).inside
+        assert inside is not None
+        np.testing.assert_array_equal(inside(points), expected)
+
+
+def test_a_cavity_is_solid_unless_faces_that_turn_inward_are_to_leave_it_free() -> None:
     hole = trimesh.creation.icosphere(3, 0.4)
     hole.invert()
-    shell = trimesh.util.concatenate([a, hole])
-    assert apart(np.zeros((1, 3)), enclose_mesh(shell, excess=0.05)) > 0.2
-    lid_off = trimesh.Trimesh(a.vertices, a.faces[:-2])
-    assert inside_of(np.array(lid_off.triangles)) is None
-    assert apart(np.zeros((1, 3)), enclose_mesh(lid_off, excess=0.05)) > 0.2
-    both = inside_of(np.concatenate([np.array([3.0, 0, 0]) + lid_off.triangles, a.triangles]))
+    tank = trimesh.util.concatenate([trimesh.creation.box((1, 1, 1)), hole])
+    filled = enclose_mesh(tank, excess=0.05)
+    assert apart(np.zeros((1, 3)), filled) < 0
+    assert any("cavities" in note for note in filled.notes)
+    free = enclose_mesh(tank, excess=0.05, inside="oriented")
+    assert apart(np.zeros((1, 3)), free) > 0.2
+    assert apart(on_triangles(np.array(tank.triangles), np.random.default_rng(0)), free).max() <= 0
+    assert apart(np.array([(0.45, 0.45, 0.45)]), free) <= 0
+    assert apart(np.zeros((1, 3)), enclose_mesh(trimesh.creation.box((1, 1, 1)), excess=0.05, inside="none")) > 0.2
+
+
+def test_an_open_mesh_is_a_skin_and_says_so() -> None:
+    box = trimesh.creation.box((1, 1, 1))
+    lid_off = trimesh.Trimesh(box.vertices, box.faces[:-2])
+    balls = enclose_mesh(lid_off, excess=0.05)
+    assert apart(np.zeros((1, 3)), balls) > 0.2
+    assert any("open" in note for note in balls.notes)
+    twice = enclose_mesh(
+        trimesh.Trimesh(box.vertices, np.vstack([lid_off.faces, lid_off.faces[:, ::-1]]), process=False), excess=0.05
+    )
+    assert apart(np.zeros((1, 3)), twice) > 0.2
+    assert any("open" in note for note in twice.notes)
+    both = solid_of(np.concatenate([np.array([3.0, 0, 0]) + lid_off.triangles, box.triangles])).inside
     assert both is not None
     assert both(np.zeros((1, 3)))[0]
     assert not both(np.array([[3.0, 0, 0]]))[0]
+
+
+BOX = np.array(trimesh.creation.box((1, 1, 1)).triangles)
+FINE = np.array(trimesh.creation.box((1, 1, 1)).subdivide().subdivide().triangles)
+HALVED = np.concatenate(
+    [BOX[1:], [[BOX[0, 0], (BOX[0, 0] + BOX[0, 1]) / 2, BOX[0, 2]], [(BOX[0, 0] + BOX[0, 1]) / 2, *BOX[0, 1:]]]]
+)
+OTHER_DIAGONALS = np.array(trimesh.creation.box((1, 1, 1), transform=np.diag((-1, 1, 1, 1))).triangles)
+MIDDLES = BOX.mean(axis=1, keepdims=True)
+WALL = np.array([[(0, -0.5, -0.5), (0, 0.5, -0.5), (0, 0.5, 0.5)], [(0, -0.5, -0.5), (0, 0.5, 0.5), (0, -0.5, 0.5)]])
+AS_PEOPLE_HAVE_THEM: dict[str, np.ndarray] = {
+    "double-sided": np.concatenate([BOX, BOX[:, ::-1]]),
+    "there twice": np.concatenate([BOX, np.roll(BOX, 1, axis=1)]),
+    "half of it double-sided": np.concatenate([BOX, BOX[:5, ::-1]]),
+    "a second skin of other triangles": np.concatenate([BOX, FINE[:, ::-1]]),
+    "a second skin of other diagonals": np.concatenate([BOX, OTHER_DIAGONALS]),
+    "inside out": BOX[:, ::-1],
+    "every other face turned": np.concatenate([BOX[::2], BOX[1::2, ::-1]]),
+    "corners not merged": BOX + np.random.default_rng(0).uniform(-1e-7, 1e-7, BOX.shape),
+    "an edge halved on one side": HALVED,
+    "a small hole": FINE[1:],
+    "one face missing": BOX[:-1],
+    "gaps around every face": MIDDLES + 0.999 * (BOX - MIDDLES),
+    "a wall inside": np.concatenate([BOX, WALL]),
+    "faces without area": np.concatenate([BOX, BOX[:3, [0, 1, 1]], BOX[:3, [0, 0, 0]]]),
+    "another part inside, turned inward": np.concatenate([BOX, 0.5 * BOX[:, ::-1]]),
+    "another part inside": np.concatenate([BOX, 0.5 * BOX]),
+    "two with a wall in common": np.concatenate([BOX, BOX + (1.0, 0, 0)]),
+    "a bottle with a narrow neck": np.concatenate([FINE[np.abs(FINE - (0.5, 0.0, 0.0)).max(axis=(1, 2)) > 0.3], BOX * 0.01]),
+}
+
+
+@pytest.mark.parametrize("name", AS_PEOPLE_HAVE_THEM)
+def test_what_any_convention_calls_solid_is_held(name: str) -> None:
+    triangles, rng = AS_PEOPLE_HAVE_THEM[name], np.random.default_rng(2)
+    for scale, shift in ((1.0, 0.0), (800.0 * np.array((-1, 1, 1)), 3000.0)):
+        balls = enclose_mesh(triangles * scale + shift, excess=0.1 * np.max(np.abs(scale)))
+        assert apart(rng.uniform(-0.499, 0.499, (600, 3)) * scale + shift, balls).max() <= 0
+        assert apart(on_triangles(triangles * scale + shift, rng, 500), balls).max() <= 0
 
 
 def test_faces_that_disagree_on_the_outside_still_bound_an_inside() -> None:
@@ -200,7 +260,7 @@ def test_faces_that_disagree_on_the_outside_still_bound_an_inside() -> None:
     triangles = np.array(mesh.triangles)
     triangles[::3] = triangles[::3, ::-1]
     points = np.random.default_rng(0).uniform(-0.6, 0.6, (3000, 3))
-    inside, plain = inside_of(triangles), inside_of(np.array(mesh.triangles))
+    inside, plain = solid_of(triangles).inside, solid_of(np.array(mesh.triangles)).inside
     assert inside is not None
     assert plain is not None
     np.testing.assert_array_equal(inside(points), plain(points))

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.errors import RobotError
-from spacearm.reading import mesh_triangles
+from spacearm.meshes import Mesh, read_mesh
 from spacearm.robot.capsule_fit import Segment, shortest_axis
 from spacearm.robot.capsule_split import enclose
 from spacearm.robot.links import LONGEST
@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 _OTHERWISE = 'or load with collision="none"'
 _SIDES = 32  # of the prism around a cylinder that is cut into pieces
 _REMEMBERED = 256  # shapes, so that a robot that is loaded again need not be enclosed again
+_SMALLEST = 1e-9  # [m] the least size of a mesh
 _SAME = 1e-6  # [m] and as a share: by so much a sphere may miss the end of its cylinder
 
 
@@ -45,12 +46,14 @@ class Shape:
         size: (radius), (radius, length), the three edges, or nothing for a mesh [m].
         T_link_shape: (4, 4) [m].
         triangles: (k, 3, 3) corners of a mesh in its own frame [m]; else None.
+        notes: what was assumed or applied in reading the mesh's file.
     """
 
     kind: str
     size: tuple[float, ...]
     T_link_shape: Array
     triangles: Array | None = None
+    notes: tuple[str, ...] = ()
 
 
 def link_shapes(link: yourdfpy.Link, directory: Path) -> list[Shape]:
@@ -61,7 +64,7 @@ def link_shapes(link: yourdfpy.Link, directory: Path) -> list[Shape]:
         directory: of the URDF, where the search for meshes begins.
 
     Raises:
-        RobotError: a mesh that is missing or cannot be read.
+        RobotError: a mesh that is missing, cannot be read, or has no extent.
     """
     shapes = []
     for collision in link.collisions:
@@ -75,7 +78,10 @@ def link_shapes(link: yourdfpy.Link, directory: Path) -> list[Shape]:
             shapes.append(Shape("box", tuple(float(edge) for edge in geometry.box.size), T))
         else:
             scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
-            shapes.append(Shape("mesh", (), T, _mesh_triangles(geometry.mesh.filename, link.name, directory) * scale))
+            mesh = _mesh(geometry.mesh.filename, link.name, directory)
+            shapes.append(
+                Shape("mesh", (), T, _with_extent(mesh.triangles * scale, geometry.mesh.filename, link.name), mesh.notes)
+            )
     for shape in shapes:
         _require_within_reach(shape, link.name)
     return shapes
@@ -191,15 +197,26 @@ def _carried(T: Array, capsule: Segment) -> Segment:
     return Segment(T[:3, :3] @ capsule.a + T[:3, 3], T[:3, :3] @ capsule.b + T[:3, 3], capsule.radius)
 
 
-def _mesh_triangles(filename: str, link: str, directory: Path) -> Array:
+def _with_extent(triangles: Array, filename: str, link: str) -> Array:
+    """Refuse a mesh that is one point: nothing would be kept clear of it."""
+    size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
+    if size < _SMALLEST:
+        raise RobotError(
+            f"link '{link}' has the collision mesh '{filename}' with a size of {size:g} m, expected a surface; "
+            f"check its scale, {_OTHERWISE}"
+        )
+    return triangles
+
+
+def _mesh(filename: str, link: str, directory: Path) -> Mesh:
     path = found_mesh(filename, directory)
     if path is None:
         raise RobotError(
             f"link '{link}' has the collision mesh '{filename}', which is not there; put the file there, {_OTHERWISE}"
         )
     try:
-        return mesh_triangles(path)
-    except ValueError as error:
+        return read_mesh(path)
+    except (OSError, ValueError) as error:
         raise RobotError(
             f"link '{link}' has the collision mesh '{filename}', which cannot be read ({error}); repair the file, {_OTHERWISE}"
         ) from None

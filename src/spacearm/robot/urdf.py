@@ -19,7 +19,7 @@ from spacearm.errors import FileFormatError, RobotError
 from spacearm.reading import located, read_bytes
 from spacearm.robot.assembly import Assembly, assemble
 from spacearm.robot.inertials import link_masses
-from spacearm.robot.links import LinkJoint, LinkTree, Mimic
+from spacearm.robot.links import Array, LinkJoint, LinkTree, Mimic
 from spacearm.robot.model import Robot
 from spacearm.robot.tree import require_collision
 from spacearm.robot.urdf_check import strip_and_check
@@ -71,16 +71,20 @@ def urdf_tree(
         root = xml_root(content, what="a URDF", root="robot")
         masses, notes = link_masses(root)
         urdf = _parsed(root, with_collision=collision == "urdf")
-        capsules = []
+        joints = tuple(_joint(joint) for joint in urdf.joints)
+        capsules: list[tuple[str, Array, Array, float]] = []
         if collision == "urdf":
             from spacearm.robot.envelope import enclosed, link_shapes
+            from spacearm.robot.shape_notes import chain_length, shape_notes
 
-            for link in urdf.links:
-                capsules += [(link.name, *one) for one in enclosed(link_shapes(link, Path(path).parent), count)]
+            shapes = {link.name: link_shapes(link, Path(path).parent) for link in urdf.links}
+            capsules = [(link, one.a, one.b, one.radius) for link, own in shapes.items() for one in enclosed(own, count)]
+            chain = chain_length((one.parent, one.child, float(np.linalg.norm(one.T_parent_child[:3, 3]))) for one in joints)
+            notes = (*notes, *shape_notes(shapes, chain))
         return LinkTree(
             name=urdf.name,
             links=tuple(link.name for link in urdf.links),
-            joints=tuple(_joint(joint) for joint in urdf.joints),
+            joints=joints,
             capsules=tuple(capsules),
             masses=masses,
             with_envelope=collision == "urdf",

@@ -110,6 +110,8 @@ def _check_numbers(element: Any, where: str) -> None:
         numbers = numbers_in(text.replace(",", " ") if attribute in _WITH_COMMAS else text)
         if len(numbers) not in counts:
             raise FileFormatError(f"{place} is {shown(text)}, expected {wanted}{_advice(element.tag, text)}")
+        if attribute == "scale" and not all(numbers):
+            raise FileFormatError(f"{place} is {shown(text)}, expected factors other than 0: a mesh without size is no shape")
         if not signed and min(numbers) < 0:
             raise FileFormatError(f"{place} is {shown(text)}, expected {wanted}, none below 0")
 

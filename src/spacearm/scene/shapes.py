@@ -183,6 +183,7 @@ class SphereSet(Frozen):
         radii: (k,) [m], above 0.
         excess: how far the balls stand out of what they enclose, at most [m]; None if that is not known.
         name: for messages.
+        notes: what was found and assumed in enclosing a mesh, a few words each.
 
     Raises:
         SceneError: no balls, radii that are not above 0, or lengths that differ.
@@ -193,10 +194,19 @@ class SphereSet(Frozen):
     _: KW_ONLY
     excess: float | None = None
     name: str = ""
+    notes: tuple[str, ...] = ()
 
     if TYPE_CHECKING:
 
-        def __init__(self, centers: ArrayLike, radii: ArrayLike, *, excess: float | None = None, name: str = "") -> None: ...
+        def __init__(
+            self,
+            centers: ArrayLike,
+            radii: ArrayLike,
+            *,
+            excess: float | None = None,
+            name: str = "",
+            notes: tuple[str, ...] = (),
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         centers = as_readonly("the sphere set's centers", self.centers, (None, 3), SceneError)
@@ -208,7 +218,9 @@ class SphereSet(Frozen):
             raise SceneError(f"the sphere set's radii[{worst}] is {radii[worst]:g}, expected a finite number above 0 [m]")
         if self.excess is not None:
             keep(self, excess=as_number("the sphere set's excess", self.excess, SceneError, at_least=0, unit="m"))
-        keep(self, centers=centers, radii=radii)
+        if not isinstance(self.notes, (tuple, list)) or not all(isinstance(note, str) for note in self.notes):
+            raise SceneError(f"the sphere set's notes is {shown(self.notes)}, expected a list of sentences")
+        keep(self, centers=centers, radii=radii, notes=tuple(self.notes))
         _require_name(self.name)
 
 

@@ -102,7 +102,13 @@ def _mesh(mesh: MeshModel, directory: Path, name: str) -> SphereSet:
     source = beside(directory, mesh.file)
     T = placed(mesh)
     return enclose_mesh(
-        source, spheres=mesh.spheres, excess=mesh.excess, pose=T, scale=mesh.scale, name=name or Path(mesh.file).stem
+        source,
+        spheres=mesh.spheres,
+        excess=mesh.excess,
+        pose=T,
+        scale=mesh.scale,
+        name=name or Path(mesh.file).stem,
+        inside=mesh.inside,
     )
 
 

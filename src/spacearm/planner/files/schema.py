@@ -117,6 +117,9 @@ class MeshModel(PlacedModel):
     scale: Each = Field(1.0, description=_SCALE)
     spheres: Count | None = Field(None, description=_SPHERES)
     excess: Number | None = Field(None, description=_EXCESS)
+    inside: Literal["filled", "oriented", "none"] = Field(
+        "filled", description="what of it is solid; oriented leaves cavities free whose faces are turned inward"
+    )
 
 
 class PointsModel(PlacedModel):

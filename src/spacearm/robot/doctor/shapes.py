@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.reading import mesh_triangles
+from spacearm.meshes import mesh_triangles
 from spacearm.robot.doctor.chart import numbers_of
 from spacearm.robot.envelope import found_mesh
 from spacearm.robot.links import LONGEST

@@ -7,13 +7,17 @@ and a solid have in common is a corner of the cell or on the surface. So a ball 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.scene.enclose.box_tree import Array, Indices
-from spacearm.scene.enclose.inside import Inside
+
+Test: TypeAlias = Callable[[Array], NDArray[np.bool_]]
+"""Tells whether each point (m, 3) is inside a solid; of points on its surface either may be said."""
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=bool)
 
@@ -70,7 +74,7 @@ class Cells:
             self.high[which],
         )
 
-    def halved(self, inside: Inside | None, *, unit: Array) -> Cells:
+    def halved(self, inside: Test | None, *, unit: Array) -> Cells:
         """Cut every cell across its longest side; keep those halves that hold a part of the surface or are inside.
 
         A side longer than its unit (k,) [m] is cut so that in the end it is in as few equal parts as are no longer than it.
@@ -95,7 +99,7 @@ class Cells:
         return cells_of(sorted_polygons, low[used], high[used], inside)
 
 
-def cells_of(polygons: Polygons, low: Array, high: Array, inside: Inside | None) -> Cells:
+def cells_of(polygons: Polygons, low: Array, high: Array, inside: Test | None) -> Cells:
     """Make cells of boxes (k, 3) and the polygons in them; without polygons a box must be inside."""
     real = np.arange(polygons.corners.shape[1]) < polygons.count[:, None]
     points, cell = polygons.corners[real], np.repeat(polygons.cell, polygons.count)
@@ -132,7 +136,7 @@ def joined_cells(parts: list[Cells]) -> Cells:
     )
 
 
-def one_cell(triangles: Array, inside: Inside | None) -> Cells:
+def one_cell(triangles: Array, inside: Test | None) -> Cells:
     """Return one cell with all triangles (n, 3, 3) in it [m]."""
     count = np.full(len(triangles), 3, dtype=np.intp)
     polygons = Polygons(triangles, count, np.zeros(len(triangles), dtype=np.intp))

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.scene.enclose.box_tree import Array
-from spacearm.scene.enclose.cells import Cells
-from spacearm.scene.enclose.inside import Inside
+from spacearm.scene.enclose.cells import Cells, Test
 from spacearm.scene.enclose.surface import Surface
 
 _SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.12, 0.06)  # of the way from the surface to the medial axis
@@ -33,7 +32,7 @@ class Body:
 
     triangles: Array
     surface: Surface | None
-    inside: Inside | None
+    inside: Test | None
 
     def depth(self, points: Array, cells: Cells) -> tuple[Array, Array]:
         """Return how deep points (k, 3), one a cell, are inside (k,), below 0 outside [m], and where the surface is nearest.

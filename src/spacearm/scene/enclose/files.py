@@ -11,12 +11,13 @@ import numpy as np
 
 from spacearm.checks import as_readonly, dimensions_of, shown, shown_error
 from spacearm.errors import FileFormatError, SceneError
-from spacearm.reading import mesh_triangles, read_bytes
+from spacearm.meshes import Mesh, read_mesh
+from spacearm.reading import read_bytes
 from spacearm.scene.enclose.box_tree import Array
 
 
-def read_triangles(mesh: str | os.PathLike[str] | Any) -> Array:
-    """Return the triangles (n, 3, 3) of a mesh, n > 0 [m].
+def mesh_of(mesh: str | os.PathLike[str] | Any) -> Mesh:
+    """Return the triangles (n, 3, 3) of a mesh, n > 0 [m], and what was assumed in reading it.
 
     Args:
         mesh: a file's path, a `trimesh.Trimesh` (or what else has vertices and faces), or triangles (n, 3, 3).
@@ -26,7 +27,7 @@ def read_triangles(mesh: str | os.PathLike[str] | Any) -> Array:
         SceneError: something else, or no triangles.
     """
     if isinstance(mesh, (str, os.PathLike)):
-        return _triangles_in(mesh)
+        return _mesh_in(mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         vertices = as_readonly("the mesh's vertices", mesh.vertices, (None, 3), SceneError)
         faces = np.asarray(mesh.faces if dimensions_of(mesh.faces) >= 0 else ())
@@ -39,14 +40,14 @@ def read_triangles(mesh: str | os.PathLike[str] | Any) -> Array:
         triangles = as_readonly("the mesh", mesh, (None, 3, 3), SceneError, advice="give a file, a Trimesh, or triangles")
     if not len(triangles):
         raise SceneError("the mesh has no triangles, expected at least one; for points use enclose_points")
-    return triangles
+    return Mesh(triangles)
 
 
-def _triangles_in(path: str | os.PathLike[str]) -> Array:
+def _mesh_in(path: str | os.PathLike[str]) -> Mesh:
     read_bytes(path, what="a mesh")
     try:
-        return mesh_triangles(path)
-    except ValueError as error:
+        return read_mesh(path)
+    except (OSError, ValueError) as error:
         raise FileFormatError(
             f"{path} cannot be read as a mesh ({error}), expected STL, OBJ, PLY, DAE or GLB; check the file"
         ) from None

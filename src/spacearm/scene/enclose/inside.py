@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,40 +12,92 @@ from spacearm.scene.enclose.box_tree import Array, Indices
 
 
 class Inside:
-    """Tells which points are inside a closed surface.
+    """Tells which points are inside a surface of closed parts.
 
-    A point is inside where the surface winds around it: cavities are outside, and where closed parts overlap it is inside.
+    A point is inside where it is inside any part: where the part winds around it, or where a ray from it meets the part an
+    odd number of times. So where parts overlap it is inside, whichever way their faces are turned.
     """
 
-    def __init__(self, vertices: Array, faces: NDArray[np.intp], *, oriented: bool) -> None:
-        """Take vertices (k, 3) [m] and faces (n, 3) of a closed surface.
+    def __init__(
+        self,
+        vertices: Array,
+        faces: NDArray[np.intp],
+        *,
+        part: Indices | None = None,
+        oriented: NDArray[np.bool_] | bool = False,
+    ) -> None:
+        """Take vertices (k, 3) [m] and faces (n, 3) of closed parts.
 
         Args:
             vertices: each place once.
             faces: indices of vertices.
-            oriented: whether neighbouring faces agree on which side is out; else inside is where a ray meets the surface
-                an odd number of times.
+            part: (n,) the number of each face's part; None for one part.
+            oriented: of each part, whether neighbouring faces agree on which side is out; else only parity tells.
         """
-        self._vertices, self._faces, self._oriented = vertices, faces, oriented
-        self._views: list[_View] = []  # made when needed; mostly one is enough
+        self._vertices, self._faces = vertices, faces
+        self._part = np.zeros(len(faces), dtype=np.intp) if part is None else part
+        self._parts = int(self._part.max(initial=0)) + 1
+        self._oriented = np.broadcast_to(np.asarray(oriented), (self._parts,))
+        self._views: list[View] = []  # made when needed; mostly one is enough
 
     def __call__(self, points: Array) -> NDArray[np.bool_]:
         """Return whether each point (m, 3) is inside; of points on the surface either may be said."""
         out = np.zeros(len(points), dtype=bool)
         unsure = np.arange(len(points))
-        for i, turn in enumerate(_TURNS):
+        for i, turn in enumerate(TURNS):
             if i == len(self._views):
-                self._views.append(_View(self._vertices @ turn.T, self._faces))
-            above, total = self._views[i].crossings(points[unsure] @ turn.T, oriented=self._oriented)
-            out[unsure] = above % 2 != 0 if not self._oriented else above != 0
-            # A whole line meets a closed surface as often inwards as outwards; else it met an edge, and rounding decided.
-            unsure = unsure[total % 2 != 0 if not self._oriented else total != 0]
+                self._views.append(View(self._vertices @ turn.T, self._faces))
+            within, doubtful = self._seen(self._views[i], points[unsure] @ turn.T)
+            out[unsure] = within
+            unsure = unsure[doubtful]
+            if not unsure.size:
+                break
+        return out
+
+    def _seen(self, view: View, points: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which points are inside, and for which of them rounding decided, where a line met an edge."""
+        within, doubtful = np.zeros(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
+        for point, face, sign, over in view.hits(points):
+            # What a line through a point meets of one part: how often, and how often outwards less inwards.
+            number, one = np.unique(point * self._parts + self._part[face], return_inverse=True)
+            of, oriented = number // self._parts, self._oriented[number % self._parts]
+            above = np.bincount(one, weights=over) % 2 != 0
+            above |= oriented & (np.bincount(one, weights=sign * over) != 0)
+            # A whole line meets a closed part as often inwards as outwards.
+            wrong = np.bincount(one) % 2 != 0
+            wrong |= oriented & (np.bincount(one, weights=sign) != 0)
+            within[of[above]] = True
+            doubtful[of[wrong]] = True
+        return within, doubtful
+
+
+class Winding:
+    """Tells which points a surface winds around, all its parts together: cavities turned inward are outside."""
+
+    def __init__(self, vertices: Array, faces: NDArray[np.intp]) -> None:
+        """Take vertices (k, 3) [m] and faces (n, 3) of a closed surface whose faces agree on which side is out."""
+        self._vertices, self._faces = vertices, faces
+        self._views: list[View] = []
+
+    def __call__(self, points: Array) -> NDArray[np.bool_]:
+        """Return whether each point (m, 3) is inside; of points on the surface either may be said."""
+        out = np.zeros(len(points), dtype=bool)
+        unsure = np.arange(len(points))
+        for i, turn in enumerate(TURNS):
+            if i == len(self._views):
+                self._views.append(View(self._vertices @ turn.T, self._faces))
+            above, total = np.zeros(len(unsure)), np.zeros(len(unsure))
+            for point, _, sign, over in self._views[i].hits(points[unsure] @ turn.T):
+                above += np.bincount(point, weights=sign * over, minlength=len(unsure))
+                total += np.bincount(point, weights=sign, minlength=len(unsure))
+            out[unsure] = above != 0
+            unsure = unsure[total != 0]
             if not unsure.size:
                 break
         return out
 
 
-class _View:
+class View:
     """The triangles seen along z, sorted into squares."""
 
     def __init__(self, vertices: Array, faces: NDArray[np.intp]) -> None:
@@ -79,9 +132,25 @@ class _View:
     def _square(self, points: Array) -> Indices:
         return np.clip(((points - self._origin) * self._scale).astype(np.intp), 0, self._side - 1)
 
-    def crossings(self, points: Array, *, oriented: bool) -> tuple[Indices, Indices]:
-        """Return how often the ray upwards from each point, and the whole line through it, crosses the surface."""
-        above, total = np.zeros(len(points), dtype=np.intp), np.zeros(len(points), dtype=np.intp)
+    def hits(self, points: Array) -> Iterator[tuple[Indices, Indices, Indices, NDArray[np.bool_]]]:
+        """Yield, block by block, all pairs of a point and a face on the line through it along z.
+
+        Each block has: the points, the faces, the way in which each face is met (1 or -1), and whether it is above the point.
+        All pairs of one point are in one block.
+        """
+        for point, face, sign, height in self._crossed(points):
+            yield point, face, sign, height > points[point, 2]
+
+    def gaps(self, points: Array) -> tuple[Array, Array]:
+        """Return the heights of the next faces below and above each point, infinite where there is none, (m,) each."""
+        below, above = np.full(len(points), -np.inf), np.full(len(points), np.inf)
+        for point, _, _, height in self._crossed(points):
+            over = height > points[point, 2]
+            np.minimum.at(above, point[over], height[over])
+            np.maximum.at(below, point[~over], height[~over])
+        return below, above
+
+    def _crossed(self, points: Array) -> Iterator[tuple[Indices, Indices, Indices, Array]]:
         where = self._square(points[:, :2])
         square = where[:, 0] * self._side + where[:, 1]
         order = np.argsort(square, kind="stable")  # neighbours one after the other: their triangles are at hand
@@ -95,12 +164,7 @@ class _View:
             over = ((at >= self._low[face]) & (at <= self._high[face])).all(axis=1)
             point, face = point[over], face[over]
             hit, sign, height = self._hits(points[point, :2], face)
-            point = point[hit]
-            turn = sign if oriented else np.ones(len(point), dtype=np.intp)
-            np.add.at(total, point, turn)
-            over = height > points[point, 2]
-            np.add.at(above, point[over], turn[over])
-        return above, total
+            yield point[hit], face[hit], sign, height
 
     def _hits(self, points: Array, face: Indices) -> tuple[NDArray[np.bool_], Indices, Array]:
         """Return which pairs of a point and a face meet, seen along z; for those the face's turn and height."""
@@ -133,5 +197,5 @@ def _turned(*angles: float) -> Array:
     return out
 
 
-# Views that no one's mesh is aligned with.
-_TURNS = (_turned(0.6180, 1.2345, 0.4142), _turned(2.2361, 0.5772, 1.7321), _turned(1.0987, 2.7183, 0.3679))
+# Rotations to views that no one's mesh is aligned with.
+TURNS = (_turned(0.6180, 1.2345, 0.4142), _turned(2.2361, 0.5772, 1.7321), _turned(1.0987, 2.7183, 0.3679))

@@ -1,40 +1,259 @@
-"""Which parts of a mesh are closed, so that they have an inside."""
+"""What a mesh bounds: its closed parts, its small holes, and what is there twice.
+
+Meshes come double-sided, mirrored, in several parts that overlap, with cracks between faces and with holes. What is solid is
+told by every convention at once: a point is inside if the surface winds around it, if a ray meets the surface an odd number
+of times, if one part alone holds it, or if the surface shuts it off from outside (`shut_off`). To call free space solid
+is the safe side.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.scene.enclose.box_tree import Array, Indices
-from spacearm.scene.enclose.inside import Inside
+from spacearm.scene.enclose.inside import Inside, Winding
+from spacearm.scene.enclose.loops import boundary_loops, patched
+from spacearm.scene.enclose.within import Within
+
+_LOOKED_AT = 1000  # faces, in looking for cavities
+_NEAR = 1e-6  # of the mesh's size: corners so near are one, where the mesh is else not closed
 
 
-def inside_of(triangles: Array) -> Inside | None:
-    """Return what tells the inside of the closed parts of a mesh; None if no part is closed.
+@dataclass(frozen=True, slots=True, eq=False)
+class Surfaces:
+    """A mesh's faces, each once, and what is known of them.
 
-    Corners at the same place are one. A part, faces joined by edges, is closed if an even number of its faces meet in each
-    of its edges.
+    Attributes:
+        vertices: (k, 3), each place once [m].
+        faces: (n, 3) indices of vertices; none is there twice.
+        kept: (n,) which of the given triangles each face is; -1 for one that closes a hole.
+        odd: (n,) whether a face is there an odd number of times.
+        edge: (n, 3) the number of each face's edges.
+    """
+
+    vertices: Array
+    faces: NDArray[np.intp]
+    kept: Indices
+    odd: NDArray[np.bool_]
+    edge: Indices
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """What of a mesh is solid.
+
+    Attributes:
+        triangles: (n, 3, 3) its surface: each of its triangles once, and what closes its holes [m].
+        inside: what tells the inside; None if nothing is.
+        notes: what was found and assumed.
+    """
+
+    triangles: Array
+    inside: Within | Inside | Winding | None
+    notes: tuple[str, ...] = ()
+
+
+def solid_of(triangles: Array, *, fuzz: float = 0.0) -> Solid:
+    """Find all that may be meant as solid by a mesh.
 
     Args:
         triangles: (n, 3, 3) [m].
+        fuzz: how far corners that are meant as one may be apart through rounding [m].
     """
-    vertices, faces = _merged(triangles)
-    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
-    if not len(faces):
-        return None
-    directed = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    low, high = directed.min(axis=1), directed.max(axis=1)
-    _, edge = np.unique(low * len(vertices) + high, return_inverse=True)
-    edge = edge.reshape(-1)
-    part = _parts(edge.reshape(-1, 3))
-    count = np.bincount(edge)
-    open_parts = part[np.flatnonzero(count[edge] % 2) // 3]
-    closed = ~np.isin(part, open_parts)
-    if not closed.any():
-        return None
-    turns = np.bincount(edge, weights=np.where(directed[:, 0] < directed[:, 1], 1.0, -1.0))
-    oriented = not turns[edge.reshape(-1, 3)[closed]].any()
-    return Inside(vertices, faces[closed], oriented=oriented)
+    found = surfaces_of(triangles)
+    if not len(found.faces):
+        return Solid(triangles, None, ("it has no inside: all its faces are flat",))
+    notes: list[str] = []
+    size = float(np.ptp(found.vertices, axis=0).max())
+    if _open_edges(found).any():
+        found = surfaces_of(triangles, near=max(_NEAR * size, fuzz))
+        found, holes = _closed_where_small(found)
+        notes += [] if holes is None else [holes]
+    if (~found.odd).any():
+        notes.append("faces that are there twice count once")
+    testers, open_faces = _layers(found)
+    surface = np.concatenate([triangles[found.kept[found.kept >= 0]], found.vertices[found.faces[found.kept < 0]]])
+    crossed = bool((np.bincount(found.edge.reshape(-1)) > 2).any())
+    look = crossed or bool(open_faces.any())
+    within = Within(testers, found.vertices, found.faces, look_behind=look, crossed=crossed)
+    notes += _open_notes(found, open_faces, within)
+    left_out = np.ones(len(triangles), dtype=bool)
+    left_out[found.kept[found.kept >= 0]] = False
+    points = triangles[left_out & _flat(triangles)]  # segments and points, which are no faces
+    inside = within if within else None
+    if inside is not None and not open_faces.any() and _has_cavity(found, inside, size):
+        notes.append(
+            'cavities, or parts inside out, are taken for solid (inside="oriented" leaves what faces turn inward free)'
+        )
+    return Solid(np.concatenate([_outward(surface, inside, size), points]), inside, tuple(notes))
+
+
+def wound_solid(triangles: Array) -> Solid | str:
+    """Find what a mesh winds around, so that cavities which are turned inward stay free; a reason if that cannot be told."""
+    found = surfaces_of(triangles)
+    if not len(found.faces):
+        return "all its faces are flat"
+    if _open_edges(found).any():
+        return "it is not closed"
+    if (~found.odd).any() or len(found.faces) < int((~_flat(triangles)).sum()):
+        return "faces are there twice"
+    if _turns(found.faces, found.edge).any():
+        return "neighbouring faces are turned against each other"
+    inside = Winding(found.vertices, found.faces)
+    size = float(np.ptp(found.vertices, axis=0).max())
+    return Solid(_outward(triangles, inside, size), inside)
+
+
+def surfaces_of(triangles: Array, *, near: float = 0.0) -> Surfaces:
+    """Take triangles (n, 3, 3) apart: corners at one place, or so near [m], are one, and each face is there once."""
+    vertices, corners = _merged(triangles)
+    if near:
+        vertices, corners = _joined(vertices, corners, near)
+    which = np.flatnonzero((corners != np.roll(corners, 1, axis=1)).all(axis=1))
+    key = np.sort(corners[which], axis=1)
+    _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
+    order = np.argsort(first)
+    kept = which[first[order]]
+    return _numbered(vertices, corners[kept], kept, count[order] % 2 == 1)
+
+
+def _numbered(vertices: Array, faces: NDArray[np.intp], kept: Indices, odd: NDArray[np.bool_]) -> Surfaces:
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    _, edge = np.unique(ends.min(axis=1) * len(vertices) + ends.max(axis=1), return_inverse=True)
+    return Surfaces(vertices, faces, kept, odd, edge.reshape(-1, 3))
+
+
+def _flat(triangles: Array) -> NDArray[np.bool_]:
+    return (triangles == np.roll(triangles, 1, axis=1)).all(axis=2).any(axis=1)
+
+
+def _open_edges(found: Surfaces) -> NDArray[np.bool_]:
+    return np.bincount(found.edge.reshape(-1)) % 2 == 1
+
+
+def _closed_where_small(found: Surfaces) -> tuple[Surfaces, str | None]:
+    """Close cracks and holes that are small against the part they are in."""
+    part = parts_of(found.edge)
+    loops = boundary_loops(found.faces, found.edge, part)
+    patches, widest = patched(found.vertices, loops, found.faces, part)
+    if not len(patches.faces):
+        return found, None
+    faces = np.concatenate([found.faces, patches.faces])
+    kept = np.concatenate([found.kept, np.full(len(patches.faces), -1)])
+    odd = np.concatenate([found.odd, np.ones(len(patches.faces), dtype=bool)])
+    new = _numbered(patches.vertices, faces, kept, odd)
+    if widest <= 2 * _NEAR * float(np.ptp(found.vertices, axis=0).max()):
+        return new, None  # cracks of rounding, where edges meet the middle of others
+    plural = "s" if patches.holes > 1 else ""
+    return new, f"{patches.holes} hole{plural} of up to {widest:.3g} m in it taken for closed"
+
+
+def _layers(found: Surfaces) -> tuple[list[Inside], NDArray[np.bool_]]:
+    """Return what tells the inside of closed parts, and which faces (n,) are in none.
+
+    The faces are looked at twice: each once, and without those that are there an even number of times. The first tells a
+    double-sided part, the second two parts that have a wall in common.
+    """
+    testers: list[Inside] = []
+    still_open, of = np.ones(len(found.faces), dtype=bool), parts_of(found.edge)
+    for layer in (np.ones_like(found.odd), found.odd) if (~found.odd).any() else (np.ones_like(found.odd),):
+        if not layer.any():
+            continue
+        part, edge = parts_of(found.edge[layer]), found.edge[layer]
+        uneven = np.bincount(edge.reshape(-1)) % 2 == 1
+        closed = ~np.isin(part, part[uneven[edge].any(axis=1)])
+        if not closed.any():
+            continue
+        faces, oriented, number = _oriented(found.faces[layer][closed], edge[closed], part[closed])
+        testers.append(Inside(found.vertices, faces, part=number, oriented=oriented))
+        still_open[np.isin(of, np.setdiff1d(of[layer], of[layer][~closed]))] = False
+    return testers, still_open
+
+
+def _oriented(faces: NDArray[np.intp], edge: Indices, part: Indices) -> tuple[NDArray[np.intp], NDArray[np.bool_], Indices]:
+    """Turn faces (n, 3) of closed parts so that neighbours agree, where that can be.
+
+    Returns:
+        The faces, for each part whether they agree, and the number of each face's part, from 0.
+    """
+    _, part = np.unique(part, return_inverse=True)
+    wrong = np.isin(part, part[(_turns(faces, edge) != 0)[edge].any(axis=1)])
+    if wrong.any():
+        faces = faces.copy()
+        flip = _flips(faces[wrong], edge[wrong])
+        turned = np.flatnonzero(wrong)[flip]
+        faces[turned] = faces[turned, ::-1]
+        edge = edge.copy()
+        edge[turned] = edge[turned][:, [1, 0, 2]]  # edge i goes from corner i to the next
+    agree = np.ones(int(part.max()) + 1, dtype=bool)
+    agree[part[(_turns(faces, edge) != 0)[edge].any(axis=1)]] = False
+    return faces, agree, part
+
+
+def _turns(faces: NDArray[np.intp], edge: Indices) -> NDArray[np.intp]:
+    """Return for each edge how often it is passed one way, less the other way."""
+    way = np.where(faces < np.roll(faces, -1, axis=1), 1.0, -1.0)
+    return np.bincount(edge.reshape(-1), weights=way.reshape(-1)).astype(np.intp)
+
+
+def _flips(faces: NDArray[np.intp], edge: Indices) -> NDArray[np.bool_]:
+    """Return which faces are to be turned so that they agree with the first of their part, from neighbour to neighbour."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+    face = np.repeat(np.arange(len(faces)), 3)
+    way = (faces < np.roll(faces, -1, axis=1)).reshape(-1)
+    order = np.argsort(edge.reshape(-1), kind="stable")
+    same = np.diff(edge.reshape(-1)[order]) == 0
+    a, b = order[:-1][same], order[1:][same]  # sides of faces that share an edge
+    graph = coo_matrix((np.ones(len(a)), (face[a], face[b])), shape=(len(faces), len(faces))).tocsr()
+    against = {}
+    for i, k, disagree in zip(face[a].tolist(), face[b].tolist(), (way[a] == way[b]).tolist(), strict=True):
+        against[i, k] = against[k, i] = disagree
+    flip = np.zeros(len(faces), dtype=bool)
+    count, label = connected_components(graph, directed=False)
+    for first in np.unique(label, return_index=True)[1].tolist() if count else ():
+        passed, before = breadth_first_order(graph, first, directed=False)
+        for i in passed[1:].tolist():
+            flip[i] = flip[before[i]] ^ against[i, before[i]]
+    return flip
+
+
+def _outward(triangles: Array, inside: Within | Inside | Winding | None, size: float) -> Array:
+    """Turn triangles so that their normals point out of the solid; that makes for fewer balls."""
+    if inside is None:
+        return triangles
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    step = 1e-6 * size * normal / length
+    middle = triangles.mean(axis=1)
+    inward = inside(middle + step) & ~inside(middle - step)
+    out = triangles.copy()
+    out[inward] = out[inward, ::-1]
+    return out
+
+
+def _has_cavity(found: Surfaces, inside: Within, size: float) -> bool:
+    """Whether beside some face is a place that is taken for solid and that the surface does not wind around."""
+    if _turns(found.faces, found.edge).any():
+        return False
+    corners = found.vertices[found.faces[:: max(1, len(found.faces) // _LOOKED_AT)]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    step = 1e-6 * size * normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    beside = np.concatenate([corners.mean(axis=1) + step, corners.mean(axis=1) - step])
+    return bool((inside(beside) & ~Winding(found.vertices, found.faces)(beside)).any())
+
+
+def _open_notes(found: Surfaces, open_faces: NDArray[np.bool_], within: Within) -> list[str]:
+    notes = list(within.notes)
+    if open_faces.any():
+        share = "" if open_faces.all() else f" ({int(open_faces.sum()):,} of its {len(open_faces):,} faces)"
+        behind = " but for what it shuts off" if within.notes else ""
+        notes.append(f"it is open{share}: its surface is enclosed there, and nothing behind it{behind}")
+    return notes
 
 
 def _merged(triangles: Array) -> tuple[Array, NDArray[np.intp]]:
@@ -49,7 +268,22 @@ def _merged(triangles: Array) -> tuple[Array, NDArray[np.intp]]:
     return placed[new], number.reshape(-1, 3)
 
 
-def _parts(edges: Indices) -> Indices:
+def _joined(vertices: Array, corners: NDArray[np.intp], near: float) -> tuple[Array, NDArray[np.intp]]:
+    """Make vertices that are so near one."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
+
+    pairs = KDTree(vertices).query_pairs(near, output_type="ndarray")
+    if not len(pairs):
+        return vertices, corners
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(vertices), len(vertices)))
+    _, label = connected_components(graph, directed=False)
+    _, first = np.unique(label, return_index=True)
+    return vertices[first], label.astype(np.intp)[corners]
+
+
+def parts_of(edges: Indices) -> Indices:
     """Return for each face (n, 3 edges) the number of its part: faces with a common edge are in one."""
     label = np.arange(len(edges))
     flat = edges.reshape(-1)
