@@ -56,9 +56,11 @@ def leftovers(part: Part, used: tuple[str, ...], hints: tuple[str, ...], notes: 
         FileFormatError: a key that is nearly one of those that are read, and so is most likely a slip.
     """
     for key in part.value:
-        near = get_close_matches(str(key), [*used, *hints], n=1, cutoff=0.85)
+        near = get_close_matches(str(key), [*used, *hints], n=1, cutoff=0.8)
         if key not in used and key not in hints and near:
-            raise Part(part.file, (str(key),), None).error(f"key {shown(key)} is not known, expected {near[0]}?; correct it")
+            raise Part(part.file, (str(key),), None).error(
+                f"key {shown(key)} is not known; did you mean '{near[0]}'? correct it"
+            )
     stated = sorted(str(key) for key, value in part.value.items() if key not in used and _says_something(value))
     if stated:
         notes.append(f"{what} states what is left out: {', '.join(stated)}")

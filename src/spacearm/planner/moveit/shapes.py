@@ -99,7 +99,10 @@ def mesh_file(filename: str, directory: Path, scale: Array, *, excess: float | N
 
         path = found_mesh(filename, directory)
         if path is None:
-            raise FileFormatError(f"the mesh '{filename}' is not there, expected it beside {directory}; put the file there")
+            raise FileFormatError(
+                f"the mesh '{filename}' is not there, expected it beside the file that names it, or for package:// in a folder "
+                "above; put it there"
+            )
         return enclose_mesh(path, pose=T, scale=scale, excess=excess, name=name)
 
     return Made(make)
