@@ -154,7 +154,7 @@ def frames_of(
     elif unplaced and target not in (model, _WORLD):
         return _named(replace(frames, useless={_name_of(item): item for item in stated}), model, None)
     for item in stated:
-        T = transform(item.need("transform").get("translation"), item.need("transform").get("rotation"))
+        T = transform(item.need("transform").get("translation"), item.need("transform").get("rotation"), unset=True)
         if plain_name(item.need("child_frame_id")) == target:
             frames.fixed[_name_of(item)] = T_w_target @ T
         else:

@@ -151,7 +151,7 @@ def _moved(item: Part, body: Body, frames: Frames) -> Body:
         raise item.error(
             f"object '{body.name}' is moved with {len(at)} poses, expected one for each of {len(body.shapes)} shapes"
         )
-    shapes = tuple(replace(shape, T=_pose(place, frames)) for shape, place in zip(body.shapes, at, strict=True))
+    shapes = tuple(replace(shape, T=_pose(place, frames)) for shape, place in zip(body.shapes, at, strict=False))
     whole = item.get("pose")
     T = np.eye(4) if whole is None else _pose(whole, frames)
     return replace(body, T=frames.of(item) @ T, shapes=shapes or body.shapes)
