@@ -236,12 +236,17 @@ class Frozen:
             return known
 
     def __reduce__(self) -> tuple[Any, ...]:
-        names = [field.name for field in dataclasses.fields(self)]  # type: ignore[arg-type]
-        return _rebuild, (type(self), dict(zip(names, _values(self), strict=True)))
+        fields = [field for field in dataclasses.fields(self) if not field.metadata.get("stays_here")]  # type: ignore[arg-type]
+        return _rebuild, (type(self), {field.name: getattr(self, field.name) for field in fields})
+
+
+def value_fields(record: Any) -> list[str]:
+    """Name the fields that are a record's value: all but those that its dataclass does not compare (`compare=False`)."""
+    return [field.name for field in dataclasses.fields(record) if field.compare]
 
 
 def _values(record: Any) -> list[Any]:
-    return [getattr(record, field.name) for field in dataclasses.fields(record)]
+    return [getattr(record, name) for name in value_fields(record)]
 
 
 def _same(a: Any, b: Any) -> bool:

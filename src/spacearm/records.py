@@ -1,8 +1,8 @@
 """Records as plain values, what JSON can hold, and back, bit for bit.
 
-A record is one of our frozen dataclasses. Its dictionary has a key for each field; arrays and tuples become lists, and an
-infinite number becomes null. Reading takes nothing for granted: every value is checked against the field's type here, and
-against its meaning by the record itself.
+A record is one of our frozen dataclasses. Its dictionary has a key for each field that is part of its value; arrays and
+tuples become lists, and an infinite number becomes null. Reading takes nothing for granted: every value is checked against
+the field's type here, and against its meaning by the record itself.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from spacearm.checks import Raise, shown
+from spacearm.checks import Raise, shown, value_fields
 from spacearm.errors import nearest
 
 T = TypeVar("T")
@@ -32,7 +32,7 @@ _WORDS: dict[Any, tuple[type | tuple[type, ...], str]] = {
 
 def record_as_dict(record: Any) -> dict[str, Any]:
     """Return a record as plain values."""
-    return {field.name: plain(getattr(record, field.name)) for field in dataclasses.fields(record)}
+    return {name: plain(getattr(record, name)) for name in value_fields(record)}
 
 
 def plain(value: Any) -> Any:
@@ -91,7 +91,7 @@ def record_from_dict(
 @cache
 def _hints(record: type) -> dict[str, Any]:
     hints = typing.get_type_hints(record)
-    return {field.name: hints[field.name] for field in dataclasses.fields(record)}
+    return {name: hints[name] for name in value_fields(record)}
 
 
 def _read(hint: Any, value: Any, what: str, error: Raise) -> Any:

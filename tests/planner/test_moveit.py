@@ -21,7 +21,7 @@ import urdf_text
 from oracles.solids import point_distance
 from snapshot import assert_refused
 from spacearm import load_moveit, load_moveit_scene
-from spacearm.errors import FileFormatError, ProblemError, SceneError, SpacearmError
+from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SpacearmError
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, clearance
 from spacearm.robot import Robot, load_robot
 from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
@@ -75,6 +75,10 @@ def turned(x: float = 0.01, y: float = 0.02, z: float = 0.03, link: str = "hand"
 
 def state(names: Any = ("gripper", "wrist", "shoulder", "elbow"), positions: Any = (9, 0.3, 0.1, -0.2)) -> dict[str, Any]:
     return {"joint_state": {"position": list(positions), "name": list(names)}}
+
+
+def attaching(thing: dict[str, Any], link_name: str = "hand", **more: Any) -> dict[str, Any]:
+    return {**state(), "attached_collision_objects": [{"link_name": link_name, "object": thing, **more}]}
 
 
 def request_with(*goals: dict[str, Any], **more: Any) -> dict[str, Any]:
@@ -245,7 +249,12 @@ def test_a_meshs_excess_is_the_users(tmp_path: Path) -> None:
 
 
 def test_headers_name_frames(load: Callable[..., Any]) -> None:
-    tray = {"child_frame_id": "tray", "transform": {"translation": [1, 0, 0], "rotation": [0, 0, 0, 1]}}
+    # MoveIt has the frame that is named in the header, and the planning frame as the child (Transforms::copyTransforms).
+    tray = {
+        "header": {"frame_id": "tray"},
+        "child_frame_id": "world",
+        "transform": {"translation": [1, 0, 0], "rotation": [0, 0, 0, 1]},
+    }
     for frame, expected in (
         ("", POINT),
         ("world", POINT),
@@ -260,12 +269,16 @@ def test_headers_name_frames(load: Callable[..., Any]) -> None:
 def test_tolerances_are_the_smaller_ones(load: Callable[..., Any]) -> None:
     assert load(request=request_with(joints(0, 0, 0, tolerance_above=0.1, tolerance_below=0.2))).goal.tolerance == 0.1
     goal = joints(0, 0, 0)
-    goal["joint_constraints"][0]["tolerance_below"] = 0.3  # of the wrist, the robot's last
+    goal["joint_constraints"][0] |= {"tolerance_below": 0.3, "tolerance_above": 0.4}  # of the wrist, the robot's last
     assert load(request=request_with(goal)).goal.tolerance.tolist() == [0, 0, 0.3]
+    one_sided = load(request=request_with(joints(0, 0, 0, tolerance_above=0.1)))  # what a message leaves out is 0
+    assert one_sided.goal.tolerance == 0.0
+    assert any("0.1 above, 0 below" in note for note in one_sided.notes)
 
 
 def test_alternatives_are_goal_configurations(load: Callable[..., Any]) -> None:
-    first, second = joints(0.6, 0.5, 0.4, tolerance_above=0.1), joints(-0.6, -0.5, -0.4, tolerance_above=0.05)
+    first = joints(0.6, 0.5, 0.4, tolerance_above=0.1, tolerance_below=0.1)
+    second = joints(-0.6, -0.5, -0.4, tolerance_above=0.05, tolerance_below=0.05)
     goal = load(request=request_with(first, second)).goal
     assert goal == ConfigurationsGoal([[0.4, 0.5, 0.6], [-0.4, -0.5, -0.6]], tolerance=0.05, shortest=True)
 
@@ -469,19 +482,34 @@ SCENES: dict[str, Any] = {
     "unknown type": scene_with(item("bx")),
     "prism": scene_with(item(5)),
     "type true": scene_with(item(True)),
-    "zero quaternion": scene_with(item(at={"position": POINT, "orientation": [0, 0, 0, 0]})),
     "short quaternion": scene_with(item(at={"position": POINT, "orientation": [0, 0, 1]})),
     "letters missing": scene_with(item(at={"position": {"x": 0, "y": 0}, "orientation": TURN})),
     "no position": scene_with(item(at={"orientation": TURN})),
     "frame unknown": scene_with(item(header={"frame_id": "table"})),
-    "frame that moves": scene_with(item(header={"frame_id": "fore"})),
+    "frame the wrong way round": scene_with(
+        item(header={"frame_id": "tray"}),
+        fixed_frame_transforms=[
+            {"header": {"frame_id": "base"}, "child_frame_id": "base", "transform": {}},
+            {"header": {"frame_id": "tray"}, "child_frame_id": "map", "transform": {}},
+        ],
+    ),
     "mesh file": scene_with({"id": "it", "meshes": [{"resource": "package://x/y.stl"}], "mesh_poses": [AT]}),
     "mesh vertex": scene_with({"id": "it", "meshes": [{"vertices": CORNERS, "triangles": [[0, 1, 4]]}], "mesh_poses": [AT]}),
     "mesh half": scene_with({"id": "it", "meshes": [{"vertices": CORNERS, "triangles": [[0, 1, 2.5]]}], "mesh_poses": [AT]}),
     "mesh empty": scene_with({"id": "it", "meshes": [{"vertices": [], "triangles": []}], "mesh_poses": [AT]}),
     "plane": scene_with({"id": "it", "planes": [{"coef": [0, 0, 0, 1]}], "plane_poses": [AT]}),
-    "base moved": scene_with(robot_state={"multi_dof_joint_state": {"transforms": [FLIPPED]}}),
-    "attached": scene_with(robot_state={"attached_collision_objects": [{"link_name": "hand"}]}),
+    "two bases moved": scene_with(robot_state={"multi_dof_joint_state": {"transforms": [FLIPPED, FLIPPED]}}),
+    "attached without object": scene_with(robot_state={"attached_collision_objects": [{"link_name": "hand"}]}),
+    "attached without shape": scene_with(robot_state=attaching({"id": "cup"})),
+    "attached to no link": scene_with(robot_state=attaching(item(id="cup"), link_name="hnd")),
+    "attached plane": scene_with(robot_state=attaching({"id": "cup", "planes": [{"coef": [0, 0, 1, 0]}], "plane_poses": [AT]})),
+    "attached under a link's name": scene_with(robot_state=attaching(item(id="fore"))),
+    "padding": scene_with(link_padding=[{"link_name": "hand", "padding": 0.02}]),
+    "scale": scene_with(link_scale=[{"link_name": "hand", "scale": 1.1}]),
+    "mistyped world": {"wordl": {}, **scene_with()},
+    "subframes": scene_with(item(subframe_names=["tip"])),
+    "operation": scene_with(item(operation=4)),
+    "moved and not there": scene_with(item(operation=3)),
 }
 
 TEXTS = {
@@ -512,7 +540,6 @@ REQUESTS: dict[str, Any] = {
     "start beyond limit": request_with(start_state=state(("wrist", "elbow", "shoulder"), (0, 9, 0))),
     "start no number": json.dumps(request_with(start_state=state(positions=(0, 77, 0, 0)))).replace("77", ".nan"),
     "start a word": request_with(start_state=state(positions=(0, "0.1", 0, 0))),
-    "start attached": request_with(start_state={**state(), "attached_collision_objects": [{"link_name": "hand"}]}),
     "goal joint missing": request_with({"joint_constraints": joints(0, 0, 0)["joint_constraints"][:2]}),
     "goal joint twice": request_with({"joint_constraints": joints(0, 0, 0)["joint_constraints"] * 2}),
     "goal beyond limit": request_with(joints(0, 0, 9)),
@@ -529,7 +556,18 @@ REQUESTS: dict[str, Any] = {
     "goal unknown link": request_with({"position_constraints": [region(link="hnd")]}),
     "goal two free axes": request_with({"position_constraints": [region()], "orientation_constraints": [turned(9, 9, 1)]}),
     "goal exact": request_with({"position_constraints": [region()], "orientation_constraints": [turned(0, 0, 0)]}),
-    "goal offset": request_with({"position_constraints": [region(target_point_offset={"x": 0, "y": 0, "z": 0.1})]}),
+    "goal in a frame that moves": request_with({"position_constraints": [region(header={"frame_id": "fore"})]}),
+    "goal in an unknown frame": request_with({"position_constraints": [region(header={"frame_id": "tabel"})]}),
+    "goal turned by no quaternion": request_with(
+        {"position_constraints": [region()], "orientation_constraints": [{**turned(), "orientation": [0, 0, 0.5, 0.5]}]}
+    ),
+    "goal of a strange joint": request_with(
+        {"joint_constraints": [*joints(0, 0, 0)["joint_constraints"], {"joint_name": "gripper", "position": 0}]}
+    ),
+    "trajectory constraints": request_with(trajectory_constraints={"constraints": [{"orientation_constraints": [turned()]}]}),
+    "cartesian speed": request_with(max_cartesian_speed=0.2, cartesian_speed_limited_link="hand"),
+    "mistyped constraints": request_with(path_constraint={"orientation_constraints": [turned()]}),
+    "speed a word": request_with(max_velocity_scaling_factor="fast"),
     "goal cone": request_with({"position_constraints": [region("cone", (0.1, 0.1))]}),
     "goal no region": request_with({"position_constraints": [region(constraint_region={"primitives": []})]}),
     "path constraints": request_with(path_constraints={"orientation_constraints": [turned()]}),
@@ -550,6 +588,7 @@ def test_a_scene_that_is_none_is_refused(case: str, tmp_path: Path) -> None:
     request = written(tmp_path, request_with(), "request.yaml")
     error = SceneError if case in ("flat box", "endless box", "negative radius", "plane", "mesh vertex", "mesh empty") else None
     error = SceneError if case in ("text negative radius", "text vertex") else error
+    error = RobotError if case in ("attached plane", "attached under a link's name") else error
     error = FileFormatError if case == "endless box" or error is None else error
     assert_refused("moveit", f"scene: {case}", error, lambda: load_moveit(ARM, path, request), path=path)
 
@@ -581,7 +620,7 @@ RICH = scene_with(
     item("cylinder", (0.4, 0.1), id="tin", pose=AT, header={"frame_id": "world"}),
     {"id": "wall", "planes": [{"coef": [0, 0, 1, 0]}], "plane_poses": [AT]},
     {"id": "rock", "meshes": [{"vertices": CORNERS, "triangles": FACES}], "mesh_poses": [AT]},
-    fixed_frame_transforms=[{"child_frame_id": "tray", "transform": FLIPPED}],
+    fixed_frame_transforms=[{"header": {"frame_id": "tray"}, "child_frame_id": "world", "transform": FLIPPED}],
     allowed_collision_matrix={"entry_names": ["base", "hand"], "entry_values": [[False, True], [True, False]]},
     robot_state=state(),
 )

@@ -120,6 +120,16 @@ def test_a_files_last_digit_beyond_a_limit_is_set_onto_the_limit() -> None:
     upper = ARM.upper[ARM.dof_index("elbow")]
     assert problem(start=at("elbow", upper + 1e-10)).start[3] == upper
     assert problem(goal=at("elbow", upper + 1e-10)).goal.q[3] == upper
+    # Public files round a limit to 3.14159, and their requests end at 3.14159265.
+    made = problem(start=at("elbow", upper + 2.65e-6), goal=[at("elbow", upper), at("elbow", upper + 9e-6)])
+    assert made.start[3] == upper
+    assert made.goal.q[1, 3] == upper
+    assert len(made.notes) == 2
+    assert made.notes[0] == "start is a little beyond the limits and was set onto them: joint 'elbow' by 2.6e-06 rad"
+    assert made.notes[1].startswith("goal 1: the goal configuration is a little beyond")
+    assert problem().notes == ()
+    assert problem(notes=["seen"]).notes == ("seen",)
+    assert problem(notes=["seen"]) == problem()
 
 
 def test_a_joint_without_limits_starts_anywhere() -> None:
@@ -231,7 +241,7 @@ REFUSED: dict[str, Any] = {
     "start text": lambda: problem(start="home"),
     "start above its limit": lambda: problem(start=at("elbow", 3.2)),
     "start below its limit": lambda: problem(start=at("wrist_2", -1.0)),
-    "start barely above": lambda: problem(start=at("elbow", 2.96706)),
+    "start barely above": lambda: problem(start=at("elbow", 2.96709)),
     "start in degrees": lambda: problem(start=at("elbow", 90.0)),
     "start beyond several limits": lambda: problem(start=np.full(7, 4.0)),
     "start below a slide": lambda: Problem(sliding(), Scene(), start=[0], goal=[0.5]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from spacearm.errors import FileFormatError, nearest
@@ -120,4 +120,4 @@ def read_item(item: Item, robot: Robot) -> Problem:
     if not isinstance(found.goal, ConfigurationGoal):
         kind = type(found.goal).__name__
         raise FileFormatError(f"{item.request} has a {kind}, expected joint_constraints for one configuration; leave it out")
-    return Problem(robot, found.scene, start=found.start, goal=found.goal.q)
+    return replace(found, goal=ConfigurationGoal(found.goal.q))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -169,7 +169,7 @@ def _searched(problem: Problem, seed: int, protocol: Protocol, scale: float) -> 
 
 def _unseen(problem: Problem) -> Problem:
     """Return the same problem as if it were new: what the planner keeps of scenes it has seen does not count."""
-    return Problem(problem.robot, Scene(problem.scene.obstacles), start=problem.start, goal=problem.goal)
+    return replace(problem, scene=Scene(problem.scene.obstacles))
 
 
 def _goal(problem: Problem) -> np.ndarray:

@@ -21,7 +21,7 @@ class StatedSolid:
         name: of the object it belongs to.
         kind: "box", "cylinder" or "sphere".
         size: edges x y z, or height and radius, or radius [m].
-        poses: (position [m], quaternion x y z w) from the world inwards.
+        poses: (position [m], quaternion x y z w) from the planning frame inwards.
     """
 
     name: str
@@ -38,14 +38,18 @@ def stated_solids(path: Path) -> list[StatedSolid]:
     """
     out = []
     try:
-        for body in _mapping(path)["world"]["collision_objects"]:
-            frame = (body.get("header") or {}).get("frame_id") or "world"
-            if body.get("meshes") or body.get("planes") or frame.lstrip("/") != "world":
+        scene = _mapping(path)
+        frames = _frames(scene)
+        if (scene.get("robot_state") or {}).get("attached_collision_objects"):
+            raise FileFormatError(f"{path} attaches objects to the robot, expected none: the other checker knows no others")
+        for body in scene["world"]["collision_objects"]:
+            frame = _name(body.get("header"))
+            if body.get("meshes") or body.get("planes") or frame not in frames:
                 raise FileFormatError(
                     f"{path} has an object '{body['id']}' with meshes or planes or in a frame of its own, expected primitives "
-                    "in the world frame: the other checker knows no others"
+                    "in a frame that the scene fixes: the other checker knows no others"
                 )
-            outer = [_pose(body["pose"])] if body.get("pose") else []
+            outer = [*frames[frame], *([_pose(body["pose"])] if body.get("pose") else [])]
             for solid, at in zip(body["primitives"], body["primitive_poses"], strict=True):
                 kind, size = str(solid["type"]), _numbers(solid["dimensions"])
                 if len(size) != _DIMENSIONS[kind]:
@@ -60,11 +64,30 @@ def stated_solids(path: Path) -> list[StatedSolid]:
 
 def stated_start(path: Path) -> dict[str, float]:
     """Read a request's start by joint [rad or m]; empty where it has none."""
+    request = _mapping(path)
     try:
-        state = _mapping(path)["start_state"]["joint_state"]
+        if request["start_state"].get("attached_collision_objects"):
+            raise FileFormatError(f"{path} attaches objects to the robot, expected none: the other checker knows no others")
+        state = request["start_state"]["joint_state"]
         return {str(name): float(at) for name, at in zip(state["name"], state["position"], strict=True)}
-    except (KeyError, TypeError, ValueError):
+    except (AttributeError, KeyError, TypeError, ValueError):
         return {}
+
+
+def _frames(scene: dict[str, Any]) -> dict[str, list[Any]]:
+    """Return the poses that lead to each frame: MoveIt has the named one in the header, and the planning frame as child."""
+    fixed = scene.get("fixed_frame_transforms") or []
+    planning = {str(item["child_frame_id"]).lstrip("/") for item in fixed}
+    frames: dict[str, list[Any]] = {"": [], "world": [], **{name: [] for name in planning}}
+    if len(planning) == 1:
+        for item in fixed:
+            at, name = item["transform"], _name(item.get("header")) or "world"
+            frames[name] = [(_numbers(at["translation"]), _numbers(at["rotation"]))]
+    return frames
+
+
+def _name(header: Any) -> str:
+    return str((header or {}).get("frame_id") or "").lstrip("/")
 
 
 def _pose(given: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:

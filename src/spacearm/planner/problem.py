@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
@@ -23,7 +23,7 @@ from spacearm.scene.moved import moved_scene
 
 Array = NDArray[np.float64]
 
-_ROUNDING = 1e-9  # [rad or m] this far beyond a limit is a file's last digit, and is set onto the limit
+_ROUNDING = 1e-5  # [rad or m] this far beyond a limit is a file's rounding, and is set onto the limit
 _FURTHEST = 1e6  # [m]
 _SHORTEST, _LONGEST = 1e-6, 1e9  # [s]
 _MOST_TUMBLING = 18.0  # [rad] nearly three turns
@@ -53,6 +53,8 @@ class Problem(_WithLocal):
         base_goal: how the floating base is to stand at the end; four numbers are taken as its attitude_wxyz.
         base_limits: how little the arm may disturb the floating base.
         duration: of the motion [s]; None: the least that the limits allow.
+        notes: what was assumed, snapped or left out on the way here, a sentence each; no part of the problem's value. A
+            start or goal beyond a joint's limit by no more than 1e-5 rad or m is set onto the limit, and a note says so.
 
     Whether start and goal are free of collision and within reach is the planner's to say.
 
@@ -72,6 +74,7 @@ class Problem(_WithLocal):
     base_goal: AttitudeGoal | None = None
     base_limits: BaseLimits = None  # type: ignore[assignment]
     duration: float | None = None
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     if TYPE_CHECKING:  # what is taken is wider than what is kept
 
@@ -88,6 +91,7 @@ class Problem(_WithLocal):
             base_goal: AttitudeGoal | ArrayLike | None = None,
             base_limits: BaseLimits | None = None,
             duration: float | None = None,
+            notes: Iterable[str] = (),
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -97,8 +101,9 @@ class Problem(_WithLocal):
             keep(self, scene=_scene(self.scene))
         keep(self, **checked_base(self.robot, self.base, self.base_start, self.momentum))
         keep(self, **_asked_of_the_base(self))
-        keep(self, start=within_limits(self.robot, self.start, what="start"))
-        keep(self, goal=_goal(self.robot, self.goal, self.start), _local=None)
+        notes = _sentences(self.notes)
+        keep(self, start=within_limits(self.robot, self.start, what="start", notes=notes))
+        keep(self, goal=_goal(self.robot, self.goal, self.start, notes), notes=tuple(dict.fromkeys(notes)), _local=None)
         _require_slow_tumbling(self)
 
     @property
@@ -198,14 +203,17 @@ def _require_slow_tumbling(problem: Problem) -> None:
         )
 
 
-def within_limits(robot: Robot, q: ArrayLike, *, what: Literal["start", "goal"], prefix: str = "") -> Array:
-    """Check a configuration against the robot; what is beyond a limit by no more than 1e-9 is set onto it.
+def within_limits(
+    robot: Robot, q: ArrayLike, *, what: Literal["start", "goal"], prefix: str = "", notes: list[str] | None = None
+) -> Array:
+    """Check a configuration against the robot; what is beyond a limit by no more than 1e-5 rad or m is set onto it.
 
     Args:
         robot: the robot.
         q: (n,) joint positions [rad or m].
         what: "start" or "goal", for the message.
         prefix: begins the message.
+        notes: gets a sentence on what was set onto a limit, and by how much.
 
     Returns:
         The configuration (n,), read-only.
@@ -220,6 +228,13 @@ def within_limits(robot: Robot, q: ArrayLike, *, what: Literal["start", "goal"],
     beyond = np.flatnonzero(np.abs(given - kept) > _ROUNDING)
     if beyond.size:
         raise ProblemError(prefix + _beyond_limit(robot, given, beyond, what))
+    snapped = np.flatnonzero(given != kept)
+    if snapped.size and notes is not None:
+        each = [
+            f"'{robot.dof_names[i]}' by {abs(given[i] - kept[i]):.2g} {'m' if robot.is_prismatic(int(i)) else 'rad'}"
+            for i in snapped
+        ]
+        notes.append(f"{name} is a little beyond the limits and was set onto them: joint {', '.join(each)}")
     return as_readonly(name, kept, (robot.dof,), ProblemError)
 
 
@@ -268,13 +283,23 @@ def whole_turns(robot: Robot) -> NDArray[np.bool_]:
     return out
 
 
+def _sentences(given: Any) -> list[str]:
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise ProblemError(f"notes is {shown(given)}, expected a list of sentences")
+    notes = list(given)
+    for note in notes:
+        if not isinstance(note, str):
+            raise ProblemError(f"notes holds {shown(note)}, expected a sentence")
+    return notes
+
+
 def _scene(given: Any) -> Scene:
     if given is None or not isinstance(given, Iterable):
         raise ProblemError(f"scene is {shown(given)}, expected a Scene; write Scene([]) for free space")
     return Scene(given)  # type: ignore[arg-type]
 
 
-def _goal(robot: Robot, goal: Any, start: Array) -> Goal:
+def _goal(robot: Robot, goal: Any, start: Array, notes: list[str]) -> Goal:
     if isinstance(goal, (PositionGoal, PoseGoal)):
         return replace(goal, frame=_goal_frame(robot, goal.frame))
     if not isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
@@ -284,7 +309,7 @@ def _goal(robot: Robot, goal: Any, start: Array) -> Goal:
     rows = goal.q if isinstance(goal, ConfigurationsGoal) else [goal.q]
     kept = []
     for i, row in enumerate(rows):
-        q = within_limits(robot, row, what="goal", prefix=f"goal {i}: " if len(rows) > 1 else "")
+        q = within_limits(robot, row, what="goal", prefix=f"goal {i}: " if len(rows) > 1 else "", notes=notes)
         kept.append(nearest_turns(robot, q, start) if goal.shortest else q)
     return replace(goal, q=np.array(kept) if isinstance(goal, ConfigurationsGoal) else kept[0])
 

@@ -39,8 +39,25 @@ class Assembly:
     base: Literal["fixed", "floating"] | None = None
 
 
-def assemble(tree: LinkTree, choices: Assembly) -> Robot:
-    """Make a Robot of a tree.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Origin:
+    """What a robot was put together from, its `origin`.
+
+    Attributes:
+        tree: the description.
+        choices: the user's.
+        srdf: the SRDF that these name, as it was read; None if there is none.
+        made: the robot, as it was before anyone changed it.
+    """
+
+    tree: LinkTree
+    choices: Assembly
+    srdf: Srdf | None
+    made: Robot
+
+
+def assemble(tree: LinkTree, choices: Assembly, *, srdf: Srdf | None = None) -> Robot:
+    """Make a Robot of a tree; an SRDF that has been read already need not be read again.
 
     Raises:
         FileFormatError: an SRDF that is none.
@@ -49,9 +66,9 @@ def assemble(tree: LinkTree, choices: Assembly) -> Robot:
     _require_choices(choices)
     with located(tree.source):
         require_tree(tree)
-    srdf = members = None
+    described, members = tree, None
     if choices.srdf is not None:
-        srdf = load_srdf(choices.srdf)
+        srdf = load_srdf(choices.srdf) if srdf is None else srdf
         require_same_robot(srdf, tree)
         tree = _with_spheres(tree, srdf)
         if choices.group is not None:
@@ -67,7 +84,8 @@ def assemble(tree: LinkTree, choices: Assembly) -> Robot:
     robot = replace(robot, configurations=named, notes=(*robot.notes, *notes_on_base(robot)))
     if srdf is not None:
         robot = replace(robot, notes=(*robot.notes, *what_does_not_fit(srdf, tree)))
-    return _with_self_pairs(robot, tree, srdf, choices.self_collision)
+    robot = _with_self_pairs(robot, tree, srdf, choices.self_collision)
+    return replace(robot, origin=Origin(tree=described, choices=choices, srdf=srdf, made=robot))
 
 
 def _require_choices(choices: Assembly) -> None:

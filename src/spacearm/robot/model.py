@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -170,6 +170,8 @@ class Robot(Frozen):
         configurations: named ones.
         source: the file or built-in name it came from.
         notes: what was assumed in reading it, a sentence each.
+        origin: of a robot from a file, what it was put together from, so that joints can be held elsewhere afterwards; no
+            part of its value, and kept neither by pickle nor in files.
 
     Raises:
         RobotError: a child before its parent, a name twice, limits that contradict, a tip that is no frame.
@@ -191,6 +193,7 @@ class Robot(Frozen):
     configurations: tuple[NamedConfiguration, ...] = ()
     source: str = ""
     notes: tuple[str, ...] = ()
+    origin: Any = field(default=None, repr=False, compare=False, metadata={"stays_here": True})
 
     def __post_init__(self) -> None:
         as_name("a robot's name", self.name, RobotError)

@@ -44,11 +44,12 @@ class GroupState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualJoint:
-    """How the robot's root, the child, is held in the world: "fixed", "floating" or "planar"."""
+    """How the robot's root, the child, is held in the world, the parent frame: "fixed", "floating" or "planar"."""
 
     name: str
     kind: str
     child: str
+    parent: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,7 +160,7 @@ def _virtual_joint(element: Any) -> VirtualJoint:
     if kind not in _VIRTUAL:
         with _at(element):
             raise FileFormatError(f"<virtual_joint> '{name}' has type {shown(kind)}, which is none; {nearest(kind, _VIRTUAL)}")
-    return VirtualJoint(name=name, kind=kind, child=child)
+    return VirtualJoint(name=name, kind=kind, child=child, parent=(element.get("parent_frame") or "").strip())
 
 
 def _spheres(element: Any) -> tuple[str, tuple[tuple[float, ...], ...]]:

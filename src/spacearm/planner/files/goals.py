@@ -48,7 +48,8 @@ def read_start(file: YamlFile, model: ProblemModel, robot: Robot) -> Array:
             q = _configuration(robot, model.start, "start")
         else:
             raise ProblemError("start is missing; add start: [...] with one number per joint, or start_deg")
-        return within_limits(robot, q, what="start")
+        within_limits(robot, q, what="start")
+        return q  # as it is given: Problem says what it sets onto a limit
 
 
 def read_goal(file: YamlFile, model: GoalModel, robot: Robot) -> Goal:

@@ -75,6 +75,7 @@ def problem_as_dict(problem: Problem) -> dict[str, Any]:
         "robot": robot_as_dict(problem.robot),
         "base": problem.base,
         **_asked_of_the_base(problem),
+        **({"notes": list(problem.notes)} if problem.notes else {}),
         "start": problem.start.tolist(),
         "goal": goal_as_dict(problem.goal),
         "obstacles": scene_as_list(problem.scene),
@@ -102,8 +103,9 @@ def problem_hash(problem: Problem) -> str:
 
 
 def values_that_count(problem: Problem) -> dict[str, Any]:
-    """Return a problem as plain values, without where its robot was read from and how, nor how that has its base held."""
+    """Return a problem as plain values, without notes, where its robot was read from, and how that has its base held."""
     values = problem_as_dict(problem)
+    values.pop("notes", None)
     for other in ("source", "notes", "base"):
         values["robot"].pop(other, None)
     return values

@@ -128,6 +128,7 @@ def problem_from_dict(values: dict[str, Any]) -> Problem:
         goal=goal_from_dict(values["goal"]),
         base=values["base"],
         duration=values.get("duration"),
+        notes=values.get("notes", ()),
         **_asked_of_the_base(values),
     )
 

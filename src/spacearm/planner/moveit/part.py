@@ -175,6 +175,15 @@ def transform(position: Part | None, q_xyzw: Part | None, *, unset: bool = False
     return q_xyzw.located(lambda: pose(at, (w, x, y, z)))
 
 
+def is_empty_pose(part: Part | None) -> bool:
+    """Whether MoveIt takes a pose for one that nobody filled in: all its numbers are 0, or it is not there."""
+    if part is None:
+        return True
+    at, q = part.get("position"), part.get("orientation")
+    nowhere = at is None or not at.numbers(3, XYZ).any()
+    return nowhere and (q is None or not q.numbers(4, XYZW).any())
+
+
 def pose_of(part: Part, *, unset: bool = False) -> Array:
     """Return T (4, 4) of a ROS pose, `{position: [x, y, z], orientation: [x, y, z, w]}`.
 

@@ -1,9 +1,12 @@
-"""MoveIt's motion requests in YAML (`moveit_msgs/MotionPlanRequest`): where a motion starts and where it is to end."""
+"""MoveIt's motion requests in YAML (`moveit_msgs/MotionPlanRequest`): where a motion ends, and what else is asked."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
+from difflib import get_close_matches
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,70 +14,142 @@ from numpy.typing import NDArray
 from spacearm.checks import shown
 from spacearm.errors import nearest
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
-from spacearm.planner.moveit.frames import Frames, require_plain_state
-from spacearm.planner.moveit.part import XYZ, Part, pose_of, transform
+from spacearm.planner.moveit.frames import Frames
+from spacearm.planner.moveit.part import XYZ, XYZW, Part, pose_of, transform
 from spacearm.planner.moveit.scene import kind_and_size
-from spacearm.planner.problem import within_limits
-from spacearm.robot.model import Robot
+from spacearm.planner.moveit.state import planned_values
+from spacearm.robot.held_elsewhere import held_leaders, held_values
+from spacearm.robot.model import Frame, Robot
 
 Array = NDArray[np.float64]
 
 _KINDS = ("joint_constraints", "position_constraints", "orientation_constraints", "visibility_constraints")
 _JOINT = ("joint_name", "position", "tolerance_above", "tolerance_below", "weight")
+_POSITION = ("header", "link_name", "target_point_offset", "constraint_region", "weight")
+_TOLERANCES = tuple(f"absolute_{axis}_axis_tolerance" for axis in XYZ)
+_ORIENTATION = ("header", "orientation", "link_name", *_TOLERANCES, "parameterization", "weight")
+_USED = (
+    *("start_state", "goal_constraints", "path_constraints", "trajectory_constraints"),
+    *("group_name", "max_velocity_scaling_factor", "max_acceleration_scaling_factor"),
+    *("max_cartesian_speed", "cartesian_speed_limited_link", "cartesian_speed_end_effector_link"),
+)
+_HINTS = (
+    *("workspace_parameters", "reference_trajectories", "pipeline_id", "planner_id", "num_planning_attempts"),
+    "allowed_planning_time",
+)
+_ANGLE = 1e-3  # [-] a quaternion whose length is off by more is none for MoveIt
+_AT_ONCE = 1e-9  # [rad or m]
+_QUARTER = math.pi / 2
 
 
-def start_of(request: Part, scene: Part | None, robot: Robot) -> Array:
-    """Read the start (n,) [rad or m], by the joints' names; a request without one starts in the scene's state.
+def leftovers(part: Part, used: tuple[str, ...], hints: tuple[str, ...], notes: list[str], *, what: str) -> None:
+    """Say in a note which keys of a message are left out.
+
+    Args:
+        part: the message.
+        used: keys that are read.
+        hints: keys that are MoveIt's, and say nothing that would change the problem.
+        notes: gets the sentence.
+        what: what the message is called.
 
     Raises:
-        FileFormatError: no state, a joint without a position, or numbers that are none.
-        ProblemError: a joint beyond its limits.
+        FileFormatError: a key that is nearly one of those that are read, and so is most likely a slip.
     """
-    state = request.get("start_state")
-    require_plain_state(state)
-    joints = None if state is None else state.get("joint_state")
-    if scene is not None:
-        require_plain_state(scene.get("robot_state"))
-        if joints is None or not joints.items("name"):
-            joints = scene.deep("robot_state", "joint_state")
-    if joints is None or not joints.items("name"):
-        raise request.error("there is no start, expected start_state.joint_state with name and position; add it")
-    positions = joints.need("position").numbers(None)
-    names = [name.text() for name in joints.items("name")]
-    if len(names) != len(positions):
-        raise joints.error(f"joint_state has {len(names)} names and {len(positions)} positions, expected one for each")
-    if len(set(names)) != len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise joints.error(f"joint_state names joint {shown(twice)} twice, expected each joint once; remove one")
-    q = _by_name(dict(zip(names, positions, strict=True)), robot, joints, "joint_state")
-    return joints.located(lambda: within_limits(robot, q, what="start"))
+    for key in part.value:
+        near = get_close_matches(str(key), [*used, *hints], n=1, cutoff=0.8)
+        if key not in used and key not in hints and near:
+            raise Part(part.file, (str(key),), None).error(
+                f"key {shown(key)} is not known; did you mean '{near[0]}'? correct it"
+            )
+    stated = sorted(str(key) for key, value in part.value.items() if key not in used and _says_something(value))
+    if stated:
+        notes.append(f"{what} states what is left out: {', '.join(stated)}")
 
 
-def goal_of(request: Part, robot: Robot, frames: Frames) -> Goal:
+def _says_something(value: Any) -> bool:
+    if isinstance(value, dict):
+        return any(_says_something(inner) for inner in value.values())
+    if isinstance(value, list):
+        return any(_says_something(inner) for inner in value)
+    return bool(value)
+
+
+def require_no_other_demands(request: Part, notes: list[str]) -> None:
+    """Refuse what a request asks of the way and is not kept, and say what of it is left out.
+
+    Raises:
+        FileFormatError: constraints on the way, or a ceiling on a link's speed.
+    """
+    leftovers(request, _USED, _HINTS, notes, what="the request")
+    path = request.get("path_constraints")
+    every = [] if path is None else [path]
+    trajectory = request.get("trajectory_constraints")
+    every += [] if trajectory is None else trajectory.items("constraints")
+    for part in every:
+        for kind in _KINDS:
+            if part.items(kind):
+                raise part.error(f"{part.called} has {kind}, which are not kept on the way, expected none; remove them")
+    speed = request.get("max_cartesian_speed")
+    if speed is not None and speed.number() > 0:
+        raise speed.error(
+            f"max_cartesian_speed is {speed.number():g} m/s, which is not kept, expected 0; remove it, and lower "
+            "max_velocity_scaling_factor"
+        )
+
+
+def with_group_and_speed(robot: Robot, request: Part, notes: list[str]) -> Robot:
+    """Return the robot as fast as the request lets it be; as in MoveIt, a factor that is not in (0, 1] is 1.
+
+    Raises:
+        FileFormatError: a factor that is no number.
+    """
+    group = request.get("group_name")
+    mine = None if robot.origin is None else robot.origin.choices.group
+    if group is not None and mine is not None and group.text() not in ("", mine):
+        notes.append(f"the request is for group '{group.text()}', and the robot moves that of group '{mine}'")
+    changes = {}
+    for kind in ("velocity", "acceleration"):
+        given = request.get(f"max_{kind}_scaling_factor")
+        factor = 1.0 if given is None else given.number()
+        if 0 < factor < 1:
+            changes[kind] = getattr(robot, kind) * factor
+            notes.append(f"{kind} limits are {factor:g} times the robot's, as max_{kind}_scaling_factor says")
+        elif factor not in (0.0, 1.0):
+            notes.append(f"max_{kind}_scaling_factor is {factor:g}, which is not in (0, 1]: the robot's own limits hold")
+    return replace(robot, **changes) if changes else robot
+
+
+def goal_of(request: Part, robot: Robot, frames: Frames, notes: list[str]) -> tuple[Goal, Robot]:
     """Read the goal; it is never wider than what the request allows.
+
+    Args:
+        request: the file.
+        robot: the robot.
+        frames: at the start.
+        notes: gets sentences on what was narrowed.
+
+    Returns:
+        The goal, and the robot, with a frame more where the goal is for a point beside a link.
 
     Raises:
         FileFormatError, ProblemError: no goal, or one that is not supported.
     """
-    path = request.get("path_constraints")
-    for kind in _KINDS if path is not None else ():
-        if path is not None and path.items(kind):
-            raise path.error(f"path_constraints has {kind}, which are not kept on the way, expected none; remove them")
     alternatives = request.items("goal_constraints")
     if not alternatives:
         raise request.error("goal_constraints are none, expected at least one; add joint_constraints")
     if len(alternatives) == 1:
-        return _goal(alternatives[0], robot, frames)
-    goals = [_goal(item, robot, frames) for item in alternatives]
+        return _goal(alternatives[0], robot, frames, notes)
+    goals = [_goal(item, robot, frames, notes)[0] for item in alternatives]
     for item, goal in zip(alternatives, goals, strict=True):
         if not isinstance(goal, ConfigurationGoal):
             raise item.error("several goals of which one is in space, expected all in joint_constraints; leave one goal")
     joint_goals = [goal for goal in goals if isinstance(goal, ConfigurationGoal)]
     tolerance = np.min([np.broadcast_to(goal.tolerance, robot.dof) for goal in joint_goals], axis=0)
-    return ConfigurationsGoal([goal.q for goal in joint_goals], tolerance=_one_if_equal(tolerance), shortest=True)
+    q = [goal.q for goal in joint_goals]
+    return ConfigurationsGoal(q, tolerance=_one_if_equal(tolerance), shortest=True), robot
 
 
-def _goal(item: Part, robot: Robot, frames: Frames) -> Goal:
+def _goal(item: Part, robot: Robot, frames: Frames, notes: list[str]) -> tuple[Goal, Robot]:
     item.require_keys(("name", *_KINDS))
     joints, positions, orientations, seen = (item.items(kind) for kind in _KINDS)
     if seen:
@@ -82,16 +157,16 @@ def _goal(item: Part, robot: Robot, frames: Frames) -> Goal:
     if joints and (positions or orientations):
         raise item.error("the goal has joint_constraints and constraints in space, expected one of them; remove the other")
     if joints:
-        return _configuration(item, joints, robot)
+        return _configuration(item, joints, robot, notes), robot
     if len(positions) != 1 or len(orientations) > 1:
         raise item.error(
             f"the goal has no joint_constraints, {len(positions)} position_constraints and {len(orientations)} "
             "orientation_constraints, expected one position, with or without one orientation"
         )
-    return _in_space(positions[0], orientations[0] if orientations else None, frames)
+    return _in_space(positions[0], orientations[0] if orientations else None, robot, frames, notes)
 
 
-def _configuration(item: Part, joints: list[Part], robot: Robot) -> Goal:
+def _configuration(item: Part, joints: list[Part], robot: Robot, notes: list[str]) -> Goal:
     q: dict[str, float] = {}
     tolerances: dict[str, float] = {}
     for joint in joints:
@@ -100,48 +175,113 @@ def _configuration(item: Part, joints: list[Part], robot: Robot) -> Goal:
         if name in q:
             raise joint.error(f"joint_constraints name joint {shown(name)} twice, expected each joint once; remove one")
         q[name] = joint.need("position").number()
-        either = [joint.get(key) for key in ("tolerance_above", "tolerance_below")]
-        tolerances[name] = min((_not_negative(part) for part in either if part is not None), default=0.0)
-    goal = _by_name(q, robot, item, "joint_constraints")
-    return ConfigurationGoal(goal, tolerance=_one_if_equal([tolerances[name] for name in robot.dof_names]), shortest=True)
+        above, below = (_not_negative(joint.get(key)) for key in ("tolerance_above", "tolerance_below"))
+        tolerances[name] = min(above, below)
+        if above != below:
+            notes.append(
+                f"the goal's tolerances of joint '{name}' differ ({above:g} above, {below:g} below): the smaller is kept"
+            )
+        _require_held_there(joint, name, q[name], (below, above), robot)
+    goal = planned_values(robot, q, item, "joint_constraints", notes)
+    return ConfigurationGoal(goal, tolerance=_one_if_equal(_by_dof(robot, tolerances)), shortest=True)
 
 
-def _by_name(values: Mapping[str, float], robot: Robot, part: Part, what: str) -> Array:
-    for name in robot.dof_names:
-        if name not in values:
-            known = nearest(name, values)
-            raise part.error(f"{what} does not name joint '{name}', which robot '{robot.name}' plans for; {known}")
-    return np.array([values[name] for name in robot.dof_names])
+def _by_dof(robot: Robot, tolerances: Mapping[str, float]) -> list[float]:
+    """Return a tolerance for each degree of freedom that keeps all joints that it moves within theirs."""
+    out = []
+    for dof, name in enumerate(robot.dof_names):
+        each = [tolerances[name]] if name in tolerances else []
+        for joint in robot.joints:
+            if joint.dof == dof and joint.name != name and joint.name in tolerances and joint.multiplier:
+                each.append(tolerances[joint.name] / abs(joint.multiplier))
+        out.append(min(each))
+    return out
 
 
-def _in_space(position: Part, orientation: Part | None, frames: Frames) -> Goal:
-    link = position.need("link_name").text()
-    offset = position.get("target_point_offset")
-    if offset is not None and offset.numbers(3, XYZ).any():
-        raise offset.error(
-            f"target_point_offset is {shown(offset.value)}, expected zeros; give the robot a frame at that point"
+def _require_held_there(joint: Part, name: str, at: float, tolerance: tuple[float, float], robot: Robot) -> None:
+    """Refuse a goal for a joint that the robot holds elsewhere, or does not have."""
+    if name in robot.dof_names or any(name == moved.name for moved in robot.joints):
+        return
+    lead, values = held_leaders(robot).get(name), held_values(robot)
+    if lead is None:
+        fixed = robot.origin is not None and any(j.name == name and j.kind == "fixed" for j in robot.origin.tree.joints)
+        if robot.origin is None or fixed:
+            return
+        known = nearest(name, [*robot.dof_names, *values])
+        raise joint.error(f"joint_constraints name joint {shown(name)}, which robot '{robot.name}' does not have; {known}")
+    now = lead.multiplier * values[lead.leader] + lead.offset
+    if not at - tolerance[0] - _AT_ONCE <= now <= at + tolerance[1] + _AT_ONCE:
+        raise joint.error(
+            f"the goal wants joint '{name}' at {at:g}, which robot '{robot.name}' does not plan for and holds at {now:g}; load "
+            "the robot with a group that moves it, or remove the constraint"
         )
+
+
+def _in_space(position: Part, orientation: Part | None, robot: Robot, frames: Frames, notes: list[str]) -> tuple[Goal, Robot]:
+    position.require_keys(_POSITION)
+    link = position.need("link_name").text()
+    robot, target = _with_target_point(position, link, robot)
     T, near = _region(position.need("constraint_region"))
-    T = frames.of(position) @ T
+    T = frames.of(position, still=True) @ T
     if orientation is None:
-        return position.located(lambda: PositionGoal(T[:3, 3], tolerance=near, frame=link))
+        return position.located(lambda: PositionGoal(T[:3, 3], tolerance=near, frame=target)), robot
+    orientation.require_keys(_ORIENTATION)
     other = orientation.need("link_name").text()
     if other != link:
         raise orientation.error(f"the orientation is of link '{other}' and the position of '{link}', expected the same link")
-    turned, T = frames.of(orientation) @ transform(None, orientation.need("orientation")), T.copy()
-    T[:3, :3] = turned[:3, :3]
-    angles = [orientation.get(f"absolute_{axis}_axis_tolerance") for axis in XYZ]
-    limits = {axis: _not_negative(part) for axis, part in zip(XYZ, angles, strict=True) if part is not None}
+    wanted = orientation.need("orientation")
+    length = float(np.linalg.norm(wanted.numbers(4, XYZW)))
+    if length and abs(length - 1) > _ANGLE:
+        raise wanted.error(f"orientation has the length {length:.4g}, for which MoveIt takes no turn, expected 1; correct it")
+    R = transform(None, wanted)[:3, :3]
+    T[:3, :3] = frames.of(orientation, still=True)[:3, :3] @ R
+    limits = {axis: _not_negative(orientation.get(key), either=True) for axis, key in zip(XYZ, _TOLERANCES, strict=True)}
+    settings = _turning(orientation, limits, R, notes)
+    if settings is None:
+        return position.located(lambda: PositionGoal(T[:3, 3], tolerance=near, frame=target)), robot
+    return orientation.located(lambda: PoseGoal(T, position_tolerance=near, frame=target, **settings)), robot
+
+
+def _turning(orientation: Part, limits: Mapping[str, float], R: Array, notes: list[str]) -> dict[str, Any] | None:
+    """Return a PoseGoal's tolerance and free axis for MoveIt's three angles; None if it may be turned in any way.
+
+    A turn by an angle up to a quarter has none of its three Euler angles, and no component of its rotation vector, greater than
+    itself. Euler angles about x, y, z in the link let it turn freely about x or z, and the other two stay below that axis's
+    tilt; about y they go no further than a quarter turn. A rotation vector is told along the header's axes; beside a turn about
+    one of these, a tilt appears in it at most pi sin(tilt / 2) long.
+    """
     free = [axis for axis, angle in limits.items() if angle >= math.pi]
     if len(free) == 3:
-        return position.located(lambda: PositionGoal(T[:3, 3], tolerance=near, frame=link))
+        return None
     if len(free) == 2:
         raise orientation.error(f"axes {' and '.join(free)} are both free, expected at most one; lower a tolerance below pi")
-    kept = [angle for axis, angle in limits.items() if axis not in free]
-    settings = {"orientation_tolerance": min(kept)} if kept else {}
-    return orientation.located(
-        lambda: PoseGoal(T, position_tolerance=near, frame=link, free_axis=free[0] if free else None, **settings)  # type: ignore[arg-type]
-    )
+    tolerance = min(_QUARTER, *(angle for axis, angle in limits.items() if axis not in free))
+    kind = orientation.get("parameterization")
+    by_vector = kind is not None and kind.number() == 1
+    if free and by_vector:
+        return {"orientation_tolerance": 2 * math.asin(min(1.0, tolerance / math.pi)), "free_axis": R.T[:, XYZ.index(free[0])]}
+    if free == ["y"]:
+        notes.append(
+            "the goal's y axis is free by Euler angles, in which MoveIt lets it turn by a quarter at most: it is planned for "
+            "the orientation itself; state parameterization 1 (a rotation vector) for any turn about it"
+        )
+        return {"orientation_tolerance": tolerance}
+    return {"orientation_tolerance": tolerance, **({"free_axis": free[0]} if free else {})}
+
+
+def _with_target_point(position: Part, link: str, robot: Robot) -> tuple[Robot, str]:
+    """Give the robot a frame at the point of the link that the goal is for, if that is not the link's origin."""
+    offset = position.get("target_point_offset")
+    if offset is None or not offset.numbers(3, XYZ).any():
+        return robot, link
+    holder = next((frame for frame in robot.frames if frame.name == link), None)
+    if holder is None:
+        return robot, link  # which the problem refuses
+    name = f"{link} target point"
+    T = holder.T_joint_frame.copy()
+    T[:3, 3] += T[:3, :3] @ offset.numbers(3, XYZ)
+    point = Frame(name=name, joint=holder.joint, T_joint_frame=T, parent=link)
+    return replace(robot, frames=(*robot.frames, point)), name
 
 
 def _region(region: Part) -> tuple[Array, float]:
@@ -156,14 +296,15 @@ def _region(region: Part) -> tuple[Array, float]:
     if kind == "cone":
         raise solids[0].error("a cone for the goal's region is not supported, expected a sphere, a box or a cylinder")
     within = {"box": size.min() / 2, "sphere": size[0], "cylinder": min(size[0] / 2, size[-1])}[kind]
-    return pose_of(poses[0]), float(within)
+    return pose_of(poses[0], unset=True), float(within)
 
 
-def _not_negative(part: Part) -> float:
-    number = part.number()
-    if number < 0:
+def _not_negative(part: Part | None, *, either: bool = False) -> float:
+    """Return a tolerance, 0 where none is stated; MoveIt takes the size of those that go either way."""
+    number = 0.0 if part is None else part.number()
+    if number < 0 and part is not None and not either:
         raise part.error(f"{part.called} is {number:g}, expected a finite number, 0 or more")
-    return number
+    return abs(number)
 
 
 def _one_if_equal(values: list[float] | Array) -> float | Array:

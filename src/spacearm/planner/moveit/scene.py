@@ -1,8 +1,10 @@
-"""MoveIt's planning scenes in YAML (`moveit_msgs/PlanningScene`): the world's collision objects, and who may touch whom."""
+"""MoveIt's planning scenes in YAML (`moveit_msgs/PlanningScene`): the world's collision objects."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +12,18 @@ from numpy.typing import NDArray
 from spacearm.checks import shown
 from spacearm.errors import nearest
 from spacearm.planner.moveit.frames import Frames
-from spacearm.planner.moveit.part import Part, pose_of
-from spacearm.planner.moveit.shapes import MOST_OBSTACLES, NUMBERED, PRIMITIVES, Made, mesh, named, plane, primitive
-from spacearm.robot.model import Robot
-from spacearm.robot.self_collision import allowed_pairs
+from spacearm.planner.moveit.part import XYZ, XYZW, Part, is_empty_pose, pose_of
+from spacearm.planner.moveit.shapes import (
+    MOST_OBSTACLES,
+    NUMBERED,
+    PRIMITIVES,
+    Made,
+    mesh,
+    mesh_file,
+    named,
+    plane,
+    primitive,
+)
 from spacearm.scene import Obstacle, Scene
 
 Array = NDArray[np.float64]
@@ -22,11 +32,58 @@ _OBJECT = (
     *("header", "pose", "id", "type", "primitives", "primitive_poses", "meshes", "mesh_poses", "planes", "plane_poses"),
     *("subframe_names", "subframe_poses", "operation"),
 )
-_REMOVED = 1  # the operation that has no shapes
+ADD, REMOVE, APPEND, MOVE = range(4)
+_OPERATIONS = ("add", "remove", "append", "move")
 
 
-def scene_of(file: Part, frames: Frames, *, mesh_excess: float | None = None) -> Scene:
-    """Read the world of a planning scene.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shape:
+    """A shape of an object, where the file has it, and T_object_shape (4, 4) [m]."""
+
+    part: Part
+    made: Made
+    T: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body:
+    """An object: its shapes, and frames of its own.
+
+    Attributes:
+        name: its id.
+        T: (4, 4), from its own frame to the planning frame [m].
+        shapes: in its own frame.
+        subframes: (4, 4) in its own frame, by name [m].
+    """
+
+    name: str
+    T: Array
+    shapes: tuple[Shape, ...]
+    subframes: dict[str, Array] = field(default_factory=dict)
+
+    def obstacles(self) -> Iterator[Obstacle]:
+        """Yield its shapes as obstacles, numbered if there are several.
+
+        Raises:
+            SceneError: one that cannot be, with file and line.
+        """
+        for i, shape in enumerate(self.shapes):
+            called, T = named(self.name, i, len(self.shapes)), self.T @ shape.T
+            yield shape.part.located(lambda shape=shape, T=T, called=called: shape.made.make(T, called))
+
+    def frames(self) -> dict[str, Array]:
+        """Return its frame and its subframes in the planning frame, (4, 4) by name [m]."""
+        inner = {f"{self.name}/{name}": self.T @ T for name, T in self.subframes.items()}
+        return {self.name: self.T, **inner}
+
+
+def world_of(file: Part, frames: Frames, *, mesh_excess: float | None = None) -> dict[str, Body]:
+    """Read the world of a planning scene, object by object as MoveIt does; each may name frames of those before it.
+
+    Args:
+        file: the planning scene.
+        frames: its frames; those of the objects are put in.
+        mesh_excess: how far the balls around a mesh may stand out of it [m].
 
     Raises:
         FileFormatError, SceneError: what is wrong, with file and line.
@@ -36,43 +93,130 @@ def scene_of(file: Part, frames: Frames, *, mesh_excess: float | None = None) ->
     octomap = world.deep("octomap", "octomap", "data")
     if octomap is not None and octomap.value:
         raise octomap.error("the octomap is not read, expected none; give its points to enclose_points")
-    obstacles: list[Obstacle] = []
-    seen: dict[str, Part] = {}
+    bodies: dict[str, Body] = {}
     for item in world.items("collision_objects"):
         item.require_keys(_OBJECT)
-        given = item.get("id")
-        name = "" if given is None else given.text()
-        if given is not None and name in seen:
-            raise given.error(f"object {shown(name)} is there twice, expected each id once; rename or remove one")
-        seen[name] = item
-        obstacles += _object(item, name, frames, mesh_excess)
-        if len(obstacles) > MOST_OBSTACLES:
+        _apply(item, bodies, frames, mesh_excess)
+        frames.objects.clear()
+        for body in bodies.values():
+            frames.objects.update(body.frames())
+        if sum(len(body.shapes) for body in bodies.values()) > MOST_OBSTACLES:
             raise item.error(f"the scene has more than {MOST_OBSTACLES:,} shapes; leave out what is out of reach")
-    return Scene(obstacles)
+    return bodies
 
 
-def _object(item: Part, name: str, frames: Frames, mesh_excess: float | None) -> list[Obstacle]:
-    shapes: list[tuple[Part, Part | None, Made]] = []
+def scene_of(bodies: dict[str, Body]) -> Scene:
+    """Return the obstacles of a world's objects.
+
+    Raises:
+        SceneError: one that cannot be.
+    """
+    return Scene([obstacle for body in bodies.values() for obstacle in body.obstacles()])
+
+
+def _apply(item: Part, bodies: dict[str, Body], frames: Frames, mesh_excess: float | None) -> None:
+    """Add, remove, append or move, as the object's operation says."""
+    given, operation = item.get("id"), operation_of(item)
+    name = "" if given is None else given.text()
+    if operation == REMOVE:
+        for gone in [name] if name else list(bodies):
+            bodies.pop(gone, None)
+        return
+    if operation == MOVE:
+        if name not in bodies:
+            raise item.error(f"object {shown(name)} is to be moved, which is not there; {nearest(name, bodies)}")
+        bodies[name] = _moved(item, bodies[name], frames)
+        return
+    if operation == ADD and given is not None and name in bodies:
+        raise given.error(f"object {shown(name)} is there twice, expected each id once; rename or remove one")
+    body = body_of(item, name, frames, mesh_excess)
+    if not body.shapes:
+        raise item.error(f"object {shown(name)} has no shape, expected primitives, meshes or planes; add them or remove it")
+    bodies[name if given is not None or name not in bodies else f"{name} {len(bodies)}"] = _joined(bodies.get(name), body)
+
+
+def _joined(before: Body | None, body: Body) -> Body:
+    """Append a body's shapes to those of an object, in that one's frame."""
+    if before is None or not body.name:
+        return body
+    T = np.linalg.inv(before.T) @ body.T
+    more = tuple(replace(shape, T=T @ shape.T) for shape in body.shapes)
+    return replace(before, shapes=(*before.shapes, *more), subframes=body.subframes or before.subframes)
+
+
+def _moved(item: Part, body: Body, frames: Frames) -> Body:
+    """Put an object that is there to another pose, as its operation says; shapes go with it, or have poses of their own."""
+    at = [*item.items("primitive_poses"), *item.items("mesh_poses"), *item.items("plane_poses")]
+    if at and len(at) != len(body.shapes):
+        raise item.error(
+            f"object '{body.name}' is moved with {len(at)} poses, expected one for each of {len(body.shapes)} shapes"
+        )
+    shapes = tuple(replace(shape, T=_pose(place, frames)) for shape, place in zip(body.shapes, at, strict=False))
+    whole = item.get("pose")
+    T = np.eye(4) if whole is None else _pose(whole, frames)
+    return replace(body, T=frames.of(item) @ T, shapes=shapes or body.shapes)
+
+
+def operation_of(item: Part) -> int:
+    """Return an object's operation: a number, a word, or the byte that ROS 2 prints.
+
+    Raises:
+        FileFormatError: it is none.
+    """
+    part = item.get("operation")
+    value: Any = ADD if part is None else part.value
+    if isinstance(value, (str, bytes)) and len(value) == 1 and not str(value).isdigit():
+        value = ord(value)
+    if isinstance(value, str):
+        value = _OPERATIONS.index(value.lower()) if value.lower() in _OPERATIONS else int(value) if value.isdigit() else value
+    if isinstance(value, bool) or value not in range(4):
+        assert part is not None
+        raise part.error(f"operation is {shown(value)}, expected 0 (add), 1 (remove), 2 (append) or 3 (move)")
+    return int(value)
+
+
+def body_of(item: Part, name: str, frames: Frames, mesh_excess: float | None) -> Body:
+    """Read an object's shapes, its pose and its subframes.
+
+    As in MoveIt, an object of a single shape without a pose of its own has that of the shape.
+
+    Raises:
+        FileFormatError: what is wrong, with file and line.
+    """
+    whole = item.get("pose")
+    shapes = _shapes(item, name, whole, frames, mesh_excess)
+    T = np.eye(4) if whole is None else _pose(whole, frames)
+    if len(shapes) == 1 and is_empty_pose(whole):
+        T, shapes = shapes[0].T, [replace(shapes[0], T=np.eye(4))]
+    labels, places = item.items("subframe_names"), item.items("subframe_poses")
+    if len(labels) != len(places):
+        raise item.error(
+            f"object {shown(name)} has {len(labels)} subframe_names and {len(places)} subframe_poses, expected one for each"
+        )
+    inner = {label.text(): _pose(place, frames) for label, place in zip(labels, places, strict=True)}
+    return Body(name=name, T=frames.of(item) @ T, shapes=tuple(shapes), subframes=inner)
+
+
+def _shapes(item: Part, name: str, whole: Part | None, frames: Frames, mesh_excess: float | None) -> list[Shape]:
+    shapes = []
     for key, poses, read in (
         ("primitives", "primitive_poses", solid),
         ("meshes", "mesh_poses", lambda part: _mesh(part, mesh_excess)),
-        ("planes", "plane_poses", _plane),
+        ("planes", "plane_poses", lambda part: _plane(part, frames.base[:3, 3])),
     ):
         given, places = item.items(key), item.items(poses)
-        if len(places) != len(given) and (places or item.get("pose") is None):
+        if len(places) > len(given) or (len(places) < len(given) and whole is None):
             raise item.error(f"object {shown(name)} has {len(given)} {key} and {len(places)} {poses}, expected one for each")
-        at = places or [None] * len(given)
-        shapes += [(part, place, read(part)) for part, place in zip(given, at, strict=True)]
-    if not shapes and item.value.get("operation") != _REMOVED:
-        raise item.error(f"object {shown(name)} has no shape, expected primitives, meshes or planes; add them or remove it")
-    whole = item.get("pose")
-    T = frames.of(item) if whole is None else frames.of(item) @ pose_of(whole, unset=True)
-    out = []
-    for i, (part, place, made) in enumerate(shapes):
-        T_base_shape = T if place is None else T @ pose_of(place)
-        called = named(name, i, len(shapes))
-        out.append(part.located(lambda made=made, T=T_base_shape, called=called: made.make(T, called)))
-    return out
+        at = [_pose(place, frames) for place in places] + [np.eye(4)] * (len(given) - len(places))
+        shapes += [Shape(part=part, made=read(part), T=T) for part, T in zip(given, at, strict=True)]
+    return shapes
+
+
+def _pose(part: Part, frames: Frames) -> Array:
+    q = part.get("orientation")
+    if q is not None and not q.numbers(4, XYZW).any() and not is_empty_pose(part):
+        frames.say("poses with the orientation 0 0 0 0, which is none, are not turned, as in MoveIt")
+    return pose_of(part, unset=True)
 
 
 def solid(part: Part) -> Made:
@@ -100,21 +244,25 @@ def kind_and_size(part: Part) -> tuple[str, Array]:
     return kind, part.need("dimensions").numbers(len(names), advice=f"a {kind} has {', '.join(names)}")
 
 
-def _plane(part: Part) -> Made:
+def _plane(part: Part, base: Array) -> Made:
     coefficients = part
     if isinstance(part.value, dict):
         part.require_keys(("coef",))
         coefficients = part.need("coef")
-    return plane(coefficients.numbers(4))
+    return plane(coefficients.numbers(4), base)
 
 
 def _mesh(part: Part, excess: float | None) -> Made:
+    source = part.get("resource")
+    if source is not None:
+        part.require_keys(("resource", "dimensions"))
+        factors = part.get("dimensions")
+        scale = np.ones(3) if factors is None else factors.numbers(3, XYZ, advice="factors for x, y and z")
+        return mesh_file(source.text(), part.file.path.parent, scale, excess=excess)
     if part.get("vertices") is None and part.get("triangles") is None:
-        source = part.get("resource")
-        what = f"the file {shown(source.value)}" if source is not None else "no vertices"
-        raise part.error(f"the mesh is given by {what}, expected vertices and triangles; load the file with enclose_mesh")
+        raise part.error("the mesh is given by no vertices, expected vertices and triangles, or a resource: the path of a file")
     part.require_keys(("vertices", "triangles"))
-    vertices = np.array([row.numbers(3, ("x", "y", "z")) for row in part.items("vertices")]).reshape(-1, 3)
+    vertices = np.array([row.numbers(3, XYZ) for row in part.items("vertices")]).reshape(-1, 3)
     triangles = []
     for row in part.items("triangles"):
         indices = row.need("vertex_indices") if isinstance(row.value, dict) else row
@@ -123,42 +271,3 @@ def _mesh(part: Part, excess: float | None) -> Made:
             raise indices.error(f"{indices.called} is {shown(indices.value)}, expected three numbers of vertices")
         triangles.append(values)
     return mesh(vertices, np.array(triangles, dtype=np.int64).reshape(-1, 3), excess=excess)
-
-
-def robot_with_matrix(robot: Robot, file: Part) -> Robot:
-    """Return the robot with the pairs of links that the scene's `allowed_collision_matrix` does not allow to touch.
-
-    As in MoveIt, a pair without an entry goes by the links' default entries, and must keep clear where there is none.
-    Pairs that no joint moves against each other are left out, as for an SRDF.
-
-    Raises:
-        FileFormatError: no matrix, or one that is not square.
-    """
-    matrix = file.need("allowed_collision_matrix")
-    names = [entry.text() for entry in matrix.items("entry_names")]
-    rows = matrix.items("entry_values")
-    if len(rows) != len(names):
-        raise matrix.error(f"entry_values has {len(rows)} rows, expected one for each of {len(names)} entry_names")
-    entries: dict[tuple[str, str], bool] = {}
-    for i, row in enumerate(rows):
-        values = _flags(row.need("enabled") if isinstance(row.value, dict) else row, len(names))
-        for j in range(i + 1, len(names)):
-            entries[names[i], names[j]] = entries[names[j], names[i]] = values[j]
-    defaults_of = [entry.text() for entry in matrix.items("default_entry_names")]
-    given = matrix.get("default_entry_values")
-    defaults = dict(zip(defaults_of, [] if given is None else _flags(given, len(defaults_of)), strict=False))
-
-    def may_touch(first: str, second: str) -> bool:
-        stated = [defaults[name] for name in (first, second) if name in defaults]
-        return entries.get((first, second), bool(stated) and all(stated))
-
-    pairs, _ = allowed_pairs(robot, may_touch)
-    notes = (f"self-collision by MoveIt's matrix: {len(pairs)} pairs of links must keep clear",)
-    kept = tuple(note for note in robot.notes if not note.startswith("self-collision "))
-    return replace(robot, self_pairs=pairs, notes=(*kept, *notes))
-
-
-def _flags(part: Part, count: int) -> list[bool]:
-    if not isinstance(part.value, list) or len(part.value) != count or not all(v in (0, 1) for v in part.value):
-        raise part.error(f"{part.called} is {shown(part.value)}, expected a list of {count} true or false")
-    return [bool(value) for value in part.value]

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.errors import SceneError
+from spacearm.errors import FileFormatError, SceneError
 from spacearm.scene import Box, Cylinder, HalfSpace, Obstacle, Sphere
 
 Array = NDArray[np.float64]
@@ -44,11 +45,11 @@ def primitive(kind: str, size: Array) -> Made:
     return Made(lambda T, name: Cylinder(float(size[1]), float(size[0]), T, name=name))
 
 
-def plane(coefficients: ArrayLike) -> Made:
+def plane(coefficients: ArrayLike, base: ArrayLike = (0.0, 0.0, 0.0)) -> Made:
     """Return the half-space beyond a plane a x + b y + c z + d = 0.
 
-    MoveIt's planes have two sides and no inside. The robot's base does not get through one, so the side of the base frame's
-    origin is the free one; where the origin is on the plane, the side that the normal (a, b, c) points to.
+    MoveIt's planes have two sides and no inside. The robot's base (3,) [m] does not get through one, so the side of the base
+    frame's origin is the free one; where it is on the plane, the side that the normal (a, b, c) points to.
     """
     *normal, d = (float(value) for value in np.asarray(coefficients))
 
@@ -60,7 +61,7 @@ def plane(coefficients: ArrayLike) -> Made:
             )
         n = T[:3, :3] @ (np.array(normal) / length)
         point = T[:3, 3] - n * (d / length)
-        return HalfSpace(-n if n @ point > _ON_PLANE else n, point, name=name)
+        return HalfSpace(-n if n @ (point - np.asarray(base)) > _ON_PLANE else n, point, name=name)
 
     return Made(make)
 
@@ -77,6 +78,32 @@ def mesh(vertices: Array, triangles: NDArray[np.int64], *, excess: float | None)
             worst = int(triangles.min()) if triangles.min() < 0 else int(triangles.max())
             raise SceneError(f"a triangle has vertex {worst}, expected 0 to {len(vertices) - 1}")
         return enclose_mesh(vertices[triangles], pose=T, excess=excess, name=name)
+
+    return Made(make)
+
+
+def mesh_file(filename: str, directory: Path, scale: Array, *, excess: float | None) -> Made:
+    """Return balls that enclose a mesh in a file.
+
+    Args:
+        filename: a path, relative to the directory unless it is absolute, or a URI, file:// or package://; the package is
+            looked for in the directories above.
+        directory: of the file that names it.
+        scale: (3,) factors of its coordinates.
+        excess: how far the balls may stand out of it [m].
+    """
+
+    def make(T: Array, name: str) -> Obstacle:
+        from spacearm.robot.envelope import found_mesh
+        from spacearm.scene.enclose import enclose_mesh
+
+        path = found_mesh(filename, directory)
+        if path is None:
+            raise FileFormatError(
+                f"the mesh '{filename}' is not there, expected it beside the file that names it, or for package:// in a folder "
+                "above; put it there"
+            )
+        return enclose_mesh(path, pose=T, scale=scale, excess=excess, name=name)
 
     return Made(make)
 

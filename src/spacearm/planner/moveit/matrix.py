@@ -1,0 +1,109 @@
+"""MoveIt's allowed collision matrix: which links of the robot need not keep clear of each other."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+
+from spacearm.checks import shown
+from spacearm.planner.moveit.part import Part
+from spacearm.robot.model import Robot
+from spacearm.robot.never_meet import joints_between
+from spacearm.robot.segments import link_axes
+from spacearm.robot.self_collision import allowed_pairs
+
+_MOST_NAMED = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Matrix:
+    """A matrix as it is stated: whether two names may touch, and each name's default."""
+
+    names: tuple[str, ...]
+    entries: dict[tuple[str, str], bool]
+    defaults: dict[str, bool]
+
+    def may_touch(self, first: str, second: str) -> bool:
+        """Whether two links or objects may touch; as in MoveIt, what has neither entry nor default may not."""
+        stated = [self.defaults[name] for name in (first, second) if name in self.defaults]
+        return self.entries.get((first, second), bool(stated) and all(stated))
+
+
+def read_matrix(matrix: Part | None) -> Matrix | None:
+    """Read a scene's `allowed_collision_matrix`; None where there is none.
+
+    Raises:
+        FileFormatError: one that is not square.
+    """
+    if matrix is None:
+        return None
+    names = [entry.text() for entry in matrix.items("entry_names")]
+    rows = matrix.items("entry_values")
+    if len(rows) != len(names):
+        raise matrix.error(f"entry_values has {len(rows)} rows, expected one for each of {len(names)} entry_names")
+    entries: dict[tuple[str, str], bool] = {}
+    for i, row in enumerate(rows):
+        values = _flags(row.need("enabled") if isinstance(row.value, dict) else row, len(names))
+        for j in range(i + 1, len(names)):
+            entries[names[i], names[j]] = entries[names[j], names[i]] = values[j]
+    defaults_of = [entry.text() for entry in matrix.items("default_entry_names")]
+    given = matrix.get("default_entry_values")
+    values = [] if given is None and not defaults_of else _flags(matrix.need("default_entry_values"), len(defaults_of))
+    defaults = dict(zip(defaults_of, values, strict=True))
+    return Matrix(names=tuple(names), entries=entries, defaults=defaults)
+
+
+def robot_with_matrix(robot: Robot, matrix: Matrix) -> Robot:
+    """Return the robot with the pairs of links that a matrix does not allow to touch.
+
+    Pairs that no joint moves against each other are left out, as for an SRDF.
+    """
+    pairs, _ = allowed_pairs(robot, matrix.may_touch)
+    notes = (f"self-collision by MoveIt's matrix: {len(pairs)} pairs of links must keep clear",)
+    kept = tuple(note for note in robot.notes if not note.startswith("self-collision "))
+    return replace(robot, self_pairs=pairs, notes=(*kept, *notes))
+
+
+def say_matrix(robot: Robot, matrix: Matrix, objects: set[str], notes: list[str], *, used: bool) -> None:
+    """Say in notes what of a matrix is left out.
+
+    Args:
+        robot: with its own pairs, or those of the matrix.
+        matrix: the matrix.
+        objects: ids of the world's objects.
+        notes: gets the sentences.
+        used: whether the robot's pairs are those of the matrix.
+    """
+    if not used:
+        more = _unchecked(robot, matrix)
+        if more:
+            said = ", ".join(f"{a} and {b}" for a, b in more[:_MOST_NAMED])
+            said += f" and {len(more) - _MOST_NAMED} more" if len(more) > _MOST_NAMED else ""
+            notes.append(
+                f"the scene's matrix wants pairs of links kept clear that the robot does not check: {said}; acm=True takes the "
+                "matrix"
+            )
+    links = {capsule.name for capsule in robot.capsules}
+    touching = {name for name in objects if any(matrix.may_touch(name, link) for link in links)}
+    if touching:
+        said = ", ".join(f"'{name}'" for name in sorted(touching)[:_MOST_NAMED])
+        notes.append(f"the scene's matrix lets links touch {said}, which is left out: every link keeps clear of every object")
+
+
+def _unchecked(robot: Robot, matrix: Matrix) -> list[tuple[str, str]]:
+    """List the pairs of links that a matrix names and wants kept clear, that can move, and that the robot does not check."""
+    axes, checked = link_axes(robot), set(robot.self_pairs)
+    links = sorted(set(axes) & {*matrix.names, *matrix.defaults})
+    return [
+        (first, second)
+        for first, second in itertools.combinations(links, 2)
+        if (first, second) not in checked
+        and not matrix.may_touch(first, second)
+        and joints_between(robot, axes[first], axes[second])
+    ]
+
+
+def _flags(part: Part, count: int) -> list[bool]:
+    if not isinstance(part.value, list) or len(part.value) != count or not all(v in (0, 1) for v in part.value):
+        raise part.error(f"{part.called} is {shown(part.value)}, expected a list of {count} true or false")
+    return [bool(value) for value in part.value]

@@ -1,0 +1,242 @@
+"""Where the robot is (`moveit_msgs/RobotState`): its joints, those that it does not plan for as well, and its base."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.checks import shown
+from spacearm.errors import nearest
+from spacearm.planner.moveit.frames import root_joints
+from spacearm.planner.moveit.part import Part, transform
+from spacearm.robot.held_elsewhere import held_elsewhere, held_leaders, held_values, joint_limits_in_file
+from spacearm.robot.model import Robot
+
+Array = NDArray[np.float64]
+
+_STATE = ("joint_state", "multi_dof_joint_state", "attached_collision_objects", "is_diff")
+_JOINTS = ("header", "name", "position", "velocity", "effort")
+_BASES = ("header", "joint_names", "transforms", "twist", "wrench")
+_SAME = 1e-9  # [rad, m and -]
+_ROUNDING = 1e-6  # [rad or m] joints that follow others are written rounded
+_RESTS = 1e-9  # [rad/s or m/s]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class State:
+    """What a message says of the robot.
+
+    Attributes:
+        part: where; None where there is no message.
+        joints: values by joint, as stated [rad or m].
+        base: (4, 4) T_w_base [m]; None if it says nothing.
+        attached: what it attaches to links, or takes off them.
+        is_diff: whether it only adds to the state before it.
+    """
+
+    part: Part | None = None
+    joints: Mapping[str, float] = field(default_factory=dict)
+    base: Array | None = None
+    attached: tuple[Part, ...] = ()
+    is_diff: bool = False
+
+
+def read_state(part: Part | None, robot: Robot, notes: list[str], *, what: str) -> State:
+    """Read a robot state.
+
+    Args:
+        part: `start_state` or `robot_state`; None: there is none.
+        robot: whose state it is.
+        notes: gets sentences on what is left out.
+        what: its name, for them.
+
+    Raises:
+        FileFormatError, SceneError: something in it that is none, or that cannot be taken into account.
+    """
+    if part is None:
+        return State()
+    part.require_keys(_STATE)
+    joints = part.get("joint_state")
+    diff = part.get("is_diff")
+    if joints is not None:
+        joints.require_keys(_JOINTS)
+        for key, so in (("velocity", ": the motion starts at rest"), ("effort", "")):
+            row = joints.get(key)
+            if row is not None and _moves(row):
+                notes.append(f"{what} has joints with a {key}, which is left out{so}")
+    return State(
+        part=part,
+        joints={} if joints is None else _values(joints),
+        base=_base(part.get("multi_dof_joint_state"), robot, notes, what),
+        attached=tuple(part.items("attached_collision_objects")),
+        is_diff=diff is not None and bool(diff.value),
+    )
+
+
+def _moves(row: Part) -> bool:
+    return isinstance(row.value, list) and any(isinstance(v, (int, float)) and not abs(v) <= _RESTS for v in row.value)
+
+
+def _values(joints: Part) -> dict[str, float]:
+    names = [name.text() for name in joints.items("name")]
+    given = joints.get("position")
+    if not names and (given is None or not given.value):
+        return {}
+    positions = joints.need("position").numbers(None)
+    if len(names) != len(positions):
+        raise joints.error(f"joint_state has {len(names)} names and {len(positions)} positions, expected one for each")
+    if len(set(names)) != len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise joints.error(f"joint_state names joint {shown(twice)} twice, expected each joint once; remove one")
+    return dict(zip(names, (float(value) for value in positions), strict=True))
+
+
+def _base(part: Part | None, robot: Robot, notes: list[str], what: str) -> Array | None:
+    """Return T_w_base (4, 4) by the joint that holds the robot's root in the world, or None."""
+    if part is None:
+        return None
+    part.require_keys(_BASES)
+    names, places = [name.text() for name in part.items("joint_names")], part.items("transforms")
+    if names and len(names) != len(places):
+        raise part.error(f"{part.called} has {len(names)} joint_names and {len(places)} transforms, expected one for each")
+    if any(_turns(item) for item in part.items("twist")):
+        notes.append(f"{what} has a base that moves, which is left out: it starts at rest")
+    known, found = root_joints(robot), None
+    for name, item in zip(names or [""] * len(places), places, strict=True):
+        T = transform(item.get("translation"), item.get("rotation"), unset=True)
+        if np.abs(T - np.eye(4)).max() <= _SAME:
+            found = np.eye(4) if name in known or not known or not name else found
+            continue
+        if known and name and name not in known:
+            raise item.error(
+                f"{part.called} moves joint {shown(name)}, which does not hold the robot's root; {nearest(name, known)}"
+            )
+        if known and set(known.values()) == {"fixed"}:
+            raise item.error(f"{part.called} moves the base, which the SRDF fixes by joint '{name}'; correct one of them")
+        if found is not None:
+            raise item.error(f"{part.called} moves {len(places)} joints, expected one, which holds the robot's root")
+        _require_in_planning_frame(part, item, robot)
+        found = T
+        at = ", ".join(f"{value:g}" for value in T[:3, 3])
+        notes.append(f"{what} has the robot's base at ({at}) m in the planning frame: that is base_start")
+    return found
+
+
+def _turns(item: Part) -> bool:
+    rows = [item.get(key) for key in ("linear", "angular")]
+    return any(row is not None and bool(np.abs(row.numbers(3, ("x", "y", "z"))).max() > _RESTS) for row in rows)
+
+
+def _require_in_planning_frame(part: Part, item: Part, robot: Robot) -> None:
+    named = part.deep("header", "frame_id")
+    name = "" if named is None else named.text().lstrip("/")
+    origin = robot.origin
+    parents = [] if origin is None or origin.srdf is None else [joint.parent for joint in origin.srdf.virtual_joints]
+    if named is not None and name and name != "world" and parents and name not in parents:
+        raise named.error(
+            f"{part.called} is stated in frame '{name}', expected the planning frame '{parents[0]}'; state the base there"
+        )
+
+
+def require_no_base_variables(state: State, robot: Robot) -> None:
+    """Refuse a base whose pose is stated number by number among the joints.
+
+    Raises:
+        FileFormatError: such a number that is not the one of an unmoved base.
+    """
+    for name, value in state.joints.items():
+        joint, _, local = name.rpartition("/")
+        if joint in root_joints(robot) and abs(value - (1.0 if local == "rot_w" else 0.0)) > _SAME and state.part is not None:
+            raise state.part.error(
+                f"joint_state moves the robot's base by '{name}', which is not read, expected its pose; give it in "
+                "multi_dof_joint_state"
+            )
+
+
+def with_others_held(robot: Robot, values: Mapping[str, float], notes: list[str]) -> Robot:
+    """Return the robot with the joints that it does not plan for where a state has them.
+
+    Args:
+        robot: the robot.
+        values: of joints, as stated [rad or m].
+        notes: gets sentences on what is held where, and on joints that are not there.
+
+    Raises:
+        RobotError: the robot has been changed since it was loaded, and is to hold joints elsewhere.
+    """
+    held = held_leaders(robot)
+    wanted = {name: values[name] for name, lead in held.items() if lead.leader == name and name in values}
+    for name, lead in held.items():
+        if lead.leader != name and name in values and lead.multiplier:
+            wanted.setdefault(lead.leader, (values[name] - lead.offset) / lead.multiplier)
+    before = held_values(robot)
+    changed = {name: value for name, value in wanted.items() if abs(value - before[name]) > 0.0}
+    if changed:
+        robot = held_elsewhere(robot, {**wanted})
+        said = [f"{name} at {value:g}{_beyond(robot, name, value)}" for name, value in changed.items()]
+        notes.append(f"held where the start has them, as the robot does not plan for them: {', '.join(said)}")
+    for name, lead in held.items():
+        if name in values and lead.leader in wanted:
+            _compare(name, lead.leader, values[name], lead.multiplier * wanted[lead.leader] + lead.offset, notes)
+    _say_unknown(robot, values, held, notes)
+    return robot
+
+
+def _beyond(robot: Robot, name: str, value: float) -> str:
+    lower, upper = joint_limits_in_file(robot, name)
+    if lower is None or upper is None or lower > upper or lower <= value <= upper:
+        return ""
+    return f" (beyond its limits {lower:g} to {upper:g})"
+
+
+def _compare(name: str, leader: str, stated: float, follows: float, notes: list[str]) -> None:
+    if name != leader and abs(stated - follows) > _ROUNDING:
+        notes.append(
+            f"joint '{name}' follows '{leader}' and is at {follows:g}; that the start has it at {stated:g} is left out"
+        )
+
+
+def _say_unknown(robot: Robot, values: Mapping[str, float], held: Mapping[str, object], notes: list[str]) -> None:
+    fixed = set() if robot.origin is None else {j.name for j in robot.origin.tree.joints if j.kind == "fixed"}
+    known = {*held, *(joint.name for joint in robot.joints), *robot.dof_names}
+    still = [f"{name} at {value:g}" for name, value in values.items() if name in fixed and value]
+    if still:
+        notes.append(f"joints of the start that are fixed in the robot's file stay where they are there: {', '.join(still)}")
+    others = {name: value for name, value in values.items() if name not in known and name not in fixed}
+    unknown = [f"{name} at {value:g}" for name, value in others.items() if name.rpartition("/")[0] not in root_joints(robot)]
+    if unknown:
+        notes.append(f"the start has joints that robot '{robot.name}' does not have: {', '.join(unknown)}")
+
+
+def start_of(robot: Robot, values: Mapping[str, float], part: Part, notes: list[str]) -> Array:
+    """Return the start (n,) [rad or m], by the joints' names.
+
+    Raises:
+        FileFormatError: a joint without a position.
+    """
+    return planned_values(robot, values, part, "joint_state", notes)
+
+
+def planned_values(robot: Robot, values: Mapping[str, float], part: Part, what: str, notes: list[str]) -> Array:
+    """Return a value for each degree of freedom (n,), by the names of joints; one that follows another speaks for it, too.
+
+    Raises:
+        FileFormatError: one of which no joint is named.
+    """
+    q = []
+    for dof, name in enumerate(robot.dof_names):
+        followers = [joint for joint in robot.joints if joint.dof == dof and joint.name != name and joint.name in values]
+        told = next((joint for joint in followers if joint.multiplier), None)
+        if name in values:
+            q.append(values[name])
+        elif told is not None:
+            q.append((values[told.name] - told.offset) / told.multiplier)
+        else:
+            known = nearest(name, values)
+            raise part.error(f"{what} does not name joint '{name}', which robot '{robot.name}' plans for; {known}")
+        for joint in followers:
+            _compare(joint.name, name, values[joint.name], joint.multiplier * q[-1] + joint.offset, notes)
+    return np.array(q)
