@@ -104,7 +104,7 @@ def _of_the_root(tree: LinkTree, srdf: Srdf | None) -> tuple[VirtualJoint, ...]:
 
 def _root(tree: LinkTree) -> str:
     children = {joint.child for joint in tree.joints}
-    return next(link for link in tree.links if link not in children)
+    return next((link for link in tree.links if link not in children), "")
 
 
 def notes_on_base(robot: Robot) -> tuple[str, ...]:

@@ -119,8 +119,10 @@ def _is_name(source: str) -> bool:
 
 def _is_xml(source: str | os.PathLike[str]) -> bool:
     content = read_bytes(source, what="a robot: a URDF or a robot file")
-    if content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+    if content.lstrip(b"\xef\xbb\xbf\xff\xfe \0\t\r\n").startswith(b"<"):
         return True
     if Path(source).suffix.lower() in (".urdf", ".xml", ".xacro"):
+        if b"<robot" in content:  # behind a line that a program printed
+            return True
         raise FileFormatError(f"{source} holds no XML, expected a URDF (<robot ...>); check the path")
     return False

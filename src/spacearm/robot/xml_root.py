@@ -49,7 +49,7 @@ def xml_document(content: bytes, *, what: str, root: str, comments: bool = False
         if error is not None:
             reason, line = " ".join(error.msg.split(", line")[0].split()), error.lineno or 1
         raise FileFormatError(f"line {line}: this is no XML ({reason}), expected {what}; correct the file")
-    if any("xacro" in child.nsmap.get(child.prefix, "") for child in element.iter(etree.Element)):
+    if any("xacro" in child.nsmap.get(child.prefix, "") and _matters(child) for child in element.iter(etree.Element)):
         made = what.split()[-1].lower()
         raise FileFormatError(f"this is a xacro, expected {what}; expand it first, as in: xacro arm.xacro > arm.{made}")
     name = etree.QName(element)
@@ -64,6 +64,12 @@ def xml_document(content: bytes, *, what: str, root: str, comments: bool = False
             if not value.isprintable():  # a name that breaks lines would break the messages about it
                 child.set(key, " ".join("".join(c if c.isprintable() else " " for c in value).split()))
     return element, repairs
+
+
+def _matters(element: Any) -> bool:
+    """Whether an element is part of what is read, and not of how a robot looks or is simulated."""
+    tags = {element.tag, *(above.tag for above in element.iterancestors())}
+    return tags.isdisjoint(("visual", "material", "gazebo", "transmission", "ros2_control"))
 
 
 def note_on_repairs(repairs: tuple[Repair, ...], what: str) -> tuple[str, ...]:

@@ -235,7 +235,7 @@ def _velocity(chart: Chart, joint: Any) -> None:
             "velocity-none",
             limit,
             f"its velocity limit means that there is none{infinite}",
-            value=shown(limit.get("velocity")),
+            value=f"{velocity:g}",
             expected=f"less than {MEANS_NONE:g} [{unit}/s]",
             advice="state the true one, or give load_robot(velocity_limit=...)",
             remedy=choose,
