@@ -16,10 +16,21 @@ from spacearm.robot import load_robot
 from spacearm.robot.doctor import Choices, diagnose, mend_urdf
 
 # Those whose code is another one afterwards: what was 0 or missing is now said to be unknown.
-_LEAVES = {"no effort": ["effort-zero"]}
+_LEAVES = {"no effort": ["effort-zero"], "vast limits": ["continuous"]}
 _MENDED = (
     *("blank after a moment", "blank after a limit", "decimal comma", "no robot name", "no limits", "no lower limit"),
-    *("exchanged", "degrees", "no velocity", "velocity 0", "velocity below 0", "no effort", "no axis", "long axis"),
+    *(
+        "exchanged",
+        "degrees",
+        "vast limits",
+        "vast velocity",
+        "no velocity",
+        "velocity 0",
+        "velocity below 0",
+        "no effort",
+        "no axis",
+        "long axis",
+    ),
     *("origin in degrees", "zero inertia", "triangle", "one moment 0", "kg mm^2", "t m^2", "axes mixed up"),
     *("products' signs", "no collision shape"),
 )

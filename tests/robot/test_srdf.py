@@ -141,10 +141,10 @@ def test_held_values_hold_for_robot_files_too() -> None:
 
 
 def test_joints_that_float_are_held_where_they_are_not_in_the_group() -> None:
-    text = chain_of(2).replace('name="joint_0" type="revolute"', 'name="joint_0" type="floating"')
-    robot = srdf_text.loaded(text, srdf(group("arm", joints=("joint_1",))), group="arm")
-    assert robot.dof_names == ("joint_1",)
-    assert noted(robot, "joint_0 can float")
+    text = chain_of(2).replace('name="joint_1" type="revolute"', 'name="joint_1" type="floating"')
+    robot = srdf_text.loaded(text, srdf(group("arm", joints=("joint_0",))), group="arm")
+    assert robot.dof_names == ("joint_0",)
+    assert noted(robot, "joint_1 can float")
 
 
 def test_passive_joints_are_held() -> None:
@@ -154,15 +154,29 @@ def test_passive_joints_are_held() -> None:
     assert srdf_text.loaded(chain_of(3), srdf('<passive_joint name="joint_1"/>'), fixed={"joint_1": 0.5}).dof == 2
 
 
-def test_named_configurations_are_those_that_name_every_joint() -> None:
-    robot = two_arms(state("home", "left", left_shoulder=0.1, left_elbow=0.2), group="left")
-    assert [configuration.name for configuration in robot.configurations] == ["ready"]
+def test_named_configurations_have_a_value_for_every_joint() -> None:
+    extra = state("home", "left", left_shoulder=0.1, left_elbow=0.2)
+    robot = two_arms(extra, group="left")
+    assert [configuration.name for configuration in robot.configurations] == ["ready", "home"]
     np.testing.assert_array_equal(robot.configuration("ready"), (0.5, -0.5, 1))
+    np.testing.assert_array_equal(robot.configuration("home"), (0.1, 0.2, 0))
+    assert noted(robot, "do not name every joint", "'home' leaves out left_wrist (at 0)")
     assert two_arms(group="right").configuration("ready").tolist() == [0.25, -0.25, 2]
     assert two_arms(group="left_gripper").configuration("open").tolist() == [0.05]
     everything = state("rest", "both", **dict.fromkeys((*LEFT, *RIGHT), 0.5))
     assert two_arms(everything, group="both", tip="left_tool").configuration("rest").tolist() == [0.5] * 6
     assert two_arms(everything, group="left").configuration("rest").tolist() == [0.5] * 3
+
+
+def test_joints_that_a_state_leaves_out_are_where_moveit_has_them() -> None:
+    text = state("closed", "left_gripper", left_follow=-0.02)  # a joint that follows, and none else
+    robot = two_arms(text, tip="left_tool")
+    q = dict(zip(robot.dof_names, robot.configuration("closed"), strict=True))
+    assert q["left_grip"] == 0.02
+    assert q["right_grip"] == pytest.approx(0.03)  # its range, 0.01 to 0.05, leaves out 0
+    assert q["left_elbow"] == 0
+    assert noted(robot, "'closed' leaves out", "right_grip (at 0.03)")
+    assert noted(robot, "left out: 'ready' of group 'right'")  # two groups have a state of that name
 
 
 def test_all_pairs_but_those_that_may_touch_must_keep_clear() -> None:
@@ -223,14 +237,14 @@ def test_what_an_srdf_says_of_other_robots_is_left_out_and_told() -> None:
 
 
 def test_the_mount_of_the_only_end_effector_is_the_tip_of_several_chains() -> None:
-    text = chain_of(2).replace(
-        "</robot>", urdf_text.link("camera") + urdf_text.joint("c", "link_1", "camera", kind="fixed") + "</robot>"
-    )
+    more = urdf_text.link("palm") + urdf_text.joint("c", "link_2", "palm", kind="fixed")
+    more += urdf_text.link("eye") + urdf_text.joint("e", "link_2", "eye", kind="fixed")
+    text = chain_of(2).replace("</robot>", more + "</robot>")
     effector = '<end_effector name="hand" group="hand" parent_link="link_2"/>'
     robot = srdf_text.loaded(text, srdf(effector))
     assert robot.tip == "link_2"
     assert noted(robot, "the tip is 'link_2'")
-    assert srdf_text.loaded(text, srdf(effector), tip="camera").tip == "camera"
+    assert srdf_text.loaded(text, srdf(effector), tip="eye").tip == "eye"
 
 
 def test_an_srdf_is_read_whole(tmp_path: Path) -> None:

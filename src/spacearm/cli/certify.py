@@ -11,10 +11,10 @@ from typing import Any, Literal
 
 from spacearm.cli.arguments import parsed
 from spacearm.cli.base_rows import base_rows
-from spacearm.cli.terminal import show_list
+from spacearm.cli.terminal import show_list, tell_notes
 from spacearm.errors import OutputError, SettingsError
 from spacearm.motion import load_trajectory
-from spacearm.planner import load_problem
+from spacearm.planner import Problem, load_problem
 from spacearm.planner.files.plans import save_json
 from spacearm.planner.files.recheck import Recheck, recheck_plan, recheck_trajectory
 from spacearm.reading import located, read_bytes
@@ -71,7 +71,8 @@ def run(arguments: Sequence[str]) -> int:
     )
     if options.output is not None and options.output.exists():
         raise OutputError(f"{options.output} exists, expected a new file; choose another name with -o")
-    found = _found(options)
+    problem = None if options.problem is None else load_problem(options.problem)
+    found = _found(options, problem)
     values = {
         "spacearm-certificate": 1,
         "version": version(),
@@ -85,13 +86,13 @@ def run(arguments: Sequence[str]) -> int:
         print(json.dumps(values, indent=2, allow_nan=False))
     else:
         show_list(_summary(found))
+    tell_notes(_notes_on_robot(options, problem), more="robot.notes")
     for note in found.notes:
         print(f"spacearm: {options.file}: {note}", file=sys.stderr)
     return 0 if found.certificate.holds else 1
 
 
-def _found(options: Options) -> Recheck:
-    problem = None if options.problem is None else load_problem(options.problem)
+def _found(options: Options, problem: Problem | None) -> Recheck:
     if read_bytes(options.file, what="a plan or a trajectory").lstrip().startswith((b"{", b"[")):
         with located(options.file):
             _refuse_for_plans(options)
@@ -111,6 +112,13 @@ def _found(options: Options) -> Recheck:
         momentum=problem.momentum,
     )
     return recheck_trajectory(problem, trajectory, **options.of_proof)
+
+
+def _notes_on_robot(options: Options, problem: Problem | None) -> Sequence[str]:
+    """Return what was assumed about the robot, as the problem or the plan has it."""
+    if problem is not None:
+        return problem.robot.notes
+    return json.loads(read_bytes(options.file, what="a plan"))["problem"]["robot"].get("notes", ())
 
 
 def _refuse_for_plans(options: Options) -> None:

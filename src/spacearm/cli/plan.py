@@ -14,7 +14,7 @@ from spacearm.cli.arguments import parsed
 from spacearm.cli.base_rows import base_rows
 from spacearm.cli.folder import results_folder
 from spacearm.cli.plan_extras import export_trajectory, save_pareto
-from spacearm.cli.terminal import progress_bar, show_list
+from spacearm.cli.terminal import progress_bar, show_list, tell_notes
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion.exports.aem import as_epoch
 from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory
@@ -87,6 +87,7 @@ def run(arguments: Sequence[str]) -> int:
         print(json.dumps(plan_as_dict(found), indent=2))
     else:
         show_list(_summary(found, folder, written))
+    tell_notes(file.problem.robot.notes, more=f"plan.json in {options.output} (problem.robot.notes)")
     if not found.found:
         print(f"spacearm: {found.message}", file=sys.stderr)
     return 0 if found.found else 1

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import zip_longest
 
+_LONGEST = 240  # characters of a note
+
 Bar = Callable[[int, int, str], None]
 """Called with the work done, the work in all (0 where it is not known), and what is being done."""
 
@@ -47,6 +49,23 @@ def show_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
         ]
         print(gap.join(cells).rstrip())
     print()
+
+
+def tell_notes(notes: Sequence[str], *, more: str) -> None:
+    """Print what was assumed about a robot on stderr, a line each; of a long list the beginning.
+
+    Args:
+        notes: sentences.
+        more: where they are in full.
+    """
+    cut = False
+    for note in notes:
+        if len(note) > _LONGEST:
+            note = note[:_LONGEST].rpartition(", ")[0] or note[:_LONGEST]
+            note, cut = f"{note}, ...", True
+        print(f"spacearm: note: {note}", file=sys.stderr)
+    if cut:
+        print(f"spacearm: {more} has the notes in full", file=sys.stderr)
 
 
 def show_list(rows: Sequence[tuple[str, str]]) -> None:

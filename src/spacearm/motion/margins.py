@@ -13,6 +13,7 @@ from spacearm.motion.curve import extremes, greatest
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.spline import Motion, greatest_entries
 from spacearm.robot import Robot
+from spacearm.robot.limits import greatest_multipliers
 
 Array = NDArray[np.float64]
 
@@ -121,14 +122,17 @@ def position_margins(robot: Robot, motion: Motion) -> Array:
 
 
 def as_jerk_limit(robot: Robot, jerk_limit: ArrayLike) -> Array:
-    """Check a jerk limit, one number or one a joint, and return it as (n,).
+    """Check a jerk limit, one number or one for each entry of q, and return it as (n,).
+
+    One number holds for every joint, those that mimic others included: q may do what that of the
+    greatest multiplier may, divided by it.
 
     Raises:
         ProblemError: another number of them, or one that is not above 0.
     """
     given = jerk_limit
     if dimensions_of(jerk_limit) == 0:
-        given = np.full(robot.dof, as_number("jerk_limit", jerk_limit, ProblemError, above=0))
+        given = as_number("jerk_limit", jerk_limit, ProblemError, above=0) / greatest_multipliers(robot)
     limit = as_readonly("jerk_limit", given, (robot.dof,), ProblemError, advice="give one number, or one for each joint")
     if not (limit > 0).all():
         worst = int(np.argmin(limit))

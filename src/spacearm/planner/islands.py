@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from spacearm._kernel import native
 from spacearm.momentum import system_mass
 from spacearm.motion import Motion
+from spacearm.motion.margins import as_jerk_limit
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.kernel_model import kernel_model, native_class, with_masses
 from spacearm.planner.problem import Problem
@@ -57,7 +58,7 @@ class Islands:
         problem, settings = self._problem, self._settings
         robot = problem.robot
         model = kernel_model(robot, problem.scene, precision=precision)
-        jerk = np.zeros(0) if settings.jerk_limit is None else np.full(robot.dof, float(settings.jerk_limit))
+        jerk = np.zeros(0) if settings.jerk_limit is None else np.array(as_jerk_limit(robot, settings.jerk_limit))
         weights = {name: float(getattr(settings.weights, name)) for name in setting_names(type(settings.weights))}
         return native_class("MotionSearch", precision)(
             with_masses(model, robot) if problem.floats else model.native,

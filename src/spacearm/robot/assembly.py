@@ -5,21 +5,24 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from spacearm.checks import shown
 from spacearm.errors import RobotError
 from spacearm.reading import located
-from spacearm.robot.base import held_base, notes_on_base
+from spacearm.robot.base import held_base, notes_on_base, rooted
 from spacearm.robot.groups import Members, group_members
 from spacearm.robot.held_joints import hold_joints, rest_value
+from spacearm.robot.joint_limits_file import with_joint_limits_file
+from spacearm.robot.limits import narrowed
 from spacearm.robot.links import LinkTree, leader_of
 from spacearm.robot.model import NamedConfiguration, Robot, require_base
-from spacearm.robot.srdf import Srdf, load_srdf
+from spacearm.robot.srdf import GroupState, Srdf, load_srdf
 from spacearm.robot.srdf_fit import require_same_robot, what_does_not_fit
-from spacearm.robot.tree import build_robot, ends_of, require_tree
+from spacearm.robot.tip import default_tip, ends_of
+from spacearm.robot.tree import build_robot, require_tree
 
 SelfCollision = Literal["auto", "srdf", "computed", "none"]
 _SELF_COLLISION = ("auto", "srdf", "computed", "none")
@@ -33,8 +36,10 @@ class Assembly:
     group: str | None = None
     fixed: Mapping[str, float] | None = None
     tip: str | None = None
-    velocity_limit: float | None = None
-    acceleration_limit: float | None = None
+    velocity_limit: Any = None
+    acceleration_limit: Any = None
+    position_limits: Mapping[str, Any] | None = None
+    joint_limits: str | os.PathLike[str] | None = None
     self_collision: SelfCollision = "auto"
     base: Literal["fixed", "floating"] | None = None
 
@@ -64,24 +69,29 @@ def assemble(tree: LinkTree, choices: Assembly, *, srdf: Srdf | None = None) -> 
         RobotError: a group, joint or link that is not there, or a robot that cannot be; the file is named.
     """
     _require_choices(choices)
+    described, members = tree, None
     with located(tree.source):
         require_tree(tree)
-    described, members = tree, None
+        tree = rooted(tree, choices.base)
+    if choices.joint_limits is not None:
+        tree = with_joint_limits_file(tree, choices.joint_limits)
     if choices.srdf is not None:
         srdf = load_srdf(choices.srdf) if srdf is None else srdf
         require_same_robot(srdf, tree)
-        tree = _with_spheres(tree, srdf)
+        tree = _with_spheres(replace(tree, notes=(*tree.notes, *srdf.notes)), srdf)
         if choices.group is not None:
             members = group_members(srdf, choices.group, tree)
-    tree = _with_tip(tree, choices, srdf, members)
-    tree = held_base(tree, choices.base, srdf, choices.group)
+    tree = held_base(tree, choices.base, srdf)
     with located(tree.source):
+        tree = narrowed(tree, choices.position_limits)
         tree = hold_joints(tree, {} if choices.fixed is None else choices.fixed)
         tree = _hold_the_others(tree, choices.group, srdf, members)
+    tree = _with_tip(tree, choices, srdf, members)
+    with located(tree.source):
         limits = {"velocity_limit": choices.velocity_limit, "acceleration_limit": choices.acceleration_limit}
         robot = build_robot(tree, **limits)
-    named = _configurations(robot, tree, srdf, choices.group)
-    robot = replace(robot, configurations=named, notes=(*robot.notes, *notes_on_base(robot)))
+    named, notes = _configurations(robot, tree, srdf, choices.group)
+    robot = replace(robot, configurations=named, notes=(*robot.notes, *notes, *notes_on_base(robot), *_note_on_tip(robot)))
     if srdf is not None:
         robot = replace(robot, notes=(*robot.notes, *what_does_not_fit(srdf, tree)))
     robot = _with_self_pairs(robot, tree, srdf, choices.self_collision)
@@ -124,12 +134,21 @@ def _with_tip(tree: LinkTree, choices: Assembly, srdf: Srdf | None, members: Mem
                 f"{', '.join(map(repr, members.tips[:12]))}; name the end effector, as in tip='{members.tips[-1]}'"
             )
         return replace(tree, tip=members.tips[0])
-    if tree.tip is None and srdf is not None and len(ends_of(tree)) > 1:
-        mounts = set(srdf.mounts) & set(tree.links)
+    if tree.tip is None and srdf is not None and len(ends_of(tree).links) > 1:
+        mounts = set(srdf.mounts) & set(ends_of(tree).after)
         if len(mounts) == 1:
             (tip,) = mounts
             return replace(tree, tip=tip, notes=(*tree.notes, f"the tip is '{tip}', where the SRDF mounts the end effector"))
+    if tree.tip is None and any(joint.kind in ("revolute", "continuous", "prismatic") for joint in tree.joints):
+        with located(tree.source):
+            return default_tip(tree)
     return tree
+
+
+def _note_on_tip(robot: Robot) -> tuple[str, ...]:
+    if robot.frame(robot.tip).joint >= 0:
+        return ()
+    return (f"no joint moves the tip '{robot.tip}': a goal of its pose cannot be planned; give tip= a link further on",)
 
 
 def _hold_the_others(tree: LinkTree, group: str | None, srdf: Srdf | None, members: Members | None) -> LinkTree:
@@ -157,15 +176,55 @@ def _hold_the_others(tree: LinkTree, group: str | None, srdf: Srdf | None, membe
     return replace(tree, joints=joints, notes=tuple(notes))
 
 
-def _configurations(robot: Robot, tree: LinkTree, srdf: Srdf | None, group: str | None) -> tuple[NamedConfiguration, ...]:
-    """Keep those that give every degree of freedom a value; the chosen group's come first, the robot file's own last."""
-    states = () if srdf is None else sorted(srdf.states, key=lambda state: state.group != group)
+def _configurations(
+    robot: Robot, tree: LinkTree, srdf: Srdf | None, group: str | None
+) -> tuple[tuple[NamedConfiguration, ...], tuple[str, ...]]:
+    """Collect the configurations: the chosen group's first, then those that name all joints, the robot file's own last.
+
+    As in MoveIt, joints that a state does not name are at 0, or in the middle of their range where 0 is outside. A state that
+    names none of the robot's joints is none of its configurations.
+    """
+    states = [] if srdf is None else [(state, _stated(state, robot, tree)) for state in srdf.states]
+    states = [(state, values) for state, values in states if values]
+    states.sort(key=lambda one: (one[0].group != group, len(one[1]) < robot.dof))
     found: dict[str, NamedConfiguration] = {}
-    for name, stated in (*((state.name, state.values) for state in states), *tree.configurations):
-        values = dict(stated)
-        if name not in found and all(dof in values for dof in robot.dof_names):
-            found[name] = NamedConfiguration(name=name, q=np.array([values[dof] for dof in robot.dof_names]))
-    return tuple(found.values())
+    notes, twice = [], []
+    for state, values in states:
+        if state.name in found:
+            if state.group == group or group is None:
+                twice.append(f"'{state.name}' of group '{state.group}'")
+            continue
+        assumed = {name: default_value(robot, i) for i, name in enumerate(robot.dof_names) if name not in values}
+        found[state.name] = NamedConfiguration(name=state.name, q=np.array([{**values, **assumed}[n] for n in robot.dof_names]))
+        if assumed:
+            notes.append(f"'{state.name}' leaves out {', '.join(f'{name} (at {value:g})' for name, value in assumed.items())}")
+    for name, stated in tree.configurations:
+        if name not in found and all(dof in dict(stated) for dof in robot.dof_names):
+            found[name] = NamedConfiguration(name=name, q=np.array([dict(stated)[dof] for dof in robot.dof_names]))
+    said = [f"states of the SRDF do not name every joint: {'; '.join(notes)}"] if notes else []
+    if twice:
+        said.append(f"states of the SRDF that bear the name of another one are left out: {', '.join(twice)}")
+    return tuple(found.values()), tuple(said)
+
+
+def _stated(state: GroupState, robot: Robot, tree: LinkTree) -> dict[str, float]:
+    """Return the values that a state gives degrees of freedom, of which it may name a joint that follows another."""
+    joints = {joint.name: joint for joint in tree.joints if joint.kind != "fixed"}
+    values: dict[str, float] = {}
+    for name, value in sorted(state.values, key=lambda one: one[0] not in robot.dof_names):
+        if name in joints:
+            lead = leader_of(joints[name], tree)
+            if lead.multiplier != 0.0:
+                values.setdefault(lead.leader, (value - lead.offset) / lead.multiplier)
+    return values
+
+
+def default_value(robot: Robot, dof: int) -> float:
+    """Return where MoveIt has a joint that nobody places: at 0, or in the middle of a range that 0 is not in [rad or m]."""
+    lower, upper = float(robot.lower[dof]), float(robot.upper[dof])
+    if lower <= 0 <= upper:
+        return 0.0
+    return (lower + upper) / 2 if np.isfinite(upper - lower) else min(max(lower, 0.0), upper)
 
 
 def _with_self_pairs(robot: Robot, tree: LinkTree, srdf: Srdf | None, choice: SelfCollision) -> Robot:

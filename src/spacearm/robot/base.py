@@ -5,55 +5,106 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal
 
-from spacearm.robot.groups import with_subgroups
+import numpy as np
+
+from spacearm.errors import RobotError
 from spacearm.robot.links import LinkTree
 from spacearm.robot.model import Robot
 from spacearm.robot.srdf import Srdf, VirtualJoint
 
 
-def held_base(tree: LinkTree, choice: Literal["fixed", "floating"] | None, srdf: Srdf | None, group: str | None) -> LinkTree:
+def held_base(tree: LinkTree, choice: Literal["fixed", "floating"] | None, srdf: Srdf | None) -> LinkTree:
     """Say in a tree how its root is held.
 
-    The user's choice comes first, then the SRDF's virtual joint of the root, then the robot file. As for any other joint,
-    a group that does not name the virtual joint holds it: the base of MoveIt's ordinary arms stays fixed.
+    A base floats only where it is asked to: by the user, or by spacearm's own robot file. MoveIt's setups of ordinary arms
+    often have a floating virtual joint, so that an SRDF's is told in a note and frees nothing; a fixed one holds the base.
 
     Args:
         tree: links and joints that form one tree.
         choice: what the user says, or None.
         srdf: the SRDF, if there is one.
-        group: name of the chosen group in it, if any.
     """
     base, notes = tree.base, []
     for joint in _of_the_root(tree, srdf):
-        if joint.kind == "planar":
-            notes.append(f"the SRDF's virtual joint '{joint.name}' is planar, which no spacecraft's is: the base is {base}")
-        elif joint.kind == "floating" and not _named(joint, srdf, group):
+        if joint.kind == "fixed":
             base = "fixed"
-            if choice is None:
-                notes.append(
-                    f"the SRDF's virtual joint '{joint.name}' is floating, but not in group '{group}': the base is fixed; "
-                    "give base='floating' to let it float"
-                )
-        else:
-            base = "floating" if joint.kind == "floating" else "fixed"
-    base = base if choice is None else choice
-    return replace(tree, base=base, notes=(*tree.notes, *notes))
+        elif choice is None and base == "fixed":
+            advice = "; give base='floating' to let it float" if joint.kind == "floating" else ""
+            notes.append(
+                f"the SRDF's virtual joint '{joint.name}' is {joint.kind}, which is not followed: the base is fixed{advice}"
+            )
+    if choice is None and base != tree.base:
+        notes.append("the base is fixed, as the SRDF's virtual joint says; the robot file would let it float")
+    return replace(tree, base=base if choice is None else choice, notes=(*tree.notes, *notes))
+
+
+def rooted(tree: LinkTree, choice: Literal["fixed", "floating"] | None) -> LinkTree:
+    """Take the meaning of a floating or planar joint between the root, as "world", and the base.
+
+    With a base that floats, the joint and what is above it go: the base is the root. With a base that is fixed, the joint stays
+    at its origin. Such joints elsewhere in the tree are left as they are.
+
+    Args:
+        tree: links and joints that form one tree.
+        choice: what the user says of the base, or None.
+
+    Raises:
+        RobotError: the base is to float, but the joint is planar, or what is above it is not empty.
+    """
+    above = _rigid_with(_root(tree), tree)
+    leaving = [joint for joint in tree.joints if joint.kind != "fixed" and joint.parent in above]
+    free = [joint for joint in leaving if joint.kind in ("floating", "planar")]
+    if len(free) != 1:
+        return tree
+    joint = free[0]
+    if choice != "floating":
+        held = replace(joint, kind="fixed", axis=None)
+        joints = tuple(held if other is joint else other for other in tree.joints)
+        advice = "; give base='floating' to let the base float" if joint.kind == "floating" else ""
+        note = f"joint '{joint.name}' between the root and '{joint.child}' is {joint.kind}, and held at its origin{advice}"
+        return replace(tree, joints=joints, notes=(*tree.notes, note))
+    full = {link for link, *_ in tree.capsules} | {mass.link for mass in tree.masses if mass.mass > 0}
+    if joint.kind == "planar" or len(leaving) > 1 or full & above:
+        why = (
+            "is planar"
+            if joint.kind == "planar"
+            else f"hangs on '{joint.parent}', which carries shapes, masses or other joints"
+        )
+        raise RobotError(
+            f"base is 'floating', but joint '{joint.name}' above '{joint.child}' {why}; expected a floating joint from an "
+            "empty root, or none; cut the base off there"
+        )
+    T = np.asarray(joint.T_parent_child)
+    moved = "" if np.array_equal(T, np.eye(4)) else f", its origin {np.round(T[:3, 3], 6).tolist()} left out"
+    note = f"the base is '{joint.child}', which floating joint '{joint.name}' frees{moved}"
+    gone = {other.name for other in tree.joints if other.child in above} | {joint.name}
+    return replace(
+        tree,
+        links=tuple(link for link in tree.links if link not in above),
+        joints=tuple(other for other in tree.joints if other.name not in gone),
+        masses=tuple(mass for mass in tree.masses if mass.link not in above),
+        notes=(*tree.notes, note),
+    )
+
+
+def _rigid_with(link: str, tree: LinkTree) -> set[str]:
+    """Return the links that fixed joints tie to one, itself included."""
+    found, waiting = {link}, [link]
+    while waiting:
+        at = waiting.pop()
+        below = [joint.child for joint in tree.joints if joint.kind == "fixed" and joint.parent == at]
+        waiting += [child for child in below if child not in found]
+        found.update(below)
+    return found
 
 
 def _of_the_root(tree: LinkTree, srdf: Srdf | None) -> tuple[VirtualJoint, ...]:
     return () if srdf is None else tuple(joint for joint in srdf.virtual_joints if joint.child == _root(tree))
 
 
-def _named(joint: VirtualJoint, srdf: Srdf | None, group: str | None) -> bool:
-    """Whether no group is chosen, or it moves the joint, itself or through its subgroups."""
-    if srdf is None or group is None:
-        return True
-    return any(joint.name in part.joints for part in with_subgroups(srdf, group))
-
-
 def _root(tree: LinkTree) -> str:
     children = {joint.child for joint in tree.joints}
-    return next(link for link in tree.links if link not in children)
+    return next((link for link in tree.links if link not in children), "")
 
 
 def notes_on_base(robot: Robot) -> tuple[str, ...]:

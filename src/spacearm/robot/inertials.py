@@ -21,9 +21,9 @@ def link_masses(root: Any) -> tuple[tuple[LinkMass, ...], tuple[str, ...]]:
         root: a URDF, an lxml element.
 
     Returns:
-        The masses, and a note on each <inertial> that cannot be read, whose link is left without a mass.
+        The masses, and a note on the <inertial>s that cannot be read, whose links are left without a mass.
     """
-    found, notes = [], []
+    found, unreadable = [], []
     for link in root.findall("link"):
         inertial = link.find("inertial")
         if inertial is None:
@@ -31,8 +31,9 @@ def link_masses(root: Any) -> tuple[tuple[LinkMass, ...], tuple[str, ...]]:
         try:
             found.append(_link_mass(link.get("name"), inertial))
         except ValueError as error:
-            notes.append(f"the mass of link '{link.get('name')}' cannot be read ({error}): it is left without one")
-    return tuple(found), tuple(notes)
+            unreadable.append(f"{link.get('name')} ({error})")
+    said = f"the masses of {len(unreadable)} links cannot be read, which are left without one: {', '.join(unreadable)}"
+    return tuple(found), (said.replace("masses of 1 links", "mass of 1 link"),) if unreadable else ()
 
 
 def _link_mass(link: str, inertial: Any) -> LinkMass:

@@ -9,6 +9,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal
 
+from numpy.typing import ArrayLike
+
 from spacearm.checks import as_whole, shown
 from spacearm.errors import FileFormatError, RobotError, nearest
 from spacearm.reading import read_bytes, read_yaml
@@ -34,8 +36,10 @@ def load_robot(
     group: str | None = None,
     fixed: Mapping[str, float] | None = None,
     tip: str | None = None,
-    velocity_limit: float | None = None,
-    acceleration_limit: float | None = None,
+    velocity_limit: float | Mapping[str, float] | ArrayLike | None = None,
+    acceleration_limit: float | Mapping[str, float] | ArrayLike | None = None,
+    position_limits: Mapping[str, tuple[float, float]] | None = None,
+    joint_limits: str | os.PathLike[str] | None = None,
     collision: Literal["urdf", "none"] = "urdf",
     capsules_per_shape: int = CAPSULES_PER_SHAPE,
     self_collision: SelfCollision = "auto",
@@ -51,11 +55,17 @@ def load_robot(
             the nearest to it that their limits allow, and the robot's notes say so.
         fixed: joints that are held at a value [rad or m], by name; they are no part of q.
         tip: name of the link that is the end effector; by default the end of the group's chain, or of the
-            robot's; needed where there are several.
-        velocity_limit: no joint is to be faster [rad/s or m/s]; needed where the file states no limit.
+            robot's, of those that joints move; needed where there are several.
+        velocity_limit: no joint is to be faster [rad/s or m/s]; needed where the file states no limit, or what means none: 0, a
+            number below, one of 1e4 or more. A number holds for every joint, those that mimic others included; a mapping
+            names joints; an array (n,) has one for each entry of q.
         acceleration_limit: likewise [rad/s^2 or m/s^2]; where neither the file nor this states one, a joint
             gets the number of its velocity limit (full speed within one second), and the robot's notes say
             so.
+        position_limits: (lower, upper) [rad or m] by joint, within those of the file. A sliding joint whose file means none
+            (1e4 m or more) needs them; a turning one is without end there.
+        joint_limits: path of MoveIt's joint_limits.yaml; where it and the robot's file both state a limit, the narrower
+            one holds.
         collision: "urdf" takes the envelope the file describes; "none" leaves the robot without one.
         capsules_per_shape: how many capsules may enclose one cylinder, box or mesh of a URDF, or a box of a robot file
             that does not say so itself; more hug it closer and take longer in every check. Fewer are used where more do
@@ -63,8 +73,8 @@ def load_robot(
         self_collision: which links must keep clear of each other. "srdf": all but those that the SRDF allows to
             touch; "computed": those that `find_self_pairs` finds; "none". "auto" is the SRDF where there is
             one, else computed for a URDF and none for other robots.
-        base: "fixed" or "floating": how the base is held, unless a problem says otherwise. By default as the SRDF's
-            virtual joint says, or the robot file; else fixed.
+        base: "fixed" or "floating": how the base is held, unless a problem says otherwise. By default as spacearm's own
+            robot file says; else fixed, whatever an SRDF's virtual joint would allow, which a note tells.
 
     Raises:
         RobotError: no such built-in robot, group, joint or link, or a robot that cannot be.
@@ -79,6 +89,8 @@ def load_robot(
         tip=tip,
         velocity_limit=velocity_limit,
         acceleration_limit=acceleration_limit,
+        position_limits=position_limits,
+        joint_limits=joint_limits,
         self_collision=self_collision,
         base=base,
     )
@@ -107,8 +119,10 @@ def _is_name(source: str) -> bool:
 
 def _is_xml(source: str | os.PathLike[str]) -> bool:
     content = read_bytes(source, what="a robot: a URDF or a robot file")
-    if content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+    if content.lstrip(b"\xef\xbb\xbf\xff\xfe \0\t\r\n").startswith(b"<"):
         return True
     if Path(source).suffix.lower() in (".urdf", ".xml", ".xacro"):
+        if b"<robot" in content:  # behind a line that a program printed
+            return True
         raise FileFormatError(f"{source} holds no XML, expected a URDF (<robot ...>); check the path")
     return False

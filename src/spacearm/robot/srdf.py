@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, nearest
 from spacearm.reading import located, read_bytes
-from spacearm.robot.xml_root import numbers_in, xml_root
+from spacearm.robot.xml_root import note_on_repairs, numbers_in, xacro_left_in, xml_document
 
 Pair = tuple[str, str]
 """Two names of links, in alphabetical order."""
@@ -65,6 +65,7 @@ class Srdf:
         silent_links: links that need not keep clear of anything, but for the pairs in `enabled`.
         enabled: pairs that must keep clear although one of them is silent.
         spheres: for each link with an approximation, its spheres (x, y, z, radius) in the link's frame [m].
+        notes: what was put right in reading it.
     """
 
     source: str
@@ -77,6 +78,7 @@ class Srdf:
     silent_links: frozenset[str] = frozenset()
     enabled: frozenset[Pair] = frozenset()
     spheres: tuple[tuple[str, tuple[tuple[float, ...], ...]], ...] = ()
+    notes: tuple[str, ...] = ()
 
     def may_touch(self, first: str, second: str) -> bool:
         """Whether two links need not keep clear of each other; as in MoveIt, a disabled pair outweighs an enabled one."""
@@ -99,16 +101,16 @@ def load_srdf(path: str | os.PathLike[str]) -> Srdf:
     """
     content = read_bytes(path, what="an SRDF")
     with located(path):
-        return _srdf(_root(content), str(path))
+        root, repairs = xml_document(content, what="an SRDF", root="robot")
+        _require_srdf(root)
+        return replace(_srdf(root, str(path)), notes=note_on_repairs(repairs, "the SRDF"))
 
 
-def _root(content: bytes) -> Any:
-    root = xml_root(content, what="an SRDF", root="robot")
+def _require_srdf(root: Any) -> None:
     if root.find("link") is not None:
         raise FileFormatError(
             "this holds <link> elements, expected an SRDF; is it the URDF? give that first, and this as srdf="
         )
-    return root
 
 
 def _srdf(root: Any, source: str) -> Srdf:
@@ -186,6 +188,12 @@ def _texts(element: Any, *attributes: str) -> tuple[str, ...]:
         if not (element.get(attribute) or "").strip():
             with _at(element):
                 raise FileFormatError(f'<{element.tag}> has no {attribute}, expected <{element.tag} {attribute}="...">; add it')
+        if xacro_left_in(element.get(attribute)):
+            with _at(element):
+                raise FileFormatError(
+                    f"<{element.tag} {attribute}> is {shown(element.get(attribute))}, which xacro should have replaced; expand "
+                    "the file first, as in: xacro arm.srdf.xacro > arm.srdf"
+                )
     return tuple(element.get(attribute).strip() for attribute in attributes)
 
 

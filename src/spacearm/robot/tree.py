@@ -7,16 +7,18 @@ share a degree of freedom whose limits keep every one of them within its own.
 from __future__ import annotations
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_number, shown
+from spacearm.checks import shown
 from spacearm.errors import RobotError, nearest
 from spacearm.robot.bodies import Body
-from spacearm.robot.limits import joint_limits
+from spacearm.robot.limits import joint_limits, require_ceiling
 from spacearm.robot.links import LONGEST, LinkJoint, LinkMass, LinkTree, Mimic, leader_of
 from spacearm.robot.model import Frame, Joint, LinkCapsule, Robot
+from spacearm.robot.tip import default_tip
 
 Array = NDArray[np.float64]
 
@@ -25,22 +27,21 @@ _SNAP = 1e-9
 _NOISE = 1e-15  # rounding of cos(pi/2) and the like; more would cost the rotation its orthonormality
 
 
-def build_robot(tree: LinkTree, *, velocity_limit: float | None = None, acceleration_limit: float | None = None) -> Robot:
+def build_robot(tree: LinkTree, *, velocity_limit: Any = None, acceleration_limit: Any = None) -> Robot:
     """Turn a tree of links into a Robot.
 
     Args:
         tree: what the file says.
-        velocity_limit: no joint is to be faster [rad/s or m/s]; needed where the file states no limit.
+        velocity_limit: no joint is to be faster [rad/s or m/s]; needed where the file states no limit. A number holds for
+            every joint, those that follow others included; a mapping names joints, an array (n,) has one for each entry of q.
         acceleration_limit: likewise [rad/s^2 or m/s^2]; without one, a joint whose file states none gets the
             number of its velocity limit (full speed within one second), which the robot's notes tell.
 
     Raises:
         RobotError: links that form no tree, or joints without a usable axis or limit.
     """
-    if velocity_limit is not None:
-        velocity_limit = as_number("velocity_limit", velocity_limit, RobotError, above=0)
-    if acceleration_limit is not None:
-        acceleration_limit = as_number("acceleration_limit", acceleration_limit, RobotError, above=0)
+    velocity_limit = require_ceiling("velocity_limit", velocity_limit, tree, "rad/s or m/s")
+    acceleration_limit = require_ceiling("acceleration_limit", acceleration_limit, tree, "rad/s^2 or m/s^2")
     ordered = require_tree(tree)
     moving = [joint for joint in ordered if joint.kind != "fixed"]
     for joint in moving:
@@ -173,12 +174,6 @@ def require_tree(tree: LinkTree) -> list[LinkJoint]:
     return ordered
 
 
-def ends_of(tree: LinkTree) -> list[str]:
-    """List the links from which no joint goes on."""
-    parents = {joint.parent for joint in tree.joints}
-    return [link for link in tree.links if link not in parents]
-
-
 def _placed(
     tree: LinkTree, ordered: list[LinkJoint], leads: dict[str, Mimic], leaders: list[str]
 ) -> tuple[list[Joint], dict[str, tuple[int, Array]]]:
@@ -226,10 +221,6 @@ def _tip(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> str:
         if tree.tip not in tree.links:
             raise RobotError(f"tip '{tree.tip}' is no link of robot '{tree.name}'; {nearest(tree.tip, tree.links)}")
         return tree.tip
-    leaves = ends_of(tree)
-    if len(leaves) > 1:
-        raise RobotError(
-            f"robot '{tree.name}' has {len(leaves)} chains, ending in {', '.join(map(repr, leaves[:12]))}; "
-            f"name the end effector, as in tip='{leaves[-1]}'"
-        )
-    return leaves[0]
+    tip = default_tip(tree).tip
+    assert tip is not None
+    return tip

@@ -8,7 +8,9 @@ for a number, and answers a missing attribute with a bare KeyError. So the XML i
 from __future__ import annotations
 
 import io
+import math
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -23,7 +25,7 @@ from spacearm.robot.links import Array, LinkJoint, LinkTree, Mimic
 from spacearm.robot.model import Robot
 from spacearm.robot.tree import require_collision
 from spacearm.robot.urdf_check import strip_and_check
-from spacearm.robot.xml_root import xml_root
+from spacearm.robot.xml_root import note_on_repairs, numbers_in, xml_document, xml_root
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -68,10 +70,12 @@ def urdf_tree(
     count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1)
     content = read_bytes(path, what="a URDF")
     with located(path):
-        root = xml_root(content, what="a URDF", root="robot")
+        root, repairs = xml_document(content, what="a URDF", root="robot")
         masses, notes = link_masses(root)
+        soft = _soft_limits(root)
         urdf = _parsed(root, with_collision=collision == "urdf")
-        joints = tuple(_joint(joint) for joint in urdf.joints)
+        joints, softened = _with_soft_limits([_joint(joint) for joint in urdf.joints], soft)
+        notes = (*note_on_repairs(repairs, "the URDF"), *notes, *softened)
         capsules: list[tuple[str, Array, Array, float]] = []
         if collision == "urdf":
             from spacearm.robot.envelope import enclosed, link_shapes
@@ -120,6 +124,40 @@ def _parsed(root: Any, *, with_collision: bool) -> yourdfpy.Robot:
     except Exception as error:  # yourdfpy documents no exceptions: KeyError, IndexError, ValueError were seen
         raise FileFormatError(f"this URDF cannot be read ({shown_error(error)}); correct the file") from error
     return urdf.robot
+
+
+def _soft_limits(root: Any) -> dict[str, tuple[float, float]]:
+    """Return the soft limits (lower, upper) of the <safety_controller>s that state a range; 0 to 0 is urdfdom's default."""
+    found = {}
+    for joint in root.findall("joint"):
+        element = joint.find("safety_controller")
+        if element is None:
+            continue
+        ends = [numbers_in(element.get(f"soft_{end}_limit", "0")) for end in ("lower", "upper")]
+        if all(len(end) == 1 for end in ends) and ends[0][0] < ends[1][0]:
+            found[joint.get("name")] = (ends[0][0], ends[1][0])
+    return found
+
+
+def _with_soft_limits(
+    joints: list[LinkJoint], soft: dict[str, tuple[float, float]]
+) -> tuple[tuple[LinkJoint, ...], tuple[str, ...]]:
+    """Narrow joints to their soft limits, which a controller keeps, as MoveIt does; say which."""
+    narrowed, names, contrary = [], [], []
+    for joint in joints:
+        low, high = soft.get(joint.name, (-math.inf, math.inf))
+        if joint.kind in ("revolute", "prismatic") and joint.lower is not None and joint.upper is not None:
+            low, high = max(low, joint.lower), min(high, joint.upper)
+            if low > high and joint.lower <= joint.upper:
+                contrary.append(joint.name)
+            elif low <= high and (low, high) != (joint.lower, joint.upper):
+                joint = replace(joint, lower=low, upper=high)
+                names.append(joint.name)
+        narrowed.append(joint)
+    notes = [f"the soft limits of <safety_controller> are kept for {', '.join(names)}"] if names else []
+    if contrary:
+        notes.append(f"soft limits that have nothing in common with the joint's limits are left out: {', '.join(contrary)}")
+    return tuple(narrowed), tuple(notes)
 
 
 def _joint(joint: yourdfpy.Joint) -> LinkJoint:

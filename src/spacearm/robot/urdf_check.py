@@ -7,7 +7,7 @@ from typing import Any
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, nearest
 from spacearm.reading import located
-from spacearm.robot.xml_root import numbers_in
+from spacearm.robot.xml_root import numbers_in, xacro_left_in
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
@@ -38,6 +38,13 @@ def strip_and_check(root: Any, *, with_collision: bool) -> None:
         FileFormatError: no links, a name or number that is missing or none; line and place are named.
     """
     _strip(root, with_collision)
+    for element in root.iter("*"):
+        for attribute, value in element.attrib.items():
+            if xacro_left_in(value):
+                raise FileFormatError(
+                    f"line {element.sourceline}: <{element.tag} {attribute}> is {shown(value)}, which xacro should have "
+                    "replaced; expand the file first, as in: xacro arm.xacro > arm.urdf"
+                )
     links, joints = root.findall("link"), root.findall("joint")
     if not root.get("name"):
         raise FileFormatError('<robot> has no name, expected <robot name="...">; add one')
@@ -102,23 +109,20 @@ def _check_numbers(element: Any, where: str) -> None:
     for attribute, (counts, needed, signed) in _NUMBERS.get(element.tag, {}).items():
         text = element.get(attribute)
         place = f"{where}: <{element.tag} {attribute}>"
-        wanted = f"{' or '.join(map(str, counts))} finite number{'s' if max(counts) > 1 else ''}"
+        finite = "" if element.tag == "limit" else "finite "  # infinity says that there is none
+        wanted = f"{' or '.join(map(str, counts))} {finite}number{'s' if max(counts) > 1 else ''}"
         if text is None:
             if needed:
                 raise FileFormatError(f"{place} is missing, expected {wanted}; add it")
             continue
-        numbers = numbers_in(text.replace(",", " ") if attribute in _WITH_COMMAS else text)
+        numbers = numbers_in(text.replace(",", " ") if attribute in _WITH_COMMAS else text, finite=element.tag != "limit")
         if len(numbers) not in counts:
-            raise FileFormatError(f"{place} is {shown(text)}, expected {wanted}{_advice(element.tag, text)}")
+            raise FileFormatError(f"{place} is {shown(text)}, expected {wanted}{_advice(text)}")
         if attribute == "scale" and not all(numbers):
             raise FileFormatError(f"{place} is {shown(text)}, expected factors other than 0: a mesh without size is no shape")
         if not signed and min(numbers) < 0:
             raise FileFormatError(f"{place} is {shown(text)}, expected {wanted}, none below 0")
 
 
-def _advice(tag: str, text: str) -> str:
-    if "$" in text:
-        return "; expand the xacro first"
-    if tag == "limit" and "inf" in text:
-        return "; a joint that turns without end is continuous"
+def _advice(text: str) -> str:
     return " separated by spaces" if "," in text else ""

@@ -6,10 +6,19 @@ import math
 from typing import Any
 
 from spacearm.errors import FileFormatError
+from spacearm.robot.xml_repair import Repair, repaired
 
 
 def xml_root(content: bytes, *, what: str, root: str, comments: bool = False) -> Any:
-    """Parse a file and return its root, an lxml element without a default namespace, and without comments unless wanted.
+    """Parse a file as `xml_document` does, and return its root alone."""
+    return xml_document(content, what=what, root=root, comments=comments)[0]
+
+
+def xml_document(content: bytes, *, what: str, root: str, comments: bool = False) -> tuple[Any, tuple[Repair, ...]]:
+    """Parse a file; return its root, and what had to be put right in it (`xml_repair`).
+
+    The root is an lxml element without a default namespace, and without comments unless wanted. No entities are expanded, and
+    a <!DOCTYPE> is dropped.
 
     Args:
         content: the file.
@@ -22,15 +31,25 @@ def xml_root(content: bytes, *, what: str, root: str, comments: bool = False) ->
     """
     from lxml import etree  # pyright: ignore[reportAttributeAccessIssue] (compiled, no stubs)
 
+    options = {"remove_comments": not comments, "remove_pis": not comments, "resolve_entities": False, "no_network": True}
+    element, error, repairs = None, None, ()
     try:
-        parser = etree.XMLParser(remove_comments=not comments, remove_pis=not comments, resolve_entities=False, no_network=True)
-        element = etree.fromstring(content, parser)
-    except etree.XMLSyntaxError as error:
-        reason = " ".join(error.msg.split(", line")[0].split())
-        raise FileFormatError(
-            f"line {error.lineno or 1}: this is no XML ({reason}), expected {what}; correct the file"
-        ) from None
-    if any("xacro" in child.nsmap.get(child.prefix, "") for child in element.iter(etree.Element)):
+        element = etree.fromstring(content, etree.XMLParser(**options))
+    except etree.XMLSyntaxError as caught:
+        error = caught
+    if element is None or element.getroottree().docinfo.doctype:
+        again = repaired(content)
+        try:
+            if again is not None:
+                element, repairs = etree.fromstring(again[0], etree.XMLParser(**options)), again[1]
+        except etree.XMLSyntaxError as caught:
+            error = error or caught
+    if element is None:
+        reason, line = "it is cut off, or tags do not match", 1
+        if error is not None:
+            reason, line = " ".join(error.msg.split(", line")[0].split()), error.lineno or 1
+        raise FileFormatError(f"line {line}: this is no XML ({reason}), expected {what}; correct the file")
+    if any("xacro" in child.nsmap.get(child.prefix, "") and _matters(child) for child in element.iter(etree.Element)):
         made = what.split()[-1].lower()
         raise FileFormatError(f"this is a xacro, expected {what}; expand it first, as in: xacro arm.xacro > arm.{made}")
     name = etree.QName(element)
@@ -44,13 +63,41 @@ def xml_root(content: bytes, *, what: str, root: str, comments: bool = False) ->
         for key, value in child.attrib.items():
             if not value.isprintable():  # a name that breaks lines would break the messages about it
                 child.set(key, " ".join("".join(c if c.isprintable() else " " for c in value).split()))
-    return element
+    return element, repairs
 
 
-def numbers_in(text: str) -> list[float]:
-    """Return the numbers of an attribute, parted by blanks; none if one of them is no finite number."""
+def _matters(element: Any) -> bool:
+    """Whether an element is part of what is read, and not of how a robot looks or is simulated."""
+    tags = {element.tag, *(above.tag for above in element.iterancestors())}
+    return tags.isdisjoint(("visual", "material", "gazebo", "transmission", "ros2_control"))
+
+
+def note_on_repairs(repairs: tuple[Repair, ...], what: str) -> tuple[str, ...]:
+    """Say in one note what was put right in a file's XML, a kind once."""
+    if not repairs:
+        return ()
+    kinds: dict[str, list[Repair]] = {}
+    for repair in repairs:
+        kinds.setdefault(repair.code, []).append(repair)
+    said = []
+    for same in kinds.values():
+        others = f" and {len(same) - 1} more" if len(same) > 1 else ""
+        said.append(f"{same[0].what} (line {same[0].line}{others}; {same[0].done})")
+    return (f"{what} is no well-formed XML, and was read as urdfdom reads it: {', '.join(said)}",)
+
+
+def xacro_left_in(text: str) -> bool:
+    """Whether an attribute holds an expression that xacro would have replaced, as in "${length / 2}" or "$(find arm)"."""
+    return "${" in text or "$(" in text
+
+
+def numbers_in(text: str, *, finite: bool = True) -> list[float]:
+    """Return the numbers of an attribute, parted by blanks; none if one is no number, or not finite where it must be."""
+    words = text.split()
+    if any("_" in word for word in words):  # Python reads 1_000, nobody else does
+        return []
     try:
-        numbers = [float(word) for word in text.split()]
+        numbers = [float(word) for word in words]
     except ValueError:
         return []
-    return numbers if all(map(math.isfinite, numbers)) else []
+    return numbers if not any(map(math.isnan, numbers)) and (not finite or all(map(math.isfinite, numbers))) else []

@@ -39,7 +39,8 @@ def _loaded(model: RobotModel, directory: Path) -> Robot:
     return load_robot(
         beside(directory, model.file or model.name or "") if is_path else model.name or "",
         srdf=None if model.srdf is None else beside(directory, model.srdf),
-        **model.model_dump(exclude={"name", "file", "srdf", "holding"}),  # the others are called as there
+        joint_limits=None if model.joint_limits is None else beside(directory, model.joint_limits),
+        **model.model_dump(exclude={"name", "file", "srdf", "joint_limits", "holding"}),  # the others are called as there
     )
 
 

@@ -56,6 +56,8 @@ Configuration = Annotated[
     _form("a list (one number a joint), a mapping (joint: number) or a configuration's name", list, dict, str),
 ]
 Each = Annotated[Number | list[Number], _form("a finite number, or a list of them", list, numbers=True)]
+Ceiling = Annotated[Number | dict[Text, Number], _form("a number, or a mapping (joint: number)", dict, numbers=True)]
+Range = Annotated[list[Number], _numbers(2)]
 Settings = Annotated[dict[str, Any], _form("a mapping (setting: value)", dict)]
 Axis = Annotated[Text | Vector, _form("x, y, z or a direction (a list of three numbers)", str, list)]
 
@@ -208,8 +210,10 @@ class RobotModel(StrictModel):
     group: Text | None = Field(None, description="the group of the SRDF that moves; the other joints are held")
     fixed: dict[Text, Number] | None = Field(None, description="joints that are held, and where [rad or m]")
     tip: Text | None = Field(None, description="the link that is the end effector; by default the end of the chain")
-    velocity_limit: Number | None = Field(None, description="no joint is to be faster [rad/s or m/s]")
-    acceleration_limit: Number | None = Field(None, description="likewise [rad/s^2 or m/s^2]")
+    velocity_limit: Ceiling | None = Field(None, description="no joint is to be faster [rad/s or m/s]; or by joint")
+    acceleration_limit: Ceiling | None = Field(None, description="likewise [rad/s^2 or m/s^2]")
+    position_limits: dict[Text, Range] | None = Field(None, description="lower and upper limit by joint [rad or m]")
+    joint_limits: Text | None = Field(None, description="MoveIt's joint_limits.yaml; relative to the problem file")
     collision: Literal["urdf", "none"] = Field("urdf", description="where the robot's envelope is from")
     capsules_per_shape: Count = Field(
         CAPSULES_PER_SHAPE, description="how many capsules may enclose one box, cylinder or mesh, of the URDF or held"

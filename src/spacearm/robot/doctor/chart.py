@@ -109,6 +109,7 @@ class Chart:
         remedy: Remedy | None = None,
         place: str = "",
         file: object = None,
+        line: int | None = None,
     ) -> None:
         """Write a finding down.
 
@@ -118,13 +119,14 @@ class Chart:
             remedy: how it can be mended.
             place: where the element's own name and that of the link or joint around it will not do.
             file: where it is not the URDF.
+            line: where it is not that of the element.
         """
         finding = Finding(
             severity=severity,
             code=code,
             place=place or place_of(element),
             file=str(self.path if file is None else file),
-            line=line_of(element),
+            line=line_of(element) if line is None else line,
             what=printable(what),
             value=printable(value),
             expected=expected,

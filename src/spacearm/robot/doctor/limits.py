@@ -7,9 +7,12 @@ from typing import Any
 
 from spacearm.checks import shown
 from spacearm.robot.doctor.chart import Chart, child_of, number_of, numbers_of, setting, unit_of, written
+from spacearm.robot.limits import MEANS_NONE, is_none
+from spacearm.robot.xml_root import numbers_in
 
 MOST_TURNS = 2
-"""A revolute joint that turns further than this to one side is taken for one whose limits are in degrees."""
+"""A revolute joint that turns further than this to one side is taken for one whose limits are in degrees, if these would be
+no more than that."""
 
 FASTEST = 20.0
 """A faster joint [rad/s or m/s] is taken for a mistake."""
@@ -74,9 +77,15 @@ def _limited(joint: Any, chosen: float) -> str:
     return "; ".join(said) + f" (chosen: up to {written(chosen)} rad)"
 
 
+def _limit_of(limit: Any, attribute: str) -> float | None:
+    """Read a limit, which may be infinite; None if it is not there or cannot be read."""
+    numbers = [] if limit is None else numbers_in(limit.get(attribute, ""), finite=False)
+    return numbers[0] if len(numbers) == 1 else None
+
+
 def _order(chart: Chart, joint: Any) -> None:
     limit = joint.find("limit")
-    lower, upper = number_of(limit, "lower"), number_of(limit, "upper")
+    lower, upper = _limit_of(limit, "lower"), _limit_of(limit, "upper")
     if lower is None or upper is None:
         return
     value = f"{lower:g} to {upper:g} {unit_of(joint)}"
@@ -101,6 +110,18 @@ def _order(chart: Chart, joint: Any) -> None:
             expected="lower below upper",
             advice="state the true range, or make the joint fixed",
         )
+    elif is_none(lower) or is_none(upper):
+        _means_none(chart, joint, lower, upper)
+    elif joint.get("type") == "revolute" and max(abs(lower), abs(upper)) > 360 * MOST_TURNS + 0.01:
+        chart.found(
+            "warning",
+            "limits-in-doubt",
+            limit,
+            f"turns {max(abs(lower), abs(upper)) / (2 * math.pi):.0f} times to one side, were these radians",
+            value=value,
+            expected="radians",
+            advice="state the true range, or make the joint continuous",
+        )
     elif joint.get("type") == "revolute" and max(abs(lower), abs(upper)) > 2 * math.pi * MOST_TURNS + 0.01:
         chart.found(
             "warning",
@@ -124,6 +145,39 @@ def _order(chart: Chart, joint: Any) -> None:
         )
 
 
+def _means_none(chart: Chart, joint: Any, lower: float, upper: float) -> None:
+    """Report limits so large that they say that there is none."""
+    limit, unit = joint.find("limit"), unit_of(joint)
+    both, revolute = is_none(lower) and is_none(upper), joint.get("type") == "revolute"
+    words = " and ".join(shown(limit.get(end)) for end in ("lower", "upper") if is_none(_limit_of(limit, end) or 0.0))
+    infinite = "; urdfdom (ROS, Pinocchio) cannot read an infinite one" if math.inf in (abs(lower), abs(upper)) else ""
+    if revolute and both:
+        what, advice = "its limits mean that there is none, and spacearm takes it for continuous", 'write type="continuous"'
+    elif revolute:
+        what, advice = "one of its limits means that there is none", "state the true one"
+    else:
+        what, advice = "its limits mean that there is none; nobody can guess how far it slides", "state the true range"
+    chart.found(
+        "warning" if revolute else "error",
+        "limits-none",
+        limit,
+        what + infinite,
+        value=words,
+        expected=f"less than {MEANS_NONE:g} {unit}",
+        advice=advice + ("" if revolute else ", or give load_robot(position_limits=...)"),
+        remedy=(lambda: _continuous(joint, limit)) if revolute and both else None,
+    )
+
+
+def _continuous(joint: Any, limit: Any) -> str:
+    said = (
+        f"{setting(joint, 'type', 'continuous')()}; limits {shown(limit.get('lower'))} and {shown(limit.get('upper'))} removed"
+    )
+    for end in ("lower", "upper"):
+        limit.attrib.pop(end)
+    return said
+
+
 def _exchanged(limit: Any) -> str:
     lower, upper = limit.get("lower"), limit.get("upper")
     limit.set("lower", upper)
@@ -143,11 +197,15 @@ def _in_radians(element: Any, attributes: tuple[str, ...]) -> str:
 def _velocity(chart: Chart, joint: Any) -> None:
     limit, unit = joint.find("limit"), unit_of(joint)
     stated = limit is not None and limit.get("velocity") is not None
-    velocity = number_of(limit, "velocity")
+    velocity = _limit_of(limit, "velocity")
     if stated and velocity is None:
         return  # it cannot be read, which has been said
     chosen = chart.choices.velocity_limit
     expected = f"more than 0 [{unit}/s]"
+
+    def choose() -> str:
+        return f"{setting(child_of(joint, 'limit'), 'velocity', written(chosen))()} (chosen: {chosen:g} {unit}/s)"
+
     if velocity is None or velocity == 0:
         chart.found(
             "error",
@@ -157,18 +215,30 @@ def _velocity(chart: Chart, joint: Any) -> None:
             value="0" if stated else "",
             expected=expected,
             advice='state it in <limit velocity="...">, or give load_robot(velocity_limit=...)',
-            remedy=lambda: f"{setting(child_of(joint, 'limit'), 'velocity', written(chosen))()} (chosen: {chosen:g} {unit}/s)",
+            remedy=choose,
         )
     elif velocity < 0:
         chart.found(
             "error",
             "velocity-negative",
             limit,
-            "has a velocity limit below 0",
+            "has a velocity limit below 0, by which SDF means none, and MoveIt the number without its sign",
             value=f"{velocity:g}",
             expected=expected,
-            advice=f"write {-velocity:g}",
-            remedy=setting(limit, "velocity", written(-velocity)),
+            advice="state the true one, or give load_robot(velocity_limit=...)",
+            remedy=choose,
+        )
+    elif is_none(velocity):
+        infinite = "; urdfdom (ROS, Pinocchio) cannot read an infinite one" if math.isinf(velocity) else ""
+        chart.found(
+            "error",
+            "velocity-none",
+            limit,
+            f"its velocity limit means that there is none{infinite}",
+            value=f"{velocity:g}",
+            expected=f"less than {MEANS_NONE:g} [{unit}/s]",
+            advice="state the true one, or give load_robot(velocity_limit=...)",
+            remedy=choose,
         )
     elif velocity > FASTEST:
         chart.found(
@@ -186,7 +256,7 @@ def _effort(chart: Chart, joint: Any) -> None:
     limit = joint.find("limit")
     if limit is None:
         return
-    effort, unit = number_of(limit, "effort"), "N" if joint.get("type") == "prismatic" else "N m"
+    effort, unit = _limit_of(limit, "effort"), "N" if joint.get("type") == "prismatic" else "N m"
     if limit.get("effort") is None:
         chart.found(
             "warning",
@@ -198,7 +268,25 @@ def _effort(chart: Chart, joint: Any) -> None:
             remedy=setting(limit, "effort", "0"),
         )
     elif effort is not None and effort < 0:
-        chart.found("warning", "effort-negative", limit, "has an effort limit below 0", value=f"{effort:g}", expected="above 0")
+        chart.found(
+            "warning",
+            "effort-negative",
+            limit,
+            "has an effort limit below 0, by which SDF means none; spacearm does not use it",
+            value=f"{effort:g}",
+            expected=f"more than 0 [{unit}]",
+            advice="state the true one",
+        )
+    elif effort is not None and math.isinf(effort):
+        chart.found(
+            "warning",
+            "effort-none",
+            limit,
+            "has an infinite effort limit, which urdfdom (ROS, Pinocchio) cannot read",
+            value=shown(limit.get("effort")),
+            expected=f"more than 0 [{unit}]",
+            advice="state the true one",
+        )
     elif effort == 0:
         chart.found(
             "note",

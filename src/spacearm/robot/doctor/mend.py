@@ -15,6 +15,7 @@ from spacearm.robot.doctor.chart import Choices, line_of, place_of
 from spacearm.robot.doctor.diagnosis import Change, Mended
 from spacearm.robot.doctor.examine import Base, examined, urdf_root
 from spacearm.robot.doctor.shapes import mesh_path
+from spacearm.robot.xml_repair import repaired
 
 _BEFORE_ROOT = re.compile(rb"(?:\xef\xbb\xbf)?(?:\s+|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)
 _OTHER_ENCODING = re.compile(rb"<\?xml[^>]*encoding\s*=\s*[\"'](?!utf-?8|us-ascii)", re.IGNORECASE)
@@ -48,23 +49,26 @@ def mend_urdf(
     source, target = Path(path), Path(output)
     content = read_bytes(path, what="a URDF")
     require_new(source, target, overwrite=overwrite)
-    root, choices = urdf_root(content, path), choices or Choices()
-    chart, before = examined(root, source, srdf, base, choices)
+    (root, repairs), choices = urdf_root(content, path), choices or Choices()
+    chart, before = examined(root, source, srdf, base, choices, repairs=repairs)
     changes: list[Change] = []
+    done: set[tuple[Any, str]] = set()  # a remedy that does not help is not given again
     for _ in range(_ROUNDS):
         able = [case for case in chart.cases if case.remedy is not None and _is_inside(case.element, root)]
+        able = [case for case in able if (case.element, case.finding.code) not in done]
+        done.update((case.element, case.finding.code) for case in able)
         for case in able:
-            line, place = line_of(case.element), place_of(case.element)
             assert case.remedy is not None
+            line, place = case.finding.line, case.finding.place
             changes.append(Change(line=line, place=place, code=case.finding.code, what=case.remedy()))
         if not able:
             break
         chart, _ = examined(root, source, srdf, base, choices, touching=False)
     if target.resolve().parent != source.resolve().parent:
         changes += _moved_meshes(root, source.parent, target)
-    xml = _as_before(content, root)
+    xml = _as_before(content if not repairs else _start_of_repaired(content), root)
     write_atomically(target, xml)
-    _, after = examined(urdf_root(xml, target), target, srdf, base, choices)
+    _, after = examined(urdf_root(xml, target)[0], target, srdf, base, choices)
     changes.sort(key=lambda change: change.line or 0)
     return Mended(output=str(target), changes=tuple(changes), before=before, after=after)
 
@@ -85,6 +89,14 @@ def require_new(source: Path, target: Path, *, overwrite: bool) -> None:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise OutputError(f"{shown(str(target))} cannot be written ({reason}); choose another place") from None
+
+
+def _start_of_repaired(content: bytes) -> bytes:
+    """Return a file whose XML had to be put right as it is now, with a declaration of its own."""
+    again = repaired(content)
+    assert again is not None
+    body = again[0].lstrip(b"\n")
+    return (b'<?xml version="1.0" encoding="utf-8"?>\n' if b"<?xml" in content[:1000] else b"") + body
 
 
 def _is_inside(element: Any, root: Any) -> bool:

@@ -11,7 +11,7 @@ from typing import Any
 
 from spacearm.checks import shown
 from spacearm.robot.doctor.chart import Chart, setting
-from spacearm.robot.xml_root import numbers_in
+from spacearm.robot.xml_root import numbers_in, xacro_left_in
 
 # tag -> attribute -> (how many numbers, must it be there)
 _NUMBERS: dict[str, dict[str, tuple[tuple[int, ...], bool]]] = {
@@ -47,6 +47,24 @@ def look_at_numbers(chart: Chart) -> None:
         for element in chart.root.findall(place):
             for attribute, (counts, needed) in _NUMBERS.get(element.tag, {}).items():
                 _look_at(chart, element, attribute, counts, needed)
+    _expressions(chart)
+
+
+def _expressions(chart: Chart) -> None:
+    """Find names and paths that xacro should have replaced; numbers are told one by one."""
+    for top in (*chart.root.findall("link"), *chart.root.findall("joint")):
+        for element in top.iter("*"):
+            for attribute, text in element.attrib.items():
+                if xacro_left_in(text) and attribute not in _NUMBERS.get(element.tag, {}):
+                    chart.found(
+                        "error",
+                        "xacro-expression",
+                        element,
+                        f"<{element.tag} {attribute}> holds what xacro should have replaced",
+                        value=shown(text),
+                        expected="plain text",
+                        advice="expand the file first, as in: xacro arm.xacro > arm.urdf",
+                    )
 
 
 def _look_at(chart: Chart, element: Any, attribute: str, counts: tuple[int, ...], needed: bool) -> None:
@@ -57,7 +75,7 @@ def _look_at(chart: Chart, element: Any, attribute: str, counts: tuple[int, ...]
         if needed:
             chart.found("error", "number-missing", element, f"{where} is missing", expected=wanted, advice="add it")
         return
-    numbers = numbers_in(text)
+    numbers = numbers_in(text, finite=element.tag != "limit")  # infinite limits are told by who looks at limits
     if len(numbers) in counts:
         _look_at_value(chart, element, attribute, text, numbers)
         return
@@ -70,7 +88,7 @@ def _look_at(chart: Chart, element: Any, attribute: str, counts: tuple[int, ...]
         f"{where} cannot be read",
         value=shown(text),
         expected=wanted,
-        advice=_advice(element.tag, text, meant),
+        advice=_advice(text, meant),
         remedy=remedy,
     )
 
@@ -111,11 +129,9 @@ def _meant(text: str, counts: tuple[int, ...]) -> str:
     return parted if max(counts) > 1 and len(numbers_in(parted)) in counts else ""
 
 
-def _advice(tag: str, text: str, meant: str) -> str:
-    if "$" in text:
-        return "expand the xacro"
+def _advice(text: str, meant: str) -> str:
+    if xacro_left_in(text):
+        return "expand the file first, as in: xacro arm.xacro > arm.urdf"
     if meant:
         return f"write {shown(meant)}"
-    if tag == "limit" and "inf" in text.lower():
-        return "a joint that turns without end is continuous"
     return "correct it"

@@ -24,7 +24,7 @@ from spacearm.robot.links import LinkTree
 from spacearm.robot.model import Robot
 from spacearm.robot.self_collision import ALWAYS, LinkPair, find_self_pairs
 from spacearm.robot.srdf import Srdf, pair
-from spacearm.robot.tree import ends_of
+from spacearm.robot.tip import advised, default_tip, ends_of, several_ends
 from spacearm.robot.urdf import parsed_urdf, urdf_tree
 
 _SAMPLES = 2000
@@ -46,7 +46,8 @@ def look_at_touching(chart: Chart, cases_of_copy: list[Case], copy: Any, srdf: S
     try:
         tree, shapes = _tree(chart, cases_of_copy, copy)
         ends = ends_of(tree)
-        choices = Assembly(srdf=None if srdf is None else srdf.source, tip=ends[0], velocity_limit=1.0, self_collision="none")
+        tip = ends.links[0] if ends.links else tree.links[0]
+        choices = Assembly(srdf=None if srdf is None else srdf.source, tip=tip, velocity_limit=1.0, self_collision="none")
         robot = assemble(tree, choices)
     except SpacearmError as error:
         _not_examined(chart, str(error).removeprefix(f"{chart.path}: "))
@@ -147,16 +148,19 @@ def _make_loadable(joint: Any) -> None:
 
 def _tip(chart: Chart, tree: LinkTree, srdf: Srdf | None) -> None:
     ends = ends_of(tree)
-    mounted = set() if srdf is None else set(srdf.mounts) & set(tree.links)
-    if len(ends) > 1 and len(mounted) != 1 and not (srdf is not None and srdf.groups):
-        listed = ", ".join(map(shown, ends[:8])) + (", ..." if len(ends) > 8 else "")
+    mounted = set() if srdf is None else set(srdf.mounts) & set(ends.after)
+    if len(mounted) == 1 or (srdf is not None and srdf.groups):
+        return
+    try:
+        default_tip(tree)
+    except SpacearmError:
         chart.found(
             "note",
             "tip-ambiguous",
             chart.root,
-            f"{len(ends)} chains end somewhere, so the end effector must be named",
-            value=listed,
-            advice=f"give load_robot(tip={ends[-1]!r}), or the one you mean",
+            f"it {several_ends(ends)}; the end effector must be named",
+            value=", ".join(map(shown, ends.links[:8])) + (", ..." if len(ends.links) > 8 else ""),
+            advice=f"give load_robot(tip={advised(ends)!r}), or the one you mean",
         )
 
 
