@@ -159,11 +159,10 @@ def _with_self_pairs(robot: Robot, tree: LinkTree, srdf: Srdf | None, choice: Se
         choice = "srdf" if srdf is not None else "computed" if tree.self_collision == "computed" else "none"
     if choice == "none" or len(links) < 2:
         return robot
-    from spacearm.robot.self_collision import allowed_pairs, find_self_pairs
+    from spacearm.robot.self_collision import find_self_pairs, with_allowed_pairs
 
     if choice == "srdf" and srdf is not None:
-        pairs, notes = allowed_pairs(robot, srdf.may_touch)
-    else:
-        found = find_self_pairs(robot)
-        pairs, notes = found.pairs, found.notes
-    return replace(robot, self_pairs=pairs, notes=(*robot.notes, *notes))
+        return with_allowed_pairs(robot, srdf.may_touch, by="the SRDF")
+    found = find_self_pairs(robot)
+    robot = found.applied_to(robot)
+    return replace(robot, notes=(*robot.notes, *found.notes))

@@ -18,7 +18,7 @@ from spacearm.checks import as_whole, shown_error
 from spacearm.errors import FileFormatError, RobotError
 from spacearm.reading import located, read_bytes
 from spacearm.robot.assembly import Assembly, assemble
-from spacearm.robot.inertials import link_masses
+from spacearm.robot.inertials import link_masses, notes_on_masses, shaped_links
 from spacearm.robot.links import LinkJoint, LinkTree, Mimic
 from spacearm.robot.model import Robot
 from spacearm.robot.tree import require_collision
@@ -69,7 +69,8 @@ def urdf_tree(
     content = read_bytes(path, what="a URDF")
     with located(path):
         root = xml_root(content, what="a URDF", root="robot")
-        masses, notes = link_masses(root)
+        masses, unreadable = link_masses(root)
+        shaped = shaped_links(root)
         urdf = _parsed(root, with_collision=collision == "urdf")
         capsules = []
         if collision == "urdf":
@@ -83,10 +84,12 @@ def urdf_tree(
             joints=tuple(_joint(joint) for joint in urdf.joints),
             capsules=tuple(capsules),
             masses=masses,
+            shaped=shaped,
+            unreadable=unreadable,
             with_envelope=collision == "urdf",
             self_collision="computed",
             source=str(path),
-            notes=notes,
+            notes=notes_on_masses(unreadable),
         )
 
 

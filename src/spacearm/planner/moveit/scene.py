@@ -13,7 +13,7 @@ from spacearm.planner.moveit.frames import Frames
 from spacearm.planner.moveit.part import Part, pose_of
 from spacearm.planner.moveit.shapes import MOST_OBSTACLES, NUMBERED, PRIMITIVES, Made, mesh, named, plane, primitive
 from spacearm.robot.model import Robot
-from spacearm.robot.self_collision import allowed_pairs
+from spacearm.robot.self_collision import with_allowed_pairs
 from spacearm.scene import Obstacle, Scene
 
 Array = NDArray[np.float64]
@@ -152,10 +152,8 @@ def robot_with_matrix(robot: Robot, file: Part) -> Robot:
         stated = [defaults[name] for name in (first, second) if name in defaults]
         return entries.get((first, second), bool(stated) and all(stated))
 
-    pairs, _ = allowed_pairs(robot, may_touch)
-    notes = (f"self-collision by MoveIt's matrix: {len(pairs)} pairs of links must keep clear",)
     kept = tuple(note for note in robot.notes if not note.startswith("self-collision "))
-    return replace(robot, self_pairs=pairs, notes=(*kept, *notes))
+    return with_allowed_pairs(replace(robot, notes=kept), may_touch, by="MoveIt's matrix")
 
 
 def _flags(part: Part, count: int) -> list[bool]:
