@@ -14,7 +14,6 @@ from spacearm.robot.plain import robot_as_dict
 from spacearm.scene import Scene
 from spacearm.scene.plain import scene_as_list
 
-
 PROVENANCE = ("source", "notes", "apart", "unchecked", "collision", "solid", "unweighed")
 """What a robot tells of where it is from, and of what follows from the rest: it is no part of what a hash is about."""
 

@@ -15,6 +15,7 @@ from spacearm.reading import located
 from spacearm.robot.base import held_base, notes_on_base
 from spacearm.robot.groups import Members, group_members
 from spacearm.robot.held_joints import hold_joints, rest_value
+from spacearm.robot.left_out import notes_on_envelope
 from spacearm.robot.links import LinkTree, leader_of
 from spacearm.robot.model import NamedConfiguration, Robot, require_base
 from spacearm.robot.srdf import Srdf, load_srdf
@@ -64,7 +65,7 @@ def assemble(tree: LinkTree, choices: Assembly) -> Robot:
         limits = {"velocity_limit": choices.velocity_limit, "acceleration_limit": choices.acceleration_limit}
         robot = build_robot(tree, **limits)
     named = _configurations(robot, tree, srdf, choices.group)
-    robot = replace(robot, configurations=named, notes=(*robot.notes, *notes_on_base(robot)))
+    robot = replace(robot, configurations=named, notes=(*robot.notes, *notes_on_base(robot), *notes_on_envelope(robot)))
     if srdf is not None:
         robot = replace(robot, notes=(*robot.notes, *what_does_not_fit(srdf, tree)))
     return _with_self_pairs(robot, tree, srdf, choices.self_collision)

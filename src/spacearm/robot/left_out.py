@@ -8,8 +8,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from spacearm.checks import Frozen, as_name, keep, shown
 from spacearm.errors import RobotError
 
@@ -226,18 +224,35 @@ def _some(words: Sequence[str]) -> str:
 
 
 # ---- robots without an envelope, or without masses -------------------------------------------------------------------------
+def lacks_envelope(robot: Robot) -> str:
+    """Say that nothing that a joint moves has an envelope, unless none is meant; "" if all is well."""
+    if robot.collision == "none" or any(capsule.joint >= 0 for capsule in robot.capsules):
+        return ""
+    return (
+        f"robot '{robot.name}' has no envelope: no link that moves has a collision shape, so it would be kept clear of "
+        "nothing; give it shapes ('spacearm doctor --fix' takes those that are drawn), or say that none is meant, with collision='none'"
+    )
+
+
 def require_envelope(robot: Robot) -> None:
     """Refuse a robot of which nothing that a joint moves has an envelope, unless none is meant.
 
     Raises:
         RobotError: it has none.
     """
-    if robot.collision != "none" and not any(capsule.joint >= 0 for capsule in robot.capsules):
-        raise RobotError(
-            f"robot '{robot.name}' has no envelope: no link that moves has a collision shape, so it would be kept clear of "
-            "nothing; give it shapes ('spacearm doctor --fix' takes those that are drawn), or say that none is meant, with "
-            "collision='none'"
-        )
+    lacking = lacks_envelope(robot)
+    if lacking:
+        raise RobotError(lacking)
+
+
+def notes_on_envelope(robot: Robot) -> tuple[str, ...]:
+    """Say in notes that a robot has no envelope, or which of its links have none; frames without a shape need none."""
+    lacking, bare = lacks_envelope(robot), bare_links(robot)
+    if lacking:
+        return (lacking,)
+    if not bare:
+        return ()
+    return (f"no envelope, for want of a collision shape: {', '.join(bare)}; they are kept clear of nothing",)
 
 
 def bare_links(robot: Robot) -> tuple[str, ...]:
@@ -261,26 +276,33 @@ def without_mass(robot: Robot) -> tuple[tuple[str, str], ...]:
     return tuple(known.items())
 
 
+def lacks_masses(robot: Robot) -> str:
+    """Say that a robot cannot float since the mass of some links is not known, and what to give; "" if all are."""
+    lacking = without_mass(robot)
+    if not lacking:
+        return ""
+    held = [name for name, why in lacking if why == NOT_SAID]
+    advice = []
+    if held:
+        advice.append("give hold(..., mass=...), in a problem file `mass` beside the shape that is held")
+    if len(held) < len(lacking):
+        advice.append("give each link an <inertial> with mass and inertia (mass 0 if a link that is fixed to it has it)")
+    listed = _some([f"'{name}' ({why})" for name, why in lacking])
+    return (
+        f"robot '{robot.name}' cannot float: the mass of {listed} is not known, and "
+        f"where the base goes depends on it; {', and '.join(advice)}, or plan with base='fixed'"
+    )
+
+
 def require_all_masses(robot: Robot) -> None:
     """Refuse a robot that is to float and has links whose mass is not known.
 
     Raises:
         RobotError: it has some; they are named, with what to give.
     """
-    lacking = without_mass(robot)
-    if not lacking:
-        return
-    held = [name for name, why in lacking if why == NOT_SAID]
-    listed = _some([f"'{name}' ({why})" for name, why in lacking])
-    advice = []
-    if held:
-        advice.append("give hold(..., mass=...), in a problem file `mass:` beside the shape that is held")
-    if len(held) < len(lacking):
-        advice.append("give each link an <inertial> with mass and inertia (mass 0 if another link fixed to it has it)")
-    raise RobotError(
-        f"robot '{robot.name}' cannot float: the mass of {listed} is not known, and where the base goes depends on it; "
-        f"{'; '.join(advice)}, or plan with base='fixed'"
-    )
+    lacking = lacks_masses(robot)
+    if lacking:
+        raise RobotError(lacking)
 
 
 NOT_SAID = "held, and nothing says what it weighs"
