@@ -18,6 +18,7 @@ from spacearm.planner import Problem, load_problem
 from spacearm.planner.files.plans import save_json
 from spacearm.planner.files.recheck import Recheck, recheck_plan, recheck_trajectory
 from spacearm.reading import located, read_bytes
+from spacearm.robot.left_out import rows_on_unchecked
 from spacearm.version import version
 
 
@@ -135,6 +136,7 @@ def _summary(found: Recheck) -> list[tuple[str, str]]:
             ("clearance", f"{certificate.clearance * 1e3:.4g} mm proven, {certificate.closest.clearance * 1e3:.4g} mm measured")
         )
     rows += [("limits", text) for text in certificate.broken_limits] or [("limits", _kept(certificate.checked))]
+    rows += rows_on_unchecked(certificate.unchecked, certificate.bare)
     if found.base is not None:
         rows += base_rows(found.base)
     if found.agrees is not None:

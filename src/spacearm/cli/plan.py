@@ -20,9 +20,14 @@ from spacearm.motion.exports.aem import as_epoch
 from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory
 from spacearm.planner.pareto import require_choice
 from spacearm.reading import located
+from spacearm.robot.left_out import rows_on_unchecked
 from spacearm.settings import whole
 
-_WRONG = ("start_in_collision", "goal_in_collision")  # as given: the input's fault, and there is nothing to search for
+_WRONG = (
+    "no_envelope",
+    "start_in_collision",
+    "goal_in_collision",
+)  # as given: the input's fault, and there is nothing to search for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,6 +134,7 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
         rows += base_rows(found.base)
     if found.certificate is not None:
         rows.append(("certificate", f"{found.certificate.status}: {found.certificate.message}"))
+        rows += rows_on_unchecked(found.certificate.unchecked, found.certificate.bare)
     rows.append(("time", ", ".join(f"{name} {seconds * 1e3:.0f} ms" for name, seconds in found.timings.items())))
     rows.append(("written", f"{', '.join(written)} in {folder}"))
     return rows

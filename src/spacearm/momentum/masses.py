@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from spacearm.errors import RobotError
 from spacearm.robot import Robot
+from spacearm.robot.left_out import require_all_masses
 
 Array = NDArray[np.float64]
 
@@ -54,6 +55,7 @@ def lumped_masses(robot: Robot) -> Masses:
     for i, joint in enumerate(robot.joints):
         shares[i, joint.dof] = joint.multiplier
     _require_possible(robot, pseudo)
+    require_all_masses(robot)
     masses = Masses(pseudo, outward, shares, np.array([joint.kind == "revolute" for joint in robot.joints]))
     for array in (masses.pseudo, masses.outward, masses.shares, masses.turning):
         array.setflags(write=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from spacearm.checks import shown
 from spacearm.errors import ProblemError
 from spacearm.momentum import Momentum
+from spacearm.motion.for_robot import for_robot, in_order, robot_in_order
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.recorded import AnyTrajectory, RecordedTrajectory
 from spacearm.motion.spline import Motion
@@ -18,22 +20,23 @@ from spacearm.records import record_as_dict, record_from_dict
 from spacearm.robot import Robot
 
 _BASE_KEYS = ("base", "base_start", "momentum")
-_KEYS = ("control_points", "duration_s", "time_law", *_BASE_KEYS, "notes")
-_RECORDED_KEYS = ("breaks", "coefficients", *_BASE_KEYS, "notes")
+_KEYS = ("joints", "control_points", "duration_s", "time_law", *_BASE_KEYS, "notes")
+_RECORDED_KEYS = ("joints", "breaks", "coefficients", *_BASE_KEYS, "notes")
 
 
 def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
     """Return a trajectory as plain values, without its robot.
 
-    Keys: `control_points` (K + 2, n), `duration_s`, `time_law` (null: uniform; else `breaks` and `coefficients`) and `notes`
-    of a motion; `breaks` [s], `coefficients` (Bernstein's, piece by piece) and `notes` of one that somebody else made. Those
+    Keys: `joints`, the names that the n columns go by; `control_points` (K + 2, n), `duration_s`, `time_law` (null: uniform;
+    else `breaks` and `coefficients`) and `notes` of a motion; `breaks` [s], `coefficients` (Bernstein's, piece by piece) and `notes` of one that somebody else made. Those
     of the base are there only if it is not fixed at the origin: `base`, `base_start` T_w_b (4, 4), and `momentum`.
     """
-    notes = list(trajectory.notes)
+    notes, joints = list(trajectory.notes), list(trajectory.robot.dof_names)
     if isinstance(trajectory, RecordedTrajectory):
-        return {**record_as_dict(trajectory.path), **_base_as_dict(trajectory), "notes": notes}
+        return {"joints": joints, **record_as_dict(trajectory.path), **_base_as_dict(trajectory), "notes": notes}
     law = trajectory.time_law
     return {
+        "joints": joints,
         "control_points": trajectory.motion.control_points.tolist(),
         "duration_s": trajectory.duration,
         "time_law": None if law is None else record_as_dict(law),
@@ -68,7 +71,8 @@ def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = Tru
 
     Args:
         robot: whose joints move.
-        values: as `trajectory_as_dict` gives them.
+        values: as `trajectory_as_dict` gives them. Columns of joints in another order than the robot's are put into its own,
+            which a note tells; without `joints`, as in older files, they are taken to be in the robot's.
         within_limits: refuse a motion that breaks the robot's limits; otherwise it comes back as a recorded trajectory, to be
             judged.
 
@@ -77,10 +81,17 @@ def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = Tru
     """
     if not isinstance(values, dict):
         raise ProblemError(f"the trajectory is {shown(values)}, expected a mapping with the keys {', '.join(_KEYS)}")
+    columns = _columns(robot, values.get("joints"))
+    if columns is not None:
+        back = np.argsort(columns).tolist()
+        as_written = {key: value for key, value in values.items() if key != "joints"}
+        read = trajectory_from_dict(robot_in_order(robot, back), as_written, within_limits=within_limits)
+        made, notes = for_robot(read, robot)
+        return replace(made, robot=robot, notes=(*made.notes, *notes))
     notes = _notes(values.get("notes", []))
     if "breaks" in values:
         _require_keys(values, _RECORDED_KEYS)
-        path = {key: value for key, value in values.items() if key not in (*_BASE_KEYS, "notes")}
+        path = {key: value for key, value in values.items() if key not in ("joints", *_BASE_KEYS, "notes")}
         curve = record_from_dict(PiecewisePath, path, "the path", ProblemError)
         return RecordedTrajectory(robot, curve, **_base_from_dict(values), notes=notes)
     _require_keys(values, _KEYS)
@@ -101,6 +112,16 @@ def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = Tru
         if within_limits or motion.dof != robot.dof or not _is_time(duration):
             raise
     return RecordedTrajectory(robot, over_time(motion, law or TimeLaw.uniform(), float(duration)), **held, notes=notes)
+
+
+def _columns(robot: Robot, joints: Any) -> list[int] | None:
+    """Return where each of the robot's joints is among those that a file names; None if they are in its order."""
+    if joints is None:
+        return None
+    if not isinstance(joints, list) or not all(isinstance(name, str) for name in joints):
+        raise ProblemError(f"the trajectory's joints are {shown(joints)}, expected a list of names")
+    columns = in_order(tuple(joints), robot.dof_names, who="the trajectory")
+    return None if columns == list(range(robot.dof)) else columns
 
 
 def _is_time(duration: Any) -> bool:

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import as_name, as_pose, as_whole, shown
 from spacearm.errors import RobotError, nearest
+from spacearm.planner.held_mass import held_body
 from spacearm.robot.capsule_fit import Segment
 from spacearm.robot.envelope import Shape, enclosed
 from spacearm.robot.envelope_report import greatest_excess
+from spacearm.robot.left_out import NOT_SAID, UncheckedPair, is_rigid, way_to
 from spacearm.robot.model import Frame, LinkCapsule, Robot
-from spacearm.robot.never_meet import joints_between
-from spacearm.robot.segments import axes_of, link_axes
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 
@@ -32,12 +32,15 @@ def hold(
     touching: Iterable[str] = (),
     name: str = "held",
     capsules_per_shape: int = CAPSULES_PER_SHAPE,
+    mass: float | None = None,
+    com: ArrayLike | None = None,
+    inertia: ArrayLike | None = None,
 ) -> Robot:
     """Return the robot with something in its hand.
 
     What is held moves with the frame. It becomes a part of the envelope, and so must keep clear of every obstacle;
     and of every link, but for those that it may touch and those that no joint moves against it. A frame of its
-    name stands in its own origin.
+    name stands in its own origin. On a floating base its mass counts, and must be given.
 
     Args:
         robot: the robot; it stays as it is.
@@ -50,9 +53,13 @@ def hold(
         name: of the capsules and the frame that it becomes.
         capsules_per_shape: how many capsules may enclose a box or cylinder; the robot's last note tells by how
             much they stand out.
+        mass: of what is held [kg]; a robot with a floating base can be planned only if it is given.
+        com: (3,) its centre of mass, in its own frame `name` [m]; by default that of the shape, evenly filled.
+        inertia: (3, 3) about its centre of mass along the axes of that frame, or its entries xx, yy, zz, xy, xz, yz
+            [kg m^2]; by default that of the shape, evenly filled with the mass.
 
     Raises:
-        RobotError: what cannot be held, a frame or link that is not there, a name that is taken, or a pose that
+        RobotError: a mass, centre or inertia that cannot be; what cannot be held, a frame or link that is not there, a name that is taken, or a pose that
             is none.
     """
     if not isinstance(robot, Robot):
@@ -68,18 +75,33 @@ def hold(
         LinkCapsule(name=name, joint=holder.joint, a=_moved(T_joint_x, c.a), b=_moved(T_joint_x, c.b), radius=c.radius)
         for c in capsules
     )
-    own = axes_of(carried)
-    moved = [link for link, axes in link_axes(robot).items() if link not in free and joints_between(robot, own, axes)]
+    T_joint_own = T_joint_x @ origin
+    body = held_body(name, holder.joint, T_joint_own, obstacle, mass, com, inertia)
+    links = [link for link in dict.fromkeys(capsule.name for capsule in robot.capsules) if _can_move(robot, link, holder.joint)]
     kind = type(obstacle).__name__.lower()
     capsule_count = f"{len(capsules)} capsule{'s' if len(capsules) > 1 else ''}"
-    note = f"'{name}', a {kind}, is held by frame '{holder.name}': {capsule_count}, {excess}"
+    notes = [f"'{name}', a {kind}, is held by frame '{holder.name}': {capsule_count}, {excess}"]
+    if body is None and robot.base == "floating":
+        notes.insert(0, f"'{name}' is held, and nothing says its mass: a floating base needs it; give hold(..., mass=...)")
     return replace(
         robot,
+        bodies=robot.bodies if body is None else (*robot.bodies, body),
+        unweighed=robot.unweighed if body is not None else (*robot.unweighed, (name, NOT_SAID)),
         capsules=(*robot.capsules, *carried),
-        frames=(*robot.frames, Frame(name=name, joint=holder.joint, T_joint_frame=T_joint_x @ origin, parent=holder.name)),
-        self_pairs=(*robot.self_pairs, *((name, link) for link in moved)),
-        notes=(*robot.notes, note),
+        frames=(*robot.frames, Frame(name=name, joint=holder.joint, T_joint_frame=T_joint_own, parent=holder.name)),
+        self_pairs=(*robot.self_pairs, *((name, link) for link in links if link not in free)),
+        unchecked=(
+            *robot.unchecked,
+            *(UncheckedPair(links=(name, link), reason="touching") for link in links if link in free),
+        ),
+        notes=(*robot.notes, *notes),
     )
+
+
+def _can_move(robot: Robot, link: str, joint: int) -> bool:
+    """Whether a joint moves a link against what rides on a certain joint."""
+    ways = [way_to(robot, on) for on in {capsule.joint for capsule in robot.capsules if capsule.name == link}]
+    return not is_rigid(robot, ways, [way_to(robot, joint)])
 
 
 def _enclosed(obstacle: Any, count: int) -> tuple[Array, list[Segment], str]:

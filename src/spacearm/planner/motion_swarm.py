@@ -17,6 +17,7 @@ from spacearm.planner.goals import ConfigurationGoal, PoseGoal, PositionGoal
 from spacearm.planner.islands import Islands
 from spacearm.planner.problem import Problem
 from spacearm.planner.settings import PlannerSettings
+from spacearm.robot.left_out import require_envelope
 from spacearm.swarm import Rng, Swarm, seed_of
 
 Array = NDArray[np.float64]
@@ -56,6 +57,7 @@ class MotionSwarm:
 
     Raises:
         ProblemError: a goal that is no configuration.
+        RobotError: a robot without an envelope, unless none is meant.
         SettingsError: settings of something else.
     """
 
@@ -67,6 +69,7 @@ class MotionSwarm:
         settings = PlannerSettings() if settings is None else settings
         if not isinstance(settings, PlannerSettings):
             raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
+        require_envelope(problem.robot)
         self.problem, self.settings = problem, settings
         self.goal = _configuration(problem, goal)
         self.interior = settings.interior_points[0]

@@ -14,11 +14,13 @@ from spacearm.planner.reaching.explain import EndReport
 from spacearm.planner.reaching.search import GoalConfigurations
 from spacearm.planner.settings import PlannerSettings
 from spacearm.proof import Certificate
+from spacearm.robot.left_out import lacks_envelope, words_on_unchecked
 
 Array = NDArray[np.float64]
 
 STATUSES = {
     "found": "a motion was found and proven",
+    "no_envelope": "the robot has no envelope",
     "start_in_collision": "the start is in collision",
     "goal_in_collision": "the goal is in collision",
     "goal_unreachable": "no collision-free configuration that reaches the goal was found",
@@ -101,10 +103,15 @@ class Plan:
     @property
     def message(self) -> str:
         """The outcome in a sentence."""
+        if self.status == "no_envelope":
+            return lacks_envelope(self.problem.robot)
         if self.ends.message:
             return self.ends.message
         text = STATUSES[self.status]
         if self.status == "not_proven" and self.certificate is not None and self.certificate.holds:
             text = "a motion was found and proven free of collision, but it is not all that was asked for"
         text += "; it was interrupted" if self.interrupted else ""
+        if self.found and self.certificate is not None:
+            left_out = words_on_unchecked(self.certificate.unchecked, self.certificate.bare, counted=False)
+            text += f"; {left_out}" if left_out else ""
         return f"{text}; {self.advice}" if self.advice else text

@@ -22,6 +22,7 @@ from spacearm.planner.reaching.search import GoalConfigurations, find_goal_confi
 from spacearm.planner.result import Plan
 from spacearm.planner.settings import PlannerSettings
 from spacearm.proof import Certificate, certify
+from spacearm.robot.left_out import lacks_envelope
 from spacearm.settings import setting_names
 from spacearm.swarm import Rng, seed_of
 
@@ -32,7 +33,9 @@ _AFTERWARDS = 0.25  # of the budget: for another motion, where a proof failed
 _LATE = 1e-6  # relative: so much longer than asked for is rounding
 _LEAST_EVALUATIONS, _LEAST_SECONDS = 500, 0.02  # for the same
 
-Status = Literal["found", "start_in_collision", "goal_in_collision", "goal_unreachable", "not_found", "not_proven"]
+Status = Literal[
+    "found", "no_envelope", "start_in_collision", "goal_in_collision", "goal_unreachable", "not_found", "not_proven"
+]
 
 
 def plan(
@@ -70,6 +73,8 @@ def plan(
         raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
     require_timing(problem, settings)
     run = _Run(problem=problem, settings=settings, seed=seed_of(rng), tell=progress or (lambda _: None))
+    if lacks_envelope(problem.robot):
+        return run.ended("no_envelope")
     run.ends = check_ends(problem.local)
     if run.ends.status != "free":
         return run.ended(run.ends.status)

@@ -14,6 +14,7 @@ from spacearm.proof.digest import problem_digest, trajectory_digest
 from spacearm.proof.residual import CONSERVED, SAME
 from spacearm.proof.stance import Stance
 from spacearm.robot import Robot
+from spacearm.robot.left_out import REASONS, UncheckedPair, lacks_envelope, words_on_unchecked
 from spacearm.scene import Scene
 
 Limit = Literal["position", "velocity", "acceleration", "jerk"]
@@ -95,6 +96,9 @@ class Certificate:
         robot, scene, trajectory: what it is about.
         stance: how the base was taken to be held, from where, and with which momentum.
         floating: what was found about a floating base; None if it is fixed.
+        unchecked: the pairs of links that are not part of the claim, each with the reason.
+        bare: links without an envelope: nothing is claimed of them.
+        notes: what else is to be known, a sentence each.
     """
 
     status: Literal["holds", "fails", "undecided"]
@@ -112,6 +116,9 @@ class Certificate:
     trajectory: AnyTrajectory = field(repr=False)
     stance: Stance = field(repr=False)
     floating: FloatingBase | None = None
+    unchecked: tuple[UncheckedPair, ...] = ()
+    bare: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def base(self) -> Literal["fixed", "floating"]:
@@ -168,9 +175,23 @@ class Certificate:
             return self.floating.broken
         for sentence in broken[:1]:
             return f"{sentence} (and {len(broken) - 1} more)" if len(broken) > 1 else sentence
+        lacking = lacks_envelope(self.robot)
+        if lacking:
+            return lacking
+        return "; ".join([self._finding, *self._beside])
+
+    @property
+    def _beside(self) -> list[str]:
+        """What is to be said beside the finding: what is not part of it, and what else is to be known."""
+        return [said for said in (words_on_unchecked(self.unchecked, self.bare), *self.notes) if said]
+
+    @property
+    def _finding(self) -> str:
+        near = self.closest
         if near is None:
             kept = f"{', '.join(self.checked)} limits hold for all t" if self.checked else "limits were not looked at"
-            return f"nothing is in the way; {kept}"
+            free = "nothing is in the way" if self.robot.capsules else "the robot is meant to have no envelope"
+            return f"{free}; {kept}"
         where = f"link '{near.link}' and {near.other} at t = {near.time:.4g} s"
         if self.status == "undecided":
             than = f"{self.minimum_clearance * 1e3:.4g} mm" if self.minimum_clearance else "contact"
@@ -220,6 +241,11 @@ class Certificate:
                 "jerk_share": None if limits.jerk is None else _finite(limits.jerk),
             },
             **base,
+            "not_checked": {
+                "pairs": [{"links": list(one.links), "reason": REASONS[one.reason]} for one in self.unchecked],
+                "links_without_envelope": list(self.bare),
+            },
+            "notes": list(self.notes),
             "resolution": self.resolution,
             "evaluations": self.evaluations,
             "witness": self.witness,

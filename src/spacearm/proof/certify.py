@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import Protocol
+from dataclasses import replace
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,13 +13,16 @@ from numpy.typing import ArrayLike
 from spacearm.checks import as_number, shown
 from spacearm.errors import ProblemError, nearest
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
+from spacearm.motion.for_robot import for_robot
 from spacearm.proof.base import Base
 from spacearm.proof.certificate import Certificate, ClosestApproach, FloatingBase, Limit, broken_limits
-from spacearm.proof.intervals import Proof
+from spacearm.proof.intervals import Proof, Status
+from spacearm.proof.kept import kept
 from spacearm.proof.measuring import Near
 from spacearm.proof.residual import account_of, instants_of
-from spacearm.proof.stance import require_same, stance_of
+from spacearm.proof.stance import Stance, require_same, stance_of
 from spacearm.robot import Robot
+from spacearm.robot.left_out import UncheckedPair, bare_links, lacks_envelope, unchecked_pairs
 from spacearm.scene import Scene
 
 LIMITS: tuple[Limit, ...] = ("position", "velocity", "acceleration")
@@ -56,8 +60,9 @@ def certify(
 
     Args:
         problem: the robot, the pairs of its links that must keep clear, the scene, and how the base is held.
-        trajectory: of that robot and that base, ours or anybody's. Where the base floats its motion is integrated anew, from
-            the masses and the joints' path; what the trajectory itself says of it is compared.
+        trajectory: of that robot and that base, ours or anybody's. Its joints go by their names: another order is put right,
+            and noted. Where the base floats its motion is integrated anew, from the masses and the joints' path; what the
+            trajectory itself says of it is compared.
         limits: those to be kept, of "position", "velocity" and "acceleration". A path with corners has no acceleration.
         jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: jerk is not looked at.
         minimum_clearance: the clearance must be more than this [m].
@@ -69,15 +74,14 @@ def certify(
         why.
 
     Raises:
-        ProblemError: no trajectory, one of another number of joints or for another base, a setting out of its range, or
-            numbers so large that their rounding outweighs any clearance.
+        ProblemError: no trajectory, one of another robot (other joints, or joints elsewhere) or for another base, a setting
+            out of its range, or numbers so large that their rounding outweighs any clearance.
         RobotError: a floating base of a robot whose masses cannot be.
     """
     if not isinstance(trajectory, (Trajectory, RecordedTrajectory)):
         raise ProblemError(f"trajectory is {shown(trajectory)}, expected a Trajectory; make one with Trajectory(robot, motion)")
-    robot, curve = problem.robot, trajectory.curve
-    if curve.dof != robot.dof:
-        raise ProblemError(f"the trajectory moves {curve.dof} joints, expected the {robot.dof} of robot '{robot.name}'")
+    robot = problem.robot
+    trajectory, notes = for_robot(trajectory, robot)
     stance = stance_of(problem, robot, who="problem")
     require_same(stance, stance_of(trajectory, robot, who="trajectory"))
     checked = _checked_limits(limits)
@@ -97,6 +101,15 @@ def certify(
     checked = checked if jerk_limit is None else (*checked, "jerk")
     proof.begin()
     status, near = proof.judged()
+    closest = None if near is None else _closest(near, robot, problem.scene, trajectory, base)
+    evaluations, shortest = proof.evaluations, proof.resolution
+    if status == "holds" and robot.apart is not None:
+        apart = _apart(robot, trajectory, finest)
+        evaluations, shortest = evaluations + apart.evaluations, min(shortest, apart.resolution)
+        if apart.status != "holds":
+            status, closest = apart.status, apart.closest
+    if status == "holds" and lacks_envelope(robot):
+        status = "undecided"
     floating = _floating(robot, trajectory, proof, base)
     if broken_limits(robot, margins, checked) or (floating is not None and floating.broken):
         status = "fails"
@@ -104,11 +117,11 @@ def certify(
         status=status,
         clearance=proof.proven if status == "holds" else None,
         minimum_clearance=minimum,
-        closest=None if near is None else _closest(near, robot, problem.scene, trajectory, base),
+        closest=closest,
         limits=margins,
         checked=checked,
-        resolution=proof.resolution,
-        evaluations=proof.evaluations,
+        resolution=shortest,
+        evaluations=evaluations,
         seconds=time.perf_counter() - begun,
         witness=proof.witness.name,
         robot=robot,
@@ -116,7 +129,46 @@ def certify(
         trajectory=trajectory,
         stance=stance,
         floating=floating,
+        unchecked=_unchecked(robot),
+        bare=bare_links(robot),
+        notes=notes,
     )
+
+
+class _Apart(NamedTuple):
+    """What became of the pairs of links that cannot meet within the limits."""
+
+    status: Status
+    closest: ClosestApproach | None
+    evaluations: int
+    resolution: float
+
+
+def _apart(robot: Robot, trajectory: AnyTrajectory, finest: float) -> _Apart:
+    """Prove that they do not meet, wherever the trajectory goes; how far they stay apart does not depend on the planner.
+
+    Where the base goes does not matter to them.
+    """
+    bones, still = _with_apart_only(robot), Stance(base="fixed", start=np.eye(4), linear=np.zeros(3), angular=np.zeros(3))
+    base = Base(bones, trajectory, still)
+    proof = Proof(bones, Scene(), base, minimum=0.0, resolution=finest, worth=0.0)
+    proof.begin()
+    status, near = proof.judged()
+    closest = None if near is None else _closest(near, bones, Scene(), trajectory, base)
+    return _Apart(status, closest, proof.evaluations, proof.resolution)
+
+
+@kept
+def _with_apart_only(robot: Robot) -> Robot:
+    assert robot.apart is not None
+    links = {link for pair in robot.apart.pairs for link in pair}
+    capsules = tuple(capsule for capsule in robot.capsules if capsule.name in links)
+    return replace(robot, capsules=capsules, self_pairs=robot.apart.pairs, apart=None)
+
+
+@kept
+def _unchecked(robot: Robot) -> tuple[UncheckedPair, ...]:
+    return unchecked_pairs(robot)
 
 
 def _floating(robot: Robot, trajectory: AnyTrajectory, proof: Proof, base: Base) -> FloatingBase | None:

@@ -14,6 +14,9 @@ from spacearm.robot.plain import robot_as_dict
 from spacearm.scene import Scene
 from spacearm.scene.plain import scene_as_list
 
+PROVENANCE = ("source", "notes", "apart", "unchecked", "collision", "solid", "unweighed")
+"""What a robot tells of where it is from, and of what follows from the rest: it is no part of what a hash is about."""
+
 
 def digest(values: Any) -> str:
     """Return the SHA-256 of plain values, in hexadecimal; the order of keys does not matter."""
@@ -26,8 +29,8 @@ def problem_digest(robot: Robot, scene: Scene, stance: Stance) -> str:
     A base that is fixed at the origin adds nothing, so that plans written before bases could float keep their hashes.
     """
     values = robot_as_dict(robot)
-    for provenance in ("source", "notes", "base"):  # what the problem says of the base goes before what the robot does
-        values.pop(provenance, None)
+    for key in ("base", *PROVENANCE):  # what the problem says of the base goes before what the robot does
+        values.pop(key, None)
     held: dict[str, Any] = {}
     if stance.floating or not stance.at_origin:
         held = {"base": stance.base, "base_start": stance.start.tolist()}
@@ -39,5 +42,6 @@ def problem_digest(robot: Robot, scene: Scene, stance: Stance) -> str:
 def trajectory_digest(trajectory: AnyTrajectory) -> str:
     """Return the SHA-256 of a trajectory's path and time law."""
     values = trajectory_as_dict(trajectory)
-    del values["notes"]
+    for provenance in ("notes", "joints"):
+        values.pop(provenance, None)
     return digest(values)

@@ -50,7 +50,9 @@ class Proof:
         resolution: the shortest stretch looked at, as a share of the curve, all its pieces counting alike.
     """
 
-    def __init__(self, robot: Robot, scene: Scene, base: Base, *, minimum: float, resolution: float) -> None:
+    def __init__(
+        self, robot: Robot, scene: Scene, base: Base, *, minimum: float, resolution: float, worth: float = _WORTH
+    ) -> None:
         self._bodies, self._riders = floating_bodies_of(robot) if base.stance.floating else bodies_of(robot)
         self._joints, self._kinds = JointMap(robot), kinds_of(scene, self._riders)
         self._base, self._curve, self._minimum, self._finest = base, base.curve, minimum, resolution
@@ -58,6 +60,7 @@ class Proof:
         self.measured = Measurements(self.witness, self._kinds, self._bodies, self._riders)
         self._links: Solids | None = None  # the robot itself, at the stretches that are looked at
         self.proven = self._least = np.inf
+        self._worth = worth
         self.evaluations, self.resolution = 0, 1.0
 
     def largest(self) -> float:
@@ -140,7 +143,7 @@ class Proof:
 
     def _target(self) -> float:
         """Return what is to be proven."""
-        return self._minimum + _WORTH * max(0.0, self._least - self._minimum)
+        return self._minimum + self._worth * max(0.0, self._least - self._minimum)
 
     def _settled(self, known: Gaps) -> NDArray[np.bool_]:
         """Return which pairs are proven to be apart, and remember how far."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from spacearm.errors import RobotError
 from spacearm.proof.kept import kept
 from spacearm.robot import Robot
+from spacearm.robot.left_out import require_all_masses
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -53,8 +54,10 @@ def masses_of(robot: Robot) -> Masses:
     """Return a robot's masses.
 
     Raises:
-        RobotError: without mass or inertia of the base no momentum can be conserved, nor with an inertia that no body has.
+        RobotError: links whose mass is not known; without mass or inertia of the base no momentum can be conserved, nor with
+            an inertia that no body has.
     """
+    require_all_masses(robot)
     joint = np.array([body.joint for body in robot.bodies], dtype=np.intp)
     mass = np.array([body.mass for body in robot.bodies])
     com = np.array([body.com for body in robot.bodies]).reshape(-1, 3)

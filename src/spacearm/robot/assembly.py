@@ -17,6 +17,7 @@ from spacearm.robot.groups import Members, group_members
 from spacearm.robot.held_joints import hold_joints, rest_value
 from spacearm.robot.joint_limits_file import with_joint_limits_file
 from spacearm.robot.limits import narrowed
+from spacearm.robot.left_out import notes_on_envelope
 from spacearm.robot.links import LinkTree, leader_of
 from spacearm.robot.model import NamedConfiguration, Robot, require_base
 from spacearm.robot.srdf import GroupState, Srdf, load_srdf
@@ -91,7 +92,11 @@ def assemble(tree: LinkTree, choices: Assembly, *, srdf: Srdf | None = None) -> 
         limits = {"velocity_limit": choices.velocity_limit, "acceleration_limit": choices.acceleration_limit}
         robot = build_robot(tree, **limits)
     named, notes = _configurations(robot, tree, srdf, choices.group)
-    robot = replace(robot, configurations=named, notes=(*robot.notes, *notes, *notes_on_base(robot), *_note_on_tip(robot)))
+    robot = replace(
+        robot,
+        configurations=named,
+        notes=(*robot.notes, *notes, *notes_on_base(robot), *notes_on_envelope(robot), *_note_on_tip(robot)),
+    )
     if srdf is not None:
         robot = replace(robot, notes=(*robot.notes, *what_does_not_fit(srdf, tree)))
     robot = _with_self_pairs(robot, tree, srdf, choices.self_collision)
@@ -236,11 +241,10 @@ def _with_self_pairs(robot: Robot, tree: LinkTree, srdf: Srdf | None, choice: Se
         choice = "srdf" if srdf is not None else "computed" if tree.self_collision == "computed" else "none"
     if choice == "none" or len(links) < 2:
         return robot
-    from spacearm.robot.self_collision import allowed_pairs, find_self_pairs
+    from spacearm.robot.self_collision import find_self_pairs, with_allowed_pairs
 
     if choice == "srdf" and srdf is not None:
-        pairs, notes = allowed_pairs(robot, srdf.may_touch)
-    else:
-        found = find_self_pairs(robot)
-        pairs, notes = found.pairs, found.notes
-    return replace(robot, self_pairs=pairs, notes=(*robot.notes, *notes))
+        return with_allowed_pairs(robot, srdf.may_touch, by="the SRDF")
+    found = find_self_pairs(robot)
+    robot = found.applied_to(robot)
+    return replace(robot, notes=(*robot.notes, *found.notes))

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from spacearm.errors import RobotError
+from spacearm.robot.left_out import lacks_masses
 from spacearm.robot.links import LinkTree
 from spacearm.robot.model import Robot
 from spacearm.robot.srdf import Srdf, VirtualJoint
@@ -108,9 +109,12 @@ def _root(tree: LinkTree) -> str:
 
 
 def notes_on_base(robot: Robot) -> tuple[str, ...]:
-    """Say in a note that a floating base has no mass, so that nobody can tell how it moves."""
-    if robot.base == "fixed" or any(body.joint < 0 and body.mass > 0 for body in robot.bodies):
+    """Say in a note that a floating base, or a link, has no mass, so that nobody can tell how the base moves."""
+    if robot.base == "fixed":
         return ()
+    if any(body.joint < 0 and body.mass > 0 for body in robot.bodies):
+        lacking = lacks_masses(robot)
+        return (lacking,) if lacking else ()
     root = next((frame.name for frame in robot.frames if frame.joint < 0), "base")
     return (
         f"the base floats, but no link fixed to '{root}' has a mass: its motion cannot be computed; "

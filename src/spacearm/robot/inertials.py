@@ -14,16 +14,16 @@ from spacearm.robot.xml_root import numbers_in
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
-def link_masses(root: Any) -> tuple[tuple[LinkMass, ...], tuple[str, ...]]:
+def link_masses(root: Any) -> tuple[tuple[LinkMass, ...], tuple[tuple[str, str], ...]]:
     """Read the <inertial> of every link that has one.
 
     Args:
         root: a URDF, an lxml element.
 
     Returns:
-        The masses, and a note on the <inertial>s that cannot be read, whose links are left without a mass.
+        The masses; and for each <inertial> that cannot be used, the link and what is wrong: it is left without a mass.
     """
-    found, unreadable = [], []
+    found, wrong = [], []
     for link in root.findall("link"):
         inertial = link.find("inertial")
         if inertial is None:
@@ -31,9 +31,25 @@ def link_masses(root: Any) -> tuple[tuple[LinkMass, ...], tuple[str, ...]]:
         try:
             found.append(_link_mass(link.get("name"), inertial))
         except ValueError as error:
-            unreadable.append(f"{link.get('name')} ({error})")
-    said = f"the masses of {len(unreadable)} links cannot be read, which are left without one: {', '.join(unreadable)}"
-    return tuple(found), (said.replace("masses of 1 links", "mass of 1 link"),) if unreadable else ()
+            wrong.append((str(link.get("name")), str(error)))
+    return tuple(found), tuple(wrong)
+
+
+def notes_on_masses(wrong: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
+    """Say in one note which links are left without a mass, and why."""
+    said = f"the masses of {len(wrong)} links cannot be read, which are left without one: "
+    said += ", ".join(f"{link} ({why})" for link, why in wrong)
+    return (said.replace("masses of 1 links", "mass of 1 link"),) if wrong else ()
+
+
+def shaped_links(root: Any) -> tuple[str, ...]:
+    """Return the names of the links of a URDF that have a shape, drawn or for collision; others are frames."""
+    found = [link.get("name") for link in root.findall("link") if any(_has_shape(part) for part in link)]
+    return tuple(name for name in found if name)
+
+
+def _has_shape(part: Any) -> bool:
+    return part.tag in ("visual", "collision") and part.find("geometry") is not None and len(part.find("geometry")) > 0
 
 
 def _link_mass(link: str, inertial: Any) -> LinkMass:
@@ -43,6 +59,8 @@ def _link_mass(link: str, inertial: Any) -> LinkMass:
         raise ValueError(f"<mass value> is {mass:g}, below 0")
     xx, xy, xz, yy, yz, zz = (_numbers(inertial, "inertia", moment, 1, "0")[0] for moment in _MOMENTS)
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if mass == 0 and inertia.any():
+        raise ValueError("<mass value> is 0, but <inertia> is not")
     if np.linalg.eigvalsh(inertia)[0] < -1e-9 * np.abs(inertia).max():
         raise ValueError("<inertia> is that of no body: it has a negative principal moment")
     R = rotation_from_rpy(rpy)

@@ -96,7 +96,10 @@ def base_and_joint_frames(robot: Robot, q: Array) -> Array:
 def skeleton(robot: Robot) -> Robot:
     """Return the robot without all that does not move it: quicker to find in a cache."""
     tip = replace(robot.frame(robot.tip), parent="")
-    return replace(robot, capsules=(), bodies=(), frames=(tip,), self_pairs=(), configurations=(), notes=())
+    nothing = dict.fromkeys(
+        ("capsules", "bodies", "self_pairs", "unchecked", "solid", "unweighed", "configurations", "notes"), ()
+    )
+    return replace(robot, frames=(tip,), apart=None, **nothing)
 
 
 def forward_kinematics(robot: Robot, q: ArrayLike, *, frame: str | None = None) -> Array:

@@ -72,6 +72,8 @@ class LinkTree:
         links, joints: names of links, and joints, in the file's order.
         capsules: the envelope, (link, a, b, radius) in the link's frame [m].
         masses: of the links that have one.
+        shaped: links of a URDF with a shape, drawn or for collision.
+        unreadable: links whose mass the file states so that it cannot be used, each with what is wrong.
         base: how the root is held: "fixed" or "floating".
         configurations: named ones, each with the value of some joints [rad or m].
         with_envelope: False if the user wants none.
@@ -86,6 +88,8 @@ class LinkTree:
     joints: tuple[LinkJoint, ...]
     capsules: tuple[tuple[str, Array, Array, float], ...] = ()
     masses: tuple[LinkMass, ...] = ()
+    shaped: tuple[str, ...] = ()
+    unreadable: tuple[tuple[str, str], ...] = ()
     base: Literal["fixed", "floating"] = "fixed"
     configurations: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = ()
     with_envelope: bool = True

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, keep, shown
 from spacearm.errors import RobotError, nearest
 from spacearm.robot.bodies import Body, as_index
+from spacearm.robot.left_out import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
 
 Array = NDArray[np.float64]
 
@@ -167,6 +168,13 @@ class Robot(Frozen):
         bodies: the masses of the links, as far as the file states them; empty if it states none. Those on joint -1
             are the base's.
         self_pairs: names of links that must keep clear of each other, two by two; empty if none need to.
+        apart: pairs that must keep clear as well, but cannot meet within the limits: a search does not look at them, a
+            certificate does. Where shapes, joints or limits change, they become `self_pairs`.
+        unchecked: pairs that were left out, and why. `left_out.unchecked_pairs` lists all that are not checked.
+        collision: "none" says that the robot is meant to have no envelope; one without is refused otherwise.
+        solid: links that have a shape, drawn or for collision, or a mass in their URDF. Those of them without an envelope
+            are kept clear of nothing, which is told.
+        unweighed: links with a shape whose mass is not known, each with the reason; a floating base refuses them.
         configurations: named ones.
         source: the file or built-in name it came from.
         notes: what was assumed in reading it, a sentence each.
@@ -190,6 +198,11 @@ class Robot(Frozen):
     base: Literal["fixed", "floating"] = "fixed"
     bodies: tuple[Body, ...] = ()
     self_pairs: tuple[tuple[str, str], ...] = ()
+    apart: ApartPairs | None = None
+    unchecked: tuple[UncheckedPair, ...] = ()
+    collision: Literal["envelope", "none"] = "envelope"
+    solid: tuple[str, ...] = ()
+    unweighed: tuple[tuple[str, str], ...] = ()
     configurations: tuple[NamedConfiguration, ...] = ()
     source: str = ""
     notes: tuple[str, ...] = ()
@@ -215,6 +228,7 @@ class Robot(Frozen):
         keep(self, joints=joints, frames=frames, capsules=capsules, bodies=bodies, dof_names=names)
         keep(self, notes=_members("notes", self.notes, str), self_pairs=pairs)
         keep(self, **_checked_limits(self))
+        keep(self, **_checked_left_out(self))
         keep(self, configurations=_checked_configurations(self))
         self.frame(self.tip)
 
@@ -343,6 +357,17 @@ def _checked_pairs(given: Any, links: set[str]) -> tuple[tuple[str, str], ...]:
                 raise RobotError(f"self_pairs names '{name}', which has no envelope; {nearest(str(name), links)}")
         out.add((min(pair), max(pair)))
     return tuple(sorted(out))
+
+
+def _checked_left_out(robot: Robot) -> dict[str, Any]:
+    if not isinstance(robot.collision, str) or robot.collision not in COLLISIONS:
+        raise RobotError(f"collision is {shown(robot.collision)}, expected one of {', '.join(map(repr, COLLISIONS))}")
+    if robot.apart is not None and not isinstance(robot.apart, ApartPairs):
+        raise RobotError(f"apart is {shown(robot.apart)}, expected ApartPairs(...), or None")
+    keep(robot, unchecked=_members("unchecked", robot.unchecked, UncheckedPair))
+    solid = tuple(dict.fromkeys(_members("solid", robot.solid, str)))
+    keep(robot, unweighed=_members("unweighed", robot.unweighed, object))
+    return {**settled_pairs(robot), "solid": solid, "unweighed": known_unweighed(robot)}
 
 
 def _checked_configurations(robot: Robot) -> tuple[NamedConfiguration, ...]:

@@ -1,9 +1,10 @@
 """Which links of a robot must keep clear of each other, found from its envelope and its joints.
 
 Sampling alone proves nothing, so a pair is left out only for a reason that holds: no joint moves the two
-against each other; they are neighbours, and the limits of the joint between them must keep them apart; their
-envelopes meet nearly always, so that they say nothing; or it is proven that they cannot meet (`never_meet`). A
-pair that is merely never seen to meet stays in.
+against each other; they are neighbours, and the limits of the joint between them must keep them apart; or
+their envelopes meet nearly always, so that they say nothing. Each is recorded in `Robot.unchecked`. A pair that
+is proven never to meet (`never_meet`) is left out of the search only, and recorded in `Robot.apart`: a
+certificate proves it like any other. A pair that is merely never seen to meet stays in.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -21,15 +22,19 @@ from numpy.typing import NDArray
 from spacearm.checks import as_whole
 from spacearm.errors import RobotError
 from spacearm.robot.kinematics import base_and_joint_frames, skeleton
+from spacearm.robot.left_out import UncheckedPair, always_meets, apart_pairs, called, is_rigid, way_to
 from spacearm.robot.model import Robot
 from spacearm.robot.never_meet import VAST, joints_between, never_meet
-from spacearm.robot.segments import Axes, clearance, least_clearance, link_axes, placed
+from spacearm.robot.segments import Axes, PlacedAxes, clearance, least_clearance, link_axes, placed
 
 Array = NDArray[np.float64]
 
 Reason = Literal["checked", "rigid", "adjacent", "always", "cannot meet"]
 
 _COINCIDENT = 1e-9  # [m] joints whose origins are nearer than this turn about one point
+
+_SAMPLES = 1000
+_TOUCHING = 1e-6  # [m] links that only a locked joint is between are told from touching ones by this
 
 ALWAYS = 0.95
 """Share of the samples from which on a pair counts as one that always meets."""
@@ -42,9 +47,10 @@ class LinkPair:
     Attributes:
         links: their names, in alphabetical order.
         reason: "checked" if they must keep clear; else why not: "rigid" (no joint moves them against each
-            other), "adjacent" (neighbours, whose envelopes meet in some configurations: the limits of the
-            joint between them must keep them apart), "always" (their envelopes meet in nearly every
-            configuration), "cannot meet" (proven for every configuration within the limits).
+            other, or none that its limits let move), "adjacent" (neighbours, whose envelopes meet in some
+            configurations: the limits of the joint between them must keep them apart), "always" (their
+            envelopes meet in nearly every configuration), "cannot meet" (proven for every configuration within
+            the limits).
         met: share of the samples in which their envelopes met [-].
         clearance: the least signed distance in any sample [m].
     """
@@ -72,6 +78,22 @@ class SelfPairs:
         """The pairs that must keep clear, as `Robot.self_pairs` takes them."""
         return tuple(pair.links for pair in self.found if pair.reason == "checked")
 
+    def applied_to(self, robot: Robot) -> Robot:
+        """Return the robot that was looked at with these pairs, and with what is left out and why; its notes stay.
+
+        Pairs that cannot meet, or that no joint with room between its limits moves, are looked at by a certificate only.
+        """
+        apart, unchecked = [], []
+        for one in self.found:
+            locked = one.reason == "rigid" and not _tied(robot, one.links)
+            if one.reason == "always" or (locked and one.clearance <= _TOUCHING):
+                unchecked.append(always_meets(robot, one.links))
+            elif one.reason == "cannot meet" or locked:
+                apart.append(one.links)
+            elif one.reason == "adjacent":
+                unchecked.append(UncheckedPair(links=one.links, reason="adjacent"))
+        return replace(robot, self_pairs=self.pairs, apart=apart_pairs(robot, apart), unchecked=tuple(unchecked))
+
     @property
     def notes(self) -> tuple[str, ...]:
         """A sentence on the whole, and one on each pair that was left out although it can meet."""
@@ -93,7 +115,7 @@ class SelfPairs:
         return tuple(notes)
 
 
-def find_self_pairs(robot: Robot, *, samples: int = 1000, seed: int = 0) -> SelfPairs:
+def find_self_pairs(robot: Robot, *, samples: int = _SAMPLES, seed: int = 0) -> SelfPairs:
     """Find the pairs of links that must keep clear of each other.
 
     Args:
@@ -117,29 +139,56 @@ def find_self_pairs(robot: Robot, *, samples: int = 1000, seed: int = 0) -> Self
     return SelfPairs(found=tuple(found), samples=len(q))
 
 
-def allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool]) -> tuple[tuple[tuple[str, str], ...], tuple[str, ...]]:
-    """Return the pairs of links that must keep clear where somebody else says which may touch, and notes on them.
+def with_allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool], *, by: str) -> Robot:
+    """Return the robot with the pairs of links that must keep clear where somebody else says which may touch.
 
-    Pairs that no joint moves against each other are left out; where their envelopes meet, a note says so.
+    Left out and recorded are those that may touch, those that no joint moves against each other, and those that nobody
+    allows to touch but that meet in every configuration: with them there would be no plan. A note says which.
 
     Args:
         robot: with an envelope.
         may_touch: called with the names of two links.
+        by: who says so, for the note, as in "the SRDF".
     """
-    axes = link_axes(robot)
-    frames = base_and_joint_frames(skeleton(robot), _samples(robot, 0, 0))
+    axes, bones = link_axes(robot), skeleton(robot)
+    frames = base_and_joint_frames(bones, _samples(robot, 0, 0))
     where = {name: placed(axes[name], frames) for name in axes}
-    pairs, notes = [], []
-    for first, second in itertools.combinations(sorted(axes), 2):
-        if may_touch(first, second):
+    many: dict[str, PlacedAxes] = {}  # of the links that meet where all joints are at rest
+    pairs, unchecked, notes = [], [], []
+    for links in itertools.combinations(sorted(axes), 2):
+        if may_touch(*links):
+            unchecked.append(UncheckedPair(links=links, reason="allowed"))
             continue
-        if joints_between(robot, axes[first], axes[second]):
-            pairs.append((first, second))
-        elif clearance(where[first], where[second])[0] < 0:
-            notes.append(
-                f"the envelopes of '{first}' and '{second}' meet and no joint moves them apart: that pair is not checked"
-            )
-    return tuple(pairs), (f"self-collision by the SRDF: {_pairs_of_links(len(pairs))} must keep clear", *notes)
+        tied, meet = _tied(robot, links), bool(clearance(*(where[link] for link in links))[0] < 0)
+        if tied and meet:
+            notes.append(f"the envelopes of {called(links)} meet and no joint moves them apart: that pair is not checked")
+        if tied:
+            continue
+        if meet:
+            if not many:
+                frames = base_and_joint_frames(bones, _samples(robot, _SAMPLES, 0))
+            for link in links:
+                many.setdefault(link, placed(axes[link], frames))
+            meet = least_clearance(*(many[link] for link in links))[1] == 1
+        if not meet:
+            pairs.append(links)
+            continue
+        unchecked.append(always_meets(robot, links))
+        notes.append(
+            f"the envelopes of {called(links)} meet in every configuration, and {by} does not allow them to: that pair is not "
+            "checked"
+        )
+    notes = [f"self-collision by {by}: {_pairs_of_links(len(pairs))} must keep clear", *notes]
+    return replace(robot, self_pairs=tuple(pairs), apart=None, unchecked=tuple(unchecked), notes=(*robot.notes, *notes))
+
+
+def _tied(robot: Robot, links: tuple[str, str]) -> bool:
+    """Whether no joint moves two links against each other, whatever its limits."""
+    ways = [
+        [way_to(robot, joint) for joint in {capsule.joint for capsule in robot.capsules if capsule.name == link}]
+        for link in links
+    ]
+    return is_rigid(robot, *ways)
 
 
 def _pairs_of_links(count: int) -> str:

@@ -72,6 +72,9 @@ def build_robot(tree: LinkTree, *, velocity_limit: Any = None, acceleration_limi
         velocity=limits[2],
         acceleration=limits[3],
         base=tree.base,
+        collision="envelope" if tree.with_envelope else "none",
+        solid=_solid(tree),
+        unweighed=_unweighed(tree, places),
         source=tree.source,
         notes=(*tree.notes, *notes),
     )
@@ -214,6 +217,32 @@ def _body(mass: LinkMass, place: tuple[int, Array]) -> Body:
     joint, T = place
     R = T[:3, :3]
     return Body(name=mass.link, joint=joint, mass=mass.mass, com=R @ mass.com + T[:3, 3], inertia=R @ mass.inertia @ R.T)
+
+
+def _solid(tree: LinkTree) -> tuple[str, ...]:
+    """List the links of a URDF that are more than frames: those with a shape or a mass."""
+    if not tree.shaped:  # a robot file, where a mass may stand for links at one point
+        return ()
+    massive = {mass.link for mass in tree.masses if mass.mass > 0}
+    return tuple(link for link in tree.links if link in tree.shaped or link in massive)
+
+
+def _unweighed(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> tuple[tuple[str, str], ...]:
+    """List the links with a shape of which nobody knows what they weigh, and why.
+
+    A mass of 0 is believed of a link that another one with a mass is fixed to: it is stated there.
+    """
+    masses = {mass.link: mass.mass for mass in tree.masses}
+    weighed = {places[link][0] for link, mass in masses.items() if mass > 0}
+    unknown = dict(tree.unreadable)
+    for link in tree.links:
+        if link not in tree.shaped:
+            continue
+        if link not in masses:
+            unknown.setdefault(link, "the file states none")
+        elif not masses[link] > 0 and places[link][0] not in weighed:
+            unknown.setdefault(link, "the file states 0 kg")
+    return tuple(unknown.items())
 
 
 def _tip(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> str:

@@ -20,7 +20,7 @@ from spacearm.checks import as_whole, shown_error
 from spacearm.errors import FileFormatError, RobotError
 from spacearm.reading import located, read_bytes
 from spacearm.robot.assembly import Assembly, assemble
-from spacearm.robot.inertials import link_masses
+from spacearm.robot.inertials import link_masses, notes_on_masses, shaped_links
 from spacearm.robot.links import Array, LinkJoint, LinkTree, Mimic
 from spacearm.robot.model import Robot
 from spacearm.robot.tree import require_collision
@@ -71,11 +71,12 @@ def urdf_tree(
     content = read_bytes(path, what="a URDF")
     with located(path):
         root, repairs = xml_document(content, what="a URDF", root="robot")
-        masses, notes = link_masses(root)
+        masses, unreadable = link_masses(root)
         soft = _soft_limits(root)
+        shaped = shaped_links(root)
         urdf = _parsed(root, with_collision=collision == "urdf")
         joints, softened = _with_soft_limits([_joint(joint) for joint in urdf.joints], soft)
-        notes = (*note_on_repairs(repairs, "the URDF"), *notes, *softened)
+        notes = (*note_on_repairs(repairs, "the URDF"), *notes_on_masses(unreadable), *softened)
         capsules: list[tuple[str, Array, Array, float]] = []
         if collision == "urdf":
             from spacearm.robot.envelope import enclosed, link_shapes
@@ -91,6 +92,8 @@ def urdf_tree(
             joints=joints,
             capsules=tuple(capsules),
             masses=masses,
+            shaped=shaped,
+            unreadable=unreadable,
             with_envelope=collision == "urdf",
             self_collision="computed",
             source=str(path),

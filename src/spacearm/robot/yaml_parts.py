@@ -64,7 +64,7 @@ def link_mass(mass: MassModel, links: Sequence[str], earlier: Sequence[str]) -> 
         f"{where}: inertia", mass.inertia, (6,), RobotError, advice="give the entries xx, yy, zz, xy, xz, yz"
     )
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    _require_of_a_body(where, inertia)
+    require_of_a_body(where, inertia)
     return LinkMass(
         mass.link,
         as_number(f"{where}: mass", mass.mass, RobotError, above=0, unit="kg"),
@@ -73,8 +73,12 @@ def link_mass(mass: MassModel, links: Sequence[str], earlier: Sequence[str]) -> 
     )
 
 
-def _require_of_a_body(where: str, inertia: Array) -> None:
-    """Refuse principal moments of which one is below 0, or above the sum of the other two."""
+def require_of_a_body(where: str, inertia: Array) -> None:
+    """Refuse an inertia (3, 3) with a principal moment below 0, or one above the sum of the other two.
+
+    Raises:
+        RobotError: it is one.
+    """
     least, middle, largest = np.linalg.eigvalsh(inertia)
     slack = _ROUNDING * max(abs(least), abs(largest))
     if least < -slack or largest > least + middle + slack:

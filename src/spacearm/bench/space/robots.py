@@ -129,7 +129,7 @@ def two_arms(mass: float) -> Robot:
         source="spacearm bench space",
         notes=(*arm.notes, f"SpaceBench: two arms, {2 * _SHOULDER:g} m apart, on a box of {mass:g} kg and even density"),
     )
-    return replace(robot, self_pairs=find_self_pairs(robot, samples=300).pairs)
+    return find_self_pairs(robot, samples=300).applied_to(robot)
 
 
 def _both(values: ArrayLike) -> Array:

@@ -26,7 +26,7 @@ from spacearm.output import write_atomically
 from spacearm.planner.goals import goal_as_dict
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Plan
-from spacearm.proof.digest import digest
+from spacearm.proof.digest import PROVENANCE, digest
 from spacearm.records import record_as_dict
 from spacearm.robot.plain import robot_as_dict
 from spacearm.scene.plain import scene_as_list
@@ -106,7 +106,7 @@ def values_that_count(problem: Problem) -> dict[str, Any]:
     """Return a problem as plain values, without notes, where its robot was read from, and how that has its base held."""
     values = problem_as_dict(problem)
     values.pop("notes", None)
-    for other in ("source", "notes", "base"):
+    for other in ("base", *PROVENANCE):
         values["robot"].pop(other, None)
     return values
 

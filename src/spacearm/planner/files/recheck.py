@@ -6,13 +6,15 @@ Nothing in the file is believed: robot, scene and motion are read, proven anew, 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.errors import ProblemError
 from spacearm.motion import AnyTrajectory, RecordedTrajectory
+from spacearm.motion.for_robot import for_robot
 from spacearm.planner.base_report import BaseReport, report_base
 from spacearm.planner.files.plans import problem_hash, values_that_count
 from spacearm.planner.files.saved_plans import SavedPlan, load_saved_plan
@@ -20,6 +22,7 @@ from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.onto_goal import reach_to, reaches
 from spacearm.proof import Certificate, certify
+from spacearm.proof.digest import trajectory_digest
 from spacearm.proof.stance import require_same, stance_of
 from spacearm.reading import located
 
@@ -61,10 +64,12 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     against = saved.problem if problem is None else problem
     with located(path):
         _require_same_base(against, saved.trajectory)
-    certificate = certify(against, saved.trajectory, **options)
+        trajectory, other = _of_robot(saved.trajectory, against)
+    certificate = certify(against, trajectory, **options)
     said = None if saved.certificate is None else saved.certificate.get("status")
-    base = _base(against, saved.trajectory)
-    notes = [*_edited(saved, certificate), *_other_problem(saved.problem, against), *_ends(against, saved.trajectory, base)]
+    base = _base(against, trajectory)
+    notes = [*saved.trajectory.notes, *other, *_edited(saved)]
+    notes += [*_other_problem(saved.problem, against), *_ends(against, trajectory, base)]
     agrees = None if said is None else said == certificate.status
     if agrees is False:
         notes.append(f"the file's certificate says '{said}', the new one '{certificate.status}'")
@@ -83,10 +88,23 @@ def recheck_trajectory(problem: Problem, trajectory: AnyTrajectory, **options: A
         ProblemError: a trajectory of another robot, or an option out of its range.
     """
     certificate = certify(problem, trajectory, **options)
-    base = _base(problem, trajectory)
-    return Recheck(
-        certificate=certificate, notes=(*trajectory.notes, *_ends(problem, trajectory, base)), agrees=None, base=base
-    )
+    ours = certificate.trajectory  # its joints in the problem's order
+    base = _base(problem, ours)
+    notes = (*trajectory.notes, *certificate.notes, *_ends(problem, ours, base))
+    return Recheck(certificate=certificate, notes=notes, agrees=None, base=base)
+
+
+def _of_robot(trajectory: AnyTrajectory, problem: Problem) -> tuple[AnyTrajectory, tuple[str, ...]]:
+    """Take a plan's motion for the robot of the problem that it is asked to be proven for, and say in what that differs."""
+    ours, notes = for_robot(trajectory, problem.robot, same_joints=False)
+    if not notes:
+        return ours, ()
+    try:
+        return replace(ours, robot=problem.robot), notes
+    except ProblemError:  # beyond that robot's limits
+        if not trajectory.duration > 0:
+            raise
+        return RecordedTrajectory(problem.robot, ours.path, **_held(problem), notes=ours.notes), notes
 
 
 def _require_same_base(problem: Problem, trajectory: AnyTrajectory) -> None:
@@ -102,18 +120,21 @@ def _base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport | None:
     if not problem.floats:
         return None
     if trajectory.robot != problem.robot and trajectory.duration > 0:
-        held = {name: getattr(problem, name) for name in ("base", "base_start", "momentum")}
-        trajectory = RecordedTrajectory(problem.robot, trajectory.path, **held)
+        trajectory = RecordedTrajectory(problem.robot, trajectory.path, **_held(problem))
     return report_base(problem, trajectory)
 
 
-def _edited(saved: SavedPlan, certificate: Certificate) -> list[str]:
+def _held(problem: Problem) -> dict[str, Any]:
+    return {name: getattr(problem, name) for name in ("base", "base_start", "momentum")}
+
+
+def _edited(saved: SavedPlan) -> list[str]:
     """Compare the file's hashes with what it holds."""
     notes = []
     if saved.problem_hash != problem_hash(saved.problem):
         notes.append("the problem in the file is not the one that was planned: its hash is another; it was edited")
     said = None if saved.certificate is None else saved.certificate.get("trajectory_hash")
-    if said is not None and said != certificate.trajectory_hash:
+    if said is not None and said != trajectory_digest(saved.trajectory):
         notes.append("the motion in the file is not the one that its certificate is about: its hash is another; it was edited")
     return notes
 

@@ -197,6 +197,15 @@ class HeldModel(SolidModel):
     rpy_deg: Vector | None = Field(None, description=_RPY_DEG)
     touching: list[Text] | None = Field(None, description="links that it may touch, as the fingers around it")
     name: Text | None = Field(None, description="of the frame and the link that it becomes; by default held, held_2, ...")
+    mass: Number | None = Field(None, description="[kg], above 0; needed if the base floats")
+    com: Vector | None = Field(
+        None, description="its centre of mass in its own frame [m]; by default that of the shape, evenly filled"
+    )
+    inertia: Annotated[list[Number], _numbers(6)] | None = Field(
+        None,
+        description="xx, yy, zz, xy, xz, yz about its centre of mass, along its own frame's axes [kg m^2]; by default that of "
+        "the shape, evenly filled with the mass",
+    )
 
 
 class RobotModel(StrictModel):

@@ -10,7 +10,7 @@ from spacearm.planner.moveit.part import Part
 from spacearm.robot.model import Robot
 from spacearm.robot.never_meet import joints_between
 from spacearm.robot.segments import link_axes
-from spacearm.robot.self_collision import allowed_pairs
+from spacearm.robot.self_collision import with_allowed_pairs
 
 _MOST_NAMED = 8
 
@@ -58,10 +58,8 @@ def robot_with_matrix(robot: Robot, matrix: Matrix) -> Robot:
 
     Pairs that no joint moves against each other are left out, as for an SRDF.
     """
-    pairs, _ = allowed_pairs(robot, matrix.may_touch)
-    notes = (f"self-collision by MoveIt's matrix: {len(pairs)} pairs of links must keep clear",)
     kept = tuple(note for note in robot.notes if not note.startswith("self-collision "))
-    return replace(robot, self_pairs=pairs, notes=(*kept, *notes))
+    return with_allowed_pairs(replace(robot, notes=kept), matrix.may_touch, by="MoveIt's matrix")
 
 
 def say_matrix(robot: Robot, matrix: Matrix, objects: set[str], notes: list[str], *, used: bool) -> None:
