@@ -104,7 +104,7 @@ def certify(
         status=status,
         clearance=proof.proven if status == "holds" else None,
         minimum_clearance=minimum,
-        closest=None if near is None else _closest(near, robot, problem.scene, trajectory, base),
+        closest=None if near is None else _closest(near, robot, problem.scene, base),
         limits=margins,
         checked=checked,
         resolution=proof.resolution,
@@ -134,14 +134,14 @@ def _floating(robot: Robot, trajectory: AnyTrajectory, proof: Proof, base: Base)
     )
 
 
-def _closest(near: Near, robot: Robot, scene: Scene, trajectory: AnyTrajectory, base: Base) -> ClosestApproach:
-    obstacle, u = near.obstacle, base.own_parameter(near.u)
+def _closest(near: Near, robot: Robot, scene: Scene, base: Base) -> ClosestApproach:
+    obstacle = near.obstacle
     return ClosestApproach(
         link=robot.capsules[near.capsule].name,
         other=f"link '{robot.capsules[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
         obstacle=obstacle,
-        time=float(trajectory.time_at(u)),
-        u=u,
+        time=float(base.time_at(np.array(near.u))),
+        u=base.own_parameter(near.u),
         clearance=near.clearance,
         points=near.points,
     )
