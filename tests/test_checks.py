@@ -9,8 +9,12 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from spacearm import errors
-from spacearm.checks import as_number, as_readonly, shown
-from spacearm.errors import SettingsError, SpacearmError, nearest
+from spacearm.checks import as_number, as_readonly, as_transform, shown
+from spacearm.errors import SceneError, SettingsError, SpacearmError, nearest
+from spacearm.motion.on_a_base import checked_base
+from spacearm.planner import PoseGoal
+from spacearm.robot import Frame, Joint, load_robot
+from spacearm.scene import Box, Cylinder
 
 
 def test_every_error_is_a_spacearm_error_and_there_are_under_ten() -> None:
@@ -73,3 +77,46 @@ def test_the_nearest_name_is_told_with_the_known_ones() -> None:
 def test_a_wrong_value_is_shown_on_one_short_line(value: object) -> None:
     assert len(shown(value).splitlines()) == 1
     assert len(shown(value)) <= 60
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-16, 1e-13, 4e-10])
+def test_a_rotation_of_few_digits_becomes_the_nearest_one_and_stays(error: float) -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        R = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        R *= np.linalg.det(R)
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = R + error * rng.uniform(-1, 1, (3, 3)), rng.normal(size=3)
+        made = as_transform("T", T, SceneError)
+        assert np.abs(made[:3, :3].T @ made[:3, :3] - np.eye(3)).max() < 1e-14
+        np.testing.assert_allclose(made, T, rtol=0, atol=2 * error + 1e-15)
+        np.testing.assert_array_equal(made[:, 3], T[:, 3])
+        np.testing.assert_array_equal(as_transform("T", made, SceneError), made)
+        assert not made.flags.writeable
+        if error <= 1e-16:
+            np.testing.assert_array_equal(made, T)
+    np.testing.assert_array_equal(as_transform("T", np.eye(4), SceneError), np.eye(4))
+
+
+def test_what_is_further_from_a_rotation_is_refused() -> None:
+    T = np.eye(4)
+    T[0, 1] = 1e-8
+    with pytest.raises(SceneError, match="not a rotation"):
+        as_transform("T", T, SceneError)
+
+
+def test_wherever_a_pose_enters_it_is_a_rotation_afterwards() -> None:
+    """Else a far corner of a box, or the end of a chain of joints, is not where it is told."""
+    T = np.eye(4)
+    c, s = np.cos(0.7), np.sin(0.7)
+    T[:2, :2] = np.array([[c, -s], [s, c]]) * (1 + 4e-10)
+    made = [
+        Box((1, 1, 1), T).pose,
+        Cylinder(0.1, 1.0, T).pose,
+        Joint(name="j", kind="revolute", parent=-1, T_parent_joint=T).T_parent_joint,
+        Frame(name="f", joint=-1, T_joint_frame=T).T_joint_frame,
+        PoseGoal(T).pose,
+        checked_base(load_robot("servicer7"), "floating", T, None)["base_start"],
+    ]
+    for pose in made:
+        assert np.abs(pose[:3, :3].T @ pose[:3, :3] - np.eye(3)).max() < 1e-14

@@ -23,6 +23,8 @@ Raise = Callable[[str], SpacearmError]
 
 T = TypeVar("T")
 
+_ORTHONORMAL = 1e-14  # by which R^T R of a rotation may miss the identity by rounding, of some products too
+
 
 def as_readonly(
     name: str,
@@ -144,6 +146,9 @@ def dimensions_of(value: Any) -> int:
 def as_transform(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float64]:
     """Check a rigid transform, (4, 4): a rotation, a translation [m], and the last row 0 0 0 1.
 
+    A rotation of few digits becomes the one nearest to it, so that all that is made of it turns and does not shear: 1e-9 is
+    more than rounding some metres away. One that is a rotation to rounding stays as it is.
+
     Raises:
         error: another shape, entries that are not finite, or an upper left block that is not a rotation.
     """
@@ -158,7 +163,18 @@ def as_transform(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float6
         )
     if not np.array_equal(T[3], (0, 0, 0, 1)):
         raise error(f"{name} has last row {T[3].tolist()}, expected [0, 0, 0, 1]")
-    return T
+    return T if off <= _ORTHONORMAL else _turning(T)
+
+
+def _turning(T: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a transform with the rotation nearest to its own, which is at most 1e-9 off one: by Newton's step, twice."""
+    out = T.copy()
+    R = T[:3, :3]
+    for _ in range(2):  # 1e-9 becomes 1e-18 by the first; the second takes that one's rounding away
+        R = R @ (1.5 * np.eye(3) - 0.5 * (R.T @ R))
+    out[:3, :3] = R + 0.0
+    out.setflags(write=False)
+    return out
 
 
 def as_pose(name: str, value: ArrayLike | None, error: Raise) -> NDArray[np.float64]:

@@ -199,6 +199,51 @@ def test_jumps_are_told_from_rounding() -> None:
     assert not corner.jumps(2).any()
 
 
+def test_a_joints_jump_is_measured_by_its_own_numbers() -> None:
+    """Whatever the other joint is at: 1e-8 is rounding at 1e6 and a jump at 1."""
+    path = PiecewisePath([0, 1, 2], [[[1e6, 0.0], [1e6, 0.0]], [[1e6 + 1e-8, 1e-8], [1e6, 1e-8]]])
+    np.testing.assert_array_equal(path.jumps(0) != 0, [[False, True]])
+    corner = PiecewisePath([0, 1, 2], [[[1e6, 0.0], [1e6, 0.0]], [[1e6, 0.0], [1e6 + 1e-8, 1e-8]]])
+    np.testing.assert_array_equal(corner.jumps(1) != 0, [[False, True]])
+    noise = PiecewisePath([0, 1, 2], [[[1.0, 1e-17], [1.0, 1e-17]], [[1.0, -1e-17], [1.0, 0.0]]])
+    assert noise.is_continuous(1)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 6))
+def test_closed_jumps_of_rounding_leave_a_continuous_path_within_the_numbers_it_had(seed: int, degree: int) -> None:
+    rng = np.random.default_rng(seed)
+    b = rng.uniform(-1, 1) + 1e-8 * rng.integers(0, 2, 20)
+    points = np.stack([np.full(20, 9e5), b], axis=1)[:, None] * np.ones((degree + 1, 1))
+    path = PiecewisePath(np.arange(21) * 1e-3, points)
+    closed = path.joined()
+    assert not (closed.coefficients[1:, 0] - closed.coefficients[:-1, -1]).any()
+    assert closed.joined() is closed
+    least, most = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+    u = np.linspace(0, 0.02, 501)
+    assert ((closed.sample(u) >= least - 1e-9) & (closed.sample(u) <= most + 1e-9)).all()
+    # What jumped in an instant now takes a piece, and is seen as a rate.
+    gone = np.abs(np.diff(b)).max()
+    assert np.abs(closed.hulls(1)[1:]).max() >= gone / 1e-3 * 0.999
+    apart = PiecewisePath([0, 1, 2], [[[0.0], [1.0]], [[1.5], [2.0]]])
+    assert apart.joined() is apart
+
+
+def test_many_small_jumps_of_a_rate_count_as_what_they_add_up_to() -> None:
+    """Corners, each within rounding of the numbers, in pieces of a microsecond: together they turn a line into a curve."""
+    t = np.arange(1001) * 1e-6
+    q = 9e5 + np.cumsum(np.cumsum(np.full(1001, 1e-10)))
+    path = PiecewisePath.from_linear(t, q[:, None])
+    rates = path.derivative().coefficients[:, 0, 0]
+    assert not path.jumps(1).any()
+    assert path.slips(1)[0] >= (rates[-1] - rates[0]) / (t[-1] - t[0])
+    assert PiecewisePath.from_linear([0, 1, 2], [[0.0], [1.0], [2.0]]).slips(1)[0] < 1e-15
+
+
+def test_polynomials_of_any_degree_that_float64_bears_are_taken() -> None:
+    assert PiecewisePath([0, 1], np.linspace(0, 1, 257)[None, :, None]).sample(0.5)[0] == pytest.approx(0.5)
+    assert_refused("motion", "path of degree 1100", ProblemError, lambda: PiecewisePath([0, 1], np.zeros((1, 1101, 1))))
+
+
 @given(NUMBERS, NUMBERS, st.lists(st.floats(1e-3, 1.0), min_size=2, max_size=6))
 def test_a_straight_line_in_pieces_has_no_corner(begin: float, slope: float, steps: list[float]) -> None:
     t = np.concatenate([[0.0], np.cumsum(steps)])

@@ -375,3 +375,22 @@ REFUSED: dict[str, Any] = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_recorded_trajectories_that_cannot_be_are_refused(case: str) -> None:
     assert_refused("motion", case, ProblemError, REFUSED[case])
+
+
+def test_what_a_joints_jumps_add_up_to_is_part_of_the_path_and_said() -> None:
+    """A stair of one joint, each step below the rounding of another one's numbers."""
+    count, step = 400, 1.4e-8
+    b = step * np.concatenate([np.arange(count), count - np.arange(count)])
+    points = np.stack([np.full(2 * count, 9.9e5), b], axis=1)[:, None] * np.ones((2, 1))
+    path = PiecewisePath(np.arange(2 * count + 1) * 1e-4, points)
+    made = RecordedTrajectory(TURNER, path)
+    assert np.abs(np.diff(made.sample(path.breaks).q[:, 1])).max() <= 1.01 * step
+    assert made.limits.velocity[1] * TURNER.velocity[1] >= 0.99 * step / 1e-4
+    assert made.limits.acceleration[1] == np.inf
+    assert len(made.notes) == 1
+    assert "joint 'elbow' at" in made.notes[0]
+    again = RecordedTrajectory(TURNER, made.path, notes=made.notes)
+    assert again == made
+    joined = PiecewisePath.from_linear([0, 1, 2], [[9.9e5, 0], [9.9e5, 1e-3], [9.9e5, 0]])
+    assert RecordedTrajectory(TURNER, joined).path is joined
+    assert RecordedTrajectory(TURNER, joined).notes == ()

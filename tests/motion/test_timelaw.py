@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -283,3 +284,88 @@ REFUSED: dict[str, Any] = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_time_laws_that_cannot_be_are_refused(case: str) -> None:
     assert_refused("motion", case, ProblemError, REFUSED[case])
+
+
+def steep(share: float, to: float = 0.99) -> TimeLaw:
+    """At rest nearly all the time, and nearly all of the way in so small a share of it."""
+    x, a = 0.51, 1 - to
+    return TimeLaw([0, x, x + share, 1], [[0, a / 2, a, a], [a, a, to, to], [to, to, 1 - a / 2, 1]])
+
+
+DWELL = TimeLaw([0, 0.3, 0.7, 1], [[0, 0, 0.5, 0.5], [0.5, 0.5, 0.5, 0.5], [0.5, 0.5, 1, 1]])
+OUT_AND_BACK = Motion([[0, 0], *[[0, 0.5]] * 10, [0, 0]])
+
+
+@pytest.mark.parametrize("share", [1e-2, 1e-5, 1e-6, 1e-7, 4e-8])
+@pytest.mark.parametrize("interior", [1, 4, 20])
+def test_a_steep_law_is_cut_at_every_knot_that_it_passes(share: float, interior: int) -> None:
+    motion, law = Motion([[0.0], *[[0.5]] * interior, [0.0]]), steep(share)
+    inside = 0.51 + share * np.linspace(1e-3, 1 - 1e-3, 997)
+    s = law.sample(inside)[:, None]
+    rates = [law.sample(inside, k)[:, None] for k in range(3)]
+    first, second = (motion.sample(s[:, 0], k) for k in (1, 2))
+    expected = [motion.sample(s[:, 0]), first * rates[1], second * rates[1] ** 2 + first * rates[2]]
+    for derivative, values in enumerate(expected):
+        path = over_time(motion, law, 1.0, derivative)
+        np.testing.assert_allclose(path.sample(inside), values, rtol=0, atol=1e-6 * np.abs(values).max())
+    margins = law_margins(two_link(), OUT_AND_BACK, law, 30.0)
+    assert margins.velocity[1] > 0.1 / share / 30.0
+
+
+def test_a_break_of_the_law_that_is_nearly_at_a_knot_costs_nothing() -> None:
+    """By place: at the knot, a little before it, and a rest upon it."""
+    motion = Motion([[0.0], [0.5], [0.0]])  # one knot, at 1/2
+    for middle in (0.5, 0.5 - 1e-9, 0.5 + 1e-9, 0.4999):
+        law = TimeLaw([0, 0.3, 0.7, 1], [[0, 0, middle, middle], [middle] * 4, [middle, middle, 1, 1]])
+        x = np.linspace(0, 1, 1001)
+        for derivative in range(4):
+            path = over_time(motion, law, 1.0, derivative)
+            assert path.pieces <= 4
+            if derivative == 0:
+                np.testing.assert_allclose(path.sample(x), motion.sample(law.sample(x)), rtol=0, atol=1e-14)
+            if derivative == 1:
+                expected = motion.sample(law.sample(x), 1) * law.sample(x, 1)[:, None]
+                np.testing.assert_allclose(path.sample(x), expected, rtol=0, atol=1e-12)
+
+
+def test_a_law_that_dwells_is_within_its_limits_and_rests() -> None:
+    robot = two_link()
+    for motion in (OUT_AND_BACK, Motion([[0, 0], [0.3, 0.5], [0, 0]])):
+        made = Trajectory(robot, motion, time_law=DWELL)
+        assert made.limits.holds
+        t = np.linspace(0.31, 0.69, 50) * made.duration
+        np.testing.assert_array_equal(made.sample(t).dq, np.zeros((50, 2)))
+        np.testing.assert_allclose(made.sample(made.time_at(0.5)).q, motion.sample(0.5), atol=1e-12)
+        assert made.path.sample(t) == pytest.approx(made.sample(t).q, abs=1e-14)
+
+
+def test_a_law_whose_acceleration_jumps_where_the_arm_rests_has_a_finite_jerk() -> None:
+    margins = law_margins(two_link(), OUT_AND_BACK, DWELL, 1000.0, jerk_limit=1.0)  # it dwells at the goal, where q' = 0
+    assert margins.jerk is not None
+    assert margins.holds
+
+
+def test_corners_of_a_law_that_pass_for_rounding_count_as_what_they_add_up_to() -> None:
+    count, length = 200, 1e-7
+    rates = 1 + 4e-7 * np.arange(count)  # each corner is 4e-7 of the pace
+    breaks = 0.5 + length * np.arange(count + 1)
+    inside = 0.5 + np.concatenate([[0.0], np.cumsum(rates * length)])
+    rest = (1 - inside[-1]) / (1 - breaks[-1])
+    last, third = rates[-1] * (1 - breaks[-1]) / 3, (1 - breaks[-1]) / 3
+    pieces = [np.linspace(0, 0.5, 4)] + [np.linspace(a, b, 4) for a, b in pairwise(inside)]
+    pieces.append(np.array([inside[-1], inside[-1] + last, 1 - rest * third, 1.0]))
+    law = TimeLaw([0, *breaks, 1], pieces)
+    middle = Motion([[0, 0], [0, 0.5]])
+    change = middle.sample(0.5, 1)[1] * (rates[-1] - rates[0]) / (length * count)
+    assert law_margins(two_link(), middle, law, 1.0).acceleration[1] * two_link().acceleration[1] >= 0.99 * change
+
+
+STEEP: dict[str, Any] = {
+    "time law of degree 60": lambda: TimeLaw([0, 1], [np.linspace(0, 1, 61)]),
+    "time law too steep": lambda: TimeLaw([0, 0.5, 0.5 + 1e-8, 1], [[0] * 4, [0, 0, 1, 1], [1] * 4]),
+}
+
+
+@pytest.mark.parametrize("case", STEEP)
+def test_laws_that_numbers_cannot_follow_are_refused(case: str) -> None:
+    assert_refused("motion", case, ProblemError, STEEP[case])

@@ -383,3 +383,39 @@ def test_the_obstacles_of_a_robot_without_masses_are_those_of_a_fixed_base() -> 
     ball: list[Obstacle] = [Sphere((0, 5, 0), 0.1)]
     assert judged(Adrift(bare, Scene(ball), base="fixed"), SWING).holds
     assert line("x", -1, (0, 0, 0), (1, 0, 0), 0.1).joint == -1
+
+
+# ---- laws that dwell -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("middle", [0.2, 0.5, 0.9])
+@pytest.mark.parametrize("momentum", [None, Momentum(linear=(0.3, 0, 0), angular=(0, 0.4, 2.0))])
+def test_a_law_that_dwells_is_no_false_alarm(middle: float, momentum: Momentum | None) -> None:
+    """At a place between, and at a knot: from the place alone the time cannot be told, and the base turns on meanwhile."""
+    law = TimeLaw([0, 0.2, 0.8, 1], [[0, 0, middle, middle], [middle] * 4, [middle, middle, 1, 1]])
+    for motion in (SWING, Motion([[0, 0], [0.5, 0.2], [1.0, 0.0]])):
+        slow = Trajectory(lander(), motion, duration=120.0, time_law=law, momentum=momentum)
+        setting = Adrift(slow.robot, Scene([Sphere((0, 5, 0), 0.1)]), momentum=momentum)
+        found = certify(setting, slow)
+        assert found.holds, found.message
+        same = certify(setting, RecordedTrajectory(slow.robot, slow.path, momentum=momentum), limits=())
+        assert same.holds, same.message
+        assert found.closest is not None
+        assert same.closest is not None
+        assert found.closest.clearance == pytest.approx(same.closest.clearance, abs=1e-4)
+        if momentum is not None:
+            assert found.closest.time == pytest.approx(same.closest.time, abs=1e-4)
+            np.testing.assert_allclose(found.closest.points, same.closest.points, atol=1e-3)
+
+
+def test_a_start_turned_slightly_far_from_the_origin_is_another_start() -> None:
+    """The place may be a million metres away: that makes a turn of 1e-5 rad no smaller."""
+    T, turned = np.eye(4), np.eye(4)
+    T[0, 3] = turned[0, 3] = 1e6
+    c, s = np.cos(1e-5), np.sin(1e-5)
+    turned[:2, :2] = [[c, -s], [s, c]]
+    robot = lander()
+    setting = Adrift(robot, Scene([]), base_start=T)
+    assert certify(setting, Trajectory(robot, SWING, base_start=T)).holds
+    with pytest.raises(ProblemError, match="and 1e-05 rad"):
+        certify(setting, Trajectory(robot, SWING, base_start=turned))

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from proof.dense import Setting, planar, swing
 from spacearm.errors import ProblemError
-from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, Trajectory
+from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.proof import Certificate, certify
+from spacearm.proof.spans import Spans
 from spacearm.robot import Joint, LinkCapsule, Robot
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 
@@ -321,3 +322,82 @@ def test_settings_that_cannot_be_are_refused(options: dict[str, Any]) -> None:
     robot = turntable()
     with pytest.raises(ProblemError):
         judged(robot, [], Trajectory(robot, Motion([[-1.0], [1.0]])), **options)
+
+
+# ---- numbers of several sizes ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("other", [0.0, 9.9e5])
+def test_a_stair_of_steps_that_are_rounding_beside_another_joint_is_a_motion(other: float) -> None:
+    """The shoulder creeps into a pea in steps of 1.4e-8 rad, 4,000 a way, off the middle of a run of pieces."""
+    robot = planar(lower=(-4.0, -np.inf), upper=(4.0, np.inf))
+    count, at, step = 24_000, 5_300, 1.4e-8
+    shoulder = np.zeros(count)
+    shoulder[at : at + 4000] = step * np.arange(4000)
+    shoulder[at + 4000 : at + 8000] = step * (4000 - np.arange(4000))
+    if not other:  # without the larger number beside it each step is a jump
+        points = np.stack([np.stack([shoulder, np.zeros(count)], axis=1)] * 2, axis=1)
+        with pytest.raises(ProblemError, match=r"jumps by 1\.4e-08"):
+            RecordedTrajectory(robot, PiecewisePath(np.arange(count + 1) * 1e-4, points))
+        return
+    points = np.stack([np.stack([shoulder, np.full(count, other)], axis=1)] * 2, axis=1)
+    made = RecordedTrajectory(robot, PiecewisePath(np.arange(count + 1) * 1e-4, points))
+    pea = Sphere((0.9, 0.05 + 0.01 + 2e-5, 0), 0.01)
+    bare = planar(capsules=robot.capsules[:1], lower=(-4.0, -np.inf), upper=(4.0, np.inf))
+    certificate = judged(bare, [pea], made)
+    assert certificate.status == "fails"
+    assert certificate.closest is not None
+    assert certificate.closest.clearance == pytest.approx(2e-5 - 0.9 * 4000 * step, abs=2e-6)
+    slow = planar(velocity=(1e-4, 1.0), lower=(-4.0, -np.inf), upper=(4.0, np.inf))
+    assert judged(slow, [], made, limits=("velocity",)).status == "fails"
+
+
+def test_coefficients_of_great_size_between_small_values_are_allowed_their_rounding() -> None:
+    """Of degree 40, up and down by 1e6, and nearly 0 in the middle."""
+    robot = turntable()
+    wild = 1e6 * (-1.0) ** np.arange(41)
+    path = PiecewisePath([0, 1], wild[None, :, None])
+    spans = Spans(path)
+    stretches = spans.first()
+    assert spans.lines(stretches).drift.min() >= 1e-8
+    assert judged(robot, [], RecordedTrajectory(robot, path)).holds
+
+
+# ---- time laws -------------------------------------------------------------------------------------------------------
+
+
+def test_a_leap_in_a_share_of_the_time_that_is_rounding_is_looked_at() -> None:
+    """Out and back within 3e-5 of 30 s: within no limit; with others that allow it, where it is."""
+    x, q = 0.51, [[-1.0, 0.0], *[[1.0, 0.0]] * 10, [-1.0, 0.0]]
+    law = TimeLaw([0, x, x + 1e-6, 1], [[0, 0.004, 0.01, 0.01], [0.01, 0.01, 0.99, 0.99], [0.99, 0.99, 0.996, 1]])
+    with pytest.raises(ProblemError, match="duration is 30 s, expected at least"):
+        Trajectory(planar(), Motion(q), time_law=law, duration=30.0)
+    quick = planar(velocity=(1e7, 1e7), acceleration=(1e14, 1e14))
+    made = Trajectory(quick, Motion(q), time_law=law, duration=30.0)
+    told = made.limits.velocity[0] * quick.velocity[0]
+    u = 30 * x + np.linspace(0, 3e-5, 4001)
+    assert told >= 0.99 * np.abs(np.gradient(made.sample(u).q[:, 0], u)).max()
+    assert judged(planar(), [], made, limits=("velocity",)).status == "fails"
+    assert judged(quick, [Sphere((1.5, 0, 0), 0.1)], made).status == "fails"
+
+
+# ---- what is broken --------------------------------------------------------------------------------------------------
+
+
+def test_the_worst_broken_limit_is_named_first() -> None:
+    """By the share of it that is too much, whichever joint or limit it is."""
+    t = np.linspace(0, 1, 6)
+    q = np.column_stack([0.2 * t, 3 * t])
+    made = RecordedTrajectory(planar(), PiecewisePath.from_cubic(t, q))
+    robot = planar(velocity=(0.1, 1.0), acceleration=(100.0, 100.0), lower=(-1, -1), upper=(0.19, 1.0))
+    certificate = judged(robot, [], made, limits=("position", "velocity", "acceleration"))
+    broken = certificate.broken_limits
+    assert certificate.message == f"{broken[0]} (and {len(broken) - 1} more)"
+    assert broken[0].startswith("joint 'elbow' may exceed its velocity limit")
+    assert broken[1].startswith("joint 'elbow' may pass a position limit by 2 rad")
+    assert broken[2].startswith("joint 'shoulder' may exceed its velocity limit")
+    assert broken[3].startswith("joint 'shoulder' may pass a position limit by 0.01 rad")
+    corner = judged(
+        robot, [], RecordedTrajectory(planar(), PiecewisePath.from_linear(t, q**2)), limits=("velocity", "acceleration")
+    )
+    assert "has no finite acceleration" in corner.message

@@ -65,6 +65,23 @@ def test_no_direction_proves_more_than_there_is(a: np.ndarray, b: np.ndarray, ob
     assert known.left.min() <= max(0.0, true) + COALS
 
 
+@settings(max_examples=100)
+@given(strategies.points(2.0), strategies.points(2.0), obstacles(), directions(), st.floats(-300, 300))
+def test_a_direction_of_any_length_proves_no_more_than_that_of_length_1(
+    a: np.ndarray, b: np.ndarray, obstacle: Obstacle, n: np.ndarray, size: float
+) -> None:
+    robot, n = resting(a, b, 0.05), n / np.linalg.norm(n)
+    known, scaled = looked(robot, obstacle, n), looked(robot, obstacle, n * 10.0**size)
+    np.testing.assert_allclose(scaled.left, known.left, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(scaled.least, known.least, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [(0, 0, 0), (np.nan, 0, 1), (np.inf, 0, 0), (np.inf, np.nan, -np.inf)])
+def test_what_is_no_direction_proves_nothing(n: tuple[float, ...]) -> None:
+    known = looked(resting(np.zeros(3), np.zeros(3), 0.05), Sphere((1, 0, 0), 0.1), np.array(n, dtype=float))
+    assert known.left[0] == -np.inf
+
+
 @given(bodies(), directions(), st.integers(0, 2**32 - 1))
 def test_the_support_is_that_of_the_furthest_point(obstacle: Obstacle, n: np.ndarray, seed: int) -> None:
     n = n / np.linalg.norm(n)

@@ -100,3 +100,76 @@ def test_an_exception_in_f_is_the_callers_own() -> None:
 
     with pytest.raises(Mine):
         minimize(broken, *BOX, SMALL_NAMED["pso"], rng=0)
+
+
+def logarithm(x: np.ndarray) -> np.ndarray:
+    with np.errstate(divide="ignore"):
+        return np.log(np.maximum(x[:, 0], 0.0))
+
+
+@NAMES
+def test_minus_infinity_is_no_best_and_is_told(name: str) -> None:
+    """Half of the box has no logarithm."""
+    told = []
+
+    def f(x: np.ndarray) -> np.ndarray:
+        told.append(logarithm(x) + 1000)  # one of the variants wants positive numbers
+        return told[-1]
+
+    run = minimize(f, [-5, -5], [5, 5], SMALL_NAMED[name], rng=0)
+    values = np.concatenate(told)
+    finite = np.isfinite(values)
+    assert run.success
+    assert run.fitness == values[finite].min()
+    assert run.failed_evaluations == run.minus_infinite_evaluations == np.count_nonzero(~finite)
+    assert f"{np.count_nonzero(~finite)} of {run.evaluations} evaluations gave NaN or minus infinity" in run.message
+    assert "every evaluation" not in run.message
+
+
+MIXED = [np.nan, np.inf, -np.inf]
+
+
+@settings(max_examples=60)
+@given(boxes(), swarms(), SEEDS, st.lists(st.sampled_from(MIXED), min_size=1, max_size=4), st.sampled_from([0.1, 0.5, 1.0]))
+def test_whatever_mixture_fails_the_finite_ones_count(
+    box: Box, chosen: SwarmSettings, seed: int, failures: list[float], share: float
+) -> None:
+    hills, told = Hills(*box), []
+
+    def failing(x: np.ndarray) -> np.ndarray:
+        fitness = hills(x)
+        draw = np.modf(fitness * 1e6)[0]
+        which = (np.modf(fitness * 1e9)[0] * len(failures)).astype(int)
+        told.append(np.where(draw < share, np.array(failures)[which], fitness))
+        return told[-1]
+
+    run = minimize(failing, *box, chosen, rng=seed)
+    values = np.concatenate(told)
+    assert run.minus_infinite_evaluations == np.count_nonzero(values == -np.inf)
+    assert run.infinite_evaluations == np.count_nonzero(values == np.inf)
+    assert run.failed_evaluations == np.count_nonzero(np.isnan(values) | (values == -np.inf))
+    finite = values[np.isfinite(values)]
+    assert run.success == bool(finite.size)
+    assert ("every evaluation failed" in run.message) == (not finite.size)
+    if finite.size:
+        assert run.fitness == finite.min()
+
+
+def test_infinite_wherever_it_is_allowed_is_not_every_evaluation() -> None:
+    def f(x: np.ndarray) -> Any:
+        allowed = x[:, 0] < 4
+        return np.where(allowed, np.inf, x[:, 1]), np.where(allowed, 0.0, 1.0)
+
+    run = minimize(f, *BOX, SMALL_NAMED["pso"], rng=0)
+    assert not run.success
+    assert "f is infinite wherever nothing is violated" in run.message
+    assert "every evaluation" not in run.message
+
+
+def test_a_resumed_run_counts_what_failed_before(tmp_path: Any) -> None:
+    path, chosen = tmp_path / "swarm.npz", SMALL_NAMED["pso"]
+    whole = minimize(logarithm, [-5, -5], [5, 5], chosen, rng=3)
+    minimize(logarithm, [-5, -5], [5, 5], chosen, rng=3, checkpoint=path, callback=lambda swarm: swarm.iteration == 4)
+    again = minimize(logarithm, [-5, -5], [5, 5], chosen, rng=3, checkpoint=path, resume=True)
+    assert again.minus_infinite_evaluations == whole.minus_infinite_evaluations > 0
+    assert again.message == whole.message

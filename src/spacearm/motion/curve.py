@@ -22,6 +22,11 @@ class Curve(Protocol):
         ...
 
     @property
+    def degree(self) -> int:
+        """Of its pieces."""
+        ...
+
+    @property
     def pieces(self) -> int:
         """Number of its own polynomial pieces."""
         ...

@@ -94,17 +94,20 @@ def limit_margins(robot: Robot, motion: Motion, duration: float, *, jerk_limit: 
 
 
 def path_margins(robot: Robot, path: PiecewisePath, *, jerk_limit: ArrayLike | None = None) -> LimitMargins:
-    """Return how far a path over time [s] stays inside the limits, for all t, its corners included."""
+    """Return how far a path over time [s] stays inside the limits, for all t, its corners included.
+
+    Jumps of rounding count too, as what they add to the next derivative; the path itself must have none.
+    """
     velocity_jumps, acceleration_jumps = (path.jumps(k).any(axis=0) for k in (1, 2))
     jerk = None
     if jerk_limit is not None:
-        jerk = greatest_size(path, 3) / as_jerk_limit(robot, jerk_limit)
+        jerk = (greatest_size(path, 3) + path.slips(2)) / as_jerk_limit(robot, jerk_limit)
         jerk = np.where(velocity_jumps | acceleration_jumps, np.inf, jerk)
     low, high = extremes(path, 0, tolerance=_POSITION_TOLERANCE)
     return LimitMargins(
         position=np.minimum(low - robot.lower, robot.upper - high),
         velocity=greatest_size(path, 1) / robot.velocity,
-        acceleration=np.where(velocity_jumps, np.inf, greatest_size(path, 2) / robot.acceleration),
+        acceleration=np.where(velocity_jumps, np.inf, (greatest_size(path, 2) + path.slips(1)) / robot.acceleration),
         jerk=jerk,
     )
 

@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 _BISECTIONS = 3
 _AT_ONCE = 6  # halvings by one matrix
 _DIGITS = 64 * np.finfo(np.float64).eps  # what of a number's size is taken for rounding when pieces are compared
+_LEAST_SIZE = 1.0  # [rad or m] in that comparison: a joint that rests at 1e-17 does so by rounding in larger numbers
+_HIGHEST = 256  # degree; beyond, coefficients that all are numbers may have values that are none
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +31,7 @@ class PiecewisePath(Frozen):
         coefficients: (p, d + 1, n) Bernstein coefficients of each piece [rad or m].
 
     Raises:
-        ProblemError: shapes that do not fit, numbers that are not finite, or breaks that do not increase.
+        ProblemError: shapes that do not fit, a degree above 256, numbers that are not finite, or breaks that do not increase.
     """
 
     breaks: Array
@@ -46,6 +48,11 @@ class PiecewisePath(Frozen):
             raise ProblemError(
                 f"breaks has shape {breaks.shape} and coefficients {coefficients.shape}, "
                 "expected (p + 1,) and (p, degree + 1, n)"
+            )
+        if coefficients.shape[1] - 1 > _HIGHEST:
+            raise ProblemError(
+                f"coefficients has polynomials of degree {coefficients.shape[1] - 1}, expected at most {_HIGHEST}; "
+                "cut the path into more pieces of a lower one"
             )
         _require_increasing("breaks", breaks)
         object.__setattr__(self, "breaks", breaks)
@@ -186,17 +193,57 @@ class PiecewisePath(Frozen):
         return PiecewisePath(self.breaks, self._derived(order))
 
     def jumps(self, derivative: int) -> Array:
-        """Return by how much a derivative jumps at each inner break, (p - 1, n); what is rounding only is 0."""
-        points = self._derived(derivative)
-        jump = points[1:, 0] - points[:-1, -1]
+        """Return by how much a derivative jumps at each inner break, (p - 1, n); what is rounding only is 0.
+
+        Rounding is measured joint by joint, by the joint's own numbers in the two pieces that meet.
+        """
+        jump = self._steps(derivative)
+        return np.where(np.abs(jump) > self._rounding(np.abs(self.coefficients).max(axis=1), derivative), jump, 0.0)
+
+    def slips(self, derivative: int) -> Array:
+        """Return what the jumps of a derivative that `jumps` takes for rounding add to the next derivative at most, (n,).
+
+        They count as made within the shorter of the two pieces that meet: a stair of many such jumps is a slope.
+        """
+        jump = self._steps(derivative)
+        small = np.where(self.jumps(derivative) == 0, np.abs(jump), 0.0)
         lengths = np.diff(self.breaks)
-        size = np.abs(self.coefficients).max(axis=(1, 2))
-        rounding = _DIGITS * 2**derivative * perm(self.degree, derivative) * size / lengths**derivative
-        return np.where(np.abs(jump) > np.maximum(rounding[1:], rounding[:-1])[:, None], jump, 0.0)
+        return (small / np.minimum(lengths[1:], lengths[:-1])[:, None]).max(axis=0, initial=0.0)
+
+    def joined(self) -> PiecewisePath:
+        """Return the path with every piece beginning exactly where the one before it ends.
+
+        Only jumps that may be rounding are closed, measured by the largest number of any joint in the two pieces that meet,
+        for where joints were computed together one leaves its rounding in the others. What is closed is from then on part of
+        the path, its rates too. Larger jumps stay.
+        """
+        jump = self._steps(0)
+        whole = np.abs(self.coefficients).max(axis=(1, 2), keepdims=True)[:, 0]
+        small = (jump != 0) & (np.abs(jump) <= self._rounding(whole, 0))
+        if not small.any():
+            return self
+        coefficients = self.coefficients.copy()
+        if self.degree == 0:  # a constant has one coefficient for both of its ends
+            coefficients = np.repeat(coefficients, 2, axis=1)
+        coefficients[1:, 0] = np.where(small, self.coefficients[:-1, -1], self.coefficients[1:, 0])
+        return PiecewisePath(self.breaks, coefficients)
 
     def is_continuous(self, derivative: int = 0) -> bool:
         """Whether a derivative, and all before it, have no jump."""
         return not any(self.jumps(k).any() for k in range(derivative + 1))
+
+    def _steps(self, derivative: int) -> Array:
+        """Return the first value of each piece but one, less the last value of the piece before, (p - 1, n)."""
+        points = self._derived(derivative)
+        with np.errstate(invalid="ignore"):
+            return points[1:, 0] - points[:-1, -1]
+
+    def _rounding(self, size: Array, derivative: int) -> Array:
+        """Return what rounding may make of a derivative's jumps where numbers are so large, (p, n) or (p, 1)."""
+        scale = _DIGITS * 2**derivative * perm(self.degree, derivative)
+        with np.errstate(over="ignore"):
+            rounding = scale * np.maximum(size, _LEAST_SIZE) / np.diff(self.breaks)[:, None] ** derivative
+        return np.maximum(rounding[1:], rounding[:-1])
 
     def _derived(self, derivative: int) -> Array:
         """Return the coefficients of a derivative."""

@@ -29,7 +29,7 @@ class RecordedTrajectory(OnABase):
 
     Attributes:
         robot: whose joints move.
-        path: q(t), t from 0 to the duration [s], without jumps.
+        path: q(t), t from 0 to the duration [s], without jumps; those of rounding are closed, see `PiecewisePath.joined`.
         base: "fixed", or "floating": free to drift and turn; None: as the robot says.
         base_start: (4, 4) T_w_b at the beginning [m]; None: at the inertial origin, unturned.
         momentum: of base and arm, if the base floats; None: none.
@@ -74,14 +74,27 @@ class RecordedTrajectory(OnABase):
         if self.path.domain[0] != 0:
             raise ProblemError(f"the path begins at {self.path.domain[0]:.9g} s, expected 0; take its first time from all")
         self._require_sizes()
-        jumps = np.abs(self.path.jumps(0))
+        given, path = self.path, self.path.joined()
+        jumps = np.abs(path.jumps(0))
         if jumps.any():
             i, joint = np.unravel_index(int(np.argmax(jumps)), jumps.shape)
             raise ProblemError(
                 f"joint '{self.robot.dof_names[int(joint)]}' jumps by {jumps[i, joint]:.4g} "
                 f"at {self.path.breaks[i + 1]:.9g} s, expected a path without jumps; join its pieces"
             )
-        object.__setattr__(self, "notes", tuple(self.notes))
+        object.__setattr__(self, "path", path)
+        object.__setattr__(self, "notes", (*self.notes, *self._closed(given)))
+
+    def _closed(self, given: PiecewisePath) -> tuple[str, ...]:
+        """Say where jumps were closed that are more than rounding in the joint's own numbers."""
+        jumps = np.abs(given.jumps(0))
+        if self.path is given or not jumps.any():
+            return ()
+        i, joint = np.unravel_index(int(np.argmax(jumps)), jumps.shape)
+        return (
+            f"jumps of up to {jumps[i, joint]:.3g} (joint '{self.robot.dof_names[int(joint)]}' at {given.breaks[i + 1]:.9g} s) "
+            "were closed: rounding of other joints' larger numbers; the rates that this takes are counted",
+        )
 
     def _require_sizes(self) -> None:
         """Refuse what would leave no digits to check."""

@@ -65,6 +65,11 @@ class Motion(Frozen):
         return len(self.control_points) - 2
 
     @property
+    def degree(self) -> int:
+        """The pieces' degree: 5."""
+        return DEGREE
+
+    @property
     def pieces(self) -> int:
         """Number of polynomial pieces, K + 1."""
         return self.interior + 1

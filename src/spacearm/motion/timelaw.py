@@ -18,7 +18,10 @@ from spacearm.motion.spline import DEGREE, Motion
 
 Array = NDArray[np.float64]
 
-_SLIVER = 1e-6  # pieces this short are not cut: the spline's pieces differ by the fifth power of it
+_SLIVER = 1e-6  # in pieces of the spline: no cut so near to a knot, whose two polynomials differ by the fifth power of it
+_HIGHEST = 50  # degree: the motion over time has five times that
+_STEEPEST = 1e8  # ds/dx: steeper, a share of the time has no digits to say where on the path it is
+_SAME_TIME = 4 * float(np.finfo(np.float64).eps)
 _SHORTEST = 1e-8  # in shorter pieces rounding would hide corners
 _HALVINGS = 54
 _ROUNDING = 1e-14
@@ -52,6 +55,8 @@ class TimeLaw(Frozen):
             raise ProblemError(
                 f"breaks runs from {path.domain[0]:g} to {path.domain[1]:g}, expected 0 to 1: shares of the duration"
             )
+        if path.degree > _HIGHEST:
+            raise ProblemError(f"the time law has pieces of degree {path.degree}, expected at most {_HIGHEST}; cut it finer")
         shortest = float(np.diff(path.breaks).min())
         if shortest < _SHORTEST:
             raise ProblemError(f"the time law has a piece of {shortest:.3g} of the duration, expected {_SHORTEST:g} or more")
@@ -62,6 +67,12 @@ class TimeLaw(Frozen):
             )
         if (np.diff(coefficients, axis=1) < -_ROUNDING).any():
             raise ProblemError("the time law's coefficients fall within a piece, expected a law that never turns back")
+        steepest = float(path.hulls(1, bisections=0)[2].max())
+        if steepest > _STEEPEST:
+            raise ProblemError(
+                f"the time law runs at up to {steepest:.3g} times its mean pace, expected at most {_STEEPEST:g}; "
+                "make it less steep"
+            )
         for derivative, what in enumerate(("jumps", "has a corner")):
             if path.jumps(derivative).any():
                 worst = int(np.argmax(np.abs(path.jumps(derivative))))
@@ -70,7 +81,7 @@ class TimeLaw(Frozen):
                     "no arm can follow it"
                 )
         object.__setattr__(self, "breaks", path.breaks)
-        object.__setattr__(self, "coefficients", coefficients)
+        object.__setattr__(self, "coefficients", _readonly(path.joined().coefficients[:, :, 0]))
 
     @classmethod
     def uniform(cls) -> TimeLaw:
@@ -142,6 +153,7 @@ def over_time(motion: Motion, law: TimeLaw, duration: float, derivative: int = 0
 
     if derivative == 0:
         points = term(0)
+        points[1:, 0] = points[:-1, -1]  # the same up to rounding
     elif derivative == 1:
         points = term(1, rate(1))
     elif derivative == 2:
@@ -160,10 +172,20 @@ def _cut_at_knots(motion: Motion, law: TimeLaw) -> tuple[Array, NDArray[np.int64
     Returns:
         The ends (p + 1,) of what results; (p,) which piece of the law each is; and for a degree the cuts (p, d + 1, d + 1).
     """
-    knots = law.inverse(np.arange(1, motion.pieces) / motion.pieces)
-    near = np.abs(knots[:, None] - law.breaks).min(axis=1, initial=1.0)
-    x = np.sort(np.concatenate([law.breaks, knots[near > _SLIVER]]))
+    knots = np.arange(1, motion.pieces) / motion.pieces
+    # By its place on the path a knot is where the law has a break, or not: in an instant of time a steep law passes many.
+    at_breaks = np.append(law.coefficients[:, 0], law.coefficients[-1, -1])
+    near = np.abs(knots[:, None] - at_breaks).min(axis=1, initial=1.0) * motion.pieces
+    between = law.inverse(knots[near > _SLIVER])
+    between = between[np.abs(between[:, None] - law.breaks).min(axis=1, initial=1.0) > _SAME_TIME]
+    x = np.unique(np.concatenate([law.breaks, between]))
     piece = np.searchsorted(law.breaks, x[:-1], side="right") - 1
     origin, length = law.breaks[piece], np.diff(law.breaks)[piece]
     begin, end = (x[:-1] - origin) / length, np.minimum((x[1:] - origin) / length, 1.0)
     return x, piece, lambda degree: cuts(degree, begin, end)
+
+
+def _readonly(array: Array) -> Array:
+    array = np.ascontiguousarray(array)
+    array.setflags(write=False)
+    return array

@@ -84,6 +84,14 @@ class Base:
         assert self._trajectory.time_law is not None
         return float(self._trajectory.time_law.sample(u / self._trajectory.duration))
 
+    def time_at(self, u: Array) -> Array:
+        """Return when parameters (r,) of the curve are reached, (r,) [s].
+
+        Where the curve goes by time that is the time itself: the place on the path does not tell it where the arm dwells.
+        """
+        at = np.asarray(u, dtype=np.float64)
+        return self._trajectory.time_at(at) if self.curve is self._trajectory.curve else at
+
     def _center_of(self, frames: Array) -> Array:
         """Return the system's centre of mass (r, 3) in the frames' frame."""
         at = frames[:, self._masses.joint]

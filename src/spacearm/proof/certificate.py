@@ -162,7 +162,7 @@ class Certificate:
 
     @property
     def broken_limits(self) -> tuple[str, ...]:
-        """The limits among those checked that may be broken, each in words."""
+        """The limits among those checked that may be broken, each in words, the worst first."""
         return broken_limits(self.robot, self.limits, self.checked)
 
     @property
@@ -255,17 +255,23 @@ class Certificate:
 
 
 def broken_limits(robot: Robot, margins: LimitMargins, checked: tuple[Limit, ...]) -> tuple[str, ...]:
-    """Return a sentence for each joint's limit, of those checked, that is not kept for all t."""
-    out = []
+    """Return a sentence for each joint's limit, of those checked, that is not kept for all t.
+
+    The worst comes first: that which is exceeded by the greatest share of itself, of a position limit by that of half the way
+    between the joint's two limits, or of 1 rad or m where one of them is infinite.
+    """
+    out: list[tuple[float, str]] = []
     if "position" in checked:
+        half = (robot.upper - robot.lower) / 2
+        half = np.where(np.isfinite(half) & (half > 0), half, 1.0)
         for i in np.flatnonzero(~(margins.position >= -ROUNDING)):
-            unit = "m" if robot.is_prismatic(int(i)) else "rad"
-            out.append(f"joint '{robot.dof_names[i]}' may pass a position limit by {0.0 - margins.position[i]:.4g} {unit}")
+            unit, by = "m" if robot.is_prismatic(int(i)) else "rad", 0.0 - margins.position[i]
+            out.append((by / half[i], f"joint '{robot.dof_names[i]}' may pass a position limit by {by:.4g} {unit}"))
     for name, shares in (("velocity", margins.velocity), ("acceleration", margins.acceleration), ("jerk", margins.jerk)):
         if name in checked and shares is not None:
             for i in np.flatnonzero(~(shares <= 1)):
-                out.append(f"joint '{robot.dof_names[i]}' {_beyond(name, float(shares[i]))}")
-    return tuple(out)
+                out.append((float(shares[i]) - 1, f"joint '{robot.dof_names[i]}' {_beyond(name, float(shares[i]))}"))
+    return tuple(sentence for _, sentence in sorted(out, key=lambda broken: -broken[0] if broken[0] > 0 else -math.inf))
 
 
 def _beyond(name: str, share: float) -> str:

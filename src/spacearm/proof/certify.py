@@ -101,7 +101,7 @@ def certify(
     checked = checked if jerk_limit is None else (*checked, "jerk")
     proof.begin()
     status, near = proof.judged()
-    closest = None if near is None else _closest(near, robot, problem.scene, trajectory, base)
+    closest = None if near is None else _closest(near, robot, problem.scene, base)
     evaluations, shortest = proof.evaluations, proof.resolution
     if status == "holds" and robot.apart is not None:
         apart = _apart(robot, trajectory, finest)
@@ -154,7 +154,7 @@ def _apart(robot: Robot, trajectory: AnyTrajectory, finest: float) -> _Apart:
     proof = Proof(bones, Scene(), base, minimum=0.0, resolution=finest, worth=0.0)
     proof.begin()
     status, near = proof.judged()
-    closest = None if near is None else _closest(near, bones, Scene(), trajectory, base)
+    closest = None if near is None else _closest(near, bones, Scene(), base)
     return _Apart(status, closest, proof.evaluations, proof.resolution)
 
 
@@ -186,14 +186,14 @@ def _floating(robot: Robot, trajectory: AnyTrajectory, proof: Proof, base: Base)
     )
 
 
-def _closest(near: Near, robot: Robot, scene: Scene, trajectory: AnyTrajectory, base: Base) -> ClosestApproach:
-    obstacle, u = near.obstacle, base.own_parameter(near.u)
+def _closest(near: Near, robot: Robot, scene: Scene, base: Base) -> ClosestApproach:
+    obstacle = near.obstacle
     return ClosestApproach(
         link=robot.capsules[near.capsule].name,
         other=f"link '{robot.capsules[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
         obstacle=obstacle,
-        time=float(trajectory.time_at(u)),
-        u=u,
+        time=float(base.time_at(np.array(near.u))),
+        u=base.own_parameter(near.u),
         clearance=near.clearance,
         points=near.points,
     )

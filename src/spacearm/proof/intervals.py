@@ -206,9 +206,9 @@ class Proof:
         measured = [self.measured.task(kind, tasks, row, middles, proven=float(known.least[row])) for row in ask]
         n = np.array([direction for _, direction in measured])
         better = self._gaps(middles, kind, tasks.some(ask), enough=target, n=n)
-        known.left[ask] = np.maximum(known.left[ask], better.left)
-        known.least[ask] = np.maximum(known.least[ask], better.least)
-        known.most[ask] = np.minimum(known.most[ask], [clearance for clearance, _ in measured])
+        known.left[ask] = np.fmax(known.left[ask], better.left)
+        known.least[ask] = np.fmax(known.least[ask], better.least)
+        known.most[ask] = np.fmin(known.most[ask], [clearance for clearance, _ in measured])
         return known
 
     def _measure_nearest(self, middles: Middles, tasks: list[Tasks], found: list[Gaps]) -> None:

@@ -51,7 +51,7 @@ def account_of(robot: Robot, trajectory: AnyTrajectory, base: Base, frames: Arra
 
     model, at_q, at_v = free_model(robot)
     state, joints = model.createData(), JointMap(robot)
-    t = trajectory.time_at(np.array([base.own_parameter(float(u)) for u in instants_of(base)]))
+    t = base.time_at(instants_of(base))
     joint_state = trajectory.sample(t)
     position, wxyz = trajectory.base_pose(t)
     velocity, omega = trajectory.base_rate(t)

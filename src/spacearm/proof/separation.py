@@ -24,7 +24,7 @@ GUARD = 1e-9
 """[m] for the rounding of what is a few metres in size; more for what is larger."""
 
 _RELATIVE_GUARD = 1e-13
-_LEAST = 1e-300
+_LEAST = 1e-140  # [m] shorter, the squares of a direction's parts have no digits left, and its length is anything
 _TURNS = 4  # of falling from segment to solid and back
 
 
@@ -57,7 +57,8 @@ def gaps(
         tasks: the pairs.
         solids: those that the tasks name.
         enough: once `left` exceeds this [m] it is not made any better.
-        n: (t, 3) directions in the inertial frame from solid to body; None: those to the nearest point.
+        n: (t, 3) directions in the inertial frame from solid to body, of any length; those that are none prove nothing.
+            None: those to the nearest point.
     """
     stretch, body, k = tasks.stretch, riders.body[tasks.rider], tasks.solid
     axes, origin = solids.placed(k)
@@ -66,12 +67,13 @@ def gaps(
         x = x @ axes  # a row times R is R^T x
     toward, apart = _proposed(x, solids, k)
     if n is not None:
-        toward = n if axes is None else np.einsum("tc,tcd->td", n, axes)
+        toward = _unit(n if axes is None else np.einsum("tc,tcd->td", n, axes))
+    none = apart < _LEAST if n is None else (apart < _LEAST) | ~toward.any(axis=1)
     radii = bodies.radius[body] + solids.radius[k]
     guard = GUARD + _RELATIVE_GUARD * (np.sqrt(np.einsum("tec,tec->t", x, x)) + _length(origin))
     height = np.einsum("tc,tec->te", toward, x)
     at_middle = height - (solids.support(k, toward) + radii + guard)[:, None]  # (t, e)
-    at_middle[apart == 0] = -np.inf  # inside the core: no direction was found
+    at_middle[none] = -np.inf  # inside the core, or no direction was found
     row = middles.row[tasks.rider]
     way = middles.way[stretch, row]
     left = (at_middle - way).min(axis=1)
@@ -119,6 +121,17 @@ def _proposed(x: Array, solids: Solids, k: Indices) -> tuple[Array, Array]:
     away = point - solids.nearest(k, point)
     length = _length(away)
     return away / np.maximum(length, _LEAST)[:, None], length
+
+
+def _unit(n: Array) -> Array:
+    """Return directions (t, 3) with length 1, whoever proposed them; 0 for those that are none.
+
+    All that a plane proves rests on |n| <= 1: a longer n tells of a gap that is not there.
+    """
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        n = n / np.abs(n).max(axis=1)[:, None]  # so that no square is too small or too large to be a number
+        n = n / _length(n)[:, None]
+    return np.where(np.isfinite(n).all(axis=1, keepdims=True), n, 0.0)
 
 
 def _length(v: Array) -> Array:

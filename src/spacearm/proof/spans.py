@@ -23,7 +23,8 @@ Indices = NDArray[np.intp]
 
 _AT_FIRST = 12  # stretches to begin with, at least
 _EPS = float(np.finfo(np.float64).eps)
-_ROUNDING = 32 * _EPS  # of a sample of the curve, relative to the greatest joint value on it
+_ROUNDING = 64 * _EPS  # of a sample of the curve, relative to the greatest of its coefficients, joint by joint
+_PER_DEGREE = 4 * _EPS  # the same, more for every degree of the polynomials
 _JOINT = 64 * _EPS  # between two pieces, likewise; what PiecewisePath takes for no jump
 
 
@@ -80,8 +81,10 @@ class Spans:
         self._ends, self._least_rate, self._greatest_rate = curve.hulls(1, bisections=bisections)
         _, low, high = curve.hulls(2, bisections=bisections)
         self._bend = np.maximum(-low, high)  # (p, n)
-        _, low, high = curve.hulls(0, bisections=bisections)
-        self._size = np.maximum(-low, high).max(axis=0)  # (n,)
+        self._reach = np.maximum(-self._least_rate, self._greatest_rate)  # (p, n)
+        _, low, high = curve.hulls(0, bisections=0)  # the coefficients themselves: what is between may be far smaller
+        self._size = np.maximum(1.0, np.maximum(-low, high).max(axis=0))  # (n,)
+        self._rounding = _ROUNDING + _PER_DEGREE * curve.degree
 
     def first(self) -> Stretches:
         """Return stretches that make up the whole curve."""
@@ -109,13 +112,16 @@ class Spans:
         h = (np.diff(of.ends, axis=1)[:, 0] / 2 + 2 * _EPS * np.abs(of.ends).max(axis=1))[:, None]
         rate, bend = self._curve.sample(u, 1), self._bend[of.first]
         drift = bend * h**2 / 2
+        reach = self._reach[of.first]
         # A part of a piece so short that its middle is one of its ends is bounded as a run is: q' there may be another's.
         inside = (u > of.ends[:, 0]) & (u < of.ends[:, 1])
         for i in np.flatnonzero((of.last - of.first > 1) | ~inside):
             low = self._least_rate[of.first[i] : of.last[i]].min(axis=0)
             high = self._greatest_rate[of.first[i] : of.last[i]].max(axis=0)
             rate[i], drift[i] = (low + high) / 2, (high - low) / 2 * h[i]
-        rounding = (_ROUNDING + _JOINT * (of.last - of.first))[:, None] * self._size
+            reach[i] = np.maximum(-low, high)
+        joints = _JOINT * np.maximum(0, of.last - of.first - 1)[:, None] * self._size
+        rounding = joints + self._rounding * (self._size + reach * h + drift)
         return Lines(u=u, h=h[:, 0], q=self._curve.sample(u), rate=rate, drift=drift + rounding)
 
     def _runs(self, first: Indices, last: Indices) -> Stretches:

@@ -14,7 +14,7 @@ from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 
-_SAME = 1e-9  # of a start or a momentum, relative to its size: a file's last digit
+_SAME = 1e-9  # of a place or a momentum relative to its size, and of a rotation [rad]: a file's last digit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,10 +70,6 @@ def stance_of(holder: Any, robot: Robot, *, who: str) -> Stance:
         np.zeros(3) if momentum is None else as_readonly(f"momentum.{part}", getattr(momentum, part), (3,), ProblemError)
         for part in ("linear", "angular")
     )
-    if not (pose == np.eye(4)).all():
-        pose = pose.copy()  # a rotation may be 1e-9 off one: over some metres that is more than rounding
-        left, _, right = np.linalg.svd(pose[:3, :3])
-        pose[:3, :3] = left @ right
     return Stance(base=base, start=pose, linear=linear, angular=angular)
 
 
@@ -88,11 +84,12 @@ def require_same(problem: Stance, trajectory: Stance) -> None:
             f"the trajectory is of a {trajectory.base} base, expected the problem's, which is {problem.base}; "
             f"make it with Trajectory(..., base='{problem.base}')"
         )
-    far = np.abs(trajectory.start - problem.start).max()
-    if far > _SAME * (1 + np.abs(problem.start).max()):
+    mine, other = problem.start[:3], trajectory.start[:3]
+    away, turned = (float(np.abs(difference).max()) for difference in (other[:, 3] - mine[:, 3], other[:, :3] - mine[:, :3]))
+    if away > _SAME * (1 + np.abs(mine[:, 3]).max()) or turned > _SAME:
         raise ProblemError(
-            f"the trajectory's base starts elsewhere than the problem's (its base_start differs by {far:.3g}), expected the "
-            "same pose; make it with Trajectory(..., base_start=problem.base_start)"
+            f"the trajectory's base starts elsewhere than the problem's (its base_start differs by {away:.3g} m and "
+            f"{turned:.3g} rad), expected the same pose; make it with Trajectory(..., base_start=problem.base_start)"
         )
     if not problem.floating:
         return

@@ -38,6 +38,8 @@ class Checkpoint:
     rows: Array
     positions: Array | None
     initial: Array | None
+    infinite: tuple[int, int] = (0, 0)
+    """Evaluations that gave minus infinity, and infinity."""
 
 
 def write(
@@ -51,6 +53,7 @@ def write(
     rows: Array,
     positions: Array | None,
     initial: Array | None,
+    infinite: tuple[int, int],
 ) -> None:
     """Write a checkpoint in place of an older one of ours; see `Swarm.save`."""
     if Path(path).exists():
@@ -58,7 +61,7 @@ def write(
             read(path)
         except SpacearmError:
             raise OutputError(f"{path} exists and is not {_WHAT}, expected a new file; choose another name") from None
-    header = {"format": _FORMAT, "version": _VERSION, "seed": seed}
+    header: dict[str, Any] = {"format": _FORMAT, "version": _VERSION, "seed": seed, "infinite": list(infinite)}
     header["settings"] = {"kind": type(settings).__name__, **as_dict(settings)}
     arrays: dict[str, Any] = {"lower": lower, "upper": upper, "rows": rows}
     arrays |= {f"state_{name}": value for name, value in state.items()}
@@ -82,6 +85,7 @@ def read(path: str | os.PathLike[str]) -> Checkpoint:
             raise FileFormatError(
                 f"{path} is of format {header['format']!r} version {header['version']}, expected {_WHAT} of version {_VERSION}"
             )
+        minus, plus = header.get("infinite", (0, 0))  # files of version 0.1 do not tell
         return Checkpoint(
             settings=_settings(header["settings"]),
             seed=int(header["seed"]),
@@ -91,6 +95,7 @@ def read(path: str | os.PathLike[str]) -> Checkpoint:
             positions=arrays.pop("positions", None),
             initial=arrays.pop("initial", None),
             state={name.removeprefix("state_"): value for name, value in arrays.items()},
+            infinite=(int(minus), int(plus)),
         )
     except FileFormatError:
         raise

@@ -57,6 +57,7 @@ class Swarm:
         self._begun = time.perf_counter()
         self._asked = False
         self._keep_positions = keep_positions
+        self._infinite = self._minus_infinite = 0  # evaluations
         self._rows: list[tuple[float, float, int]] = []
         self._positions: list[Array] = []
         kernel = native.SwarmSettings.make(kernel_settings(settings))
@@ -116,7 +117,8 @@ class Swarm:
         """Tell what the positions asked for are worth.
 
         Args:
-            fitness: (particles,) to be minimised; NaN is a failed evaluation and counts as the worst.
+            fitness: (particles,) to be minimised; NaN is a failed evaluation and counts as the worst, and so is minus infinity:
+                where a logarithm or a quotient has no value there is nothing to be found.
             violation: (particles,) by how much constraints are broken, 0 or less where none is; None: none anywhere.
 
         Raises:
@@ -127,6 +129,8 @@ class Swarm:
         n = self._native.active
         f = as_values("fitness", fitness, n, self.dims)
         c = np.zeros(n) if violation is None else as_values("violation", violation, n, self.dims)
+        bottomless = f == -np.inf
+        f = np.where(bottomless, np.nan, f)
         if isinstance(self.settings, IPSO) and self.settings.variant == "cooperative" and (f <= 0).any():
             raise SwarmError(
                 f"fitness[{int(np.argmax(f <= 0))}] is {f[np.argmax(f <= 0)]:g}, expected positive values: the cooperative "
@@ -134,6 +138,8 @@ class Swarm:
             )
         self._native.tell(f, c)
         self._asked = False
+        self._minus_infinite += int(np.count_nonzero(bottomless & ~np.isnan(c)))
+        self._infinite += int(np.count_nonzero(((f == np.inf) | (c == np.inf)) & ~np.isnan(f) & ~np.isnan(c)))
         self._rows.append((self.best_fitness, self.best_violation, self.evaluations))
         if self._keep_positions:
             self._positions.append(self.best_x)
@@ -150,6 +156,8 @@ class Swarm:
             iterations=self.iteration,
             evaluations=self.evaluations,
             failed_evaluations=self._native.failed_evaluations,
+            minus_infinite_evaluations=self._minus_infinite,
+            infinite_evaluations=self._infinite,
             seed=self.seed,
             trial=0,
             settings=self.settings,
@@ -181,6 +189,7 @@ class Swarm:
             rows=np.array(self._rows, dtype=np.float64).reshape(-1, 3),
             positions=np.array(self._positions).reshape(-1, self.dims) if self._keep_positions else None,
             initial=self._initial,
+            infinite=(self._minus_infinite, self._infinite),
         )
 
     @classmethod
@@ -209,6 +218,7 @@ class Swarm:
         counted = saved.rows.shape == (n, 3) and saved.rows.dtype == np.float64 and bool(np.isfinite(saved.rows[:, 2]).all())
         if not counted or (saved.positions is not None and saved.positions.shape != (n, swarm.dims)):
             raise checkpoint.broken(path)
+        swarm._minus_infinite, swarm._infinite = saved.infinite
         swarm._rows = [(float(f), float(c), int(n)) for f, c, n in saved.rows]
         swarm._positions = [] if saved.positions is None else list(saved.positions)
         return swarm

@@ -46,7 +46,7 @@ def minimize(
     Args:
         f: is given all particles at once, (particles, d), and returns their fitness (particles,), or a pair of fitness and
             violation, each (particles,); a violation of 0 or less is none. It is never called outside the bounds,
-            gets every candidate once, and may return NaN where it fails.
+            gets every candidate once, and may return NaN where it fails. NaN and minus infinity count as the worst there is.
         lower: (d,) lower bounds, finite.
         upper: (d,) upper bounds, finite; equal to the lower one where a dimension is fixed.
         settings: `PSO(...)`, the default, or `IPSO(...)`; particles x iterations is the budget of evaluations.

@@ -46,17 +46,19 @@ class SwarmResult:
 
     Attributes:
         x: (d,) the best position evaluated, within the bounds. If nothing was feasible, the one of least violation.
-        fitness: f at x, exactly as f returned it.
+        fitness: f at x, exactly as f returned it; infinite if that was NaN or minus infinity.
         violation: at x; 0 if feasible.
         status: a key of `MESSAGES`.
         iterations: rounds done.
         evaluations: positions evaluated, exactly.
-        failed_evaluations: those where f gave NaN; they counted as the worst there is.
+        failed_evaluations: those where f gave NaN or minus infinity; they counted as the worst there is.
         seed: repeats the run together with the settings and the trial.
         trial: which of the seed's independent runs this is.
         settings: of the swarm.
         history: over the iterations.
         seconds: wall time; for one of several native trials, an even share of what all took.
+        minus_infinite_evaluations: those of the failed where f gave minus infinity.
+        infinite_evaluations: those where fitness or violation was infinite, which is the worst there is, and not failed.
     """
 
     x: Array
@@ -71,6 +73,8 @@ class SwarmResult:
     settings: SwarmSettings
     history: SwarmHistory
     seconds: float
+    minus_infinite_evaluations: int = 0
+    infinite_evaluations: int = 0
 
     @property
     def success(self) -> bool:
@@ -81,10 +85,18 @@ class SwarmResult:
     def message(self) -> str:
         """A sentence on why the run stopped and what is worth knowing about it."""
         text = MESSAGES[self.status]
-        if not np.isfinite(self.violation) or (self.violation <= 0 and not np.isfinite(self.fitness)):
+        useless = self.failed_evaluations + self.infinite_evaluations
+        if useless >= self.evaluations:
             return f"{text}; every evaluation failed (NaN or infinite): check f on a single position"
-        if self.violation > 0:
+        if self.violation <= 0 and not np.isfinite(self.fitness):
+            text += (
+                f"; f is infinite wherever nothing is violated, and finite in {self.evaluations - useless} evaluations that do"
+            )
+        elif self.violation > 0:
             text += f"; nothing feasible was found, x violates least, by {self.violation:.3g}: allow more evaluations"
         if self.failed_evaluations:
-            text += f"; {self.failed_evaluations} of {self.evaluations} evaluations gave NaN"
+            gave = "NaN or minus infinity" if self.minus_infinite_evaluations else "NaN"
+            text += f"; {self.failed_evaluations} of {self.evaluations} evaluations gave {gave} and counted as the worst"
+        if self.infinite_evaluations:
+            text += f"; {self.infinite_evaluations} of {self.evaluations} evaluations gave infinity"
         return text
