@@ -12,8 +12,9 @@ from typing import Any, Literal
 from spacearm.cli.arguments import parsed
 from spacearm.cli.base_rows import base_rows
 from spacearm.cli.terminal import show_list
-from spacearm.errors import OutputError, SettingsError
+from spacearm.errors import SettingsError
 from spacearm.motion import load_trajectory
+from spacearm.output import require_new
 from spacearm.planner import load_problem
 from spacearm.planner.files.plans import save_json
 from spacearm.planner.files.recheck import Recheck, recheck_plan, recheck_trajectory
@@ -69,8 +70,8 @@ def run(arguments: Sequence[str]) -> int:
         description="Prove that a saved plan, or a trajectory in CSV, is free of collision and within the joint limits at "
         "every instant. What the file says of itself is not believed. The exit code is 1 if the proof does not hold.",
     )
-    if options.output is not None and options.output.exists():
-        raise OutputError(f"{options.output} exists, expected a new file; choose another name with -o")
+    if options.output is not None:
+        require_new(options.output, advice="choose another name with -o")
     found = _found(options)
     values = {
         "spacearm-certificate": 1,

@@ -16,6 +16,7 @@ from spacearm.cli.folder import results_folder
 from spacearm.cli.plan_extras import export_trajectory, save_pareto
 from spacearm.cli.terminal import progress_bar, show_list
 from spacearm.errors import ProblemError, SettingsError
+from spacearm.interrupts import unbroken
 from spacearm.motion.exports.aem import as_epoch
 from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory
 from spacearm.planner.pareto import require_choice
@@ -79,7 +80,9 @@ def run(arguments: Sequence[str]) -> int:
             found = plan(file.problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
             if found.status in _WRONG and found.goal_search is None:
                 raise ProblemError(found.message)
-        written = _save(found, folder, figures=options.figures)
+        written = _save(found, folder, figures=options.figures and not found.interrupted)
+        if found.interrupted:
+            raise KeyboardInterrupt  # with what was found until then written down
         written += export_trajectory(found, folder, options.export, epoch=options.epoch)
         if options.pareto is not None and found.found:
             written += save_pareto(found, folder, points=options.pareto, figures=options.figures)
@@ -100,7 +103,8 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
         save_trajectory(found.trajectory, folder / "trajectory.csv")
         written.append("trajectory.csv")
     if figures and found.trajectory is not None:
-        from spacearm.show import save_plan_figures
+        with unbroken():
+            from spacearm.show import save_plan_figures
 
         with progress_bar("figures") as bar:
             bar(0, 0, "path, joints and clearance")

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from spacearm.checks import as_name
 from spacearm.errors import SettingsError
 from spacearm.momentum.turning import rotated
-from spacearm.motion.exports.instants import instants, require_new
+from spacearm.motion.exports.instants import instants
 from spacearm.motion.recorded import AnyTrajectory
-from spacearm.output import write_atomically
+from spacearm.output import require_new, write_new
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def write_ros_trajectory(
             "poses": [{"header": header, "pose": pose} for header, pose in zip(headers, poses, strict=True)],
         }
         values["base_twists"] = [{"header": header, "twist": twist} for header, twist in zip(headers, twists, strict=True)]
-    write_atomically(path, "".join(_parts(values)) + "\n")
+    write_new(path, "".join(_parts(values)) + "\n")
 
 
 def _parts(value: Any) -> Iterator[str]:

@@ -13,16 +13,14 @@ import io
 import json
 import os
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from spacearm.errors import OutputError
 from spacearm.motion import Trajectory
 from spacearm.motion.base_columns import BASE_COLUMNS
 from spacearm.motion.plain import trajectory_as_dict
-from spacearm.output import write_atomically
+from spacearm.output import require_new, write_new
 from spacearm.planner.goals import goal_as_dict
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Plan
@@ -124,9 +122,8 @@ def save_json(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
     Raises:
         OutputError: the file exists already, or cannot be written.
     """
-    if Path(path).exists():
-        raise OutputError(f"{path} exists, expected a new file; choose another name")
-    write_atomically(path, "".join(_json(values, "")) + "\n")
+    require_new(path)
+    write_new(path, "".join(_json(values, "")) + "\n")
 
 
 def save_trajectory(trajectory: Trajectory, path: str | os.PathLike[str], *, samples: int = _SAMPLES) -> None:
@@ -138,8 +135,7 @@ def save_trajectory(trajectory: Trajectory, path: str | os.PathLike[str], *, sam
     Raises:
         OutputError: the file exists already, or cannot be written.
     """
-    if Path(path).exists():
-        raise OutputError(f"{path} exists, expected a new file; choose another name")
+    require_new(path)
     t = np.linspace(0.0, trajectory.duration, samples)
     state, tip = trajectory.sample(t), trajectory.tip(t)[:, :3, 3]
     names = trajectory.robot.dof_names
@@ -157,7 +153,7 @@ def save_trajectory(trajectory: Trajectory, path: str | os.PathLike[str], *, sam
         comments="",
         fmt="%.12g",
     )
-    write_atomically(path, buffer.getvalue())
+    write_new(path, buffer.getvalue())
 
 
 def _json(value: Any, indent: str) -> Iterator[str]:
