@@ -173,6 +173,22 @@ def read_text(path: str | os.PathLike[str], *, what: str) -> str:
     return text
 
 
+def yaml_documents(path: str | os.PathLike[str], *, what: str) -> list[Any]:
+    """Read a YAML file that may hold several documents, parted by lines of ---; those without content are left out.
+
+    Raises:
+        FileFormatError: no such file, or no YAML.
+    """
+    parts, lines = [""], read_text(path, what=what).splitlines()
+    for line in lines:
+        if re.match(r"---(\s|$)", line):
+            parts.append(line[3:] + "\n")
+        else:
+            parts[-1] += line + "\n"
+    values = [_composed(part, path, what)[0] for part in parts if part.strip()]
+    return [value for value in values if value is not None]
+
+
 def mesh_triangles(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     """Return the triangles (n, 3, 3) of a mesh file, n > 0, as it has them.
 

@@ -18,6 +18,7 @@ from spacearm.cli.terminal import progress_bar, show_list
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.interrupts import unbroken
 from spacearm.motion.exports.aem import as_epoch
+from spacearm.motion.stated_times import as_duration
 from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory
 from spacearm.planner.pareto import require_choice
 from spacearm.reading import located
@@ -86,6 +87,8 @@ def run(arguments: Sequence[str]) -> int:
         written += export_trajectory(found, folder, options.export, epoch=options.epoch)
         if options.pareto is not None and found.found:
             written += save_pareto(found, folder, points=options.pareto, figures=options.figures)
+    for note in _notes(found):
+        print(f"spacearm: {options.problem}: {note}", file=sys.stderr)
     if options.json:
         print(json.dumps(plan_as_dict(found), indent=2))
     else:
@@ -112,6 +115,11 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
     return written
 
 
+def _notes(found: Plan) -> tuple[str, ...]:
+    """Return what was assumed of the robot, and how the time law came about."""
+    return (*found.problem.robot.notes, *(found.trajectory.notes if found.trajectory is not None else ()))
+
+
 def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[str, str]]:
     rows = [("status", found.status), ("seed", str(found.seed)), ("goal configurations", _goals(found))]
     if found.history:
@@ -126,7 +134,7 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
     if found.trajectory is not None:
         rows += [
             ("joint path length", f"{found.fitness['length']:.4f} {_unit(found)}"),
-            ("duration", f"{found.trajectory.duration:.3f} s"),
+            ("duration", as_duration(found.trajectory.duration)),
         ]
     if found.base is not None:
         rows += base_rows(found.base)

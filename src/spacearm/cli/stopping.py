@@ -78,6 +78,10 @@ def watched(*, to_the_end: bool) -> Iterator[Watch]:
                 signal.signal(number, signal.SIG_IGN if to_the_end else handler)
         sys.unraisablehook = hook
         _watches.remove(watch)
+        if to_the_end and watch.number:
+            # An interrupt inside `exec("...")`, as dataclasses run it, has CPython end by SIGINT whatever the exit code is,
+            # unless another one follows.
+            exec("pass")
 
 
 def _install(watch: Watch) -> dict[int, Any]:

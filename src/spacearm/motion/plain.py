@@ -19,7 +19,7 @@ from spacearm.robot import Robot
 
 _BASE_KEYS = ("base", "base_start", "momentum")
 _KEYS = ("control_points", "duration_s", "time_law", *_BASE_KEYS, "notes")
-_RECORDED_KEYS = ("breaks", "coefficients", *_BASE_KEYS, "notes")
+_RECORDED_KEYS = ("breaks", "coefficients", *_BASE_KEYS, "notes", "contradictions")
 
 
 def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
@@ -31,7 +31,8 @@ def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
     """
     notes = list(trajectory.notes)
     if isinstance(trajectory, RecordedTrajectory):
-        return {**record_as_dict(trajectory.path), **_base_as_dict(trajectory), "notes": notes}
+        said = {"contradictions": list(trajectory.contradictions)} if trajectory.contradictions else {}
+        return {**record_as_dict(trajectory.path), **_base_as_dict(trajectory), "notes": notes, **said}
     law = trajectory.time_law
     return {
         "control_points": trajectory.motion.control_points.tolist(),
@@ -80,9 +81,10 @@ def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = Tru
     notes = _notes(values.get("notes", []))
     if "breaks" in values:
         _require_keys(values, _RECORDED_KEYS)
-        path = {key: value for key, value in values.items() if key not in (*_BASE_KEYS, "notes")}
+        said = _notes(values.get("contradictions", []))
+        path = {key: value for key, value in values.items() if key not in (*_BASE_KEYS, "notes", "contradictions")}
         curve = record_from_dict(PiecewisePath, path, "the path", ProblemError)
-        return RecordedTrajectory(robot, curve, **_base_from_dict(values), notes=notes)
+        return RecordedTrajectory(robot, curve, **_base_from_dict(values), notes=notes, contradictions=said)
     _require_keys(values, _KEYS)
     for key in ("control_points", "duration_s"):
         if key not in values:
