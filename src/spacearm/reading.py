@@ -180,6 +180,22 @@ def read_text(path: str | os.PathLike[str], *, what: str) -> str:
     return text
 
 
+def yaml_documents(path: str | os.PathLike[str], *, what: str) -> list[Any]:
+    """Read a YAML file that may hold several documents, parted by lines of ---; those without content are left out.
+
+    Raises:
+        FileFormatError: no such file, or no YAML.
+    """
+    parts, lines = [""], read_text(path, what=what).splitlines()
+    for line in lines:
+        if re.match(r"---(\s|$)", line):
+            parts.append(line[3:] + "\n")
+        else:
+            parts[-1] += line + "\n"
+    values = [_composed(part, path, what)[0] for part in parts if part.strip()]
+    return [value for value in values if value is not None]
+
+
 def yaml_of_others(text: str, path: str | os.PathLike[str], *, key: str, what: str) -> YamlFile:
     """Read a YAML mapping in a format of others, which is known by a key that it must have.
 

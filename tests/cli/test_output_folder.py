@@ -11,7 +11,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import pytest
 
@@ -75,13 +75,17 @@ def test_a_folder_that_cannot_be_made_is_refused(
 def test_a_folder_that_cannot_be_written_is_refused_before_any_work(
     words: list[object], refused: Refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def read_only(*_: object, **__: object) -> NoReturn:
-        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+    real = os.open
+
+    def read_only(path: Any, *rest: Any, **named: Any) -> int:
+        if str(path).startswith(str(tmp_path / "out")):
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+        return real(path, *rest, **named)
 
     def worked(*_: object, **__: object) -> NoReturn:
         raise AssertionError("the work was begun")
 
-    monkeypatch.setattr("spacearm.cli.folder.tempfile.TemporaryFile", read_only)
+    monkeypatch.setattr(os, "open", read_only)
     for command, work in (("paper", "run_experiment"), ("plan", "plan")):
         if command == words[0]:
             __import__(f"spacearm.cli.{command}")

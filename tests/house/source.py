@@ -27,7 +27,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("strict_model", "meshes"),
     ("reading", "output", "settings", "records"),
     ("checks",),
-    ("errors", "version"),
+    ("errors", "interrupts", "version"),
 )
 """Rooms and single modules of `src/spacearm`, from the roof down. Some rooms are not built yet."""
 

@@ -17,7 +17,8 @@ from spacearm.bench.recheck import STEP
 from spacearm.bench.summary import BUDGETS, FULL_SET_STRAIGHT, Summary, Target, summary_of, targets_of
 from spacearm.bench.written import markdown, plain
 from spacearm.bench.yardstick import REFERENCE, machine
-from spacearm.output import write_atomically
+from spacearm.interrupts import unbroken
+from spacearm.output import write_new
 from spacearm.version import version
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
@@ -200,14 +201,16 @@ def save_report(benchmark: Benchmark, folder: str | os.PathLike[str], *, figure:
     """
     target = Path(folder)
     report, text = target / "report.json", target / "tables.md"
-    write_atomically(report, json.dumps(report_as_dict(benchmark), allow_nan=False) + "\n")
-    write_atomically(text, as_markdown(benchmark))
+    write_new(report, json.dumps(report_as_dict(benchmark), allow_nan=False) + "\n")
+    write_new(text, as_markdown(benchmark))
     if not figure:
         return [report, text]
     from spacearm.show.save import save_figure
 
     provenance = {"Title": "spacearm bench mbm", "Author": f"spacearm {version()}"}
-    return [report, text, *save_figure(figure_benchmark(benchmark), target / "benchmark", provenance=provenance)]
+    with unbroken():
+        drawn = figure_benchmark(benchmark)
+    return [report, text, *save_figure(drawn, target / "benchmark", provenance=provenance)]
 
 
 def as_markdown(benchmark: Benchmark) -> str:

@@ -1,7 +1,7 @@
 """The command line: thin, one module a command.
 
 Exit codes: 0 done, 1 no plan found, no proof that holds or a model with faults, 2 wrong input, 3 an error of
-spacearm itself, 130 interrupted.
+spacearm itself, 130 interrupted (143 by SIGTERM).
 Results go to stdout, everything else to stderr.
 """
 
@@ -12,6 +12,10 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from spacearm.cli.stopping import Watch
 
 COMMANDS = {
     "bench": "measure the planner on a collection of problems: spacearm bench mbm -d DIR",
@@ -46,18 +50,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: without the program's name; None takes those of this process.
     """
+    from spacearm.cli.stopping import watched
+
+    with watched(to_the_end=arguments is None) as watch:
+        try:
+            code = _told(list(sys.argv[1:] if arguments is None else arguments), watch)
+            return _interrupted("the command had finished", watch) if watch.number and code < 128 else code
+        except KeyboardInterrupt as interrupt:
+            return _interrupted(str(interrupt) or "nothing was written", watch)
+
+
+def _told(given: list[str], watch: Watch) -> int:
+    """Run a command, tell what went wrong, and return its exit code."""
     from spacearm.errors import SpacearmError
 
     try:
-        code = _run(list(sys.argv[1:] if arguments is None else arguments))
+        code = _run(given)
         sys.stdout.flush()  # here, where a full disk or a closed pipe can still be told
     except SystemExit as stopped:  # help was asked for
         return int(stopped.code or 0)
     except SpacearmError as error:
+        if watch.number:
+            raise KeyboardInterrupt from None
         return _refused(str(error))
-    except KeyboardInterrupt as interrupt:
-        print(f"spacearm: interrupted; {interrupt.args[0] if interrupt.args else 'nothing was written'}", file=sys.stderr)
-        return 130
     except BrokenPipeError:  # whoever read our output has gone, as `head` does; nothing is wrong
         _drop_output()
         return 0
@@ -65,6 +80,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _drop_output()
         return _refused(f"the output cannot be written ({error.strerror or error}); free space there or send it elsewhere")
     except Exception:
+        if watch.number:  # it tripped over the interrupt
+            raise KeyboardInterrupt from None
         _print_error()
         return 3
     return code
@@ -96,6 +113,11 @@ def _version() -> int:
     kernel = kernel_info()
     print(f"spacearm {version()} (kernel {kernel.level}, {kernel.compiler})")
     return 0
+
+
+def _interrupted(what: str, watch: Watch) -> int:
+    print(f"spacearm: interrupted; {what}", file=sys.stderr)
+    return watch.code if watch.number else 130
 
 
 def _refused(sentence: str) -> int:

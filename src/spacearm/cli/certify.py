@@ -12,8 +12,10 @@ from typing import Any, Literal
 from spacearm.cli.arguments import parsed
 from spacearm.cli.base_rows import base_rows
 from spacearm.cli.terminal import show_list, tell_notes
-from spacearm.errors import OutputError, SettingsError
+from spacearm.errors import SettingsError
 from spacearm.motion import load_trajectory
+from spacearm.motion.stated_times import as_duration
+from spacearm.output import require_new
 from spacearm.planner import Problem, load_problem
 from spacearm.planner.files.plans import save_json
 from spacearm.planner.files.recheck import Recheck, recheck_plan, recheck_trajectory
@@ -27,12 +29,14 @@ class Options:
     """What to prove, and how.
 
     Attributes:
-        file: a plan.json, or a trajectory as CSV: a column for the time [s] and one for each joint.
+        file: a plan.json, or a trajectory: CSV with a column for the time [s] and one for each joint, or a JointTrajectory of
+            ROS in YAML or JSON.
         problem: a problem file (YAML) to prove it for; a plan is else proven for the problem in it.
         output: write the certificate here as JSON; a new file.
-        interpolation: of a CSV, between rows; none: by what the file gives, straight lines if that is positions only.
-        degrees: a CSV's angles are in degrees.
-        unwrap: a CSV's angles take the short way from row to row.
+        interpolation: of a trajectory, between rows; none: by what the file gives, straight lines if that is positions only.
+        degrees: a trajectory's angles are in degrees.
+        unwrap: a trajectory's angles take the short way from row to row.
+        time_unit: of a trajectory's times; none: as the file says, else seconds.
         limits: the joint limits to be kept; a path with corners has no acceleration, so leave that out for one.
         jerk_limit: of every joint [rad/s^3 or m/s^3].
         minimum_clearance: the clearance is to be more than this [m].
@@ -46,6 +50,7 @@ class Options:
     interpolation: Literal["linear", "cubic", "quintic"] | None = None
     degrees: bool = False
     unwrap: bool = False
+    time_unit: Literal["s", "ms", "us", "ns"] | None = None
     limits: tuple[Literal["position", "velocity", "acceleration"], ...] = field(
         default=("position", "velocity", "acceleration"), metadata={"name": "LIMIT"}
     )
@@ -67,11 +72,11 @@ def run(arguments: Sequence[str]) -> int:
         Options,
         arguments,
         command="certify",
-        description="Prove that a saved plan, or a trajectory in CSV, is free of collision and within the joint limits at "
-        "every instant. What the file says of itself is not believed. The exit code is 1 if the proof does not hold.",
+        description="Prove that a saved plan, or a trajectory in CSV or as ROS has it, is free of collision and within the "
+        "joint limits at every instant. What the file says of itself is not believed. The exit code is 1 if the proof does not hold.",
     )
-    if options.output is not None and options.output.exists():
-        raise OutputError(f"{options.output} exists, expected a new file; choose another name with -o")
+    if options.output is not None:
+        require_new(options.output, advice="choose another name with -o")
     problem = None if options.problem is None else load_problem(options.problem)
     found = _found(options, problem)
     values = {
@@ -87,14 +92,14 @@ def run(arguments: Sequence[str]) -> int:
         print(json.dumps(values, indent=2, allow_nan=False))
     else:
         show_list(_summary(found))
-    tell_notes(_notes_on_robot(options, problem), more="robot.notes")
+    tell_notes(found.certificate.robot.notes, more="robot.notes")
     for note in found.notes:
         print(f"spacearm: {options.file}: {note}", file=sys.stderr)
     return 0 if found.certificate.holds else 1
 
 
 def _found(options: Options, problem: Problem | None) -> Recheck:
-    if read_bytes(options.file, what="a plan or a trajectory").lstrip().startswith((b"{", b"[")):
+    if _is_plan(read_bytes(options.file, what="a plan or a trajectory")):
         with located(options.file):
             _refuse_for_plans(options)
         return recheck_plan(options.file, problem, **options.of_proof)
@@ -108,6 +113,7 @@ def _found(options: Options, problem: Problem | None) -> Recheck:
         interpolation=options.interpolation,
         degrees=options.degrees,
         unwrap=options.unwrap,
+        time_unit=options.time_unit,
         base=problem.base,
         base_start=problem.base_start,
         momentum=problem.momentum,
@@ -115,17 +121,19 @@ def _found(options: Options, problem: Problem | None) -> Recheck:
     return recheck_trajectory(problem, trajectory, **options.of_proof)
 
 
-def _notes_on_robot(options: Options, problem: Problem | None) -> Sequence[str]:
-    """Return what was assumed about the robot, as the problem or the plan has it."""
-    if problem is not None:
-        return problem.robot.notes
-    return json.loads(read_bytes(options.file, what="a plan"))["problem"]["robot"].get("notes", ())
+def _is_plan(content: bytes) -> bool:
+    """Whether it is JSON, and no trajectory of ROS."""
+    if not content.lstrip().startswith((b"{", b"[")):
+        return False
+    return b"spacearm-plan" in content or b"joint_names" not in content
 
 
 def _refuse_for_plans(options: Options) -> None:
-    for name in ("interpolation", "degrees", "unwrap"):
+    for name in ("interpolation", "degrees", "unwrap", "time_unit"):
         if getattr(options, name):
-            raise SettingsError(f"--{name} is for trajectories in CSV, and this is a plan; leave it out")
+            raise SettingsError(
+                f"--{name.replace('_', '-')} is for trajectories in CSV or of ROS, and this is a plan; leave it out"
+            )
 
 
 def _summary(found: Recheck) -> list[tuple[str, str]]:
@@ -135,8 +143,10 @@ def _summary(found: Recheck) -> list[tuple[str, str]]:
         rows.append(
             ("clearance", f"{certificate.clearance * 1e3:.4g} mm proven, {certificate.closest.clearance * 1e3:.4g} mm measured")
         )
+    rows += [("file contradicts", text) for text in certificate.contradictions]
     rows += [("limits", text) for text in certificate.broken_limits] or [("limits", _kept(certificate.checked))]
     rows += rows_on_unchecked(certificate.unchecked, certificate.bare)
+    rows.append(("duration", as_duration(certificate.trajectory.duration)))
     if found.base is not None:
         rows += base_rows(found.base)
     if found.agrees is not None:

@@ -16,7 +16,9 @@ from spacearm.cli.folder import results_folder
 from spacearm.cli.plan_extras import export_trajectory, save_pareto
 from spacearm.cli.terminal import progress_bar, show_list, tell_notes
 from spacearm.errors import ProblemError, SettingsError
+from spacearm.interrupts import unbroken
 from spacearm.motion.exports.aem import as_epoch
+from spacearm.motion.stated_times import as_duration
 from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory
 from spacearm.planner.pareto import require_choice
 from spacearm.reading import located
@@ -84,10 +86,14 @@ def run(arguments: Sequence[str]) -> int:
             found = plan(file.problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
             if found.status in _WRONG and found.goal_search is None:
                 raise ProblemError(found.message)
-        written = _save(found, folder, figures=options.figures)
+        written = _save(found, folder, figures=options.figures and not found.interrupted)
+        if found.interrupted:
+            raise KeyboardInterrupt  # with what was found until then written down
         written += export_trajectory(found, folder, options.export, epoch=options.epoch)
         if options.pareto is not None and found.found:
             written += save_pareto(found, folder, points=options.pareto, figures=options.figures)
+    for note in _notes(found):
+        print(f"spacearm: {options.problem}: {note}", file=sys.stderr)
     if options.json:
         print(json.dumps(plan_as_dict(found), indent=2))
     else:
@@ -106,12 +112,18 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
         save_trajectory(found.trajectory, folder / "trajectory.csv")
         written.append("trajectory.csv")
     if figures and found.trajectory is not None:
-        from spacearm.show import save_plan_figures
+        with unbroken():
+            from spacearm.show import save_plan_figures
 
         with progress_bar("figures") as bar:
             bar(0, 0, "path, joints and clearance")
             written += [path.name for path in save_plan_figures(found, folder) if path.suffix == ".png"]
     return written
+
+
+def _notes(found: Plan) -> tuple[str, ...]:
+    """Return what was assumed of the robot, and how the time law came about."""
+    return (*found.problem.robot.notes, *(found.trajectory.notes if found.trajectory is not None else ()))
 
 
 def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[str, str]]:
@@ -128,7 +140,7 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
     if found.trajectory is not None:
         rows += [
             ("joint path length", f"{found.fitness['length']:.4f} {_unit(found)}"),
-            ("duration", f"{found.trajectory.duration:.3f} s"),
+            ("duration", as_duration(found.trajectory.duration)),
         ]
     if found.base is not None:
         rows += base_rows(found.base)

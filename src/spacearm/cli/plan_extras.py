@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from spacearm.cli.terminal import progress_bar
+from spacearm.interrupts import unbroken
 from spacearm.motion.exports import write_aem, write_ros_trajectory
-from spacearm.output import write_atomically
+from spacearm.output import write_new
 from spacearm.planner import ParetoFront, Plan, pareto_front, save_plan
 
 
@@ -45,14 +46,17 @@ def save_pareto(found: Plan, folder: Path, *, points: int, figures: bool) -> lis
     plans = [f"pareto_{i:02d}.json" for i in range(1, len(front.plans) + 1)]
     for name, member in zip(plans, front.plans, strict=True):
         save_plan(member, folder / name)
-    write_atomically(folder / "pareto.csv", _table(front, plans))
+    write_new(folder / "pareto.csv", _table(front, plans))
     written = ["pareto.csv", *plans]
     if figures:
-        from spacearm.show import figure_pareto, save_figure
         from spacearm.version import version
 
+        with unbroken():
+            from spacearm.show import figure_pareto, save_figure
+
+            figure = figure_pareto(front, title=found.problem.robot.name)
         provenance = {"Title": "spacearm plan --pareto", "Author": f"spacearm {version()}", "Subject": f"seed {found.seed}"}
-        png, _ = save_figure(figure_pareto(front, title=found.problem.robot.name), folder / "pareto", provenance=provenance)
+        png, _ = save_figure(figure, folder / "pareto", provenance=provenance)
         written.append(png.name)
     return written
 

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 # Bezier points carry rounding of about 1e-14 of the control points' size; the duration makes up for it.
 ROUNDING = 1e-12
+_CLOSELY = 1e-9  # a path that was read back may use a limit to the full
 _POSITION_TOLERANCE = 1e-10  # of the furthest: a path may run along a limit
 
 
@@ -101,20 +102,22 @@ def path_margins(robot: Robot, path: PiecewisePath, *, jerk_limit: ArrayLike | N
     velocity_jumps, acceleration_jumps = (path.jumps(k).any(axis=0) for k in (1, 2))
     jerk = None
     if jerk_limit is not None:
-        jerk = (greatest_size(path, 3) + path.slips(2)) / as_jerk_limit(robot, jerk_limit)
+        jerk = (greatest_size(path, 3, tolerance=_CLOSELY) + path.slips(2)) / as_jerk_limit(robot, jerk_limit)
         jerk = np.where(velocity_jumps | acceleration_jumps, np.inf, jerk)
     low, high = extremes(path, 0, tolerance=_POSITION_TOLERANCE)
     return LimitMargins(
         position=np.minimum(low - robot.lower, robot.upper - high),
-        velocity=greatest_size(path, 1) / robot.velocity,
-        acceleration=np.where(velocity_jumps, np.inf, (greatest_size(path, 2) + path.slips(1)) / robot.acceleration),
+        velocity=greatest_size(path, 1, tolerance=_CLOSELY) / robot.velocity,
+        acceleration=np.where(
+            velocity_jumps, np.inf, (greatest_size(path, 2, tolerance=_CLOSELY) + path.slips(1)) / robot.acceleration
+        ),
         jerk=jerk,
     )
 
 
-def greatest_size(path: PiecewisePath, derivative: int) -> Array:
-    """Return a close bound (n,) of a derivative's size for every t."""
-    low, high = extremes(path, derivative)
+def greatest_size(path: PiecewisePath, derivative: int, *, tolerance: float = 1e-4) -> Array:
+    """Return a close bound (n,) of a derivative's size for every t, too large by no more than this share as a rule."""
+    low, high = extremes(path, derivative, tolerance=tolerance)
     return np.maximum(-low, high).clip(min=0.0)
 
 

@@ -21,7 +21,7 @@ from spacearm.robot import Robot
 
 _BASE_KEYS = ("base", "base_start", "momentum")
 _KEYS = ("joints", "control_points", "duration_s", "time_law", *_BASE_KEYS, "notes")
-_RECORDED_KEYS = ("joints", "breaks", "coefficients", *_BASE_KEYS, "notes")
+_RECORDED_KEYS = ("joints", "breaks", "coefficients", *_BASE_KEYS, "notes", "contradictions")
 
 
 def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
@@ -33,7 +33,8 @@ def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
     """
     notes, joints = list(trajectory.notes), list(trajectory.robot.dof_names)
     if isinstance(trajectory, RecordedTrajectory):
-        return {"joints": joints, **record_as_dict(trajectory.path), **_base_as_dict(trajectory), "notes": notes}
+        said = {"contradictions": list(trajectory.contradictions)} if trajectory.contradictions else {}
+        return {"joints": joints, **record_as_dict(trajectory.path), **_base_as_dict(trajectory), "notes": notes, **said}
     law = trajectory.time_law
     return {
         "joints": joints,
@@ -91,9 +92,10 @@ def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = Tru
     notes = _notes(values.get("notes", []))
     if "breaks" in values:
         _require_keys(values, _RECORDED_KEYS)
-        path = {key: value for key, value in values.items() if key not in ("joints", *_BASE_KEYS, "notes")}
+        said = _notes(values.get("contradictions", []))
+        path = {key: value for key, value in values.items() if key not in ("joints", *_BASE_KEYS, "notes", "contradictions")}
         curve = record_from_dict(PiecewisePath, path, "the path", ProblemError)
-        return RecordedTrajectory(robot, curve, **_base_from_dict(values), notes=notes)
+        return RecordedTrajectory(robot, curve, **_base_from_dict(values), notes=notes, contradictions=said)
     _require_keys(values, _KEYS)
     for key in ("control_points", "duration_s"):
         if key not in values:

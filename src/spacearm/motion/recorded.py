@@ -34,6 +34,7 @@ class RecordedTrajectory(OnABase):
         base_start: (4, 4) T_w_b at the beginning [m]; None: at the inertial origin, unturned.
         momentum: of base and arm, if the base floats; None: none.
         notes: what was assumed in reading it, a sentence each.
+        contradictions: what its file states that is not so, a sentence each; its certificate then fails.
 
     Raises:
         ProblemError: the path is for another number of joints, does not begin at 0, or jumps; or a base that cannot be.
@@ -47,6 +48,7 @@ class RecordedTrajectory(OnABase):
     base_start: Array = None  # type: ignore[assignment]
     momentum: Momentum = None  # type: ignore[assignment]
     notes: tuple[str, ...] = ()
+    contradictions: tuple[str, ...] = ()
 
     if TYPE_CHECKING:
 
@@ -59,6 +61,7 @@ class RecordedTrajectory(OnABase):
             base_start: ArrayLike | None = None,
             momentum: Momentum | None = None,
             notes: tuple[str, ...] = (),
+            contradictions: tuple[str, ...] = (),
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -84,6 +87,7 @@ class RecordedTrajectory(OnABase):
             )
         object.__setattr__(self, "path", path)
         object.__setattr__(self, "notes", (*self.notes, *self._closed(given)))
+        object.__setattr__(self, "contradictions", tuple(self.contradictions))
 
     def _closed(self, given: PiecewisePath) -> tuple[str, ...]:
         """Say where jumps were closed that are more than rounding in the joint's own numbers."""

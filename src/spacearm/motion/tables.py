@@ -25,12 +25,14 @@ class Table:
         header_line: where they stand in the file, from 1; 0 without a header.
         lines: (m,) where each row stands.
         values: (m, columns), finite.
+        comments: before the numbers, as they stand there.
     """
 
     names: tuple[str, ...] | None
     header_line: int
     lines: list[int]
     values: NDArray[np.float64]
+    comments: tuple[str, ...] = ()
 
 
 def read_table(path: str | os.PathLike[str], *, what: str) -> Table:
@@ -54,12 +56,14 @@ def read_table(path: str | os.PathLike[str], *, what: str) -> Table:
     if "\0" in text:
         raise FileFormatError(f"{path} is binary, expected {what}; check the path")
     names, header_line, comment = None, 0, None
+    comments: list[str] = []
     lines: list[int] = []
     values: list[list[float]] = []
     for line, cells in _cells(path, text):
         if cells[0].startswith("#"):
             if not values and names is None:
                 comment = (line, tuple(cell for cell in (cells[0][1:].strip(), *cells[1:]) if cell))
+            comments.append(" ".join(cells))
             continue
         if not values and names is None:
             if comment and len(comment[1]) == len(cells):
@@ -74,9 +78,8 @@ def read_table(path: str | os.PathLike[str], *, what: str) -> Table:
             )
         values.append([_number(path, line, i, cell, names) for i, cell in enumerate(cells)])
         lines.append(line)
-    return Table(
-        names, header_line, lines, np.array(values, dtype=np.float64).reshape(len(values), len(values[0]) if values else 0)
-    )
+    shape = len(values), len(values[0]) if values else 0
+    return Table(names, header_line, lines, np.array(values, dtype=np.float64).reshape(shape), tuple(comments))
 
 
 def _cells(path: object, text: str) -> Iterator[tuple[int, list[str]]]:

@@ -1,29 +1,36 @@
-"""Trajectories from CSV files, ours or anybody's.
+"""Trajectories from files, ours or anybody's: tables in CSV, and ROS's JointTrajectory in YAML or JSON.
 
-A header names the columns: the time `t_s` (also `t`, `time`, `time_s`), the joints by their names, or `q_`, `dq_` and `ddq_`
-before them for positions, rates and accelerations; `base_x`, `base_y`, `base_z` [m] and `base_qw`, `base_qx`, `base_qy`,
-`base_qz` the base's pose in the inertial frame; the order is free and other columns are left alone. Without a header there
-are n + 1 columns: the time and the joints in the robot's order. Columns are parted by comma, semicolon, tab or space.
+A table's header names the columns: the time (`t_s`, `t`, `time`, `time_from_start`; `t_ms` and the like say their unit), the
+joints by their names, or `q_`, `dq_` and `ddq_` before them for positions, rates and accelerations; `base_x`, `base_y`,
+`base_z` [m] and `base_qw`, `base_qx`, `base_qy`, `base_qz` the base's pose in the inertial frame, `base_vx` to `base_vz` and
+`base_wx` to `base_wz` its rates; `tip_x_m`, `tip_y_m`, `tip_z_m` where the end effector is. The order is free. Without a
+header there are n + 1 columns: the time and the joints in the robot's order. Columns are parted by comma, semicolon, tab or
+space. For messages see `joint_trajectory`.
 """
 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+import re
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import shown
-from spacearm.errors import FileFormatError, nearest
+from spacearm.errors import FileFormatError
 from spacearm.momentum import Momentum
-from spacearm.motion.base_columns import BASE_COLUMNS, base_poses, compared, first_pose
+from spacearm.motion.base_columns import as_matrix
+from spacearm.motion.joint_trajectory import rows_of_messages
 from spacearm.motion.on_a_base import Base
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.recorded import RecordedTrajectory
-from spacearm.motion.tables import Table, read_table
-from spacearm.reading import located
+from spacearm.motion.stated import Rows, contradictions
+from spacearm.motion.stated_times import TimeUnit, doubts, note_beginning
+from spacearm.motion.table_rows import rows_of_table
+from spacearm.motion.tables import read_table
+from spacearm.reading import located, read_bytes
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -31,21 +38,9 @@ Array = NDArray[np.float64]
 Interpolation = Literal["linear", "cubic", "quintic"]
 """Between rows: straight lines; cubics with the file's rates; quintics with its rates and accelerations."""
 
-_KINDS = ("q", "dq", "ddq")
 _NEEDS: dict[Interpolation, int] = {"linear": 1, "cubic": 2, "quintic": 3}
-_TIMES = ("t_s", "t", "time", "time_s")
 _AT_REST = 1e-9
-_SHOWN = 12
-
-
-@dataclass(frozen=True, slots=True)
-class _Rows:
-    """Times (m,), positions, rates and accelerations (m, n), and the base's poses (m, 7), as far as the file has them."""
-
-    lines: list[int]
-    t: Array
-    states: list[Array]
-    base: Array | None = None
+_MESSAGE = re.compile(rb"\A(?:\xef\xbb\xbf)?(?:\s|#[^\n]*\n|---[^\n]*\n)*(?:[{\[]|[A-Za-z_][\w ]*:(?:\s|$)|- )")
 
 
 def load_trajectory(
@@ -55,11 +50,16 @@ def load_trajectory(
     interpolation: Interpolation | None = None,
     degrees: bool = False,
     unwrap: bool = False,
+    time_unit: TimeUnit | None = None,
     base: Base | None = None,
     base_start: ArrayLike | None = None,
     momentum: Momentum | None = None,
 ) -> RecordedTrajectory:
-    """Read a trajectory from CSV, to certify or to draw it; see the module for the columns.
+    """Read a trajectory from CSV or from a JointTrajectory of ROS, to certify or to draw it; see the module for the columns.
+
+    Joints are taken by their names, in whatever order the file has them. What the file states beside the joints' positions is
+    compared with what these make of it: its rates, its base, its end effector, its robot's name. What differs is in the
+    trajectory's `contradictions`, and its certificate fails.
 
     Args:
         robot: whose joints move.
@@ -68,6 +68,7 @@ def load_trajectory(
             else "linear", as controllers of joint trajectories do. "cubic" without rates is the spline at rest at both ends.
         degrees: turning joints are in degrees, their rates and accelerations too; otherwise in radians.
         unwrap: turning joints take the short way from row to row; otherwise a jump of a turn is a turn.
+        time_unit: "s", "ms", "us" or "ns"; None: as the time's column says, else seconds.
         base: "fixed" or "floating"; None: as the robot says.
         base_start: (4, 4) T_w_b at the beginning [m]; None: the file's first pose of the base, else the origin.
         momentum: of base and arm, if the base floats; None: none.
@@ -76,22 +77,27 @@ def load_trajectory(
         The trajectory, its time from 0, with `notes` on what was assumed. It may break limits.
 
     Raises:
-        FileFormatError: the file is missing or broken, lacks a joint or the time, holds what is no number, or its times do
-            not increase, or its base moves though it is fixed.
+        FileFormatError: the file is missing or broken, lacks a joint or the time, has a joint twice or one that moves and that
+            the robot does not have, holds what is no number, or its times do not increase.
         ProblemError: a base that cannot be.
         RobotError: a floating base of a robot whose masses cannot be.
     """
     if interpolation is not None and interpolation not in _NEEDS:
         raise FileFormatError(f"interpolation is {shown(interpolation)}, expected 'linear', 'cubic' or 'quintic'")
-    table = read_table(path, what="a trajectory in CSV")
     notes: list[str] = []
+    rows = _rows(robot, path, time_unit, interpolation, notes)
     with located(path):
-        rows = _rows(robot, table, notes)
         _require_increasing(rows)
         turning = np.array([not robot.is_prismatic(i) for i in range(robot.dof)])
         if degrees:
             for state in rows.states:
                 state[:, turning] = np.radians(state[:, turning])
+            begin = {
+                name: np.radians(rows.begin[name])
+                for i, name in enumerate(robot.dof_names)
+                if name in rows.begin and turning[i]
+            }
+            rows = replace(rows, begin={**rows.begin, **begin})
         else:
             _require_radians(robot, turning, rows)
         _note_turns(robot, turning, rows, unwrap, notes)
@@ -100,87 +106,49 @@ def load_trajectory(
             notes.append(f"{interpolation} between rows: the file gives {_given(rows)}")
         curve = _interpolated(rows, interpolation, notes)
         _note_ends(robot, curve, interpolation, notes)
+        notes += doubts(robot, rows)
         if base_start is None and rows.base is not None:
-            base_start = first_pose(rows.base)
+            base_start = as_matrix(rows.base.values[0])
         read = RecordedTrajectory(robot, curve, base=base, base_start=base_start, momentum=momentum)
-        if rows.base is not None:
-            notes.append(compared(read, rows.t - rows.t[0], rows.base, rows.lines))
-        return replace(read, notes=tuple(notes))
+        return replace(read, contradictions=contradictions(read, rows, notes), notes=tuple(notes))
 
 
-def _rows(robot: Robot, table: Table, notes: list[str]) -> _Rows:
-    """Pick the columns."""
-    if len(table.values) < 2:
-        raise FileFormatError(f"it holds {len(table.values)} row(s) of numbers, expected two or more: a start and a goal")
-    if table.names is None:
-        if table.values.shape[1] != robot.dof + 1:
-            raise FileFormatError(
-                f"it has {table.values.shape[1]} columns and no header, expected {robot.dof + 1}: the time and the joints "
-                f"{', '.join(robot.dof_names)}; or add a header"
-            )
-        notes.append(f"no header: the columns are taken as time [s] and {', '.join(robot.dof_names)}")
-        return _Rows(table.lines, table.values[:, 0].copy(), [table.values[:, 1:].copy()])
-    columns = {name: i for i, name in enumerate(table.names)}
-    if len(columns) < len(table.names):
-        twice = next(name for i, name in enumerate(table.names) if columns[name] != i)
-        raise FileFormatError(f"line {table.header_line}: column '{twice}' is there twice, expected each once; rename one")
-    time = next((name for wanted in _TIMES for name in table.names if name.lower() == wanted), None)
-    if time is None:
-        there = ", ".join(table.names[:_SHOWN])
-        raise FileFormatError(f"line {table.header_line}: no column is the time, expected 't_s' [s]; there are {shown(there)}")
-    used = [time]
-    states = []
-    for kind in _KINDS:
-        chosen = [_column(columns, kind, joint) for joint in robot.dof_names]
-        missing = [joint for joint, name in zip(robot.dof_names, chosen, strict=True) if name is None]
-        if kind == "q" or len(missing) < robot.dof:
-            if missing:
-                prefix = "" if kind == "q" else f"{kind}_"
-                raise FileFormatError(
-                    f"line {table.header_line}: no column is named '{prefix}{missing[0]}', expected one for each joint; "
-                    f"{nearest(prefix + missing[0], table.names)}"
-                )
-        elif missing:
-            break
-        names = [name for name in chosen if name is not None]
-        used += names
-        states.append(table.values[:, [columns[name] for name in names]])
-    poses = base_poses(columns, table.values, table.lines)
-    unused = [name for name in table.names if name not in used and name not in BASE_COLUMNS]
-    if unused:
-        notes.append(f"columns left alone: {', '.join(unused)}")
-    return _Rows(table.lines, table.values[:, columns[time]].copy(), states, poses)
+def _rows(
+    robot: Robot, path: str | os.PathLike[str], unit: TimeUnit | None, interpolation: Interpolation | None, notes: list[str]
+) -> Rows:
+    """Read the file, whatever it is; a joint's order does not matter where names tell."""
+    what = "a trajectory in CSV, or a JointTrajectory of ROS"
+    content = read_bytes(path, what=what)
+    if _MESSAGE.match(content):
+        return rows_of_messages(robot, path, content, unit=unit, only_positions=interpolation == "linear", notes=notes)
+    table = read_table(path, what=what)
+    with located(path):
+        return rows_of_table(robot, table, unit=unit, notes=notes)
 
 
-def _column(columns: dict[str, int], kind: str, joint: str) -> str | None:
-    """Return the name of the column that holds a joint's positions, rates or accelerations."""
-    names = (f"{kind}_{joint}", joint) if kind == "q" else (f"{kind}_{joint}",)
-    return next((name for name in names if name in columns), None)
-
-
-def _require_increasing(rows: _Rows) -> None:
+def _require_increasing(rows: Rows) -> None:
     still = np.diff(rows.t) <= 0
     if still.any():
         i = int(np.argmax(still))
         raise FileFormatError(
-            f"line {rows.lines[i + 1]}: time {rows.t[i + 1]:.9g} s comes after {rows.t[i]:.9g} s, expected times that "
+            f"{rows.places[i + 1]}: time {rows.t[i + 1]:.9g} s comes after {rows.t[i]:.9g} s, expected times that "
             "increase; sort the rows and leave out what is there twice"
         )
 
 
-def _require_radians(robot: Robot, turning: NDArray[np.bool_], rows: _Rows) -> None:
+def _require_radians(robot: Robot, turning: NDArray[np.bool_], rows: Rows) -> None:
     q, turn = rows.states[0], 2 * np.pi
     beyond = ((q > robot.upper + turn) | (q < robot.lower - turn)) & turning
     if beyond.any():
         i, joint = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
         raise FileFormatError(
-            f"line {rows.lines[int(i)]}: joint '{robot.dof_names[int(joint)]}' is at {q[i, joint]:.6g} rad, more than a turn "
+            f"{rows.places[int(i)]}: joint '{robot.dof_names[int(joint)]}' is at {q[i, joint]:.6g} rad, more than a turn "
             f"beyond its limits {robot.lower[joint]:.4g} to {robot.upper[joint]:.4g}, expected radians; "
             "give degrees=True if these are degrees"
         )
 
 
-def _note_turns(robot: Robot, turning: NDArray[np.bool_], rows: _Rows, unwrap: bool, notes: list[str]) -> None:
+def _note_turns(robot: Robot, turning: NDArray[np.bool_], rows: Rows, unwrap: bool, notes: list[str]) -> None:
     """Take the short way if told; else say where a joint makes about a turn from row to row."""
     q = rows.states[0]
     turns = np.where(turning, np.round(np.diff(q, axis=0) / (2 * np.pi)), 0.0)
@@ -189,19 +157,24 @@ def _note_turns(robot: Robot, turning: NDArray[np.bool_], rows: _Rows, unwrap: b
     elif turns.any():
         for joint in np.flatnonzero(turns.any(axis=0)):
             at = int(np.argmax(turns[:, joint] != 0))
+            between = _between(rows.places[at], rows.places[at + 1])
             notes.append(
-                f"joint '{robot.dof_names[joint]}' turns by {q[at + 1, joint] - q[at, joint]:.4g} rad between lines "
-                f"{rows.lines[at]} and {rows.lines[at + 1]}, taken literally; unwrap takes the short way"
+                f"joint '{robot.dof_names[joint]}' turns by {q[at + 1, joint] - q[at, joint]:.4g} rad between {between}, "
+                "taken literally; unwrap takes the short way"
             )
 
 
-def _given(rows: _Rows) -> str:
+def _between(one: str, other: str) -> str:
+    what, _, number = other.rpartition(" ")
+    return f"{what}s {one.rpartition(' ')[2]} and {number}" if what else f"{one} and {other}"
+
+
+def _given(rows: Rows) -> str:
     return ("positions only", "positions and rates", "positions, rates and accelerations")[len(rows.states) - 1]
 
 
-def _interpolated(rows: _Rows, interpolation: Interpolation, notes: list[str]) -> PiecewisePath:
-    if rows.t[0] != 0:
-        notes.append(f"time begins at {rows.t[0]:.9g} s in the file, at 0 here")
+def _interpolated(rows: Rows, interpolation: Interpolation, notes: list[str]) -> PiecewisePath:
+    note_beginning(rows, notes)
     t, states = rows.t - rows.t[0], rows.states
     if interpolation == "linear":
         return PiecewisePath.from_linear(t, states[0])

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from spacearm.interrupts import unbroken
 from spacearm.output import make_new_folder
 from spacearm.paper.experiment import Experiment, MethodRuns
 from spacearm.paper.scene import GOAL_POSITION, paper_robot, paper_scene
@@ -58,7 +59,9 @@ def save_figures(experiment: Experiment, folder: Path, *, progress: Callable[[in
     for i, (name, draw) in enumerate(drawings):
         if progress:
             progress(i, len(drawings), name)
-        written += save_figure(draw(), folder / name, provenance=provenance)
+        with unbroken():
+            figure = draw()
+        written += save_figure(figure, folder / name, provenance=provenance)
     if progress:
         progress(len(drawings), len(drawings), "done")
     return written

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from spacearm._kernel import kernel_info
-from spacearm.output import make_new_folder, write_atomically
+from spacearm.output import make_new_folder, write_new
 from spacearm.paper.experiment import Experiment, MethodRuns
 from spacearm.paper.figures import save_figures
 from spacearm.paper.readings import READINGS
@@ -189,9 +189,9 @@ def save_report(
     """
     folder = make_new_folder(folder)
     report, table, timings = folder / "report.json", folder / "table3.md", folder / "timings.json"
-    write_atomically(report, json.dumps(report_as_dict(experiment), indent=1, allow_nan=False) + "\n")
-    write_atomically(table, _text(experiment))
-    write_atomically(timings, json.dumps(_timings(experiment), indent=1) + "\n")
+    write_new(report, json.dumps(report_as_dict(experiment), indent=1, allow_nan=False) + "\n")
+    write_new(table, _text(experiment))
+    write_new(timings, json.dumps(_timings(experiment), indent=1) + "\n")
     drawn = save_figures(experiment, folder / "figures", progress=progress) if figures else []
     return [report, table, timings, *drawn]
 

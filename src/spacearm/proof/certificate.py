@@ -161,6 +161,11 @@ class Certificate:
         return trajectory_digest(self.trajectory)
 
     @property
+    def contradictions(self) -> tuple[str, ...]:
+        """What the trajectory's file states that is not so, a sentence each."""
+        return getattr(self.trajectory, "contradictions", ())
+
+    @property
     def broken_limits(self) -> tuple[str, ...]:
         """The limits among those checked that may be broken, each in words, the worst first."""
         return broken_limits(self.robot, self.limits, self.checked)
@@ -171,6 +176,8 @@ class Certificate:
         near, broken = self.closest, self.broken_limits
         if near is not None and near.clearance <= self.minimum_clearance and self.status == "fails":
             return _too_close(near, self.minimum_clearance)
+        for sentence in self.contradictions[:1]:
+            return sentence
         if self.floating is not None and self.floating.broken:
             return self.floating.broken
         for sentence in broken[:1]:

@@ -113,6 +113,8 @@ def certify(
     floating = _floating(robot, trajectory, proof, base)
     if broken_limits(robot, margins, checked) or (floating is not None and floating.broken):
         status = "fails"
+    if getattr(trajectory, "contradictions", ()):  # its file states what is not so, and may be run by that
+        status = "fails"
     return Certificate(
         status=status,
         clearance=proof.proven if status == "holds" else None,

@@ -16,8 +16,8 @@ from spacearm.robot.base import held_base, notes_on_base, rooted
 from spacearm.robot.groups import Members, group_members
 from spacearm.robot.held_joints import hold_joints, rest_value
 from spacearm.robot.joint_limits_file import with_joint_limits_file
-from spacearm.robot.limits import narrowed
 from spacearm.robot.left_out import notes_on_envelope
+from spacearm.robot.limits import narrowed
 from spacearm.robot.links import LinkTree, leader_of
 from spacearm.robot.model import NamedConfiguration, Robot, require_base
 from spacearm.robot.srdf import GroupState, Srdf, load_srdf

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.interrupts import unbroken
 from spacearm.motion import Trajectory
 from spacearm.planner import Plan, PoseGoal, PositionGoal
 from spacearm.planner.goals import ConfigurationsGoal, Goal
@@ -20,6 +23,9 @@ from spacearm.show.path import figure_path_2d
 from spacearm.show.path_space import figure_path_3d
 from spacearm.show.save import save_figure
 from spacearm.version import version
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
@@ -36,19 +42,21 @@ def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
     start = problem.start
     target = _target(goal, robot, trajectory)
     title = robot.name if plan.found else f"{robot.name}: not proven"
-    figures = {
-        "path_2d": figure_path_2d(trajectory, robot, scene, start=start, goal=target, title=title),
-        "path_3d": figure_path_3d(trajectory, robot, scene, start=start, goal=target, title=title),
-        "joints": figure_joints(trajectory, title=title),
+    drawings: dict[str, Callable[[], Figure]] = {
+        "path_2d": lambda: figure_path_2d(trajectory, robot, scene, start=start, goal=target, title=title),
+        "path_3d": lambda: figure_path_3d(trajectory, robot, scene, start=start, goal=target, title=title),
+        "joints": lambda: figure_joints(trajectory, title=title),
     }
     if robot.capsules and (scene.obstacles or robot.self_pairs):
-        figures["clearance"] = figure_clearance(trajectory, scene, plan.certificate, title=title)
+        drawings["clearance"] = lambda: figure_clearance(trajectory, scene, plan.certificate, title=title)
     if trajectory.base == "floating":
-        figures["base_motion"] = figure_base_motion(trajectory, limits=problem.base_limits, title=title)
-        figures["base_paths"] = figure_base_paths(trajectory, title=title)
+        drawings["base_motion"] = lambda: figure_base_motion(trajectory, limits=problem.base_limits, title=title)
+        drawings["base_paths"] = lambda: figure_base_paths(trajectory, title=title)
     provenance = {"Title": "spacearm plan", "Author": f"spacearm {version()}", "Subject": f"seed {plan.seed}"}
     written: list[Path] = []
-    for name, figure in figures.items():
+    for name, draw in drawings.items():
+        with unbroken():
+            figure = draw()
         written += save_figure(figure, folder / name, provenance=provenance)
     return written
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from spacearm.errors import OutputError
-from spacearm.output import write_atomically
+from spacearm.interrupts import unbroken
+from spacearm.output import write_new
 from spacearm.show.style import look
 
 if TYPE_CHECKING:
@@ -37,12 +38,18 @@ def save_figure(figure: Figure, path_stem: str | os.PathLike[str], *, provenance
     stem = Path(path_stem)
     png, pdf = stem.with_name(f"{stem.name}.png"), stem.with_name(f"{stem.name}.pdf")
     for path in (png, pdf):
-        if path.exists():
+        if os.path.lexists(path):
             raise OutputError(f"{path} exists, expected a new file for the figure; choose another name or move it away")
-    _settle(figure)
-    contents = _png(figure, provenance), _pdf(figure, provenance)
-    for path, content in zip((png, pdf), contents, strict=True):
-        write_atomically(path, content)
+    with unbroken():  # what draws would swallow Ctrl-C now and then, or trip over it
+        _settle(figure)
+        contents = _png(figure, provenance), _pdf(figure, provenance)
+    with unbroken():
+        write_new(png, contents[0])
+        try:
+            write_new(pdf, contents[1])
+        except OutputError:
+            png.unlink(missing_ok=True)
+            raise
     return png, pdf
 
 

@@ -17,7 +17,8 @@ from spacearm.bench.space.run import SpaceBench
 from spacearm.bench.space.summary import SpaceSummary, summary_of, targets_of
 from spacearm.bench.written import markdown, plain
 from spacearm.bench.yardstick import REFERENCE, machine
-from spacearm.output import write_atomically
+from spacearm.interrupts import unbroken
+from spacearm.output import write_new
 from spacearm.version import version
 
 _MANY = 8  # failures listed before it would no longer be read
@@ -173,16 +174,20 @@ def save_report(
     """
     target = Path(folder)
     report, text = target / "report.json", target / "tables.md"
-    write_atomically(report, json.dumps(report_as_dict(bench), allow_nan=False) + "\n")
-    write_atomically(text, as_markdown(bench))
+    write_new(report, json.dumps(report_as_dict(bench), allow_nan=False) + "\n")
+    write_new(text, as_markdown(bench))
     if not figure or not bench.runs:
         return [report, text]
     from spacearm.show.save import save_figure
 
     provenance = {"Title": "spacearm bench space", "Author": f"spacearm {version()}"}
-    written = [report, text, *save_figure(figure_spacebench(bench), target / "spacebench", provenance=provenance)]
+    with unbroken():
+        drawn = figure_spacebench(bench)
+    written = [report, text, *save_figure(drawn, target / "spacebench", provenance=provenance)]
     if items:
-        written += save_figure(figure_families(items), target / "families", provenance=provenance)
+        with unbroken():
+            drawn = figure_families(items)
+        written += save_figure(drawn, target / "families", provenance=provenance)
     return written
 
 

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from spacearm.checks import shown
 from spacearm.errors import SettingsError
-from spacearm.motion.exports.instants import instants, require_new
+from spacearm.motion.exports.instants import instants
 from spacearm.motion.recorded import AnyTrajectory
-from spacearm.output import write_atomically
+from spacearm.output import require_new, write_new
 from spacearm.version import version as spacearm_version
 
 LOCAL_FRAME = "LOCAL_INERTIAL"
@@ -115,7 +115,7 @@ def write_aem(
         *(f"{epoch} {_numbers(row)}" for epoch, row in zip(epochs, _scalar_last(trajectory, at), strict=True)),
         "DATA_STOP",
     ]
-    write_atomically(path, "\n".join(lines) + "\n")
+    write_new(path, "\n".join(lines) + "\n")
 
 
 def _scalar_last(trajectory: AnyTrajectory, at: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.checks import as_number
-from spacearm.errors import OutputError, SettingsError
+from spacearm.errors import SettingsError
 from spacearm.motion.recorded import AnyTrajectory
 
 _INTERVALS = 200
@@ -38,13 +35,3 @@ def instants(trajectory: AnyTrajectory, step: float | None, *, ticks: int) -> ND
         )
     at = np.round(np.arange(0.0, last / ticks, step) * ticks).astype(np.int64)
     return np.unique(np.append(at, last))
-
-
-def require_new(path: str | os.PathLike[str]) -> None:
-    """Refuse to write over something.
-
-    Raises:
-        OutputError: the file exists already.
-    """
-    if Path(path).exists():
-        raise OutputError(f"{path} exists, expected a new file; choose another name")

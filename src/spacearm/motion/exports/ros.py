@@ -18,13 +18,15 @@ from numpy.typing import NDArray
 from spacearm.checks import as_name
 from spacearm.errors import SettingsError
 from spacearm.momentum.turning import rotated
-from spacearm.motion.exports.instants import instants, require_new
+from spacearm.motion.exports.instants import instants
+from spacearm.motion.exports.rows import rows_at, rows_of
 from spacearm.motion.recorded import AnyTrajectory
-from spacearm.output import write_atomically
+from spacearm.output import require_new, write_new
 
 Array = NDArray[np.float64]
 
 _TICKS = 1_000_000_000
+_POINTS = 201
 
 
 def write_ros_trajectory(
@@ -33,25 +35,35 @@ def write_ros_trajectory(
     *,
     step: float | None = None,
     frame_id: str = "inertial",
-) -> None:
+) -> tuple[str, ...]:
     """Write a trajectory as messages of ROS 2 in JSON: joint_names and points, and where a floating base is.
 
     Args:
         trajectory: to be written.
         path: of the file, a new one.
-        step: between two points [s]; None: a 200th of the duration.
+        step: between two points [s]; None: about a 200th of the duration, and less where that is needed for what is read
+            between the points to be the trajectory again, within its limits.
         frame_id: the name of the inertial frame.
+
+    Returns:
+        What differs from the trajectory by more than the last digits, a sentence each; mostly nothing.
 
     Raises:
         OutputError: the file exists already, or cannot be written.
         SettingsError: a step or a name that cannot be.
     """
     frame_id = as_name("frame_id", frame_id, SettingsError)
-    at = instants(trajectory, step, ticks=_TICKS)
     require_new(path)
+    if step is None:
+        rows = rows_of(trajectory, least=_POINTS, ticks=_TICKS)
+        at = np.round(rows.t * _TICKS).astype(np.int64)
+    else:
+        at = instants(trajectory, step, ticks=_TICKS)
+        rows = rows_at(trajectory, at / _TICKS)
+    trajectory = rows.trajectory
     stamps = [{"sec": tick // _TICKS, "nanosec": tick % _TICKS} for tick in at.tolist()]
-    state = trajectory.sample(at / _TICKS)
-    rows = zip(*(values.tolist() for values in state), stamps, strict=True)
+    states = [values.tolist() for values in rows.states]
+    states += [[[]] * len(stamps)] * (3 - len(states))
     begin = {"stamp": {"sec": 0, "nanosec": 0}}
     values: dict[str, Any] = {
         "joint_trajectory": {
@@ -59,7 +71,7 @@ def write_ros_trajectory(
             "joint_names": list(trajectory.robot.dof_names),
             "points": [
                 {"positions": q, "velocities": dq, "accelerations": ddq, "effort": [], "time_from_start": stamp}
-                for q, dq, ddq, stamp in rows
+                for q, dq, ddq, stamp in zip(*states, stamps, strict=True)
             ],
         }
     }
@@ -74,7 +86,8 @@ def write_ros_trajectory(
             "poses": [{"header": header, "pose": pose} for header, pose in zip(headers, poses, strict=True)],
         }
         values["base_twists"] = [{"header": header, "twist": twist} for header, twist in zip(headers, twists, strict=True)]
-    write_atomically(path, "".join(_parts(values)) + "\n")
+    write_new(path, "".join(_parts(values)) + "\n")
+    return rows.notes
 
 
 def _parts(value: Any) -> Iterator[str]:

@@ -9,20 +9,21 @@ clearance without obstacles, is null. Timings are left out: the same search give
 
 from __future__ import annotations
 
-import io
 import json
 import os
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from spacearm.errors import OutputError
-from spacearm.motion import Trajectory
-from spacearm.motion.base_columns import BASE_COLUMNS
+from spacearm.checks import as_whole
+from spacearm.errors import SettingsError
+from spacearm.motion import AnyTrajectory
+from spacearm.motion.base_columns import BASE_COLUMNS, TIP_COLUMNS
+from spacearm.motion.exports.rows import rows_of
 from spacearm.motion.plain import trajectory_as_dict
-from spacearm.output import write_atomically
+from spacearm.output import require_new, write_new
 from spacearm.planner.goals import goal_as_dict
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Plan
@@ -126,40 +127,50 @@ def save_json(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
     Raises:
         OutputError: the file exists already, or cannot be written.
     """
-    if Path(path).exists():
-        raise OutputError(f"{path} exists, expected a new file; choose another name")
-    write_atomically(path, "".join(_json(values, "")) + "\n")
+    require_new(path)
+    write_new(path, "".join(_json(values, "")) + "\n")
 
 
-def save_trajectory(trajectory: Trajectory, path: str | os.PathLike[str], *, samples: int = _SAMPLES) -> None:
+def save_trajectory(
+    trajectory: AnyTrajectory,
+    path: str | os.PathLike[str],
+    *,
+    samples: int = _SAMPLES,
+    jerk_limit: ArrayLike | None = None,
+) -> tuple[str, ...]:
     """Write a trajectory as CSV: time [s], then position, rate and acceleration of every joint, and the tip's position.
 
     If the base floats or does not begin at the origin, its position [m] and attitude wxyz follow, in the inertial frame as the
-    tip's position is.
+    tip's position is. `load_trajectory` reads from it the same motion, which keeps the limits that the trajectory keeps: rows
+    stand where its polynomial pieces meet, every number is written in full, and where rounding would pass a limit the motion is
+    written slower by so much, mostly a billionth.
+
+    Args:
+        trajectory: to be written.
+        path: of the file, a new one.
+        samples: how many rows there are at least, or nearly so. Steps are equal only where the trajectory's pieces are.
+        jerk_limit: to be kept by what is read, too.
+
+    Returns:
+        What differs from the trajectory by more than the last digits, a sentence each; mostly nothing.
 
     Raises:
         OutputError: the file exists already, or cannot be written.
+        SettingsError: samples that are none.
     """
-    if Path(path).exists():
-        raise OutputError(f"{path} exists, expected a new file; choose another name")
-    t = np.linspace(0.0, trajectory.duration, samples)
-    state, tip = trajectory.sample(t), trajectory.tip(t)[:, :3, 3]
+    require_new(path)
+    least = as_whole("samples", samples, SettingsError, at_least=2, at_most=1_000_000)
+    rows = rows_of(trajectory, least=least, jerk_limit=jerk_limit)
     names = trajectory.robot.dof_names
-    header = ["t_s", *(f"{kind}_{name}" for kind in ("q", "dq", "ddq") for name in names), "tip_x_m", "tip_y_m", "tip_z_m"]
-    columns = [t, state.q, state.dq, state.ddq, tip]
+    kinds = ("q", "dq", "ddq")[: len(rows.states)]
+    header = ["t_s", *(f"{kind}_{name}" for kind in kinds for name in names), *TIP_COLUMNS]
+    columns = [rows.t, *rows.states, rows.trajectory.tip(rows.t)[:, :3, 3]]
     if trajectory.base != "fixed" or not np.array_equal(trajectory.base_start, np.eye(4)):
         header += BASE_COLUMNS
-        columns += trajectory.base_pose(t)
-    buffer = io.StringIO()
-    np.savetxt(
-        buffer,
-        np.column_stack(columns),
-        delimiter=",",
-        header=",".join(header),
-        comments="",
-        fmt="%.12g",
-    )
-    write_atomically(path, buffer.getvalue())
+        columns += rows.trajectory.base_pose(rows.t)
+    lines = [",".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
+    write_new(path, "\n".join([",".join(header), *lines]) + "\n")
+    return rows.notes
 
 
 def _json(value: Any, indent: str) -> Iterator[str]:

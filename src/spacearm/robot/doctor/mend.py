@@ -9,7 +9,7 @@ from typing import Any
 
 from spacearm.checks import shown
 from spacearm.errors import OutputError
-from spacearm.output import write_atomically
+from spacearm.output import write_atomically, write_new
 from spacearm.reading import read_bytes
 from spacearm.robot.doctor.chart import Choices, line_of, place_of
 from spacearm.robot.doctor.diagnosis import Change, Mended
@@ -67,7 +67,8 @@ def mend_urdf(
     if target.resolve().parent != source.resolve().parent:
         changes += _moved_meshes(root, source.parent, target)
     xml = _as_before(content if not repairs else _start_of_repaired(content), root)
-    write_atomically(target, xml)
+    write = write_atomically if overwrite else write_new
+    write(target, xml)
     _, after = examined(urdf_root(xml, target)[0], target, srdf, base, choices)
     changes.sort(key=lambda change: change.line or 0)
     return Mended(output=str(target), changes=tuple(changes), before=before, after=after)

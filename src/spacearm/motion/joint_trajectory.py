@@ -1,0 +1,297 @@
+"""ROS's trajectory_msgs/JointTrajectory as YAML or JSON, of ROS 1 or 2, as it is or inside another message.
+
+What `ros2 topic echo`, `rostopic echo` and `write_ros_trajectory` write: `joint_names` and `points`, perhaps inside
+`joint_trajectory` (moveit_msgs/RobotTrajectory) or `trajectory` (DisplayTrajectory, FollowJointTrajectory's goal). Times are
+mappings of `sec` and `nanosec` or `secs` and `nsecs`, or numbers. Where the file has the base, as `base_path` and `base_twists`
+or as a `multi_dof_joint_trajectory` of one joint, it is compared.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.checks import shown
+from spacearm.errors import FileFormatError, nearest
+from spacearm.motion.base_columns import unit_poses
+from spacearm.motion.stated import Rows, Series
+from spacearm.motion.stated_times import PER_SECOND, TimeUnit, checked_unit
+from spacearm.reading import located, yaml_documents
+from spacearm.robot import Robot
+
+Array = NDArray[np.float64]
+
+_WHAT = "a JointTrajectory of ROS in YAML or JSON"
+_HOLDS = ("joint_trajectory", "trajectory", "planned_trajectory", "motion_plan_response", "goal", "result", "msg")
+_KNOWN = frozenset(
+    {"joint_names", "points", "joint_trajectory", "base_path", "base_twists", "multi_dof_joint_trajectory", "model_id"}
+    | {"trajectory_start"}
+)
+_KINDS = ("positions", "velocities", "accelerations")
+_STATE_KEYS = frozenset({*_KINDS, "effort", "time_from_start"})
+_STILL = 1e-9  # [rad or m] by which a joint that is not the robot's may move: not at all
+_SHOWN = 6
+
+Found = tuple[dict[str, Any], list[dict[str, Any]]]
+"""A JointTrajectory, and the mappings that it is in, the outermost first, itself last."""
+
+
+def rows_of_messages(
+    robot: Robot,
+    path: str | os.PathLike[str],
+    content: bytes,
+    *,
+    unit: TimeUnit | None,
+    only_positions: bool,
+    notes: list[str],
+) -> Rows:
+    """Read the trajectory that a file of messages holds.
+
+    Args:
+        robot: whose joints move.
+        path: of the file.
+        content: of it.
+        unit: of times that are numbers; None: seconds.
+        only_positions: other values are not needed, and may be missing in some points.
+        notes: to be added to.
+
+    Raises:
+        FileFormatError: it holds none or several, lacks a joint, or has one twice, or one that moves and is not the robot's.
+    """
+    checked_unit(unit)
+    documents = _documents(path, content)
+    with located(path):
+        found = [one for document in documents for one in _found(document, [], 0)]
+        different = [one for i, one in enumerate(found) if all(one[0] != other[0] for other in found[:i])]
+        if len(different) != 1:
+            raise FileFormatError(f"it holds {len(different) or 'no'} joint trajectories, expected one: joint_names and points")
+        message, around = different[0]
+        places, t, states = _points(message, unit, only_positions)
+        order = _order(robot, message, states[0], notes)
+        _note_unused(message, around, notes)
+        outer = {key: value for mapping in around for key, value in mapping.items()}
+        begin = _seconds((message.get("header") or {}).get("stamp", 0.0), None, "header.stamp")
+        velocity, turning = _twists(outer, begin, float(t[0]))
+        return Rows(
+            places=places,
+            t=t,
+            states=[state[:, order] for state in states],
+            base=_base(outer, begin, float(t[0])),
+            velocity=velocity,
+            turning=turning,
+            robot=outer["model_id"] if isinstance(outer.get("model_id"), str) and outer["model_id"] else None,
+            begin=_begin(outer.get("trajectory_start")),
+        )
+
+
+def _documents(path: str | os.PathLike[str], content: bytes) -> list[Any]:
+    if content.lstrip()[:1] in (b"{", b"["):
+        try:
+            return [json.loads(content)]
+        except (ValueError, RecursionError):  # YAML may begin so too, and says better what is wrong
+            pass
+    return yaml_documents(path, what=_WHAT)
+
+
+def _found(value: Any, around: list[dict[str, Any]], depth: int) -> Iterator[Found]:
+    """Yield the trajectories in a value that move joints at all."""
+    if depth > len(_HOLDS):
+        return
+    if isinstance(value, list):
+        for entry in value:
+            yield from _found(entry, around, depth + 1)
+    elif isinstance(value, dict):
+        inside = [*around, value]
+        if "points" in value or "joint_names" in value:
+            if value.get("points") or value.get("joint_names"):
+                yield value, inside
+            return
+        for key in _HOLDS:
+            if key in value:
+                yield from _found(value[key], inside, depth + 1)
+
+
+def _points(message: dict[str, Any], unit: TimeUnit | None, only_positions: bool) -> tuple[list[str], Array, list[Array]]:
+    """Return where the points stand, their times [s], and their values in the file's order of joints."""
+    names, points = message.get("joint_names"), message.get("points")
+    if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
+        raise FileFormatError(f"joint_names is {shown(names)}, expected a list of the joints' names")
+    twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
+    if twice is not None:
+        raise FileFormatError(f"joint_names has '{twice}' twice, expected each joint once")
+    if not isinstance(points, list) or len(points) < 2:
+        count = len(points) if isinstance(points, list) else 0
+        raise FileFormatError(f"it holds {count} point(s), expected two or more: a start and a goal")
+    for i, point in enumerate(points):
+        if not isinstance(point, dict) or "time_from_start" not in point or "positions" not in point:
+            raise FileFormatError(f"points[{i}] is {shown(point)}, expected a mapping with positions and time_from_start")
+        _require_keys(point, i)
+    t = np.array([_seconds(point["time_from_start"], unit, f"points[{i}].time_from_start") for i, point in enumerate(points)])
+    states = []
+    for kind in _KINDS[:1] if only_positions else _KINDS:
+        values = [_numbers(point.get(kind), f"points[{i}].{kind}", len(names)) for i, point in enumerate(points)]
+        there = [i for i, row in enumerate(values) if row]
+        if not there and kind != "positions":
+            break
+        if len(there) < len(points):
+            missing = next(i for i, row in enumerate(values) if not row)
+            raise FileFormatError(
+                f"points[{missing}] has no {kind}, and others have, expected all or none; leave them out, or take straight "
+                "lines between the positions (interpolation 'linear')"
+            )
+        states.append(np.array(values, dtype=np.float64))
+    return [f"point {i}" for i in range(len(points))], t, states
+
+
+def _require_keys(point: dict[str, Any], i: int) -> None:
+    for key in point:
+        if key not in _STATE_KEYS:
+            raise FileFormatError(f"points[{i}] has key {shown(key)}; {nearest(str(key), sorted(_STATE_KEYS))}")
+
+
+def _seconds(given: Any, unit: TimeUnit | None, where: str) -> float:
+    """Return a time [s]: a number, or whole seconds and nanoseconds as ROS 1 or 2 names them."""
+    if _is_number(given):
+        return float(given) / PER_SECOND[unit or "s"]
+    if isinstance(given, dict):
+        for whole, rest in (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec"), ("seconds", "nanoseconds")):
+            if set(given) <= {whole, rest} and given and all(_is_number(given[key]) for key in given):
+                parts = given.get(whole, 0), given.get(rest, 0)
+                if all(isinstance(part, int) for part in parts):
+                    return (parts[0] * 1_000_000_000 + parts[1]) / 1e9
+                return float(parts[0]) + float(parts[1]) / 1e9
+    raise FileFormatError(f"{where} is {shown(given)}, expected seconds, or a mapping with sec and nanosec")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e300 and math.isfinite(value)
+
+
+def _numbers(given: Any, where: str, count: int) -> list[float]:
+    """Return as many numbers as there are joints, or none."""
+    if given is None or given == []:
+        return []
+    if not isinstance(given, list) or len(given) != count or not all(map(_is_number, given)):
+        cut = (
+            "; the file was cut short as it was printed, print it in full" if isinstance(given, list) and "..." in given else ""
+        )
+        raise FileFormatError(f"{where} is {shown(given)}, expected {count} finite numbers, one a joint{cut}")
+    return given
+
+
+def _order(robot: Robot, message: dict[str, Any], q: Array, notes: list[str]) -> list[int]:
+    """Return where each of the robot's joints stands in the file."""
+    names = message["joint_names"]
+    for joint in robot.dof_names:
+        if joint not in names:
+            raise FileFormatError(
+                f"joint_names has no '{joint}', expected all joints of robot '{robot.name}'; {nearest(joint, names)}"
+            )
+    others = [name for name in names if name not in robot.dof_names]
+    moved = [name for name in others if np.ptp(q[:, names.index(name)]) > _STILL]
+    if moved:
+        raise FileFormatError(
+            f"joint_names has '{moved[0]}', which moves and which robot '{robot.name}' does not have or holds still; "
+            f"{nearest(moved[0], robot.dof_names)}; leave it out if it does not count"
+        )
+    if others:
+        where = ", ".join(f"'{name}' at {q[0, names.index(name)]:.6g}" for name in others[:_SHOWN])
+        notes.append(f"joints left alone, for they do not move and are none of the robot's: {where}")
+    order = [names.index(joint) for joint in robot.dof_names]
+    if order != sorted(order):
+        notes.append("the file has the joints in another order; they are taken by their names")
+    return order
+
+
+def _note_unused(message: dict[str, Any], around: Sequence[dict[str, Any]], notes: list[str]) -> None:
+    """Name what is in the file and means nothing here."""
+    unused = [
+        key for mapping in around for key, value in mapping.items()
+        if key not in _KNOWN and key not in _HOLDS and key != "header" and value not in (None, [], {}, "", 0, 0.0)
+    ]  # fmt: skip
+    frame = (message.get("header") or {}).get("frame_id")
+    if frame:
+        unused.append(f"header.frame_id '{frame}'")
+    if any(point.get("effort") for point in message["points"]):
+        unused.append("effort")
+    if unused:
+        notes.append(f"left alone: {', '.join(dict.fromkeys(unused))}")
+
+
+def _begin(start: Any) -> dict[str, float]:
+    """Return where a DisplayTrajectory has joints before the motion."""
+    state = start.get("joint_state") if isinstance(start, dict) else None
+    names, values = (state.get("name"), state.get("position")) if isinstance(state, dict) else (None, None)
+    if not isinstance(names, list) or not isinstance(values, list) or len(names) != len(values):
+        return {}
+    return {str(name): float(value) for name, value in zip(names, values, strict=True) if _is_number(value)}
+
+
+def _base(outer: dict[str, Any], begin: float, first: float) -> Series | None:
+    """Return the base's poses from `base_path`, or from the transforms of a planar or floating joint."""
+    path, several = outer.get("base_path"), outer.get("multi_dof_joint_trajectory")
+    rows: list[tuple[float, list[float], str]] = []
+    if isinstance(path, dict):
+        for i, entry in enumerate(path.get("poses") or []):
+            where = f"base_path.poses[{i}]"
+            pose = _member(entry, "pose", where)
+            at = _seconds(_member(_member(entry, "header", where), "stamp", where), None, f"{where}.header.stamp") - begin
+            rows.append((at, _pose(pose, "position", "orientation", where), where))
+    elif isinstance(several, dict) and several.get("points"):
+        names = several.get("joint_names")
+        if not isinstance(names, list) or len(names) != 1:
+            raise FileFormatError(f"multi_dof_joint_trajectory moves {shown(names)}, expected one joint, which holds the base")
+        for i, point in enumerate(several["points"]):
+            where = f"multi_dof_joint_trajectory.points[{i}]"
+            transforms = _member(point, "transforms", where)
+            if not isinstance(transforms, list) or len(transforms) != 1:
+                raise FileFormatError(f"{where}.transforms is {shown(transforms)}, expected one")
+            at = _seconds(_member(point, "time_from_start", where), None, where)
+            rows.append((at, _pose(transforms[0], "translation", "rotation", where), where))
+    if not rows:
+        return None
+    places = [where for _, _, where in rows]
+    poses = unit_poses(np.array([pose for _, pose, _ in rows]), places)
+    return Series(t=np.array([at for at, _, _ in rows]) - first, values=poses, places=places)
+
+
+def _twists(outer: dict[str, Any], begin: float, first: float) -> tuple[Series | None, Series | None]:
+    """Return the base's rates from `base_twists`."""
+    rows = []
+    for i, entry in enumerate(outer.get("base_twists") or []):
+        where = f"base_twists[{i}]"
+        twist = _member(entry, "twist", where)
+        at = _seconds(_member(_member(entry, "header", where), "stamp", where), None, f"{where}.header.stamp") - begin
+        rows.append((at, *(_vector(_member(twist, part, where), "xyz", where) for part in ("linear", "angular")), where))
+    if not rows:
+        return None, None
+    t, places = np.array([row[0] for row in rows]) - first, [row[3] for row in rows]
+    linear, angular = (Series(t=t, values=np.array([row[k] for row in rows]), places=places) for k in (1, 2))
+    return linear, angular
+
+
+def _member(mapping: Any, key: str, where: str) -> Any:
+    if not isinstance(mapping, dict) or key not in mapping:
+        raise FileFormatError(f"{where} is {shown(mapping)}, expected a mapping with '{key}'")
+    return mapping[key]
+
+
+def _pose(given: Any, position: str, orientation: str, where: str) -> list[float]:
+    """Return a position and a quaternion wxyz; ROS names the parts x, y, z, w."""
+    return [
+        *_vector(_member(given, position, where), "xyz", where),
+        *_vector(_member(given, orientation, where), "wxyz", where),
+    ]
+
+
+def _vector(given: Any, parts: str, where: str) -> list[float]:
+    values = [_member(given, part, where) for part in parts]
+    if not all(map(_is_number, values)):
+        raise FileFormatError(f"{where} has {shown(given)}, expected finite numbers")
+    return [float(value) for value in values]
