@@ -1,6 +1,7 @@
 // Whole runs, natively: many independent trials of a swarm on an objective, spread over threads.
 //
-// A trial's numbers depend on (seed, trial) only, so the results are the same bits on any number of threads.
+// A trial's numbers depend on (seed, trial) only, so the results are the same bits on any number of threads. Where the system
+// starts no more of them, those that run do all the work; the calling thread always does.
 #pragma once
 
 #include <atomic>
@@ -31,6 +32,8 @@ template <class T> struct trial_result {
     std::vector<std::int64_t> spent;
 };
 
+inline constexpr int most_threads = 1024;
+
 // Called now and then from the calling thread, with the rounds done so far; returns false to stop the search.
 using tick = std::function<bool(std::uint64_t)>;
 
@@ -43,7 +46,7 @@ trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const
     std::vector<pack<T>> q(dims);
     std::vector<T> fitness(stride), violation(stride);
     trial_result<T> out;
-    while (!particles.spent()) {
+    while (!particles.spent() && out.rounds < most_rounds) {
         particles.ask();
         if (out.rounds == 0) particles.place_first(first_rows);
         const T* x = particles.positions();
@@ -115,16 +118,22 @@ std::vector<trial_result<T>> run_trials(const Objective& objective, MakeSwarm ma
         }
     };
 
-    const int helpers = std::min(threads, trials) - 1;
+    const int helpers = std::max(std::min({threads, trials, most_threads}) - 1, 0);
     std::vector<std::thread> pool;
-    running = std::max(helpers, 0);
+    pool.reserve(helpers);
     for (int i = 0; i < helpers; ++i) {
-        pool.emplace_back([&] {
-            guarded(false);
-            std::lock_guard<std::mutex> hold(lock);
+        ++running;
+        try {
+            pool.emplace_back([&] {
+                guarded(false);
+                std::lock_guard<std::mutex> hold(lock);
+                --running;
+                ended.notify_one();
+            });
+        } catch (...) {   // no thread, or no memory for it: nothing may be thrown past those that run
             --running;
-            ended.notify_one();
-        });
+            break;
+        }
     }
     guarded(true);
     {

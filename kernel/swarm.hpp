@@ -90,7 +90,7 @@ template <class T> class swarm {
         remember();
         find_leaders();
         if (settings_.variant == swarm_variant::evolving && settings_.shrink_to > 0) shrink();
-        ++round_;
+        if (round_ < most_rounds) ++round_;
         asked_ = false;
     }
 
@@ -121,7 +121,9 @@ template <class T> class swarm {
     }
     bool fits(const std::vector<std::int64_t>& c) const {
         const bool shrinks = settings_.variant == swarm_variant::evolving;
-        return c.size() == 6 && (shrinks ? c[3] > first_[2] : c[3] == first_[3]) && c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[3] <= settings_.particles && c[4] >= 0 && c[4] < settings_.memory;
+        const auto counted = [](std::int64_t n, std::int64_t most) { return n >= 0 && n <= most; };
+        return c.size() == 6 && (shrinks ? c[3] > first_[2] : c[3] == first_[3]) && c[3] <= settings_.particles && counted(c[0], most_rounds)
+               && counted(c[1], most_evaluations) && counted(c[2], most_evaluations) && counted(c[4], settings_.memory - 1);
     }
     // Between an ask and its tell, population 3's candidates are waiting to be judged.
     bool fits_candidates(const std::vector<std::int64_t>& c, std::size_t drawn) const {
@@ -341,7 +343,7 @@ template <class T> class swarm {
         for (int p = 0; p < populations_; ++p) {
             const int begin = first_[p], end = std::min(first_[p + 1], evolving_from_), size = end - begin;
             if (size <= 0) continue;
-            if (k > 0 && 2 * k + 1 < size) {
+            if (k > 0 && k < (size - 1) / 2 + (size - 1) % 2) {   // 2 k + 1 < size: no particle twice
                 follow_neighbours(begin, size, k);
                 continue;
             }
@@ -446,19 +448,20 @@ template <class T> class swarm {
         }
         pack<T> to = x + v;
         const pack<T> low(lo), high(hi);
-        const pack_mask<T> outside = (to < low) | (high < to);
-        if (any(outside)) {
-            const pack<T> inside = clamp(to, low, high);
+        const pack_mask<T> stays = (low <= to) & (to <= high);   // no NaN does
+        if (!all(stays)) {
+            const pack<T> inside = clamp(to, low, high), zero(T(0));
             if (settings_.bounds == bounds_rule::absorb) {
-                v = select(outside, pack<T>(T(0)), v);
+                v = select(stays, v, zero);
                 to = inside;
             } else if (settings_.bounds == bounds_rule::reflect) {
-                v = select(outside, -v, v);
+                v = select(stays, v, -v);
                 to = clamp(inside + inside - to, low, high);
             } else {
-                const pack<T> turns = range > T(0) ? nearest((to - low) / range - T(0.5)) : pack<T>(T(0));
+                const pack<T> turns = range > T(0) ? nearest((to - low) / range - T(0.5)) : zero;
                 to = clamp(to - turns * range, low, high);
             }
+            v = select(abs(v) <= pack<T>(std::numeric_limits<T>::max()), v, zero);   // what has run away begins anew
         }
         v.store(&v_[here]);
         to.store(&x_[here]);
