@@ -3,6 +3,7 @@
 
 #include "bindings_model.hpp"
 #include "bindings_motion.hpp"
+#include "exact.hpp"
 #include "fitness.hpp"
 #include "search.hpp"
 
@@ -347,6 +348,7 @@ NB_MODULE(SPACEARM_MODULE, m) {
     nb::class_<swarm_settings>(m, "SwarmSettings").def_static("make", &settings_from);
     bind_scalar<double>(m, "64");
     bind_scalar<float>(m, "32");
+    bind_exact(m);
     m.def("spline_values", &spline_values);
     m.attr("level") = SPACEARM_LEVEL_NAME;
     m.attr("lanes32") = lanes_of<float>;

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import product
 from spacearm.motion.spline import cox_de_boor
 from spacearm.motion.timelaw import TimeLaw
 
@@ -33,7 +34,7 @@ def cubic_basis(knots: Array, x: Array, derivative: int = 0) -> Array:
     for degree in range(_DEGREE, _DEGREE - derivative, -1):
         columns = degree * np.diff(columns, axis=0) / (all_knots[degree + 1 : -1] - all_knots[1 : -degree - 1])[:, None]
         all_knots = all_knots[1:-1]
-    return cox_de_boor(x, all_knots, _DEGREE - derivative) @ columns
+    return product(cox_de_boor(x, all_knots, _DEGREE - derivative), columns)
 
 
 def cubic_law(knots: Array, points: Array) -> TimeLaw:

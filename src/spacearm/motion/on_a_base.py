@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import product
 from spacearm.checks import Frozen, as_pose, keep, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum import BaseMotion, JointPath, Momentum, require_masses
@@ -100,11 +101,11 @@ class OnABase(Frozen):
         time = np.asarray(t, dtype=np.float64)
         T_b_tip = forward_kinematics(self.robot, self._configuration(time), frame=frame)
         if self.base == "fixed":
-            return T_b_tip if np.array_equal(self.base_start, np.eye(4)) else self.base_start @ T_b_tip
+            return T_b_tip if np.array_equal(self.base_start, np.eye(4)) else product(self.base_start, T_b_tip)
         position, attitude = self.base_pose(time)
         T_w_b = np.zeros_like(T_b_tip)
         T_w_b[..., :3, :3], T_w_b[..., :3, 3], T_w_b[..., 3, 3] = matrix_of(attitude), position, 1.0
-        return T_w_b @ T_b_tip
+        return product(T_w_b, T_b_tip)
 
 
 def checked_base(robot: Robot, base: Any, base_start: Any, momentum: Any) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import power, product
 from spacearm.checks import Frozen, as_readonly, shown
 from spacearm.errors import ProblemError
 from spacearm.motion.bernstein import differences, halvings, weights
@@ -170,14 +171,14 @@ class PiecewisePath(Frozen):
         if pieces is None:
             ours, part = np.divmod(np.arange(self.pieces * parts), parts)
             every = halvings(points.shape[1] - 1, bisections).reshape(-1, points.shape[1])
-            cut = (every @ points).reshape(-1, *points.shape[1:])
+            cut = product(every, points).reshape(-1, *points.shape[1:])
         else:
             ours, part = np.divmod(np.asarray(pieces), parts)
             cut, left = points[ours], bisections
             while left:
                 now = min(left, _AT_ONCE)
                 left -= now
-                cut = halvings(points.shape[1] - 1, now)[(part >> left) % 2**now] @ cut
+                cut = product(halvings(points.shape[1] - 1, now)[(part >> left) % 2**now], cut)
         ends = self._ends(ours, part, parts)
         return ends, cut.min(axis=1), cut.max(axis=1)
 
@@ -191,7 +192,7 @@ class PiecewisePath(Frozen):
         jump = points[1:, 0] - points[:-1, -1]
         lengths = np.diff(self.breaks)
         size = np.abs(self.coefficients).max(axis=(1, 2))
-        rounding = _DIGITS * 2**derivative * perm(self.degree, derivative) * size / lengths**derivative
+        rounding = _DIGITS * 2**derivative * perm(self.degree, derivative) * size / power(lengths, derivative)
         return np.where(np.abs(jump) > np.maximum(rounding[1:], rounding[:-1])[:, None], jump, 0.0)
 
     def is_continuous(self, derivative: int = 0) -> bool:
@@ -203,7 +204,7 @@ class PiecewisePath(Frozen):
         if not derivative:
             return self.coefficients
         with np.errstate(over="ignore", invalid="ignore"):  # what is beyond numbers is beyond every limit
-            return differences(self.coefficients, derivative) / np.diff(self.breaks)[:, None, None] ** derivative
+            return differences(self.coefficients, derivative) / power(np.diff(self.breaks), derivative)[:, None, None]
 
     def _ends(self, piece: NDArray[Any], part: NDArray[Any], parts: int) -> Array:
         """Return where parts of pieces begin and end; the pieces' own ends are exactly the breaks."""

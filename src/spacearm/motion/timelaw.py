@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import power, product
 from spacearm.checks import Frozen, as_readonly
 from spacearm.errors import ProblemError
 from spacearm.motion.bernstein import after, cuts, times, weights
@@ -138,7 +139,7 @@ def over_time(motion: Motion, law: TimeLaw, duration: float, derivative: int = 0
         """The k-th derivative of q at s(x), times polynomials of x."""
         factor = reduce(times, factors, np.ones((len(s), 1)))
         rows = times(np.moveaxis(after(DEGREE - k, local), 2, 1), factor[:, None, :])  # (p, 6 - k, degree + 1)
-        return rows.swapaxes(1, 2) @ motion.bezier(k)[span]
+        return product(rows.swapaxes(1, 2), motion.bezier(k)[span])
 
     if derivative == 0:
         points = term(0)
@@ -151,7 +152,7 @@ def over_time(motion: Motion, law: TimeLaw, duration: float, derivative: int = 0
         points = term(3, rate(1), rate(1), rate(1))
         points = points + 3 * term(2, rate(1), rate(2)) if degree >= 2 else points
         points = points + term(1, rate(3)) if degree >= 3 else points
-    return PiecewisePath(x * duration, points / duration**derivative)
+    return PiecewisePath(x * duration, points / power(duration, derivative))
 
 
 def _cut_at_knots(motion: Motion, law: TimeLaw) -> tuple[Array, NDArray[np.int64], Callable[[int], Array]]:
