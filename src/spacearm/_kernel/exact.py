@@ -72,6 +72,17 @@ def power(x: ArrayLike, exponent: int) -> Array:
     return powers(x, exponent)[..., exponent]
 
 
+def solved(A: Array, b: Array) -> Array:
+    """Solve A x = b for matrices (p, m, m) that are not singular and vectors (p, m)."""
+    return native.solved(np.ascontiguousarray(A), np.ascontiguousarray(b))
+
+
+def length(v: ArrayLike) -> float:
+    """Return the length of one vector (n,); `norm` without an axis asks a BLAS for it."""
+    values = np.asarray(v, dtype=np.float64)
+    return float(np.sqrt((values * values).sum()))
+
+
 def solved3(A: Array, b: Array) -> Array:
     """Solve A x = b for matrices (..., 3, 3) that are far from singular and vectors (..., 3), by Cramer's rule."""
     c0, c1, c2 = A[..., :, 0], A[..., :, 1], A[..., :, 2]

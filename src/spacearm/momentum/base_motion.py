@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm._kernel.exact import inverse3, solved3
+from spacearm._kernel.exact import inverse3, length, solved3
 from spacearm.checks import as_number, as_pose, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum.blocks import system_mass
@@ -20,7 +20,7 @@ from spacearm.momentum.masses import require_masses
 from spacearm.momentum.quick import moving
 from spacearm.momentum.steps import adaptive_steps, attitude_within
 from spacearm.momentum.total import Momentum
-from spacearm.momentum.turning import cross, length, quaternion_of, rotated
+from spacearm.momentum.turning import cross, quaternion_of, rotated
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
 

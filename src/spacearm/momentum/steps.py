@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm._kernel.exact import product
+from spacearm._kernel.exact import length, product
 from spacearm.momentum.magnus import NODES, PARTIAL, step_turn
-from spacearm.momentum.turning import angle, conjugate, exponential, length, multiplied, rotated, running_products
+from spacearm.momentum.turning import angle, conjugate, exponential, multiplied, rotated, running_products
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm._kernel.exact import angle_of, sines
+from spacearm._kernel.exact import angle_of, length, sines
 from spacearm.checks import as_readonly
 from spacearm.errors import ProblemError
 
@@ -33,11 +33,6 @@ def as_unit(name: str, wxyz: ArrayLike) -> Array:
     if size == 0:
         raise ProblemError(f"{name} is all zeros, expected a quaternion w, x, y, z; (1, 0, 0, 0) is no turn")
     return given / size / length(given / size)
-
-
-def length(v: Array) -> float:
-    """Return the length of one vector; NumPy's norm asks a BLAS for it, whose last digit depends on the processor."""
-    return float(np.sqrt((v * v).sum()))
 
 
 def multiplied(p: Array, q: Array) -> Array:

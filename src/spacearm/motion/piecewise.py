@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import power, product
-from spacearm.checks import Frozen, as_readonly, shown
+from spacearm.checks import Frozen, as_floats, as_readonly, shown
 from spacearm.errors import ProblemError
 from spacearm.motion.bernstein import differences, halvings, weights
 
@@ -145,7 +145,7 @@ class PiecewisePath(Frozen):
         Returns:
             (..., n).
         """
-        at = np.clip(np.asarray(u, dtype=np.float64), *self.domain)
+        at = np.clip(as_floats("u", u, ProblemError), *self.domain)
         flat = at.ravel()
         piece = np.clip(np.searchsorted(self.breaks, flat, side="right") - 1, 0, self.pieces - 1)
         length = self.breaks[piece + 1] - self.breaks[piece]

@@ -18,12 +18,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import product
-from spacearm.checks import Frozen, as_readonly
+from spacearm.checks import Frozen, as_floats, as_readonly, as_whole, shown
 from spacearm.errors import ProblemError
 
 Array = NDArray[np.float64]
 
 DEGREE = 5
+_DERIVATIVES = range(DEGREE + 1)
+_MOST_POINTS = 200  # the bounds of a motion's derivatives take time and memory by the square of them
 REPEATED = 3  # how often each end is repeated: at rest, without acceleration
 _BATCH = 16  # motions whose Bezier points fit into the cache together
 _BISECTIONS = 5  # hulls are taken on pieces cut into 2^5: within 0.1 % of the true extremes of the quintic
@@ -37,7 +39,7 @@ class Motion(Frozen):
         control_points: (K + 2, n) start, K interior points, goal [rad or m]. Two of them make the quintic.
 
     Raises:
-        ProblemError: fewer than two points, or numbers that are not finite.
+        ProblemError: fewer than two points or more than 200, or numbers that are not finite.
     """
 
     control_points: Array
@@ -48,6 +50,11 @@ class Motion(Frozen):
 
     def __post_init__(self) -> None:
         points = as_readonly("control_points", self.control_points, (None, None), ProblemError)
+        if len(points) > _MOST_POINTS:
+            raise ProblemError(
+                f"control_points has {len(points)} points, expected at most {_MOST_POINTS}: a motion is one smooth curve; give a path of "
+                "many points as a RecordedTrajectory"
+            )
         if len(points) < 2 or not points.shape[1]:
             raise ProblemError(
                 f"control_points has shape {points.shape}, expected (K + 2, n): the start, K interior points, the goal"
@@ -84,12 +91,15 @@ class Motion(Frozen):
         Returns:
             (..., n) [rad or m].
         """
-        at = np.minimum(np.maximum(np.asarray(s, dtype=np.float64), 0.0), 1.0)  # a fifth of the time of clip, where s are few
+        if derivative not in _DERIVATIVES:
+            raise ProblemError(f"derivative is {shown(derivative)}, expected 0 to {DEGREE}")
+        at = np.minimum(np.maximum(as_floats("s", s, ProblemError), 0.0), 1.0)  # a fifth of the time of clip, where s are few
         rows = product(basis(at.ravel(), self.interior, derivative=derivative), self._moved(derivative))
         return rows.reshape(*at.shape, self.dof)
 
     def length(self, samples: int = 513) -> float:
-        """Return the joint path length, the integral of |dq/ds| [rad or m], by the trapezoidal rule."""
+        """Return the joint path length, the integral of |dq/ds| [rad or m], by the trapezoidal rule over so many samples."""
+        as_whole("samples", samples, ProblemError, at_least=2, at_most=1_000_000)
         speed = np.linalg.norm(self.sample(np.linspace(0.0, 1.0, samples), 1), axis=1)
         return float((speed.sum() - (speed[0] + speed[-1]) / 2) / (samples - 1))
 
