@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <mutex>
@@ -33,6 +34,15 @@ template <class T> struct trial_result {
 };
 
 inline constexpr int most_threads = 1024;
+// Whether there is memory for one thread more and for its work: where a thread finds none for its own variables, the C library
+// ends the process.
+inline bool has_room() {
+    constexpr std::size_t enough = std::size_t(128) << 20;
+    void* room = std::malloc(enough);   // asked for, never touched
+    asm volatile("" : : "r"(room) : "memory");   // so that the compiler does not leave it out
+    std::free(room);
+    return room != nullptr;
+}
 
 // Called now and then from the calling thread, with the rounds done so far; returns false to stop the search.
 using tick = std::function<bool(std::uint64_t)>;
@@ -121,7 +131,7 @@ std::vector<trial_result<T>> run_trials(const Objective& objective, MakeSwarm ma
     const int helpers = std::max(std::min({threads, trials, most_threads}) - 1, 0);
     std::vector<std::thread> pool;
     pool.reserve(helpers);
-    for (int i = 0; i < helpers; ++i) {
+    for (int i = 0; i < helpers && has_room(); ++i) {
         ++running;
         try {
             pool.emplace_back([&] {

@@ -52,8 +52,8 @@ class Motion(Frozen):
         points = as_readonly("control_points", self.control_points, (None, None), ProblemError)
         if len(points) > _MOST_POINTS:
             raise ProblemError(
-                f"control_points has {len(points)} points, expected at most {_MOST_POINTS}: a motion is one smooth curve; give a path of "
-                "many points as a RecordedTrajectory"
+                f"control_points has {len(points)} points, expected at most {_MOST_POINTS}: a motion is one smooth curve; give "
+                "a path of many points as a RecordedTrajectory"
             )
         if len(points) < 2 or not points.shape[1]:
             raise ProblemError(

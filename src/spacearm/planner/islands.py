@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import threading
 from collections import deque
@@ -29,6 +30,7 @@ Array = NDArray[np.float64]
 _PRECISION = 32  # the search's; the proof is float64
 _MORE_POINTS = 2  # of control points, where more is asked of a floating base than clearance
 _FINEST = 1e-4  # [m or rad] no nearer to the end of a floating base's motion does float32 come for sure
+_ROOM = 1 << 27  # bytes, for a thread more and its work
 _RATES = 1e-12, 1e12  # limits beyond are as good as these, and stay numbers in float32
 _WITHIN, _WITHIN_LIMIT = 0.5, 0.995  # of tolerances and limits: so near the search comes, for float32 and instants between
 
@@ -224,8 +226,10 @@ def _started(work: Callable[[], None], count: int) -> list[threading.Thread]:
     for _ in range(count):
         thread = threading.Thread(target=work, daemon=True)
         try:
+            # A thread that finds no memory for its own variables ends the process: some must be left.
+            mmap.mmap(-1, _ROOM).close()
             thread.start()
-        except (RuntimeError, MemoryError):
+        except (RuntimeError, MemoryError, OSError):
             break
         out.append(thread)
     return out
