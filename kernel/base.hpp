@@ -219,8 +219,8 @@ template <class T> class base_track {
                 s = 0.5 * (1 - half / 6 * (1 - half / 20 * (1 - half / 42)));
             } else {
                 const double angle = std::sqrt(half);
-                c = std::cos(angle);
-                s = 0.5 * std::sin(angle) / angle;
+                sincos(angle, s, c);
+                s = 0.5 * s / angle;
             }
             attitude_[i + 1] = attitude_[i] * quaternion{c, x * s, y * s, z * s};
         }

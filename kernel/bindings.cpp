@@ -3,6 +3,7 @@
 
 #include "bindings_model.hpp"
 #include "bindings_motion.hpp"
+#include "exact.hpp"
 #include "fitness.hpp"
 #include "search.hpp"
 
@@ -30,18 +31,27 @@ template <class T> nb::object seed_terms(const seed_objective<T>& objective, in2
     const std::size_t rows = q.shape(0);
     std::vector<T> out(rows * 3);
     auto w = objective.make_workspace();
-    for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
-        pack<T> fitness, violation, terms[3];
-        objective(packs, w, fitness, violation, terms);
-        for (int k = 0; k < 3; ++k) store_lanes(terms[k], &out[first * 3 + k], filled, 3);
-    });
+    {
+        nb::gil_scoped_release free;
+        for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
+            pack<T> fitness, violation, terms[3];
+            objective(packs, w, fitness, violation, terms);
+            for (int k = 0; k < 3; ++k) store_lanes(terms[k], &out[first * 3 + k], filled, 3);
+        });
+    }
     return array_of(std::move(out), {rows, 3});
 }
 
-template <class T> swarm<T> make_swarm(const swarm_settings& settings, in1<double> lower, in1<double> upper, std::uint64_t seed, std::uint32_t trial) {
-    require(lower.shape(0) == upper.shape(0) && lower.shape(0) >= 1, "bounds of different lengths, or of none");
-    return swarm<T>(settings, std::vector<T>(lower.data(), lower.data() + lower.shape(0)),
-                    std::vector<T>(upper.data(), upper.data() + upper.shape(0)), seed, trial);
+template <class T> struct box {
+    std::vector<T> lower, upper;
+};
+template <class T> box<T> box_of(const in1<double>& lower, const in1<double>& upper) {
+    require(lower.shape(0) == upper.shape(0) && lower.shape(0) >= 1 && lower.shape(0) <= (1u << 24), "bounds of different lengths, or of none");
+    box<T> out{std::vector<T>(lower.data(), lower.data() + lower.shape(0)), std::vector<T>(upper.data(), upper.data() + upper.shape(0))};
+    for (std::size_t d = 0; d < out.lower.size(); ++d) {
+        require(out.lower[d] <= out.upper[d] && within(out.upper[d] - out.lower[d], std::numeric_limits<T>::max()), "bounds that are no range");
+    }
+    return out;
 }
 
 // Particles as rows.
@@ -103,6 +113,7 @@ nb::list search(const Objective& objective, in1<double> lower, in1<double> upper
                 std::uint32_t first_trial, int trials, int threads, bool keep_positions, bool stop_when_feasible,
                 double seconds, std::optional<in2<T>> initial, nb::object progress) {
     require(static_cast<int>(lower.shape(0)) == objective.dims(), "wrong number of dimensions");
+    require(trials >= 0 && trials <= 100'000'000 && seconds >= 0, "a number of trials or seconds out of range");
     const search_limits limits{stop_when_feasible, seconds};
     bool interrupted = false;
     const tick tell_caller = [&](std::uint64_t done) {
@@ -118,9 +129,8 @@ nb::list search(const Objective& objective, in1<double> lower, in1<double> upper
         if (!PyBool_Check(answer.ptr())) throw nb::type_error("progress answers with None, True or False");
         return answer.is(nb::bool_(true));
     };
-    auto start_swarm = [&](int trial) {
-        return make_swarm<T>(settings, lower, upper, seed, first_trial + static_cast<std::uint32_t>(trial));
-    };
+    const box<T> bounds = box_of<T>(lower, upper);
+    auto start_swarm = [&](int trial) { return swarm<T>(settings, bounds.lower, bounds.upper, seed, first_trial + static_cast<std::uint32_t>(trial)); };
     std::vector<std::vector<T>> first_rows;
     if (initial) first_rows = rows_of<T>(*initial, objective.dims());
     std::vector<trial_result<T>> results;
@@ -181,7 +191,7 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
             for (std::size_t i = 0; i < centers.shape(0); ++i) {
                 require(centers(i) >= 0 && centers(i) < static_cast<int>(scene.points.size()), "a centre is no point");
             }
-            auto* o = new (self) SM{};
+            SM made{}, *o = &made;   // moved in place when nothing can go wrong any more
             o->scene = scene;
             o->tip = tip;
             double rest = 0;
@@ -204,6 +214,7 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
             }
             o->must_reach = must_reach;
             o->tolerance = static_cast<T>(tolerance);
+            new (self) SM(std::move(made));
         })
         .def("terms", &seed_terms<T>);
     bind_search<T>(seed);
@@ -215,7 +226,7 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
         require(count >= 1 && targets.shape(0) == count && targets.shape(1) == 3 && tolerances.shape(0) == count,
                 "the objective's arrays do not fit");
         require(home.shape(0) == static_cast<std::size_t>(scene.robot.dofs), "home has another length");
-        auto* o = new (self) RM{};
+        RM made{}, *o = &made;
         o->scene = scene;
         for (std::size_t i = 0; i < count; ++i) {
             require(points(i) >= 0 && points(i) < static_cast<int>(scene.points.size()), "a target's point is none");
@@ -225,6 +236,7 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
         }
         o->margin = static_cast<T>(margin);
         o->home.assign(home.data(), home.data() + home.shape(0));
+        new (self) RM(std::move(made));
     });
     bind_search<T>(reach);
 
@@ -232,7 +244,10 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
 
     nb::class_<swarm<T>>(m, named("Swarm").c_str())
         .def("__init__", [](swarm<T>* self, const swarm_settings& settings, in1<double> lower, in1<double> upper, std::uint64_t seed,
-                            std::uint32_t trial) { new (self) swarm<T>(make_swarm<T>(settings, lower, upper, seed, trial)); })
+                            std::uint32_t trial) {
+            box<T> bounds = box_of<T>(lower, upper);
+            new (self) swarm<T>(settings, std::move(bounds.lower), std::move(bounds.upper), seed, trial);
+        })
         .def("ask", [](swarm<T>& s) { s.ask(); })
         .def("positions", &position_rows<T>)
         .def("place_first", [](swarm<T>& s, in2<T> rows) { s.place_first(rows_of<T>(rows, s.dims())); })
@@ -316,7 +331,13 @@ swarm_settings settings_from(const nb::dict& given) {
     field(d, "memory", s.memory);
     field(d, "shrink_to", s.shrink_to);
     require(d.size() == 0, "an unknown setting");
-    require(s.particles >= 1 && s.memory >= 1 && s.evaluations >= 1, "settings out of range");
+    require(s.particles >= 1 && s.particles <= most_particles && s.memory >= 1 && s.memory <= most_entries, "settings out of range");
+    require(s.evaluations >= 1 && s.evaluations <= most_evaluations, "a budget out of range");
+    for (double x : {s.inertia_start, s.inertia_end, s.cognitive, s.social, s.cooperation, s.velocity_clamp, s.start_velocity, s.penalty_start,
+                     s.penalty_end, s.penalty_rise}) {
+        require(within(x, most_weight), "a number that is none, or too large");
+    }
+    require(s.tolerance_power >= 0 && s.tolerance_power <= most_power && s.ring <= most_particles && s.shrink_to <= most_particles, "settings out of range");
     require(s.evolving_share > 0 && s.evolving_share <= 1 && s.elite_share > 0 && s.elite_share <= 1, "shares out of range");
     require(s.tolerance_share >= 0 && s.tolerance_share <= 1 && s.tolerance_until > 0 && s.ring >= 0 && s.shrink_to >= 0, "settings out of range");
     return s;
@@ -327,6 +348,7 @@ NB_MODULE(SPACEARM_MODULE, m) {
     nb::class_<swarm_settings>(m, "SwarmSettings").def_static("make", &settings_from);
     bind_scalar<double>(m, "64");
     bind_scalar<float>(m, "32");
+    bind_exact(m);
     m.def("spline_values", &spline_values);
     m.attr("level") = SPACEARM_LEVEL_NAME;
     m.attr("lanes32") = lanes_of<float>;

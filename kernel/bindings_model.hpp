@@ -9,6 +9,13 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <optional>
+#include <thread>
+
 #include "model.hpp"
 
 namespace nb = nanobind;
@@ -29,6 +36,55 @@ template <class T> nb::object array_of(std::vector<T>&& values, std::initializer
 inline void require(bool condition, const char* what) {
     if (!condition) throw nb::value_error(what);
 }
+// A number of a size that may be multiplied, even squared, and stays a number; a NaN is none.
+inline bool within(double x, double most) { return std::abs(x) <= most; }
+template <class Numbers> bool all_within(const Numbers& numbers, double most) {
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        if (!within(double(numbers.data()[i]), most)) return false;
+    }
+    return true;
+}
+inline constexpr double widest = 1e9;   // [m] of robots and scenes: what is squared twice on the way stays a float
+inline constexpr int most_dofs = 1 << 16;
+
+// Of a long call without the GIL: now and then, whether somebody pressed Ctrl-C, which ends it.
+class listener {
+  public:
+    void ask() {
+        const auto now = std::chrono::steady_clock::now();
+        if (now - asked_ < std::chrono::milliseconds(40)) return;
+        asked_ = now;
+        nb::gil_scoped_acquire hold;
+        if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    }
+
+  private:
+    std::chrono::steady_clock::time_point asked_ = std::chrono::steady_clock::now();
+};
+
+// An object that several Python threads may share does one thing at a time. Who waits does so without the GIL, which the one at
+// work may want for its callback; the callback itself must not come back.
+class one_at_a_time {
+  public:
+    template <class Work> void operator()(Work&& work) {
+        require(owner_.load() != std::this_thread::get_id(), "called by its own callback");
+        nb::gil_scoped_release free;
+        listener signals;
+        while (!lock_.try_lock_for(std::chrono::milliseconds(40))) signals.ask();
+        const std::lock_guard<std::timed_mutex> hold(lock_, std::adopt_lock);
+        const mine here(owner_);
+        work();
+    }
+
+  private:
+    struct mine {
+        std::atomic<std::thread::id>& owner;
+        explicit mine(std::atomic<std::thread::id>& o) : owner(o) { owner = std::this_thread::get_id(); }
+        ~mine() { owner = std::thread::id(); }
+    };
+    std::timed_mutex lock_;
+    std::atomic<std::thread::id> owner_{};
+};
 
 // Takes a setting out of the dictionary, so that what is left is unknown.
 template <class V> void field(nb::dict& d, const char* key, V& value) {
@@ -78,7 +134,11 @@ model<T> make_model(in1<std::int32_t> parent, in1<std::int32_t> kind, in1<std::i
     require(point_local.shape(0) == points && point_local.shape(1) == 3, "the points' arrays do not fit each other");
     require(capsule_b.shape(0) == links && capsule_radius.shape(0) == links, "the capsules' arrays do not fit each other");
     require(sphere_center.shape(0) == balls && sphere_center.shape(1) == 3, "the spheres' arrays do not fit each other");
-    require(dofs >= 1, "no degree of freedom");
+    require(dofs >= 1 && dofs <= most_dofs, "no degree of freedom, or too many");
+    require(all_within(multiplier, widest) && all_within(offset, widest) && all_within(rotation, widest) && all_within(translation, widest)
+                && all_within(point_local, widest) && all_within(capsule_radius, widest) && all_within(sphere_center, widest)
+                && all_within(sphere_radius, widest),
+            "a number that is none, or too large");
     m.robot.dofs = dofs;
     for (std::size_t j = 0; j < n; ++j) {
         require(parent(j) < static_cast<int>(j) && parent(j) >= -1, "parents come before children");
@@ -269,6 +329,7 @@ model<T> surrounded(const model<T>& plain, in1<std::int32_t> index, in1<std::int
     require(capsules == 0 || (a.shape(1) == 3 && b.shape(1) == 3), "the capsules' arrays do not fit");
     require(kinds.shape(0) == 0 || (numbers.shape(0) == kinds.shape(0) && numbers.shape(1) == 15), "the obstacles' arrays do not fit");
     require(pairs.shape(0) == 0 || pairs.shape(1) == 2, "the pairs' array does not fit");
+    require(all_within(a, widest) && all_within(b, widest) && all_within(radius, widest) && all_within(numbers, widest), "a number that is none, or too large");
     std::vector<char> taken(capsules, 0);
     std::vector<std::vector<int>> clusters_of;   // by link
     for (std::size_t first = 0; first < capsules;) {
@@ -281,7 +342,7 @@ model<T> surrounded(const model<T>& plain, in1<std::int32_t> index, in1<std::int
             c.index = index(last);
             m.envelope.capsules.push_back(c);
         }
-        require(link(first) >= 0, "a link is out of range");
+        require(link(first) >= 0 && static_cast<std::size_t>(link(first)) < capsules, "a link is out of range");
         if (static_cast<std::size_t>(link(first)) >= clusters_of.size()) clusters_of.resize(link(first) + 1);
         make_clusters(m.envelope, joint(first), static_cast<int>(first), static_cast<int>(last), clusters_of[link(first)]);
         first = last;
@@ -312,6 +373,8 @@ model<T> surrounded(const model<T>& plain, in1<std::int32_t> index, in1<std::int
     return m;
 }
 
+inline constexpr double most_of_masses = 1e18;   // [kg], [kg m^2]
+
 // A copy of the model with its masses, for a base that floats: a row for the base, then one a joint.
 template <class T> model<T> weighed(const model<T>& plain, in1<double> mass, in2c<double> com, in2c<double> inertia) {
     const std::size_t n = plain.robot.joints.size();
@@ -320,7 +383,8 @@ template <class T> model<T> weighed(const model<T>& plain, in1<double> mass, in2
     model<T> m = plain;
     double total = 0;
     for (std::size_t i = 0; i <= n; ++i) total += mass(i);
-    require(total > 0, "no mass");
+    require(static_cast<T>(total) > T(0) && all_within(mass, most_of_masses) && all_within(com, widest) && all_within(inertia, most_of_masses),
+            "no mass, or a number that is none or too large");
     m.masses = {};
     m.masses.total = static_cast<T>(total);
     const double *c = com.data(), *I = inertia.data();
@@ -345,19 +409,22 @@ template <class T> nb::object momentum_terms(const model<T>& m, in2<T> q, in2c<T
     std::vector<frame<T>> frames(m.robot.joints.size());
     std::vector<spin_and_velocity<T>> rates(frames.size());
     std::vector<pack<T>> speed(n);
-    for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
-        for (std::size_t d = 0; d < n; ++d) {
-            for (std::size_t i = 0; i < lanes_of<T>; ++i) column[i] = dq(first + std::min(i, filled - 1), d);
-            speed[d] = pack<T>::load(column.data());
-        }
-        forward_kinematics(m.robot, packs, frames.data());
-        const momentum_at<T> at = momentum_of(m.robot, m.masses, speed.data(), frames.data(), rates.data());
-        const vec3<T> w = solved(at.inertia, at.arm);
-        const symmetric3<T>& H = at.inertia;
-        const pack<T> columns[18] = {at.com.x, at.com.y, at.com.z, at.arm.x, at.arm.y, at.arm.z, H.xx, H.yy, H.zz, H.xy, H.xz, H.yz, -w.x, -w.y, -w.z,
-                                     at.velocity.x, at.velocity.y, at.velocity.z};
-        for (int k = 0; k < 18; ++k) store_lanes(columns[k], &out[first * 18 + k], filled, 18);
-    });
+    {
+        nb::gil_scoped_release free;
+        for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
+            for (std::size_t d = 0; d < n; ++d) {
+                for (std::size_t i = 0; i < lanes_of<T>; ++i) column[i] = dq(first + std::min(i, filled - 1), d);
+                speed[d] = pack<T>::load(column.data());
+            }
+            forward_kinematics(m.robot, packs, frames.data());
+            const momentum_at<T> at = momentum_of(m.robot, m.masses, speed.data(), frames.data(), rates.data());
+            const vec3<T> w = solved(at.inertia, at.arm);
+            const symmetric3<T>& H = at.inertia;
+            const pack<T> columns[18] = {at.com.x, at.com.y, at.com.z, at.arm.x, at.arm.y, at.arm.z, H.xx, H.yy, H.zz, H.xy, H.xz, H.yz, -w.x, -w.y, -w.z,
+                                         at.velocity.x, at.velocity.y, at.velocity.z};
+            for (int k = 0; k < 18; ++k) store_lanes(columns[k], &out[first * 18 + k], filled, 18);
+        });
+    }
     return array_of(std::move(out), {rows, 18});
 }
 

@@ -24,7 +24,7 @@ motion_problem<T> make_motion_problem(const model<T>& scene, in1<double> start, 
     const std::size_t n = scene.robot.dofs;
     p.scene = scene;
     for (const auto& array : {start, lower, upper, velocity, acceleration}) require(array.shape(0) == n, "a motion's arrays do not fit");
-    require(goals.shape(0) >= 1 && goals.shape(1) == n && (jerk.shape(0) == n || jerk.shape(0) == 0), "a motion's arrays do not fit");
+    require(goals.shape(0) >= 1 && goals.shape(0) <= 1'000'000 && goals.shape(1) == n && (jerk.shape(0) == n || jerk.shape(0) == 0), "a motion's arrays do not fit");
     require(weights.shape(0) == term_count && tip >= 0 && tip < static_cast<int>(scene.points.size()), "a motion's arrays do not fit");
     p.start = numbers_of<T>(start);
     p.goals.assign(goals.data(), goals.data() + goals.size());
@@ -34,6 +34,11 @@ motion_problem<T> make_motion_problem(const model<T>& scene, in1<double> start, 
     p.acceleration = numbers_of<T>(acceleration);
     p.jerk = numbers_of<T>(jerk);
     for (std::size_t d = 0; d < n; ++d) require(p.lower[d] <= p.upper[d], "a lower bound above the upper one");
+    for (const auto* numbers : {&p.start, &p.goals, &p.lower, &p.upper}) require(all_within(*numbers, furthest), "a joint position that is none, or too far");
+    for (const auto* limits : {&p.velocity, &p.acceleration, &p.jerk}) {
+        for (T limit : *limits) require(limit > T(1e-30), "a limit that is not above 0");
+    }
+    require(within(margin, widest) && within(comfort, widest) && all_within(weights, most_weight), "a number that is none, or too large");
     p.margin = static_cast<T>(margin);
     p.comfort = static_cast<T>(comfort);
     p.tip = tip;
@@ -118,6 +123,12 @@ template <class T> floating_base<T> floating_from(const nb::dict& given, const m
         }
     }
     require(d.size() == 0, "an unknown key of the base's");
+    for (double x : {b.ends.near, b.ends.turned, b.ends.base_turned, double(b.most_turned), double(b.most_rate), double(b.most_arm), double(b.momentum.duration)}) {
+        require(x >= 0 && x <= widest * widest, "a tolerance or limit of the base's that is none");
+    }
+    for (const auto* numbers : {&local, &offset, &wanted, &position, &axis, &attitude, &angular, &drift}) {
+        require(all_within(*numbers, widest), "a number of the base's that is none, or too large");
+    }
     return b;
 }
 
@@ -136,18 +147,28 @@ template <class T> bool has_own_end(const motion_problem<T>& p, const in2c<T>& r
     return rows.shape(1) != plain;
 }
 
+// A search, and whose turn it is.
+template <class T> struct shared_search {
+    motion_search<T> search;
+    one_at_a_time turn;
+    shared_search(motion_problem<T> problem, motion_search_settings settings, std::uint64_t seed, std::uint32_t island)
+        : search(std::move(problem), std::move(settings), seed, island) {}
+    const motion_problem<T>& problem() { return search.checker().problem(); }   // never changes
+};
+
 // Where the base is at the nodes of motions: (m, nodes + 1, 7), position and attitude wxyz in the frame of the base as it
 // begins. Of the last node alone with `ends_only`, so that nothing but the kernel's own time counts: (m, 1, 7).
-template <class T> nb::object base_along(motion_search<T>& s, in2c<T> rows, int interior, int goal, int nodes, bool ends_only) {
-    motion_checker<T>& checker = s.checker();
-    const motion_problem<T>& p = checker.problem();
+template <class T> nb::object base_along(shared_search<T>& s, in2c<T> rows, int interior, int goal, int nodes, bool ends_only) {
+    motion_checker<T>& checker = s.search.checker();
+    const motion_problem<T>& p = s.problem();
     const bool own_end = has_own_end(p, rows, interior, goal);
     require(p.base.on && nodes >= 16 && nodes <= 4096 && nodes % 16 == 0, "a fixed base, or a number of nodes that is none");
     const std::size_t count = rows.shape(0), kept = ends_only ? 1 : nodes + 1, W = lanes_of<T>;
     std::vector<T> out(count * kept * 7, T(0));
-    {
-        nb::gil_scoped_release free;
+    s.turn([&] {
+        listener signals;
         for (std::size_t i = 0; i < count; ++i) {
+            signals.ask();
             const base_track<T>& track = checker.follow(motion_from(p, rows.data() + i * rows.shape(1), interior, goal, own_end), nodes, false);
             for (std::size_t k = 0; k < kept; ++k) {
                 const std::size_t node = ends_only ? static_cast<std::size_t>(nodes) : k;
@@ -166,25 +187,34 @@ template <class T> nb::object base_along(motion_search<T>& s, in2c<T> rows, int 
                 for (int j = 0; j < 4; ++j) to[3 + j] = static_cast<T>(wxyz[j]);
             }
         }
-    }
+    });
     return array_of(std::move(out), {count, kept, 7});
 }
 
 // A motion moved until its ends are met: its numbers, the end's included where that is free; and whether they are.
-template <class T> nb::object settled(motion_search<T>& s, in2c<T> rows, int interior, int goal) {
-    motion_checker<T>& checker = s.checker();
-    const motion_problem<T>& p = checker.problem();
+template <class T> nb::object settled(shared_search<T>& s, in2c<T> rows, int interior, int goal) {
+    motion_checker<T>& checker = s.search.checker();
+    const motion_problem<T>& p = s.problem();
     const bool own_end = has_own_end(p, rows, interior, goal);
     const std::size_t count = rows.shape(0), width = static_cast<std::size_t>(interior + (p.base.free_end ? 1 : 0)) * p.dofs();
     std::vector<T> out;
+    std::vector<char> there;
+    s.turn([&] {
+        listener signals;
+        for (std::size_t i = 0; i < count; ++i) {
+            motion<T> m = motion_from(p, rows.data() + i * rows.shape(1), interior, goal, own_end);
+            if (p.base.free_end && m.end.empty()) m.end.assign(p.goal(goal), p.goal(goal) + p.dofs());
+            checker.forget_slopes();
+            there.push_back(checker.settle(m, checker.solver(), [&] {
+                signals.ask();
+                return true;
+            }));
+            out.insert(out.end(), m.points.begin(), m.points.end());
+            if (p.base.free_end) out.insert(out.end(), m.end.begin(), m.end.end());
+        }
+    });
     nb::list met;
-    for (std::size_t i = 0; i < count; ++i) {
-        motion<T> m = motion_from(p, rows.data() + i * rows.shape(1), interior, goal, own_end);
-        checker.forget_slopes();
-        met.append(nb::bool_(checker.settle(m)));
-        out.insert(out.end(), m.points.begin(), m.points.end());
-        if (p.base.free_end) out.insert(out.end(), m.end.begin(), m.end.end());
-    }
+    for (char one : there) met.append(nb::bool_(one != 0));
     return nb::make_tuple(array_of(std::move(out), {count, width}), met);
 }
 
@@ -195,22 +225,23 @@ template <class T> nb::object points_of(const motion<T>& m, int dofs) {   // the
 }
 
 // Fitness, violation and terms of many motions: rows of K n numbers.
-template <class T> nb::object judge_motions(motion_search<T>& s, in2c<T> rows, int interior, int goal) {
-    motion_checker<T>& checker = s.checker();
-    const motion_problem<T>& p = checker.problem();
+template <class T> nb::object judge_motions(shared_search<T>& s, in2c<T> rows, int interior, int goal) {
+    motion_checker<T>& checker = s.search.checker();
+    const motion_problem<T>& p = s.problem();
     const bool own_end = has_own_end(p, rows, interior, goal);
     const std::size_t count = rows.shape(0);
     std::vector<T> fitness(count), violation(count), terms(count * term_count);
     std::vector<char> fine(count);
-    {
-        nb::gil_scoped_release free;
+    s.turn([&] {
+        listener signals;
         for (std::size_t i = 0; i < count; ++i) {
+            signals.ask();
             const motion<T> m = motion_from(p, rows.data() + i * rows.shape(1), interior, goal, own_end);
             fitness[i] = checker.fitness(m, true, &terms[i * term_count]);
             violation[i] = checker.violation(m, std::numeric_limits<T>::infinity());
             fine[i] = violation[i] <= T(0) && checker.finely_free(m);
         }
-    }
+    });
     nb::dict out;
     nb::list finely;
     for (char f : fine) finely.append(nb::bool_(f != 0));
@@ -221,13 +252,21 @@ template <class T> nb::object judge_motions(motion_search<T>& s, in2c<T> rows, i
     return out;
 }
 
-template <class T> nb::object best_of(const motion_search<T>& s, int dofs) {
-    if (!s.found()) return nb::none();
+// A motion with what it is worth, as a dictionary; None if there is none. take(search) gives the two.
+template <class T, class Take> nb::object with_worth(shared_search<T>& s, const char* name, Take&& take) {
+    std::optional<std::pair<T, motion<T>>> found;
+    s.turn([&] { found = take(s.search); });
+    if (!found) return nb::none();
     nb::dict d;
-    d["fitness"] = s.best_fitness();
-    d["goal"] = s.best().goal;
-    d["points"] = points_of(s.best(), dofs);
+    d[name] = found->first;
+    d["goal"] = found->second.goal;
+    d["points"] = points_of(found->second, s.problem().dofs());
     return d;
+}
+template <class T, class Take> auto taken(shared_search<T>& s, Take&& take) {
+    decltype(take(s.search)) out{};
+    s.turn([&] { out = take(s.search); });
+    return out;
 }
 
 inline motion_search_settings motion_settings_from(const nb::dict& given, const swarm_settings& swarm) {
@@ -251,14 +290,20 @@ inline motion_search_settings motion_settings_from(const nb::dict& given, const 
     require(d.size() == 0, "an unknown setting");
     require(!s.interior.empty() && !s.ladder.empty(), "no number of control points");
     for (const auto& list : {s.interior, s.ladder}) {
+        require(list.size() <= 1000, "too many numbers of control points");
         for (int k : list) require(k >= 1 && k <= most_interior, "a number of control points out of range");
     }
-    require(s.probe.step > 0 && s.patience >= 0 && s.swarm_turn >= 0 && s.swarm_stall >= 0 && s.refine_stall >= 1, "settings out of range");
+    constexpr int often = 1'000'000;
+    const auto counted = [](int n, int least) { return n >= least && n <= often; };
+    require(s.probe.step >= 1e-3 && s.probe.step <= 1e3 && counted(s.patience, 0) && counted(s.swarm_turn, 0) && counted(s.swarm_stall, 0)
+                && counted(s.refine_stall, 1),
+            "settings out of range");
+    for (double x : {s.probe.near_line, s.probe.spread, s.give_up, s.detour, s.shake, s.swarm_spread}) require(x >= 0 && x <= 1e6, "settings out of range");
     return s;
 }
 
 template <class T> void bind_motion_search(nb::module_& m, const std::string& suffix) {
-    using search_type = motion_search<T>;
+    using search_type = shared_search<T>;
     nb::class_<search_type>(m, ("MotionSearch" + suffix).c_str())
         .def("__init__", [](search_type* self, const model<T>& scene, in1<double> start, in2c<double> goals, in1<double> lower, in1<double> upper,
                             in1<double> velocity, in1<double> acceleration, in1<double> jerk, double margin, double comfort, int tip,
@@ -272,7 +317,8 @@ template <class T> void bind_motion_search(nb::module_& m, const std::string& su
         }, "scene"_a, "start"_a, "goals"_a, "lower"_a, "upper"_a, "velocity"_a, "acceleration"_a, "jerk"_a, "margin"_a, "comfort"_a, "tip"_a,
              "centers"_a, "weights"_a, "base"_a, "settings"_a, "swarm"_a, "seed"_a, "island"_a)
         .def("run", [](search_type& s, std::int64_t evaluations, double seconds, bool until_first, std::int64_t stall, nb::object progress) {
-            motion_budget budget{evaluations, seconds, until_first, stall};
+            require(evaluations >= 0 && evaluations <= most_evaluations && seconds >= 0 && stall >= 0, "a budget out of range");
+            const motion_budget budget{evaluations, seconds, until_first, stall};
             bool interrupted = false, failed = false;
             const std::function<bool()> go_on = [&] {
                 nb::gil_scoped_acquire hold;
@@ -282,7 +328,7 @@ template <class T> void bind_motion_search(nb::module_& m, const std::string& su
                 }
                 if (progress.is_none()) return true;
                 try {
-                    const nb::object answer = progress(s.evaluations());
+                    const nb::object answer = progress(s.search.evaluations());
                     return !answer.is(nb::bool_(false));
                 } catch (nb::python_error& error) {
                     error.restore();
@@ -290,33 +336,35 @@ template <class T> void bind_motion_search(nb::module_& m, const std::string& su
                     return false;
                 }
             };
-            {
-                nb::gil_scoped_release free;
-                s.run(budget, go_on);
-            }
+            s.turn([&] { s.search.run(budget, go_on); });
             if (interrupted || failed) throw nb::python_error();
         }, "evaluations"_a, "seconds"_a, "until_first"_a, "stall"_a, "progress"_a.none())
-        .def("add_instant", &search_type::add_instant)
+        .def("add_instant", [](search_type& s, double at, double spread) {
+            require(at >= 0 && at <= 1 && spread >= 0 && spread <= 1, "an instant out of range");
+            s.turn([&] { s.search.add_instant(at, spread); });
+        })
         .def("judge", &judge_motions<T>)
         .def("base_along", &base_along<T>, "rows"_a, "interior"_a, "goal"_a, "nodes"_a, "ends_only"_a)
         .def("settled", &settled<T>, "rows"_a, "interior"_a, "goal"_a)
-        .def_prop_ro("best", [](search_type& s) { return best_of(s, s.checker().problem().dofs()); })
-        .def_prop_ro("optimal", &search_type::optimal)
-        .def_prop_ro("evaluations", &search_type::evaluations)
-        .def_prop_ro("configurations", &search_type::configurations)
-        .def_prop_ro("seconds", &search_type::seconds)
-        .def_prop_ro("fallback", [](search_type& s) -> nb::object {
-            if (!s.has_fallback()) return nb::none();
-            nb::dict d;
-            d["violation"] = s.fallback_violation();
-            d["goal"] = s.fallback().goal;
-            d["points"] = points_of(s.fallback(), s.checker().problem().dofs());
-            return d;
+        .def_prop_ro("best", [](search_type& s) {
+            return with_worth(s, "fitness", [](motion_search<T>& of) {
+                return of.found() ? std::make_optional(std::pair(of.best_fitness(), of.best())) : std::nullopt;
+            });
+        })
+        .def_prop_ro("optimal", [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.optimal(); }); })
+        .def_prop_ro("evaluations", [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.evaluations(); }); })
+        .def_prop_ro("configurations", [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.configurations(); }); })
+        .def_prop_ro("seconds", [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.seconds(); }); })
+        .def_prop_ro("fallback", [](search_type& s) {
+            return with_worth(s, "violation", [](motion_search<T>& of) {
+                return of.has_fallback() ? std::make_optional(std::pair(of.fallback_violation(), of.fallback())) : std::nullopt;
+            });
         })
         .def_prop_ro("history", [](search_type& s) {
+            const int dofs = s.problem().dofs();
             nb::list out;
-            for (const auto& r : s.history()) {
-                out.append(nb::make_tuple(r.seconds, r.evaluations, r.fitness, r.by, r.found.goal, points_of(r.found, s.checker().problem().dofs())));
+            for (const auto& r : taken(s, [](motion_search<T>& of) { return of.history(); })) {
+                out.append(nb::make_tuple(r.seconds, r.evaluations, r.fitness, r.by, r.found.goal, points_of(r.found, dofs)));
             }
             return out;
         });

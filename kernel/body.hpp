@@ -101,8 +101,9 @@ template <class T> bounds3<T> bounds_of(const box_obstacle<T>& o) {
     return out;
 }
 template <class T> bounds3<T> bounds_of(const drum_obstacle<T>& o) {
+    const auto across = [](T a, T b) { return std::sqrt(a * a + b * b); };
     T half[3];
-    for (int k = 0; k < 3; ++k) half[k] = std::abs(o.axis[k]) * o.half_length + std::hypot(o.axis[(k + 1) % 3], o.axis[(k + 2) % 3]) * o.radius;
+    for (int k = 0; k < 3; ++k) half[k] = std::abs(o.axis[k]) * o.half_length + across(o.axis[(k + 1) % 3], o.axis[(k + 2) % 3]) * o.radius;
     bounds3<T> out;
     out.around(o.center, half);
     return out;
@@ -228,30 +229,30 @@ template <class T> inline void unfold(const body<T>& b, const frame<T>* frames, 
 template <class T, class Shape>
 SPACEARM_INLINE void add_shortfall(const body<T>& b, const frame<T>* frames, int i, const Shape& o, T margin, body_memory<T>& w, pack<T>& sum) {
     const cluster<T>& c = b.clusters[i];
-    if (!any(distance_to(o, w.centers[i]) < c.radius + margin)) return;
+    if (all(pack<T>(c.radius + margin) <= distance_to(o, w.centers[i]))) return;
     unfold(b, frames, i, w);
     for (int k = c.first; k < c.last; ++k) {
         const body_capsule<T>& capsule = b.capsules[k];
         const pack<T> from_ball = distance_to(o, w.middle[k]);
-        if (!any(from_ball < capsule.reach + margin)) continue;
+        if (all(pack<T>(capsule.reach + margin) <= from_ball)) continue;
         pack<T> d = from_ball;
         if (capsule.inverse_squared_length != T(0)) {
             // Distances change by no more than the way: between the middle and an end no point is nearer than half of both
             // distances less a quarter of the length.
             const pack<T> nearest_end = min(distance_to(o, w.a[k]), distance_to(o, w.a[k] + w.ab[k]));
             const T quarter = (capsule.reach - capsule.radius) * T(0.5);
-            if (!any((from_ball + nearest_end) * T(0.5) < capsule.radius + margin + quarter)) continue;
+            if (all(pack<T>(capsule.radius + margin + quarter) <= (from_ball + nearest_end) * T(0.5))) continue;
             d = axis_distance(o, w.a[k], w.ab[k], capsule.inverse_squared_length);
         }
-        sum += max(pack<T>(capsule.radius + margin) - d, pack<T>(T(0)));
+        sum += above_zero(pack<T>(capsule.radius + margin) - d);
     }
 }
 
 template <class T> SPACEARM_INLINE bool near_box(const vec3<T>& p, T reach, const obstacle_node<T>& n) {
-    const pack_mask<T> x = (pack<T>(n.lower[0] - reach) < p.x) & (p.x < n.upper[0] + reach);
-    const pack_mask<T> y = (pack<T>(n.lower[1] - reach) < p.y) & (p.y < n.upper[1] + reach);
-    const pack_mask<T> z = (pack<T>(n.lower[2] - reach) < p.z) & (p.z < n.upper[2] + reach);
-    return any(x & y & z);
+    const pack_mask<T> x = (p.x <= n.lower[0] - reach) | (pack<T>(n.upper[0] + reach) <= p.x);
+    const pack_mask<T> y = (p.y <= n.lower[1] - reach) | (pack<T>(n.upper[1] + reach) <= p.y);
+    const pack_mask<T> z = (p.z <= n.lower[2] - reach) | (pack<T>(n.upper[2] + reach) <= p.z);
+    return !all(x | y | z);
 }
 
 template <class T>
@@ -271,7 +272,7 @@ inline void add_obstacle_shortfall(const body<T>& b, const frame<T>* frames, con
             }
             ++k;
         }
-        if (stop_early && any(pack<T>(T(0)) < sum)) return;
+        if (stop_early && !all(sum <= T(0))) return;
     }
 }
 
@@ -293,37 +294,37 @@ template <class T> inline void add_self_shortfall(const body<T>& b, const frame<
         const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
         const vec3<T> apart = w.centers[i] - w.centers[j];
         const T near = one.radius + two.radius + margin;
-        if (!any(dot(apart, apart) < near * near)) continue;
+        if (all(pack<T>(near * near) <= dot(apart, apart))) continue;
         unfold(b, frames, i, w);
         unfold(b, frames, j, w);
         for (int k = one.first; k < one.last; ++k) {
             const body_capsule<T>& c = b.capsules[k];
             const vec3<T> to = w.middle[k] - w.centers[j];
             const T from = c.reach + two.radius + margin;
-            if (!any(dot(to, to) < from * from)) continue;
+            if (all(pack<T>(from * from) <= dot(to, to))) continue;
             for (int l = two.first; l < two.last; ++l) {
                 const body_capsule<T>& d = b.capsules[l];
                 const vec3<T> between = w.middle[k] - w.middle[l];
                 const T reach = c.reach + d.reach + margin;
-                if (!any(dot(between, between) < reach * reach)) continue;
+                if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
                 const pack<T> d2 = squared_distance(b, w, k, l);
-                sum += max(pack<T>(c.radius + d.radius + margin) - sqrt(d2), pack<T>(T(0)));
+                sum += above_zero(pack<T>(c.radius + d.radius + margin) - sqrt(d2));
             }
         }
-        if (stop_early && any(pack<T>(T(0)) < sum)) return;
+        if (stop_early && !all(sum <= T(0))) return;
     }
 }
 
 // Shortfall of clearance [m] of one pack of configurations, summed over all pairs. With stop_early it is only known to be
-// above 0 in some lane, or 0 in all.
+// above 0 in some lane, or 0 in all. Infinite where a number is none: nobody knows where the arm is then.
 template <class T>
 inline pack<T> shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin, body_memory<T>& w, bool stop_early) {
     place(b, frames, w);
     pack<T> sum(T(0));
     add_obstacle_shortfall(b, frames, obstacles, margin, w, sum, stop_early);
-    if (stop_early && any(pack<T>(T(0)) < sum)) return sum;
-    add_self_shortfall(b, frames, margin, w, sum, stop_early);
-    return sum;
+    if (!stop_early || all(sum <= T(0))) add_self_shortfall(b, frames, margin, w, sum, stop_early);
+    const pack<T> infinite(std::numeric_limits<T>::infinity());
+    return select(sum <= infinite, sum, infinite);
 }
 
 // ---- building -----------------------------------------------------------------------------------------------------------
@@ -338,7 +339,8 @@ template <class T> void ball_around(const body<T>& b, int first, int last, doubl
         int furthest = first;
         for (int i = first; i < last; ++i) {
             const auto& m = b.capsules[i].middle;
-            const double r = std::hypot(m[0] - center[0], m[1] - center[1], m[2] - center[2]) + double(b.capsules[i].reach);
+            const double x = m[0] - center[0], y = m[1] - center[1], z = m[2] - center[2];
+            const double r = std::sqrt(x * x + y * y + z * z) + double(b.capsules[i].reach);
             if (r > radius) {
                 radius = r;
                 furthest = i;

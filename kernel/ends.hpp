@@ -14,7 +14,7 @@ struct turn_matrix {
 // The rotation vector of a matrix.
 inline void rotation_vector(const quaternion& given, double* out) {
     const double sign = given.w < 0 ? -1 : 1, s = std::sqrt(given.x * given.x + given.y * given.y + given.z * given.z);
-    const double factor = s > 1e-12 ? sign * 2 * std::atan2(s, sign * given.w) / s : 2 * sign;
+    const double factor = s > 1e-12 ? sign * 2 * angle_of(s, sign * given.w) / s : 2 * sign;
     out[0] = given.x * factor;
     out[1] = given.y * factor;
     out[2] = given.z * factor;
@@ -82,8 +82,9 @@ template <class T> end_state end_of_track(const end_goals& goals, const base_tra
     end_state out;
     double* next = out.missing;
     const auto note = [&](double size, double tolerance, double weight) {
-        out.beyond += weight * std::max(0.0, size - tolerance);
-        out.largest = std::max(out.largest, size / std::max(tolerance, 1e-12));
+        const double of_it = size / std::max(tolerance, 1e-12);
+        out.beyond += size <= tolerance ? 0.0 : weight * (size - tolerance);   // a NaN is missing
+        if (!(of_it <= out.largest)) out.largest = of_it;
     };
     if (goals.kind != frame_goal::none) {
         const int l = track.packs() - 1;
@@ -114,7 +115,7 @@ template <class T> end_state end_of_track(const end_goals& goals, const base_tra
             turned_by(goals.wanted, goals.axis, to);
             const double across[3] = {is[1] * to[2] - is[2] * to[1], is[2] * to[0] - is[0] * to[2], is[0] * to[1] - is[1] * to[0]};
             const double sine = std::sqrt(across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
-            const double angle = std::atan2(sine, is[0] * to[0] + is[1] * to[1] + is[2] * to[2]);
+            const double angle = angle_of(sine, is[0] * to[0] + is[1] * to[1] + is[2] * to[2]);
             for (int i = 0; i < 3; ++i) turn[i] = sine > 1e-12 ? across[i] / sine * angle : 0;
             if (sine <= 1e-12 && angle > 1) {   // opposite: half a turn about whatever is across
                 const int least = std::abs(is[0]) < 0.6 ? 0 : 1;
@@ -147,8 +148,10 @@ template <class T> end_state end_of_track(const end_goals& goals, const base_tra
 // slopes it may be a rougher one.
 template <class T> class end_solver {
   public:
-    // good: how much of the tolerances may be missing. True when that is met.
-    template <class Look> bool solve(std::vector<T>& x, const std::vector<T>& lower, const std::vector<T>& upper, int count, double good, Look&& look) {
+    // good: how much of the tolerances may be missing. True when that is met. go_on() is asked before every round, which takes a
+    // look for each number at most.
+    template <class Look, class GoOn>
+    bool solve(std::vector<T>& x, const std::vector<T>& lower, const std::vector<T>& upper, int count, double good, Look&& look, GoOn&& go_on) {
         const int D = static_cast<int>(x.size());
         if (static_cast<int>(slopes_.size()) != D * count) fresh_ = false;
         slopes_.resize(static_cast<std::size_t>(D) * count);
@@ -158,6 +161,7 @@ template <class T> class end_solver {
         bool here = false;  // whether the slopes are from right here
         for (int round = 0; round < most_rounds; ++round) {
             if (now.largest <= good) return true;
+            if (!go_on()) break;
             if (!fresh_) {
                 differentiate(x, lower, upper, count, look);
                 here = true;

@@ -39,6 +39,8 @@ template <class T> struct evolver {
 
     explicit evolver(int entries) : factor(entries, T(0.5)), crossover(entries, T(0.5)) {}
 
+    static constexpr int most_draws = 1000;   // half of them are above 0, unless the history is not of our making
+
     void begin(int n) {
         drawn_factor.assign(n, T(0));
         drawn_crossover.assign(n, T(0));
@@ -52,8 +54,8 @@ template <class T> struct evolver {
         const int memory = draw.below(static_cast<int>(factor.size()));
         const T cr = std::min(std::max(crossover[memory] + T(0.1) * draw.bell(), T(0)), T(1));
         T f = factor[memory] + T(0.1) * draw.cauchy();
-        while (f <= T(0)) f = factor[memory] + T(0.1) * draw.cauchy();
-        f = std::min(f, T(1));
+        for (int again = 0; f <= T(0) && again < most_draws; ++again) f = factor[memory] + T(0.1) * draw.cauchy();
+        f = f > T(0) && f < T(1) ? f : T(1);
         drawn_factor[i] = f;
         drawn_crossover[i] = cr;
         const int best = elite[draw.below(static_cast<int>(elite.size()))];

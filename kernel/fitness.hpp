@@ -32,7 +32,7 @@ template <class T> struct seed_objective {
         const pack<T> d2 = dot(left, left);
         const pack<T> f2 = sqrt(d2 + T(1));                                                           // eq. (6), z joined
         const pack<T> f3 = sqrt(d2);                                                                  // eq. (7)
-        if (must_reach) broken += max(f3 - tolerance, pack<T>(T(0)));
+        if (must_reach) broken += above_zero(f3 - tolerance);
         fitness = f1 * weight[0] + f2 * weight[1] + f3 * weight[2];                                   // eq. (4)
         violation = broken;
         if (terms) {
@@ -69,7 +69,7 @@ template <class T> struct reach_objective {
         violation = shortfall(scene.envelope, w.points.frames.data(), scene.obstacles, margin, w.body, false);
         for (const target& to : targets) {
             const vec3<T> left = constant(to.position) - w.points.points[to.point];
-            violation += max(sqrt(dot(left, left)) - to.tolerance, pack<T>(T(0)));
+            violation += above_zero(sqrt(dot(left, left)) - to.tolerance);
         }
         for (int d = 0; d < dims(); ++d) {
             const pack<T> step = q[d] - home[d];

@@ -58,6 +58,7 @@ template <class T> struct mask;
     SPACEARM_INLINE mask<T> both(mask<T> a, mask<T> b) { return {static_cast<M>(a.m & b.m)}; }                         \
     SPACEARM_INLINE mask<T> either(mask<T> a, mask<T> b) { return {static_cast<M>(a.m | b.m)}; }                       \
     SPACEARM_INLINE bool any(mask<T> a) { return a.m != 0; }                                                           \
+    SPACEARM_INLINE bool all(mask<T> a) { return a.m == static_cast<M>(-1); }                                          \
     SPACEARM_INLINE reg<T> select(mask<T> m, reg<T> a, reg<T> b) { return {_mm512_mask_blend_##S(m.m, b.v, a.v)}; }
 SPACEARM_REG(float, __m512, __mmask16, ps)
 SPACEARM_REG(double, __m512d, __mmask8, pd)
@@ -104,6 +105,7 @@ SPACEARM_REG(double, __m512d, __mmask8, pd)
     SPACEARM_INLINE mask<T> both(mask<T> a, mask<T> b) { return {SPACEARM_P(and_##S)(a.m, b.m)}; }                     \
     SPACEARM_INLINE mask<T> either(mask<T> a, mask<T> b) { return {SPACEARM_P(or_##S)(a.m, b.m)}; }                    \
     SPACEARM_INLINE bool any(mask<T> a) { return SPACEARM_P(movemask_##S)(a.m) != 0; }                                 \
+    SPACEARM_INLINE bool all(mask<T> a) { return SPACEARM_P(movemask_##S)(a.m) == (1 << reg<T>::lanes) - 1; }          \
     SPACEARM_INLINE reg<T> select(mask<T> m, reg<T> a, reg<T> b) {                                                     \
         return {SPACEARM_P(blendv_##S)(b.v, a.v, m.m)};                                                                \
     }
@@ -143,6 +145,7 @@ template <class T> SPACEARM_INLINE mask<T> less_equal(reg<T> a, reg<T> b) { retu
 template <class T> SPACEARM_INLINE mask<T> both(mask<T> a, mask<T> b) { return {a.m && b.m}; }
 template <class T> SPACEARM_INLINE mask<T> either(mask<T> a, mask<T> b) { return {a.m || b.m}; }
 template <class T> SPACEARM_INLINE bool any(mask<T> a) { return a.m; }
+template <class T> SPACEARM_INLINE bool all(mask<T> a) { return a.m; }
 template <class T> SPACEARM_INLINE reg<T> select(mask<T> m, reg<T> a, reg<T> b) { return {m.m ? a.v : b.v}; }
 #endif
 
@@ -230,11 +233,20 @@ template <class T> SPACEARM_INLINE bool any(const pack_mask<T>& a) {
     for (int i = 1; i < pack<T>::regs; ++i) joined = either(joined, a.m[i]);
     return any(joined);
 }
+// A comparison with a NaN is false. So what must not take a NaN for fine asks whether all lanes are: `!all(a <= b)`.
+template <class T> SPACEARM_INLINE bool all(const pack_mask<T>& a) {
+    mask<T> joined = a.m[0];
+    for (int i = 1; i < pack<T>::regs; ++i) joined = both(joined, a.m[i]);
+    return all(joined);
+}
 template <class T> SPACEARM_INLINE pack<T> select(const pack_mask<T>& m, const pack<T>& a, const pack<T>& b) {
     pack<T> out;
     for (int i = 0; i < pack<T>::regs; ++i) out.r[i] = select(m.m[i], a.r[i], b.r[i]);
     return out;
 }
+// x where it is above 0, else 0; a NaN stays one (the machine's max gives its second operand where either is NaN).
+template <class T> SPACEARM_INLINE pack<T> above_zero(const pack<T>& x) { return max(pack<T>(T(0)), x); }
+// A NaN becomes the lower bound.
 template <class T> SPACEARM_INLINE pack<T> clamp(const pack<T>& x, const pack<T>& lower, const pack<T>& upper) {
     return min(max(x, lower), upper);
 }

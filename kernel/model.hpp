@@ -55,7 +55,7 @@ template <class T> SPACEARM_INLINE pack<T> shortfall_to(const model<T>& m, const
         const capsule<T>& link = m.capsules[i];
         const T reach = link.radius + ball.radius + margin;
         const pack<T> d2 = squared_distance_to_axis(w.to_center[link.a], w.axis[i], pack<T>(link.inverse_squared_length));
-        if (any(d2 < reach * reach)) sum += max(reach - sqrt(d2), pack<T>(T(0)));
+        if (!all(pack<T>(reach * reach) <= d2)) sum += above_zero(reach - sqrt(d2));
     }
     return sum;
 }

@@ -80,6 +80,9 @@ enum term {
     term_base_final, term_base_peak, term_base_rate, term_joint_momentum, term_count
 };
 
+// [rad or m] No control point is further from 0, and no bound, start or goal may be.
+inline constexpr double furthest = 1e6;
+
 template <class T> class motion_checker {
   public:
     explicit motion_checker(const motion_problem<T>& problem)
@@ -128,12 +131,13 @@ template <class T> class motion_checker {
     }
 
     // Sum over the coarse instants of the clearance's shortfall [m], and what is missing at the end of a floating base's motion;
-    // given up beyond `limit`. With limit 0 it says only whether there is any.
+    // given up beyond `limit`. With limit 0 it says only whether there is any. Infinite for numbers that are none.
     T violation(const motion<T>& m, T limit) {
+        if (!sane(m)) return infinity;
         if (p_.base.on) return violation_in_space(m, limit);
         const spline_table<T>& t = table(m.interior);
         const T time = p_.base.momentum.duration;
-        T sum = time > T(0) ? std::max(T(0), duration(m, t) / (in_time * time) - T(1)) : T(0);
+        T sum = time > T(0) ? beyond(duration(m, t), in_time * time) : T(0);
         for (int l = 0; l < sample_packs_coarse && !(sum > limit); ++l) {
             const pack<T> s = shortfall_at(m, &t.value[0][pack_offset(l, m.interior)], limit <= T(0));
             if (any(pack<T>(T(0)) < s)) sum += sum_of(s);
@@ -142,6 +146,7 @@ template <class T> class motion_checker {
     }
     // Whether the finer instants, and those of failed proofs, are free as well.
     bool finely_free(const motion<T>& m) {
+        if (!sane(m)) return false;
         if (p_.base.on) return finely_free_in_space(m);
         const spline_table<T>& t = table(m.interior);
         for (int l = sample_packs_coarse; l < sample_packs_fine; ++l) {
@@ -187,8 +192,10 @@ template <class T> class motion_checker {
     }
     // Moves control points until the ends are met; false if they cannot be. Only the end's own row, if it is free, and those
     // between.
-    bool settle(motion<T>& m) { return settle(m, solver_); }
-    bool settle(motion<T>& m, end_solver<T>& solver) {
+    bool settle(motion<T>& m) {
+        return settle(m, solver_, [] { return true; });
+    }
+    template <class GoOn> bool settle(motion<T>& m, end_solver<T>& solver, GoOn&& go_on) {
         const end_goals& ends = p_.base.ends;
         if (!p_.base.on || !ends.any()) return true;
         if (p_.base.free_end && m.end.empty()) m.end.assign(p_.goal(m.goal), p_.goal(m.goal) + p_.dofs());
@@ -207,13 +214,15 @@ template <class T> class motion_checker {
             write(at, tried);
             ++looks;
             return end_of_track(ends, follow(tried, roughly ? end_nodes / 2 : end_nodes, false));
-        });
+        }, go_on);
         write(x, m);
         return met;
     }
     void forget_slopes() { solver_.forget(); }
+    end_solver<T>& solver() { return solver_; }
 
   private:
+    static constexpr T infinity = std::numeric_limits<T>::infinity();
     static constexpr int end_nodes = sizeof(T) == 4 ? 64 : 256;   // measured: docs/theory.md
     static constexpr int coarse_nodes = 64;
     static constexpr T in_time = T(0.98);   // of a duration asked for: the hulls' bound, which is kept, is a little longer than what instants say
@@ -260,13 +269,24 @@ template <class T> class motion_checker {
     T unmet(const motion<T>& m, const base_track<T>& track) {
         const floating_base<T>& b = p_.base;
         T sum = b.ends.any() ? static_cast<T>(end_of_track(b.ends, track).beyond) : T(0);
-        if (b.most_turned > T(0)) sum += std::max(T(0), T(2 * std::asin(track.greatest_half_sine())) / b.most_turned - T(1));
-        if (b.momentum.duration > T(0)) sum += std::max(T(0), fastest(m, track) / (in_time * b.momentum.duration) - T(1));
+        if (b.most_turned > T(0)) sum += beyond(T(2 * angle_of_sine(track.greatest_half_sine())), b.most_turned);
+        if (b.momentum.duration > T(0)) sum += beyond(fastest(m, track), in_time * b.momentum.duration);
         return sum;
+    }
+    // By what share of itself a limit is passed; a NaN stays one.
+    static T beyond(T value, T limit) { return value <= limit ? T(0) : value / limit - T(1); }
+    // Neither endless nor none: far beyond any joint, and where float32 has no digit left. A NaN is not sane.
+    bool sane(const motion<T>& m) const {
+        bool out = true;
+        for (const auto& numbers : {&m.points, &m.end}) {
+            for (T x : *numbers) out &= std::abs(x) <= T(furthest);
+        }
+        return out;
     }
     T violation_in_space(const motion<T>& m, T limit) {
         const base_track<T>& track = follow(m, coarse_nodes, true);
         T sum = unmet(m, track);
+        if (!(sum <= infinity)) return infinity;
         for (int l = track.packs() - 1; l >= 0 && !(sum > limit); --l) {
             const pack<T> s = shortfall_in_space(track, l, p_.margin, limit <= T(0));
             if (any(pack<T>(T(0)) < s)) sum += sum_of(s);
@@ -275,7 +295,7 @@ template <class T> class motion_checker {
     }
     bool finely_free_in_space(const motion<T>& m) {
         const base_track<T>& track = follow(m, fine_nodes_, true);
-        if (unmet(m, track) > T(0)) return false;
+        if (!(unmet(m, track) <= T(0))) return false;
         for (int l = 0; l < track.packs(); ++l) {
             if (any(pack<T>(T(0)) < shortfall_in_space(track, l, p_.margin, true))) return false;
         }
@@ -304,8 +324,8 @@ template <class T> class motion_checker {
     void of_base(const motion<T>& m, T* value) {
         const base_track<T>& track = follow(m, coarse_nodes, false);
         const quaternion q = track.attitude(track.nodes());
-        value[term_base_final] = static_cast<T>(2 * std::asin(std::min(1.0, std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z))));
-        value[term_base_peak] = static_cast<T>(2 * std::asin(track.greatest_half_sine()));
+        value[term_base_final] = static_cast<T>(2 * angle_of_sine(std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z)));
+        value[term_base_peak] = static_cast<T>(2 * angle_of_sine(track.greatest_half_sine()));
         const T inverse = T(1) / std::max(time_of(m, track), std::numeric_limits<T>::min());
         value[term_base_rate] = greatest_rate(track) * inverse;
         value[term_joint_momentum] = greatest_arm(track) * inverse;
@@ -410,7 +430,7 @@ template <class T> class motion_checker {
                 }
             }
             const T share = greatest_of(most);
-            out = std::max(out, k == 1 ? share : k == 2 ? std::sqrt(share) : std::cbrt(share));
+            out = std::max(out, k == 1 ? share : k == 2 ? std::sqrt(share) : static_cast<T>(cube_root(share)));
         }
         return out;
     }

@@ -85,20 +85,24 @@ template <class T> class motion_search {
         if (budget_.until_first && !best_.empty()) return stopped_ = true;
         if (budget_.evaluations > 0 && evaluations_ - first_evaluation_ >= budget_.evaluations) return stopped_ = true;
         if (budget_.stall > 0 && evaluations_ - last_gain_ >= budget_.stall) return stopped_ = true;
-        if (++asked_ % 8 == 0) {
-            const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
-            if (budget_.seconds > 0 && elapsed > budget_.seconds) return stopped_ = true;
-            if (elapsed > next_question_) {
-                next_question_ = elapsed + 0.04;
-                if (!(*go_on_)()) return stopped_ = true;
-            }
+        return late();
+    }
+    // Whether time is up, or somebody says stop: asked in every loop that may be long, for it changes no number.
+    bool late() {
+        if (stopped_) return true;
+        if (!p_.base.on && ++asked_ % 8 != 0) return false;   // a look at a floating base takes longer than at the clock
+        const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+        if (budget_.seconds > 0 && elapsed > budget_.seconds) return stopped_ = true;
+        if (elapsed > next_question_) {
+            next_question_ = elapsed + 0.04;
+            if (!(*go_on_)()) return stopped_ = true;
         }
         return false;
     }
 
     // Many looks at a motion's end take as long as one at the whole of it, and are booked so.
     bool settle(motion<T>& m, end_solver<T>* own = nullptr) {
-        const bool met = own ? checker_.settle(m, *own) : checker_.settle(m);
+        const bool met = checker_.settle(m, own ? *own : checker_.solver(), [&] { return !late(); });
         evaluations_ += checker_.looks / looks_an_evaluation;
         checker_.looks %= looks_an_evaluation;
         return met;
@@ -142,7 +146,7 @@ template <class T> class motion_search {
                 return;
             }
         }
-        for (int g = 0; g < p_.goal_count(); ++g) {
+        for (int g = 0; g < p_.goal_count() && !(g > 0 && late()); ++g) {
             motion<T> m{0, g, {}};
             ++evaluations_;
             settle(m);
@@ -167,8 +171,8 @@ template <class T> class motion_search {
         const bool met = probe_.grow(p_.base.on ? std::max(1, s_.patience / 4) : s_.patience, probing_, [&] {
             ++evaluations_;
             return !over();
-        }, way);
-        if (met) probe_.shorten(way);
+        }, [&] { return !late(); }, way);
+        if (met) probe_.shorten(way, [&] { return !late(); });
         return met;
     }
     // While nothing is known: a path, or motions from all over the place.

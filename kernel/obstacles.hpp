@@ -52,12 +52,12 @@ template <class T> SPACEARM_INLINE pack<T> distance_to(const wall_obstacle<T>& o
 
 // How far a point stands out along two or three of a shape's own directions, negative inside.
 template <class T> SPACEARM_INLINE pack<T> outside(const pack<T>& x, const pack<T>& y, const pack<T>& z) {
-    const pack<T> zero(T(0)), u = max(x, zero), v = max(y, zero), w = max(z, zero);
-    return sqrt(u * u + v * v + w * w) + min(max(max(x, y), z), zero);
+    const pack<T> u = above_zero(x), v = above_zero(y), w = above_zero(z);   // they keep a NaN
+    return sqrt(u * u + v * v + w * w) + min(max(max(x, y), z), pack<T>(T(0)));
 }
 template <class T> SPACEARM_INLINE pack<T> outside(const pack<T>& x, const pack<T>& y) {
-    const pack<T> zero(T(0)), u = max(x, zero), v = max(y, zero);
-    return sqrt(u * u + v * v) + min(max(x, y), zero);
+    const pack<T> u = above_zero(x), v = above_zero(y);
+    return sqrt(u * u + v * v) + min(max(x, y), pack<T>(T(0)));
 }
 template <class T> SPACEARM_INLINE pack<T> distance_to(const box_obstacle<T>& o, const vec3<T>& p) {
     const vec3<T> d = p - constant(o.center);
@@ -100,7 +100,7 @@ template <class T> SPACEARM_INLINE pack<T> axis_distance(const sphere<T>& o, con
     return sqrt(squared_distance_to_axis(constant(o.center) - a, ab, pack<T>(inverse_squared_length))) - o.radius;
 }
 template <class T> SPACEARM_INLINE pack<T> axis_distance(const wall_obstacle<T>& o, const vec3<T>& a, const vec3<T>& ab, T) {
-    return distance_to(o, a) + min(dot(ab, o.normal), pack<T>(T(0)));
+    return distance_to(o, a) + min(pack<T>(T(0)), dot(ab, o.normal));   // a NaN stays one
 }
 // Two segments from p to p + u and from q to q + v: where they are nearest inside both, the lines are (Ericson, Real-Time
 // Collision Detection, 2005, 5.1.9); else at an end of one. Near parallel the lines' nearest points are not to be trusted, but

@@ -66,11 +66,13 @@ template <class T> class probe {
         begin_again();
     }
 
-    // Grows the trees by at most `samples` more; true when they met. go_on() is asked after every sample.
-    template <class GoOn> bool grow(int samples, dice<T>& random, GoOn&& go_on, path<T>& found) {
+    // Grows the trees by at most `samples` more; true when they met. go_on() is asked before every sample, still() before every
+    // step. Where numbers are so large that a step goes nowhere, or limits so wide that steps do not arrive, it ends all the same.
+    template <class GoOn, class Still> bool grow(int samples, dice<T>& random, GoOn&& go_on, Still&& still, path<T>& found) {
         std::vector<T> q(n_), at(n_), next(n_);
         for (int i = 0; i < samples; ++i) {
             if (!go_on()) return false;
+            if (std::max(from_start_.count(), from_goals_.count()) >= most_nodes) begin_again();
             branch &one = from_start_.count() <= from_goals_.count() ? from_start_ : from_goals_;   // the smaller one grows
             branch &two = &one == &from_start_ ? from_goals_ : from_start_;
             draw(random, q.data());
@@ -81,9 +83,11 @@ template <class T> class probe {
             const int added = one.add(q.data(), nearest);
             int other = two.nearest(q.data());
             two.copy(other, at.data());
-            for (;;) {
+            for (int steps = 0; steps < most_steps; ++steps) {
+                if (!still()) return false;
                 next = q;
                 const bool arrives = step_towards(at.data(), next.data());
+                if (!arrives && next == at) break;
                 if (!checker_.edge_free(at.data(), next.data())) break;
                 if (arrives) {
                     join(&one == &from_start_ ? added : other, &one == &from_start_ ? other : added, found);
@@ -97,10 +101,11 @@ template <class T> class probe {
         return false;
     }
 
-    // Leaves out what can be left out, from either end.
-    void shorten(path<T>& way) {
+    // Leaves out what can be left out, from either end, as long as still() says yes.
+    template <class Still> void shorten(path<T>& way, Still&& still) {
         for (int i = 0; i + 2 < way.count(n_); ++i) {
             for (int k = way.count(n_) - 1; k >= i + 2; --k) {
+                if (!still()) return;
                 if (!straight_free(&way.points[i * n_], &way.points[k * n_])) continue;
                 way.points.erase(way.points.begin() + (i + 1) * n_, way.points.begin() + k * n_);
                 break;
@@ -114,6 +119,9 @@ template <class T> class probe {
     }
 
   private:
+    static constexpr int most_nodes = 1 << 18;    // of a tree; beyond, looking for the nearest takes longer than beginning again
+    static constexpr int most_steps = 1 << 12;    // towards one sample: many times any arm's range
+
     // A tree's nodes, one row a joint, so that the nearest is looked for a pack at a time.
     struct branch {
         int n = 0;

@@ -1,11 +1,13 @@
 // Whole runs, natively: many independent trials of a swarm on an objective, spread over threads.
 //
-// A trial's numbers depend on (seed, trial) only, so the results are the same bits on any number of threads.
+// A trial's numbers depend on (seed, trial) only, so the results are the same bits on any number of threads. Where the system
+// starts no more of them, those that run do all the work; the calling thread always does.
 #pragma once
 
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <mutex>
@@ -31,6 +33,17 @@ template <class T> struct trial_result {
     std::vector<std::int64_t> spent;
 };
 
+inline constexpr int most_threads = 1024;
+// Whether there is memory for one thread more and for its work: where a thread finds none for its own variables, the C library
+// ends the process.
+inline bool has_room() {
+    constexpr std::size_t enough = std::size_t(128) << 20;
+    void* room = std::malloc(enough);   // asked for, never touched
+    asm volatile("" : : "r"(room) : "memory");   // so that the compiler does not leave it out
+    std::free(room);
+    return room != nullptr;
+}
+
 // Called now and then from the calling thread, with the rounds done so far; returns false to stop the search.
 using tick = std::function<bool(std::uint64_t)>;
 
@@ -43,7 +56,7 @@ trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const
     std::vector<pack<T>> q(dims);
     std::vector<T> fitness(stride), violation(stride);
     trial_result<T> out;
-    while (!particles.spent()) {
+    while (!particles.spent() && out.rounds < most_rounds) {
         particles.ask();
         if (out.rounds == 0) particles.place_first(first_rows);
         const T* x = particles.positions();
@@ -115,16 +128,22 @@ std::vector<trial_result<T>> run_trials(const Objective& objective, MakeSwarm ma
         }
     };
 
-    const int helpers = std::min(threads, trials) - 1;
+    const int helpers = std::max(std::min({threads, trials, most_threads}) - 1, 0);
     std::vector<std::thread> pool;
-    running = std::max(helpers, 0);
-    for (int i = 0; i < helpers; ++i) {
-        pool.emplace_back([&] {
-            guarded(false);
-            std::lock_guard<std::mutex> hold(lock);
+    pool.reserve(helpers);
+    for (int i = 0; i < helpers && has_room(); ++i) {
+        ++running;
+        try {
+            pool.emplace_back([&] {
+                guarded(false);
+                std::lock_guard<std::mutex> hold(lock);
+                --running;
+                ended.notify_one();
+            });
+        } catch (...) {   // no thread, or no memory for it: nothing may be thrown past those that run
             --running;
-            ended.notify_one();
-        });
+            break;
+        }
     }
     guarded(true);
     {

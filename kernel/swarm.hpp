@@ -90,7 +90,7 @@ template <class T> class swarm {
         remember();
         find_leaders();
         if (settings_.variant == swarm_variant::evolving && settings_.shrink_to > 0) shrink();
-        ++round_;
+        if (round_ < most_rounds) ++round_;
         asked_ = false;
     }
 
@@ -121,7 +121,9 @@ template <class T> class swarm {
     }
     bool fits(const std::vector<std::int64_t>& c) const {
         const bool shrinks = settings_.variant == swarm_variant::evolving;
-        return c.size() == 6 && (shrinks ? c[3] > first_[2] : c[3] == first_[3]) && c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[3] <= settings_.particles && c[4] >= 0 && c[4] < settings_.memory;
+        const auto counted = [](std::int64_t n, std::int64_t most) { return n >= 0 && n <= most; };
+        return c.size() == 6 && (shrinks ? c[3] > first_[2] : c[3] == first_[3]) && c[3] <= settings_.particles && counted(c[0], most_rounds)
+               && counted(c[1], most_evaluations) && counted(c[2], most_evaluations) && counted(c[4], settings_.memory - 1);
     }
     // Between an ask and its tell, population 3's candidates are waiting to be judged.
     bool fits_candidates(const std::vector<std::int64_t>& c, std::size_t drawn) const {
@@ -341,7 +343,7 @@ template <class T> class swarm {
         for (int p = 0; p < populations_; ++p) {
             const int begin = first_[p], end = std::min(first_[p + 1], evolving_from_), size = end - begin;
             if (size <= 0) continue;
-            if (k > 0 && 2 * k + 1 < size) {
+            if (k > 0 && k < (size - 1) / 2 + (size - 1) % 2) {   // 2 k + 1 < size: no particle twice
                 follow_neighbours(begin, size, k);
                 continue;
             }
@@ -350,19 +352,42 @@ template <class T> class swarm {
     }
 
     void follow_neighbours(int begin, int size, int k) {
-        for (int i = 0; i < size; ++i) {
-            int best = begin + i;
-            for (int o = -k; o <= k; ++o) {
-                int other = i + o;
-                other = begin + (other < 0 ? other + size : other >= size ? other - size : other);
-                if (personal(other).better_than(personal(best))) best = other;
+        if (k > many) guide_by_halves(begin, size, k);
+        else {
+            for (int i = 0; i < size; ++i) {
+                int best = begin + i;
+                for (int o = -k; o <= k; ++o) {
+                    int other = i + o;
+                    other = begin + (other < 0 ? other + size : other >= size ? other - size : other);
+                    if (personal(other).better_than(personal(best))) best = other;
+                }
+                guide_[i] = best;
             }
-            guide_[i] = best;
         }
         for (int d = 0; d < dims_; ++d) {
             const T* from = &px_[at(d, 0)];
             T* to = &social_[at(d, begin)];
             for (int i = 0; i < size; ++i) to[i] = from[guide_[i]];
+        }
+    }
+
+    static constexpr int many = 32;   // neighbours, from which on doubling is quicker
+    // The same for many neighbours, in time that does not depend on how many: the best of 1, 2, 4, ... particles in a row, the
+    // first of equals, until two such rows make the whole neighbourhood.
+    void guide_by_halves(int begin, int size, int k) {
+        const int width = 2 * k + 1, all = size + width - 1;   // the ring, cut open k before its first
+        std::vector<int> best(all);
+        for (int i = 0; i < all; ++i) best[i] = begin + (i + size - k % size) % size;
+        int reach = 1;
+        for (; 2 * reach <= width; reach *= 2) {
+            for (int i = 0; i + 2 * reach <= all; ++i) {
+                if (personal(best[i + reach]).better_than(personal(best[i]))) best[i] = best[i + reach];
+            }
+        }
+        for (int i = 0; i < size; ++i) {
+            const int first = best[i], last = best[i + width - reach], own = begin + i;
+            const int of_all = personal(last).better_than(personal(first)) ? last : first;
+            guide_[i] = personal(of_all).better_than(personal(own)) ? of_all : own;
         }
     }
 
@@ -446,19 +471,20 @@ template <class T> class swarm {
         }
         pack<T> to = x + v;
         const pack<T> low(lo), high(hi);
-        const pack_mask<T> outside = (to < low) | (high < to);
-        if (any(outside)) {
-            const pack<T> inside = clamp(to, low, high);
+        const pack_mask<T> stays = (low <= to) & (to <= high);   // no NaN does
+        if (!all(stays)) {
+            const pack<T> inside = clamp(to, low, high), zero(T(0));
             if (settings_.bounds == bounds_rule::absorb) {
-                v = select(outside, pack<T>(T(0)), v);
+                v = select(stays, v, zero);
                 to = inside;
             } else if (settings_.bounds == bounds_rule::reflect) {
-                v = select(outside, -v, v);
+                v = select(stays, v, -v);
                 to = clamp(inside + inside - to, low, high);
             } else {
-                const pack<T> turns = range > T(0) ? nearest((to - low) / range - T(0.5)) : pack<T>(T(0));
+                const pack<T> turns = range > T(0) ? nearest((to - low) / range - T(0.5)) : zero;
                 to = clamp(to - turns * range, low, high);
             }
+            v = select(abs(v) <= pack<T>(std::numeric_limits<T>::max()), v, zero);   // what has run away begins anew
         }
         v.store(&v_[here]);
         to.store(&x_[here]);

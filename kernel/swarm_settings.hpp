@@ -9,6 +9,11 @@ enum class swarm_variant { pso, symbiotic, cooperative, evolving };
 enum class bounds_rule { absorb, reflect, periodic };
 enum class constraint_rule { feasible_first, penalty };
 
+// What the counters below, and the memory for a swarm's numbers, can bear.
+inline constexpr int most_particles = 10'000'000, most_rounds = 1 << 30, most_power = 1000, most_entries = 1'000'000;
+inline constexpr std::int64_t most_evaluations = std::int64_t(1) << 62;
+inline constexpr double most_weight = 1e12;   // of anything that is multiplied
+
 struct swarm_settings {
     int particles = 300;
     std::int64_t evaluations = 30000;  // the budget: the length of every schedule below, and of a native run

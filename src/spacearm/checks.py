@@ -76,9 +76,10 @@ def as_number(
     *,
     above: float | None = None,
     at_least: float | None = None,
+    at_most: float | None = None,
     unit: str = "",
 ) -> float:
-    """Check one finite number and its lower bound.
+    """Check one finite number and its bounds.
 
     Args:
         name: what the user calls the value; begins the message.
@@ -86,16 +87,19 @@ def as_number(
         error: class of the error to raise.
         above: the number must be greater.
         at_least: the number must not be less.
+        at_most: the number must not be greater; give one where a huge number would break what it is used for.
         unit: for the message, as in "m".
 
     Raises:
         error: not a number, not finite, or out of bounds.
     """
-    wanted = "a finite number"
+    wanted, lowest = "a finite number", above if above is not None else at_least if at_least is not None else -math.inf
     if above is not None:
         wanted = f"a finite number above {above:g}"
     elif at_least is not None:
         wanted = f"a finite number, {at_least:g} or more"
+    if at_most is not None:
+        wanted = f"a number {'above' if above is not None else 'from'} {lowest:g} up to {at_most:g}"
     if unit:
         wanted += f" [{unit}]"
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
@@ -106,7 +110,7 @@ def as_number(
     except OverflowError:  # an int beyond 1e308
         number = math.inf
     low = (above is not None and number <= above) or (at_least is not None and number < at_least)
-    if not math.isfinite(number) or low:
+    if not math.isfinite(number) or low or (at_most is not None and number > at_most):
         raise error(f"{name} is {number:g}, expected {wanted}")
     return number + 0.0
 
@@ -133,6 +137,23 @@ def as_whole(name: str, value: Any, error: Raise, *, at_least: int, at_most: int
     if number is None or number < at_least or (at_most is not None and number > at_most):
         raise error(f"{name} is {shown(value if number is None else number)}, expected {wanted}")
     return number
+
+
+def as_floats(name: str, value: Any, error: Raise) -> NDArray[np.float64]:
+    """Take numbers of any shape, as (...,) arguments are given; infinities and NaN are taken too.
+
+    Raises:
+        error: anything else.
+    """
+    if isinstance(value, float) or (type(value) is np.ndarray and value.dtype == np.float64):  # at once, for it is often asked
+        return np.asarray(value, dtype=np.float64)
+    try:
+        given = np.asarray(value)
+    except (TypeError, ValueError):
+        raise error(f"{name} has rows of different lengths, expected numbers") from None
+    if given.size and given.dtype.kind not in "iuf":
+        raise error(f"{name} is {shown(value)}, expected numbers")
+    return given.astype(np.float64, copy=False)
 
 
 def dimensions_of(value: Any) -> int:
@@ -205,7 +226,10 @@ def as_name(what: str, value: Any, error: Raise) -> str:
 
 def shown(value: Any) -> str:
     """Print a wrong value in a message, on one line and cut to a readable length."""
-    text = " ".join(repr(value).split())
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # a whole number of more than 4300 digits has none, and a stranger's object may have a broken one
+        text = f"a {type(value).__name__} that cannot be printed"
     return text if len(text) <= 60 else text[:57] + "..."
 
 

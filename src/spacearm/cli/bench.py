@@ -59,9 +59,9 @@ class MbmOptions:
     json: bool = False
 
     def __post_init__(self) -> None:
-        whole("seeds", self.seeds, at_least=1)
+        whole("seeds", self.seeds, at_least=1, at_most=_OFTEN)
         if self.problems is not None:
-            whole("problems", self.problems, at_least=1)
+            whole("problems", self.problems, at_least=1, at_most=_OFTEN)
         for name in ("search", "budget"):
             as_number(name, getattr(self, name), SettingsError, above=0, unit="ms")
             if getattr(self, name) > 1e3 * LIMIT:
@@ -95,11 +95,11 @@ class SpaceOptions:
     json: bool = False
 
     def __post_init__(self) -> None:
-        whole("seeds", self.seeds, at_least=1)
-        whole("published", self.published, at_least=0)
+        whole("seeds", self.seeds, at_least=1, at_most=_OFTEN)
+        whole("published", self.published, at_least=0, at_most=_OFTEN)
         if self.problems is not None:
-            whole("problems", self.problems, at_least=1)
-        as_number("limit", self.limit, SettingsError, above=0, unit="s")
+            whole("problems", self.problems, at_least=1, at_most=_OFTEN)
+        as_number("limit", self.limit, SettingsError, above=0, at_most=1e6, unit="s")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -173,6 +173,7 @@ def _tell(
     print(f"{seconds:.1f} s", file=sys.stderr)
 
 
+_OFTEN = 1_000_000
 _SUITES = {
     "mbm": (_mbm, "MotionBenchMaker's problems, or others in MoveIt's scene and request files"),
     "space": (_space, "SpaceBench: arms on spacecraft whose base floats"),

@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import inverse3, length, solved3
 from spacearm.checks import as_number, as_pose, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum.blocks import system_mass
@@ -181,7 +182,7 @@ class BaseMotion:
         found = moving(self.robot, q, dq)
         if not self.momentum.angular.any():
             return found.free_rate, None
-        return found.free_rate, np.linalg.inv(found.H_w).astype(np.float64) * self._time_scale
+        return found.free_rate, inverse3(found.H_w) * self._time_scale
 
     def _first_nodes(self) -> Array:
         ends = self.curve.hulls(0, bisections=0)[0]
@@ -194,7 +195,7 @@ class BaseMotion:
         parts = max(1, -(-_FIRST_STEPS // (len(breaks) - 1)))
         spin = self._field(breaks)[1]
         if spin is not None:
-            turned = float(np.linalg.norm(spin, axis=(1, 2)).max() * np.linalg.norm(self.momentum.angular))
+            turned = float(np.linalg.norm(spin, axis=(1, 2)).max() * length(self.momentum.angular))
             if turned * (breaks[-1] - breaks[0]) > _MOST_TUMBLE:
                 raise ProblemError(
                     f"momentum.angular is {shown(self.momentum.angular.tolist())}, which turns the base by up to "
@@ -218,7 +219,7 @@ class BaseMotion:
         omega = found.free_rate
         if self.momentum.angular.any():
             inverse = attitude * np.array([1.0, -1.0, -1.0, -1.0])
-            spin = np.linalg.solve(found.H_w, rotated(inverse, self.momentum.angular)[..., None])[..., 0]
+            spin = solved3(found.H_w, rotated(inverse, self.momentum.angular))
             omega = omega + spin * self._time_scale
         center = found.center_rate + cross(omega, found.center)  # how it moves for the base, base axes
         velocity = self._drift * self._time_scale - rotated(attitude, center)

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import product, solved3
 from spacearm.errors import RobotError
 from spacearm.momentum.masses import Masses, lumped_masses
 from spacearm.momentum.turning import as_unit, cross, matrix_of
@@ -70,9 +71,9 @@ def moments_of_frames(masses: Masses, frames: Array) -> Moments:
     count = len(masses.pseudo)
     placed = np.empty((len(frames), count, 4, 4))
     placed[:, 0] = masses.pseudo[0]
-    placed[:, 1:] = frames @ masses.pseudo[1:] @ frames.swapaxes(-1, -2)  # about the base's origin
-    carried = (masses.outward @ placed.reshape(-1, count, 16)).reshape(placed.shape)  # the whole, then by each joint
-    mass = masses.outward @ masses.pseudo[:, 3, 3]
+    placed[:, 1:] = product(product(frames, masses.pseudo[1:]), frames.swapaxes(-1, -2))  # about the base's origin
+    carried = product(masses.outward, placed.reshape(-1, count, 16)).reshape(placed.shape)  # the whole, then by each joint
+    mass = product(masses.outward, masses.pseudo[:, 3, 3])
     center = carried[:, 0, :3, 3] / mass[0]
     # Sums of m r r^T and m r about the system's centre of mass; of the whole the latter is 0.
     first = carried[..., :3, 3] - mass[:, None] * center[:, None]
@@ -87,9 +88,12 @@ def moments_of_frames(masses: Masses, frames: Array) -> Moments:
     velocity = np.where(turning, cross(away, axis), axis)
     axis = np.where(turning, axis, 0.0)
     linear = mass[1:, None] * velocity + cross(axis, first[:, 1:])
-    angular = cross(first[:, 1:], velocity) + (inertia[:, 1:] @ axis[..., None])[..., 0]
+    angular = cross(first[:, 1:], velocity) + product(inertia[:, 1:], axis[..., None])[..., 0]
     return Moments(
-        center, inertia[:, 0], angular.swapaxes(1, 2) @ masses.shares, linear.swapaxes(1, 2) @ masses.shares / mass[0]
+        center,
+        inertia[:, 0],
+        product(angular.swapaxes(1, 2), masses.shares),
+        product(linear.swapaxes(1, 2), masses.shares) / mass[0],
     )
 
 
@@ -128,7 +132,7 @@ def base_rate(robot: Robot, q: ArrayLike, dq: ArrayLike) -> Array:
 
 def free_rate(found: Moments, dq: Array) -> Array:
     """Return -H_w^-1 H_q dq, (..., 3)."""
-    return -np.linalg.solve(found.H_w, found.H_q @ dq[..., None])[..., 0].astype(np.float64)
+    return -solved3(found.H_w, product(found.H_q, dq[..., None])[..., 0])
 
 
 def center_of_mass(robot: Robot, q: ArrayLike) -> Array:
@@ -162,5 +166,5 @@ def base_at_mass_center(robot: Robot, q: ArrayLike, attitude_wxyz: ArrayLike = (
     """
     T = np.eye(4)
     T[:3, :3] = matrix_of(as_unit("attitude_wxyz", attitude_wxyz))
-    T[:3, 3] = -T[:3, :3] @ center_of_mass(robot, q)
+    T[:3, 3] = -product(T[:3, :3], center_of_mass(robot, q))
     return T

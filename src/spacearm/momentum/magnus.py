@@ -11,6 +11,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import inverse3, powers, product
 from spacearm.momentum.turning import cross
 
 Array = NDArray[np.float64]
@@ -48,8 +49,7 @@ def step_turn(rates: Array, length: Array, order: int = 6) -> Array:
 def _partial() -> Array:
     """Return the rates at the nodes of each part from 0 to a node, of those at the step's nodes: parabolas through these."""
     nodes = NODES[6]
-    powers = (nodes[:, None, None] * nodes[:, None]) ** np.arange(3)  # (part, node, power)
-    return powers @ np.linalg.inv(nodes[:, None] ** np.arange(3))
+    return product(powers(nodes[:, None] * nodes, 2), inverse3(powers(nodes, 2)))  # (part, node, power) by (power, node)
 
 
 PARTIAL = _partial()

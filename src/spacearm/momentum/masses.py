@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 _SLACK = 0.01  # by which published moments of inertia, rounded, may miss the triangle inequality
 _ROUNDING = 1e-9
+_LARGEST = 1e15  # [kg, kg m or kg m^2]: products of three stay numbers
 _ADVICE = "run `spacearm doctor` on its model"
 
 
@@ -46,8 +47,9 @@ def lumped_masses(robot: Robot) -> Masses:
     """
     count = 1 + len(robot.joints)
     pseudo = np.zeros((count, 4, 4))
-    for body in robot.bodies:
-        pseudo[1 + body.joint] += _pseudo_inertia(body.mass, body.com, body.inertia)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is beyond numbers is refused below
+        for body in robot.bodies:
+            pseudo[1 + body.joint] += _pseudo_inertia(body.mass, body.com, body.inertia)
     outward = np.eye(count)
     for child in range(count - 1, 0, -1):  # parents come before children
         outward[1 + robot.joints[child - 1].parent] += outward[child]
@@ -76,6 +78,12 @@ def _require_possible(robot: Robot, lumped: Array) -> None:
     if not robot.bodies:
         raise RobotError(f"{what} its model states no masses, expected some for the base and the links; {_ADVICE}")
     for i, pseudo in enumerate(lumped):
+        if not np.abs(pseudo).max() <= _LARGEST:
+            where = "the base" if i == 0 else f"what joint '{robot.joints[i - 1].name}' moves"
+            raise RobotError(
+                f"{what} {where} has a mass, a centre of mass or an inertia beyond measure (up to "
+                f"{np.abs(pseudo).max():.3g} in kg and m), expected at most {_LARGEST:g}; check the units"
+            )
         mass, where = pseudo[3, 3], "the base" if i == 0 else f"what joint '{robot.joints[i - 1].name}' moves"
         if mass == 0:
             if i == 0:

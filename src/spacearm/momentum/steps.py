@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import length, product
 from spacearm.momentum.magnus import NODES, PARTIAL, step_turn
 from spacearm.momentum.turning import angle, conjugate, exponential, multiplied, rotated, running_products
 
@@ -130,8 +131,8 @@ def _swept(spans: _Spans, attitude: Array, within: Array, angular: Array) -> tup
     """Return better turns of steps (m, 3) and of their parts up to each node (m, 3, 3), which the momentum depends on."""
     assert spans.spin is not None
     momentum = rotated(conjugate(multiplied(attitude[:, None], exponential(within))), angular)  # in base axes
-    rates = spans.free + (spans.spin @ momentum[..., None])[..., 0]
-    return step_turn(rates, spans.length), step_turn(PARTIAL @ rates[:, None], spans.length[:, None] * NODES[6])
+    rates = spans.free + product(spans.spin, momentum[..., None])[..., 0]
+    return step_turn(rates, spans.length), step_turn(product(PARTIAL, rates[:, None]), spans.length[:, None] * NODES[6])
 
 
 def _chained(spans: _Spans, start: Array, angular: Array) -> tuple[Array, Array]:
@@ -141,7 +142,7 @@ def _chained(spans: _Spans, start: Array, angular: Array) -> tuple[Array, Array]
         return np.concatenate([start[None], multiplied(start, running_products(turns))]), turns
     # How a tumbling base turns depends on its attitude. Steps are solved together, again and again until nothing changes, as
     # many at a time as turn by about a radian: then a dozen or two times will do.
-    size = np.linalg.norm(spans.spin, axis=(-2, -1)).max(axis=-1) * np.linalg.norm(angular) * spans.length
+    size = np.linalg.norm(spans.spin, axis=(-2, -1)).max(axis=-1) * length(angular) * spans.length
     window = np.floor(np.cumsum(size) / _TUMBLE).astype(np.int64)
     attitudes, all_turns = [start[None]], []
     for part in np.unique(window):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import angle_of, length, sines
 from spacearm.checks import as_readonly
 from spacearm.errors import ProblemError
 
@@ -31,7 +32,7 @@ def as_unit(name: str, wxyz: ArrayLike) -> Array:
     size = float(np.abs(given).max())
     if size == 0:
         raise ProblemError(f"{name} is all zeros, expected a quaternion w, x, y, z; (1, 0, 0, 0) is no turn")
-    return given / size / np.linalg.norm(given / size)
+    return given / size / length(given / size)
 
 
 def multiplied(p: Array, q: Array) -> Array:
@@ -49,15 +50,16 @@ def conjugate(q: Array) -> Array:
 def exponential(rotation: Array) -> Array:
     """Return the unit quaternion (..., 4) of a rotation vector (..., 3) [rad]."""
     half = np.linalg.norm(rotation, axis=-1, keepdims=True) / 2
+    sine, cosine = sines(half)
     small = half < _SMALL
     # sin(x)/x -> 1 - x^2/6 as x -> 0, where the quotient has no value
-    ratio = np.where(small, 1 - half**2 / 6, np.sin(half) / np.where(small, 1.0, half))
-    return np.concatenate([np.cos(half), rotation / 2 * ratio], axis=-1)
+    ratio = np.where(small, 1 - half * half / 6, sine / np.where(small, 1.0, half))
+    return np.concatenate([cosine, rotation / 2 * ratio], axis=-1)
 
 
 def angle(q: Array) -> Array:
     """Return by how much unit quaternions turn, (...,) from 0 to pi [rad]."""
-    return 2 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), np.abs(q[..., 0]))
+    return 2 * angle_of(np.linalg.norm(q[..., 1:], axis=-1), np.abs(q[..., 0]))
 
 
 def rotated(q: Array, v: Array) -> Array:
@@ -83,7 +85,7 @@ def quaternion_of(R: Array) -> Array:
         q[0] = R[c, b] - R[b, c]
         q[1 + a] = 1 + R[a, a] - R[b, b] - R[c, c]
         q[1 + b], q[1 + c] = R[a, b] + R[b, a], R[a, c] + R[c, a]
-    q = q / np.linalg.norm(q)
+    q = q / length(q)
     return -q if q[0] < 0 else q
 
 

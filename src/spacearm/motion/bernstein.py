@@ -13,6 +13,8 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import powers
+
 Array = NDArray[np.float64]
 
 
@@ -24,9 +26,8 @@ def binomials(degree: int) -> Array:
 
 def weights(degree: int, x: Array) -> Array:
     """Return the Bernstein polynomials at x, (..., d + 1)."""
-    i = np.arange(degree + 1)
-    x = np.asarray(x)[..., None]
-    return binomials(degree) * x**i * (1 - x) ** (degree - i)
+    x = np.asarray(x, dtype=np.float64)
+    return binomials(degree) * powers(x, degree) * powers(1 - x, degree)[..., ::-1]
 
 
 def differences(coefficients: Array, derivative: int) -> Array:

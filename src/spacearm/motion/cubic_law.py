@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import product
 from spacearm.motion.spline import cox_de_boor
 from spacearm.motion.timelaw import TimeLaw
 
@@ -33,7 +34,7 @@ def cubic_basis(knots: Array, x: Array, derivative: int = 0) -> Array:
     for degree in range(_DEGREE, _DEGREE - derivative, -1):
         columns = degree * np.diff(columns, axis=0) / (all_knots[degree + 1 : -1] - all_knots[1 : -degree - 1])[:, None]
         all_knots = all_knots[1:-1]
-    return cox_de_boor(x, all_knots, _DEGREE - derivative) @ columns
+    return product(cox_de_boor(x, all_knots, _DEGREE - derivative), columns)
 
 
 def cubic_law(knots: Array, points: Array) -> TimeLaw:
@@ -46,16 +47,15 @@ def cubic_law(knots: Array, points: Array) -> TimeLaw:
 
 def bezier_points(knots: Array, points: Array) -> Array:
     """Return the Bernstein coefficients of each piece of a law, (m, 4)."""
-    ends = (knots[:-1], knots[1:])
+    ends, piece = (knots[:-1], knots[1:]), np.arange(len(knots) - 1)
     return np.stack(
-        [_blossom(knots, points, [ends[k < later] for k in range(_DEGREE)]) for later in range(_DEGREE + 1)], axis=1
+        [_blossom(knots, points, piece, [ends[k < later] for k in range(_DEGREE)]) for later in range(_DEGREE + 1)], axis=1
     )
 
 
-def _blossom(knots: Array, points: Array, arguments: list[Array]) -> Array:
-    """Return the polar form of each piece at three arguments of its own, each (m,), by de Boor's averages."""
+def _blossom(knots: Array, points: Array, piece: NDArray[np.intp], arguments: list[Array]) -> Array:
+    """Return the polar form of pieces (k,) at three arguments, each (k,), by de Boor's averages."""
     all_knots = _repeated(knots, _DEGREE)
-    piece = np.arange(len(knots) - 1)
     values = [points[piece + i] for i in range(_DEGREE + 1)]
     for turn, x in enumerate(arguments, start=1):
         for i in range(_DEGREE, turn - 1, -1):
@@ -67,8 +67,10 @@ def _blossom(knots: Array, points: Array, arguments: list[Array]) -> Array:
 def halved(knots: Array, points: Array) -> tuple[Array, Array]:
     """Return the same law with a knot more in the middle of each piece."""
     finer = np.sort(np.concatenate([knots, (knots[1:] + knots[:-1]) / 2]))
-    at = abscissae(finer)
-    return finer, np.linalg.solve(cubic_basis(finer, at), cubic_basis(knots, at) @ points).astype(np.float64)
+    # A control point is the polar form, at its three knots, of any piece that it has a say in.
+    piece = np.clip(np.searchsorted(knots, abscissae(finer), side="right") - 1, 0, len(knots) - 2)
+    repeated = _repeated(finer, _DEGREE)
+    return finer, _blossom(knots, points, piece, [repeated[1 + i : 1 + i + len(piece)] for i in range(_DEGREE)])
 
 
 def _repeated(knots: Array, degree: int) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import root
 from spacearm.checks import as_number, as_readonly, dimensions_of
 from spacearm.errors import ProblemError
 from spacearm.motion.curve import extremes, greatest
@@ -79,7 +80,7 @@ def fastest_durations(robot: Robot, control_points: ArrayLike, *, jerk_limit: Ar
     if jerk_limit is not None:
         limits.append(as_jerk_limit(robot, jerk_limit))
     for derivative, limit in enumerate(limits, start=1):
-        duration = np.maximum(duration, greatest_entries(points / limit, derivative) ** (1 / derivative))
+        duration = np.maximum(duration, root(greatest_entries(points / limit, derivative), derivative))
     return duration * (1 + ROUNDING)
 
 
@@ -89,8 +90,8 @@ def limit_margins(robot: Robot, motion: Motion, duration: float, *, jerk_limit: 
     return LimitMargins(
         position=position_margins(robot, motion),
         velocity=greatest(motion, 1) / time / robot.velocity,
-        acceleration=greatest(motion, 2) / time**2 / robot.acceleration,
-        jerk=None if jerk_limit is None else greatest(motion, 3) / time**3 / as_jerk_limit(robot, jerk_limit),
+        acceleration=greatest(motion, 2) / (time * time) / robot.acceleration,
+        jerk=None if jerk_limit is None else greatest(motion, 3) / (time * time * time) / as_jerk_limit(robot, jerk_limit),
     )
 
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, as_readonly, shown
+from spacearm._kernel.exact import power, product
+from spacearm.checks import Frozen, as_floats, as_readonly, shown
 from spacearm.errors import ProblemError
 from spacearm.motion.bernstein import differences, halvings, weights
 
@@ -151,7 +152,7 @@ class PiecewisePath(Frozen):
         Returns:
             (..., n).
         """
-        at = np.clip(np.asarray(u, dtype=np.float64), *self.domain)
+        at = np.clip(as_floats("u", u, ProblemError), *self.domain)
         flat = at.ravel()
         piece = np.clip(np.searchsorted(self.breaks, flat, side="right") - 1, 0, self.pieces - 1)
         length = self.breaks[piece + 1] - self.breaks[piece]
@@ -177,14 +178,14 @@ class PiecewisePath(Frozen):
         if pieces is None:
             ours, part = np.divmod(np.arange(self.pieces * parts), parts)
             every = halvings(points.shape[1] - 1, bisections).reshape(-1, points.shape[1])
-            cut = (every @ points).reshape(-1, *points.shape[1:])
+            cut = product(every, points).reshape(-1, *points.shape[1:])
         else:
             ours, part = np.divmod(np.asarray(pieces), parts)
             cut, left = points[ours], bisections
             while left:
                 now = min(left, _AT_ONCE)
                 left -= now
-                cut = halvings(points.shape[1] - 1, now)[(part >> left) % 2**now] @ cut
+                cut = product(halvings(points.shape[1] - 1, now)[(part >> left) % 2**now], cut)
         ends = self._ends(ours, part, parts)
         return ends, cut.min(axis=1), cut.max(axis=1)
 
@@ -242,7 +243,7 @@ class PiecewisePath(Frozen):
         """Return what rounding may make of a derivative's jumps where numbers are so large, (p, n) or (p, 1)."""
         scale = _DIGITS * 2**derivative * perm(self.degree, derivative)
         with np.errstate(over="ignore"):
-            rounding = scale * np.maximum(size, _LEAST_SIZE) / np.diff(self.breaks)[:, None] ** derivative
+            rounding = scale * np.maximum(size, _LEAST_SIZE) / power(np.diff(self.breaks), derivative)[:, None]
         return np.maximum(rounding[1:], rounding[:-1])
 
     def _derived(self, derivative: int) -> Array:
@@ -250,7 +251,7 @@ class PiecewisePath(Frozen):
         if not derivative:
             return self.coefficients
         with np.errstate(over="ignore", invalid="ignore"):  # what is beyond numbers is beyond every limit
-            return differences(self.coefficients, derivative) / np.diff(self.breaks)[:, None, None] ** derivative
+            return differences(self.coefficients, derivative) / power(np.diff(self.breaks), derivative)[:, None, None]
 
     def _ends(self, piece: NDArray[Any], part: NDArray[Any], parts: int) -> Array:
         """Return where parts of pieces begin and end; the pieces' own ends are exactly the breaks."""

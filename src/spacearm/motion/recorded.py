@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import shown
+from spacearm.checks import as_floats, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum import JointPath, Momentum
 from spacearm.motion.margins import LimitMargins, path_margins
@@ -146,7 +146,7 @@ class RecordedTrajectory(OnABase):
 
     def time_at(self, u: ArrayLike) -> Array:
         """Return when the path's parameter is reached, which is time itself, (...,) [s]."""
-        return np.clip(np.asarray(u, dtype=np.float64), *self.path.domain)
+        return np.clip(as_floats("u", u, ProblemError), *self.path.domain)
 
     def sample(self, t: ArrayLike) -> JointState:
         """Return positions, rates and accelerations.
@@ -157,7 +157,7 @@ class RecordedTrajectory(OnABase):
         Returns:
             q, dq, ddq, each (..., n) [rad or m, per s, per s^2].
         """
-        time = np.asarray(t, dtype=np.float64)
+        time = as_floats("t", t, ProblemError)
         within = ((time >= 0) & (time <= self.duration))[..., None]
         q, dq, ddq = (self.path.sample(time, k) for k in (0, 1, 2))
         return JointState(q, np.where(within, dq, 0.0), np.where(within, ddq, 0.0))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import power, product
 from spacearm.motion.cubic_law import abscissae, cubic_basis, cubic_law, halved
 from spacearm.motion.retimed import limit_shares, needed
 from spacearm.motion.spline import Motion
@@ -78,7 +79,7 @@ class _Level:
         return points
 
     def _shares(self, points: Array) -> list[Array]:
-        return limit_shares(self._motion, self._limits, [basis @ points for basis in self._basis])
+        return limit_shares(self._motion, self._limits, [product(basis, points) for basis in self._basis])
 
     def _step(self, points: Array, shares: list[Array], duration: float, trust: float) -> tuple[Array | None, float]:
         """Solve one linear programme.
@@ -91,9 +92,10 @@ class _Level:
         count = len(points)
         rows, bounds = [], []
         for order, (share, slopes) in enumerate(zip(shares, self._slopes(points), strict=True), start=1):
-            scaled = share / duration**order
+            unit = float(power(duration, order))
+            scaled = share / unit
             sample, joint = np.nonzero(np.abs(scaled) > _NEAR)
-            sign = np.sign(scaled[sample, joint])[:, None] / duration**order
+            sign = np.sign(scaled[sample, joint])[:, None] / unit
             row = sum(slope[sample, joint, None] * self._basis[k][sample] for k, slope in enumerate(slopes))
             # |share| + d|share| <= (1 + e)^order, to first order; the last variable is e
             rows.append(np.hstack([sign * row, np.full((len(sample), 1), -float(order))]))
@@ -116,12 +118,12 @@ class _Level:
 
     def _slopes(self, points: Array) -> list[list[Array]]:
         """Return the derivatives of each order's shares with respect to s, its rate, and so on, each (samples, n)."""
-        s, v, a, j = (basis @ points for basis in self._basis)
+        s, v, a, j = (product(basis, points) for basis in self._basis)
         q = [None, *(self._motion.sample(s, k) for k in range(1, 5))]
         v, a, j = v[:, None], a[:, None], j[:, None]
         slopes = [
             [q[2] * v, q[1]],
-            [q[3] * v**2 + q[2] * a, 2 * q[2] * v, q[1]],
-            [q[4] * v**3 + 3 * q[3] * v * a + q[2] * j, 3 * q[3] * v**2 + 3 * q[2] * a, 3 * q[2] * v, q[1]],
+            [q[3] * (v * v) + q[2] * a, 2 * q[2] * v, q[1]],
+            [q[4] * (v * v * v) + 3 * q[3] * v * a + q[2] * j, 3 * q[3] * (v * v) + 3 * q[2] * a, 3 * q[2] * v, q[1]],
         ]
         return [[slope / limit for slope in some] for some, limit in zip(slopes, self._limits, strict=False)]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import power, root
 from spacearm.motion.curve import greatest
 from spacearm.motion.margins import ROUNDING, LimitMargins, as_jerk_limit, greatest_size, position_margins
 from spacearm.motion.spline import Motion
@@ -27,7 +28,7 @@ def fastest_duration_of_law(robot: Robot, motion: Motion, law: TimeLaw, *, jerk_
     shares = law_margins(robot, motion, law, 1.0, jerk_limit=jerk_limit)
     velocity, acceleration = float(shares.velocity.max()), float(shares.acceleration.max())
     jerk = 0.0 if shares.jerk is None else float(shares.jerk.max())
-    return max(velocity, acceleration ** (1 / 2), jerk ** (1 / 3)) * (1 + ROUNDING)
+    return max(velocity, float(root(acceleration, 2)), float(root(jerk, 3))) * (1 + ROUNDING)
 
 
 def law_margins(
@@ -37,7 +38,9 @@ def law_margins(
     time = duration if duration > 0 else np.inf
     paths: list[Any] = [over_time(motion, law, 1.0, k) for k in range(1, 3 if jerk_limit is None else 4)]
     slips = [np.zeros(motion.dof), *_slips(motion, law)]
-    bounds = [(greatest_size(path, 0) + slip) / time**k for k, (path, slip) in enumerate(zip(paths, slips, strict=False), 1)]
+    bounds = [
+        (greatest_size(path, 0) + slip) / power(time, k) for k, (path, slip) in enumerate(zip(paths, slips, strict=False), 1)
+    ]
     jerk = None
     if jerk_limit is not None:
         at = law.coefficients[1:, 0][law.path.jumps(2)[:, 0] != 0]
@@ -83,12 +86,12 @@ def limit_shares(motion: Motion, limits: list[Array], rates: list[Array]) -> lis
     s, *derivatives = rates
     v, a = (rate[:, None] for rate in derivatives[:2])
     first, second = motion.sample(s, 1), motion.sample(s, 2)
-    shares = [first * v / limits[0], (second * v**2 + first * a) / limits[1]]
+    shares = [first * v / limits[0], (second * (v * v) + first * a) / limits[1]]
     if len(limits) > 2:
-        shares.append((motion.sample(s, 3) * v**3 + 3 * second * v * a + first * derivatives[2][:, None]) / limits[2])
+        shares.append((motion.sample(s, 3) * (v * v * v) + 3 * second * v * a + first * derivatives[2][:, None]) / limits[2])
     return shares
 
 
 def needed(shares: list[Array]) -> Array:
     """Return the factor of time at which each sample keeps all limits, (m,)."""
-    return np.max([np.abs(share).max(axis=1) ** (1 / k) for k, share in enumerate(shares, start=1)], axis=0)
+    return np.max([root(np.abs(share).max(axis=1), k) for k, share in enumerate(shares, start=1)], axis=0)

@@ -17,13 +17,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, as_readonly
+from spacearm._kernel.exact import product
+from spacearm.checks import Frozen, as_floats, as_readonly, as_whole, shown
 from spacearm.errors import ProblemError
-from spacearm.motion.bernstein import weights
 
 Array = NDArray[np.float64]
 
 DEGREE = 5
+_DERIVATIVES = range(DEGREE + 1)
+_MOST_POINTS = 200  # the bounds of a motion's derivatives take time and memory by the square of them
 REPEATED = 3  # how often each end is repeated: at rest, without acceleration
 _BATCH = 16  # motions whose Bezier points fit into the cache together
 _BISECTIONS = 5  # hulls are taken on pieces cut into 2^5: within 0.1 % of the true extremes of the quintic
@@ -37,7 +39,7 @@ class Motion(Frozen):
         control_points: (K + 2, n) start, K interior points, goal [rad or m]. Two of them make the quintic.
 
     Raises:
-        ProblemError: fewer than two points, or numbers that are not finite.
+        ProblemError: fewer than two points or more than 200, or numbers that are not finite.
     """
 
     control_points: Array
@@ -48,6 +50,11 @@ class Motion(Frozen):
 
     def __post_init__(self) -> None:
         points = as_readonly("control_points", self.control_points, (None, None), ProblemError)
+        if len(points) > _MOST_POINTS:
+            raise ProblemError(
+                f"control_points has {len(points)} points, expected at most {_MOST_POINTS}: a motion is one smooth curve; give "
+                "a path of many points as a RecordedTrajectory"
+            )
         if len(points) < 2 or not points.shape[1]:
             raise ProblemError(
                 f"control_points has shape {points.shape}, expected (K + 2, n): the start, K interior points, the goal"
@@ -89,12 +96,15 @@ class Motion(Frozen):
         Returns:
             (..., n) [rad or m].
         """
-        at = np.minimum(np.maximum(np.asarray(s, dtype=np.float64), 0.0), 1.0)  # a fifth of the time of clip, where s are few
-        rows = basis(at.ravel(), self.interior, derivative=derivative) @ self._moved(derivative)
+        if derivative not in _DERIVATIVES:
+            raise ProblemError(f"derivative is {shown(derivative)}, expected 0 to {DEGREE}")
+        at = np.minimum(np.maximum(as_floats("s", s, ProblemError), 0.0), 1.0)  # a fifth of the time of clip, where s are few
+        rows = product(basis(at.ravel(), self.interior, derivative=derivative), self._moved(derivative))
         return rows.reshape(*at.shape, self.dof)
 
     def length(self, samples: int = 513) -> float:
-        """Return the joint path length, the integral of |dq/ds| [rad or m], by the trapezoidal rule."""
+        """Return the joint path length, the integral of |dq/ds| [rad or m], by the trapezoidal rule over so many samples."""
+        as_whole("samples", samples, ProblemError, at_least=2, at_most=1_000_000)
         speed = np.linalg.norm(self.sample(np.linspace(0.0, 1.0, samples), 1), axis=1)
         return float((speed.sum() - (speed[0] + speed[-1]) / 2) / (samples - 1))
 
@@ -115,12 +125,12 @@ class Motion(Frozen):
             ends, matrix = _all_hulls(self.interior, derivative, bisections)
         else:
             ends, matrix = _hull_matrix(self.interior, derivative, bisections, np.asarray(pieces))
-        points = matrix @ self._moved(derivative)
+        points = product(matrix, self._moved(derivative))
         return ends, points.min(axis=1), points.max(axis=1)
 
     def bezier(self, derivative: int = 0) -> Array:
         """Return the Bezier points of each polynomial piece of a derivative, (K + 1, 6 - derivative, n)."""
-        return _all_hulls(self.interior, derivative, 0)[1] @ self._moved(derivative)
+        return product(_all_hulls(self.interior, derivative, 0)[1], self._moved(derivative))
 
     def _moved(self, derivative: int) -> Array:
         """Return the control points; for a derivative relative to the start, so that what rests has exactly none."""
@@ -143,11 +153,11 @@ def greatest_entries(control_points: Array, derivative: int, *, bisections: int 
     moved = control_points - control_points[:, :1] if derivative else control_points
     rows = matrix.reshape(-1, count)
     if len(moved) == 1:
-        return np.abs(rows @ moved[0]).max(initial=0.0)[None]
+        return np.abs(product(rows, moved[0])).max(initial=0.0)[None]
     out = np.zeros(len(moved))
     for i in range(0, len(moved), _BATCH):
         some = moved[i : i + _BATCH]
-        values = rows @ some.swapaxes(0, 1).reshape(count, -1)
+        values = product(rows, some.swapaxes(0, 1).reshape(count, -1))
         out[i : i + _BATCH] = np.maximum(values.max(axis=0), -values.min(axis=0)).reshape(len(some), -1).max(axis=1)
     return out
 
@@ -166,7 +176,7 @@ def basis(s: Array, interior: int, *, derivative: int = 0) -> Array:
     degree = DEGREE - derivative
     columns = _differences(interior, derivative)
     knots = _knots(interior)[derivative : len(_knots(interior)) - derivative]
-    return cox_de_boor(np.asarray(s, dtype=np.float64), knots, degree) @ columns
+    return product(cox_de_boor(np.asarray(s, dtype=np.float64), knots, degree), columns)
 
 
 def _knots(interior: int) -> Array:
@@ -226,12 +236,23 @@ def _all_hulls(interior: int, derivative: int, bisections: int) -> tuple[Array, 
 def _hull_matrix(interior: int, derivative: int, bisections: int, pieces: NDArray[np.int64]) -> tuple[Array, Array]:
     """Map the control points to the Bezier points of some pieces of a derivative: (p, degree + 1, K + 2).
 
-    Knot insertion in matrix form: a polynomial of that degree is recovered exactly from its values at as many nodes.
+    Bezier point j of a piece is the derivative's blossom at degree - j times its begin and j times its end.
     """
     degree = DEGREE - derivative
     ends = (pieces[:, None] + np.arange(2)) / ((interior + 1) * 2**bisections)
-    # Chebyshev nodes, for which solving costs no more than the last digit or two.
-    nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
-    at = ends[:, :1] + nodes * np.diff(ends, axis=1)
-    values = basis(at.ravel(), interior, derivative=derivative).reshape(len(pieces), degree + 1, interior + 2)
-    return ends, np.linalg.solve(weights(degree, nodes), values).astype(np.float64)
+    knots, columns = _knots(interior)[derivative : interior + 12 - derivative], _differences(interior, derivative)
+    span = degree + pieces // 2**bisections
+    points = [_blossom(knots, columns, span, [ends[:, int(i < j)] for i in range(degree)]) for j in range(degree + 1)]
+    return ends, np.stack(points, axis=1)
+
+
+def _blossom(knots: Array, columns: Array, span: NDArray[np.int64], arguments: list[Array]) -> Array:
+    """Return the polar form of spline pieces at as many arguments as its degree, each (p,), by de Boor's averages."""
+    degree = len(arguments)
+    values = [columns[span - degree + i] for i in range(degree + 1)]
+    for turn, u in enumerate(arguments, start=1):
+        for i in range(degree, turn - 1, -1):
+            low, high = knots[span - degree + i], knots[span + 1 + i - turn]
+            share = ((u - low) / (high - low))[:, None]
+            values[i] = (1 - share) * values[i - 1] + share * values[i]
+    return values[degree]

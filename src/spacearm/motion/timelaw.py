@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, as_readonly
+from spacearm._kernel.exact import power, product
+from spacearm.checks import Frozen, as_floats, as_readonly
 from spacearm.errors import ProblemError
 from spacearm.motion.bernstein import after, cuts, times, weights
 from spacearm.motion.piecewise import PiecewisePath
@@ -107,7 +108,7 @@ class TimeLaw(Frozen):
 
     def inverse(self, s: ArrayLike) -> Array:
         """Return at which share x of the duration s is reached, (...,); s in [0, 1]."""
-        wanted = np.clip(np.asarray(s, dtype=np.float64), 0.0, 1.0)
+        wanted = np.clip(as_floats("s", s, ProblemError), 0.0, 1.0)
         starts, degree = self.coefficients[:, 0], self.coefficients.shape[1] - 1
         piece = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, len(starts) - 1)
         points = self.coefficients[piece]
@@ -149,7 +150,7 @@ def over_time(motion: Motion, law: TimeLaw, duration: float, derivative: int = 0
         """The k-th derivative of q at s(x), times polynomials of x."""
         factor = reduce(times, factors, np.ones((len(s), 1)))
         rows = times(np.moveaxis(after(DEGREE - k, local), 2, 1), factor[:, None, :])  # (p, 6 - k, degree + 1)
-        return rows.swapaxes(1, 2) @ motion.bezier(k)[span]
+        return product(rows.swapaxes(1, 2), motion.bezier(k)[span])
 
     if derivative == 0:
         points = term(0)
@@ -163,7 +164,7 @@ def over_time(motion: Motion, law: TimeLaw, duration: float, derivative: int = 0
         points = term(3, rate(1), rate(1), rate(1))
         points = points + 3 * term(2, rate(1), rate(2)) if degree >= 2 else points
         points = points + term(1, rate(3)) if degree >= 3 else points
-    return PiecewisePath(x * duration, points / duration**derivative)
+    return PiecewisePath(x * duration, points / power(duration, derivative))
 
 
 def _cut_at_knots(motion: Motion, law: TimeLaw) -> tuple[Array, NDArray[np.int64], Callable[[int], Array]]:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import power, product, sines
 from spacearm.motion.bernstein import differences, weights
 from spacearm.motion.cubic_law import abscissae, bezier_points, cubic_law
 from spacearm.motion.retimed import limit_shares, needed
@@ -120,7 +121,7 @@ def _solved(motion: Motion, limits: list[Array], gridpoints: int) -> tuple[Array
 
 def _towards_ends(count: int) -> Array:
     """Return 0 to 1 in so many steps, finer towards both ends: even in time under constant acceleration."""
-    return (1 - np.cos(np.pi * np.arange(count + 1) / count)) / 2
+    return (1 - sines(np.pi * np.arange(count + 1) / count)[1]) / 2
 
 
 def _v_at(time: Array, t: Array, v: Array, rate: Array) -> Array:
@@ -135,7 +136,7 @@ def _s_of_v(v: Array) -> Array:
     low, high = np.zeros_like(v), np.ones_like(v)
     for _ in range(_HALVINGS):
         s = (low + high) / 2
-        above = s**3 * (10 - 15 * s + 6 * s**2) >= v
+        above = s * s * s * (10 - 15 * s + 6 * s * s) >= v
         low, high = np.where(above, low, s), np.where(above, s, high)
     return high
 
@@ -146,8 +147,8 @@ def _ratios(motion: Motion, limits: list[Array], knots: Array, points: Array, du
     law, lengths = bezier_points(knots, points)[:, :, None], np.diff(knots)[:, None]
     rates = []
     for k in range(len(limits) + 1):
-        derivative = differences(law, k)[:, :, 0] / lengths**k
-        rates.append((derivative @ weights(derivative.shape[1] - 1, share).T).ravel())
+        derivative = differences(law, k)[:, :, 0] / power(lengths, k)
+        rates.append(product(derivative, weights(derivative.shape[1] - 1, share).T).ravel())
     needs = needed(limit_shares(motion, limits, rates)) / duration
     return needs.reshape(-1, _SAMPLES + 1).max(axis=1)
 

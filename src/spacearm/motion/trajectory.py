@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_number, shown
+from spacearm.checks import as_floats, as_number, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum import JointPath, Momentum
 from spacearm.motion.margins import LimitMargins, fastest_duration, limit_margins, position_margins
@@ -141,7 +141,7 @@ class Trajectory(OnABase):
 
     def time_at(self, s: ArrayLike) -> Array:
         """Return when the path's parameter s in [0, 1] is reached, (...,) [s]."""
-        share = np.clip(np.asarray(s, dtype=np.float64), 0.0, 1.0)
+        share = np.clip(as_floats("s", s, ProblemError), 0.0, 1.0)
         return self.duration * (share if self.time_law is None else self.time_law.inverse(share))
 
     def sample(self, t: ArrayLike) -> JointState:
@@ -153,7 +153,7 @@ class Trajectory(OnABase):
         Returns:
             q, dq, ddq, each (..., n) [rad or m, per s, per s^2].
         """
-        time = np.asarray(t, dtype=np.float64)
+        time = as_floats("t", t, ProblemError)
         if self.duration == 0:
             q = np.broadcast_to(self.motion.control_points[0], (*time.shape, self.robot.dof)).copy()
             return JointState(q, np.zeros_like(q), np.zeros_like(q))

@@ -10,6 +10,9 @@ from spacearm.checks import as_number, shown
 from spacearm.errors import SettingsError
 from spacearm.settings import one_of, settings, whole
 from spacearm.swarm import NAMED_SETTINGS
+from spacearm.swarm.native_run import MOST_THREADS
+
+_WIDEST = 1e3  # [m]
 
 MODES = ("goal", "literal")
 THRESHOLD = 4.33
@@ -78,14 +81,17 @@ class PaperSettings:
             one_of("method", method, tuple(NAMED_SETTINGS))
         for mode in self.modes:
             one_of("mode", mode, MODES)
-        keep("radii", tuple(as_number("radius", radius, SettingsError, above=0, unit="m") for radius in self.radii))
-        keep("tolerance", as_number("tolerance", self.tolerance, SettingsError, above=0, unit="m"))
-        keep("link_radius", as_number("link_radius", self.link_radius, SettingsError, at_least=0, unit="m"))
+        keep(
+            "radii",
+            tuple(as_number("radius", radius, SettingsError, above=0, at_most=_WIDEST, unit="m") for radius in self.radii),
+        )
+        keep("tolerance", as_number("tolerance", self.tolerance, SettingsError, above=0, at_most=_WIDEST, unit="m"))
+        keep("link_radius", as_number("link_radius", self.link_radius, SettingsError, at_least=0, at_most=_WIDEST, unit="m"))
         one_of("constraints", self.constraints, ("feasible-first", "penalty"))
         keep("weights", _weights(self.weights))
         keep("seed", whole("seed", self.seed, at_least=0, at_most=2**63 - 1))
         if self.threads is not None:
-            keep("threads", whole("threads", self.threads, at_least=1))
+            keep("threads", whole("threads", self.threads, at_least=1, at_most=MOST_THREADS))
 
 
 def _weights(given: tuple[float, ...]) -> tuple[float, ...]:

@@ -15,6 +15,7 @@ from spacearm.momentum.turning import as_unit
 Array = NDArray[np.float64]
 
 _LEAST = 1e-9  # [rad, rad/s or N m s]; below, rounding decides
+_MOST = 1e12  # as good as no limit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +38,7 @@ class AttitudeGoal(Frozen):
         def __init__(self, attitude_wxyz: ArrayLike, tolerance: float = ...) -> None: ...
 
     def __post_init__(self) -> None:
-        tolerance = as_number("the base goal's tolerance", self.tolerance, ProblemError, above=0, unit="rad")
+        tolerance = as_number("the base goal's tolerance", self.tolerance, ProblemError, above=0, at_most=_MOST, unit="rad")
         unit = as_unit("the base goal's attitude_wxyz", self.attitude_wxyz)
         keep(self, attitude_wxyz=as_readonly("attitude_wxyz", unit, (4,), ProblemError), tolerance=tolerance)
 
@@ -68,7 +69,10 @@ class BaseLimits(Frozen):
         for name, unit in (("final", "rad"), ("peak", "rad"), ("rate", "rad/s"), ("joint_momentum", "N m s")):
             given = getattr(self, name)
             if given is not None:
-                keep(self, **{name: as_number(f"base limit {name}", given, ProblemError, at_least=_LEAST, unit=unit)})
+                keep(
+                    self,
+                    **{name: as_number(f"base limit {name}", given, ProblemError, at_least=_LEAST, at_most=_MOST, unit=unit)},
+                )
 
     @property
     def any(self) -> bool:

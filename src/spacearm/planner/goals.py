@@ -10,11 +10,14 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import length
 from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, keep, shown
 from spacearm.errors import ProblemError, nearest
 
 Array = NDArray[np.float64]
 
+_FURTHEST = 1e6  # [m]
+_MOST_TURNED = 1e4  # [rad or m]
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -100,7 +103,8 @@ class PositionGoal(Frozen):
 
     def __post_init__(self) -> None:
         position = as_readonly("the goal position", self.position, (3,), ProblemError)
-        tolerance = as_number("the goal's tolerance", self.tolerance, ProblemError, above=0, unit="m")
+        tolerance = as_number("the goal's tolerance", self.tolerance, ProblemError, above=0, at_most=_FURTHEST, unit="m")
+        _require_near(position)
         keep(self, position=position, tolerance=tolerance, frame=_frame(self.frame))
 
 
@@ -142,11 +146,15 @@ class PoseGoal(Frozen):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        position = as_number("position_tolerance", self.position_tolerance, ProblemError, above=0, unit="m")
-        orientation = as_number("orientation_tolerance", self.orientation_tolerance, ProblemError, above=0, unit="rad")
+        position = as_number("position_tolerance", self.position_tolerance, ProblemError, above=0, at_most=_FURTHEST, unit="m")
+        orientation = as_number(
+            "orientation_tolerance", self.orientation_tolerance, ProblemError, above=0, at_most=_MOST_TURNED, unit="rad"
+        )
+        pose = as_transform("the goal pose", self.pose, ProblemError)
+        _require_near(pose[:3, 3])
         keep(
             self,
-            pose=as_transform("the goal pose", self.pose, ProblemError),
+            pose=pose,
             position_tolerance=position,
             orientation_tolerance=orientation,
             frame=_frame(self.frame),
@@ -214,6 +222,12 @@ def _frame(name: Any) -> str | None:
     return None if name is None else as_name("the goal's frame", name, ProblemError)
 
 
+def _require_near(position: Array) -> None:
+    far = float(np.abs(position).max())
+    if far > _FURTHEST:
+        raise ProblemError(f"the goal is {far:.3g} m away, expected at most {_FURTHEST:g} m; check its units")
+
+
 def _yes_or_no(name: str, value: Any) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise ProblemError(f"{name} is {shown(value)}, expected True or False")
@@ -223,11 +237,12 @@ def _yes_or_no(name: str, value: Any) -> bool:
 def _joint_tolerance(value: Any, dof: int) -> float | Array:
     name = "the goal's tolerance"
     if not isinstance(value, (list, tuple, np.ndarray)) or (isinstance(value, np.ndarray) and value.ndim == 0):
-        return as_number(name, value, ProblemError, at_least=0, unit="rad or m")
+        return as_number(name, value, ProblemError, at_least=0, at_most=_MOST_TURNED, unit="rad or m")
     each = as_readonly(name, value, (dof,), ProblemError, advice="give one number, or one per joint")
-    if not (each >= 0).all():
-        worst = int(np.argmin(each))
-        raise ProblemError(f"{name}[{worst}] is {each[worst]:g}, expected a finite number, 0 or more [rad or m]")
+    wrong = ~((each >= 0) & (each <= _MOST_TURNED))
+    if wrong.any():
+        worst = int(np.argmax(wrong))
+        raise ProblemError(f"{name}[{worst}] is {each[worst]:g}, expected a number from 0 up to {_MOST_TURNED:g} [rad or m]")
     return each
 
 
@@ -239,5 +254,5 @@ def _axis(value: Any) -> Array:
     axis = as_readonly("free_axis", value, (3,), ProblemError, advice="or give 'x', 'y' or 'z'")
     if not 1e-150 < math.hypot(*axis) < 1e150:
         raise ProblemError(f"free_axis is {axis.tolist()}, expected a direction; give 'x', 'y', 'z' or a vector")
-    length = float(np.linalg.norm(axis))
-    return axis if abs(length - 1) <= 1e-15 else as_readonly("free_axis", axis / length, (3,), ProblemError)
+    size = length(axis)
+    return axis if abs(size - 1) <= 1e-15 else as_readonly("free_axis", axis / size, (3,), ProblemError)

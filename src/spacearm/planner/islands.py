@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import mmap
 import os
+import threading
+from collections import deque
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -29,6 +31,8 @@ Array = NDArray[np.float64]
 _PRECISION = 32  # the search's; the proof is float64
 _MORE_POINTS = 2  # of control points, where more is asked of a floating base than clearance
 _FINEST = 1e-4  # [m or rad] no nearer to the end of a floating base's motion does float32 come for sure
+_ROOM = 1 << 27  # bytes, for a thread more and its work
+_RATES = 1e-12, 1e12  # limits beyond are as good as these, and stay numbers in float32
 _WITHIN, _WITHIN_LIMIT = 0.5, 0.995  # of tolerances and limits: so near the search comes, for float32 and instants between
 
 
@@ -65,8 +69,8 @@ class Islands:
             np.array(problem.start),
             np.ascontiguousarray(self._goals),
             *(np.array(bound) for bound in self.bounds),
-            np.array(robot.velocity),
-            np.array(robot.acceleration),
+            np.clip(robot.velocity, *_RATES),
+            np.clip(robot.acceleration, *_RATES),
             jerk,
             self._margin,
             settings.comfort,
@@ -83,30 +87,52 @@ class Islands:
     def run(
         self, *, evaluations: int, seconds: float, until_first: bool, stall: int, progress: Callable[[int], Any] | None = None
     ) -> None:
-        """Go on searching; 0 is no limit. Interrupted by Ctrl-C, all islands stop and keep what they have."""
-        threads = min(self._settings.threads or os.cpu_count() or 1, len(self._all))
-        seconds /= -(-len(self._all) // threads)  # islands that wait for a thread have their share of the time
-        stopped = False
+        """Go on searching; 0 is no limit. Interrupted by Ctrl-C, all islands stop and keep what they have.
+
+        Where the system starts no more threads, those that run do all the work.
+        """
+        waiting, stopped, failures = deque(self._all), False, list[BaseException]()
+        begin = threading.Event()
 
         def go_on(done: int) -> bool:
             if progress is not None:
                 progress(done)
             return not stopped
 
-        def search(island: Any) -> None:
-            island.run(evaluations, seconds, until_first, stall, go_on)
+        def work() -> None:
+            while not stopped:
+                try:
+                    island = waiting.popleft()
+                except IndexError:
+                    return
+                island.run(evaluations, share, until_first, stall, go_on)
 
-        if threads == 1:
-            for island in self._all:
-                search(island)
-            return
-        with ThreadPoolExecutor(threads) as pool:
+        def help_out() -> None:
+            nonlocal stopped
+            begin.wait()
             try:
-                for outcome in [pool.submit(search, island) for island in self._all]:
-                    outcome.result()
-            except BaseException:
+                work()
+            except BaseException as error:  # told by the calling thread
+                failures.append(error)
                 stopped = True
-                raise
+
+        helpers = _started(help_out, min(self._settings.threads or os.cpu_count() or 1, len(self._all)) - 1)
+        share = seconds / -(
+            -len(self._all) // (1 + len(helpers))
+        )  # islands that wait for a thread have their share of the time
+        try:
+            begin.set()
+            work()
+            for helper in helpers:
+                helper.join()
+        except BaseException:
+            stopped = True
+            begin.set()
+            for helper in helpers:
+                helper.join()
+            raise
+        if failures:
+            raise failures[0]
 
     def add_instant(self, s: float, spread: float) -> None:
         """Look at an instant, and those around it, from now on; motions that collide there are forgotten."""
@@ -193,6 +219,21 @@ class Islands:
         inside = np.clip(np.asarray(found["points"], dtype=np.float64), lower, upper)  # float32 may round a bound outwards
         ends = [] if self._free_end else [self._goals[found["goal"]]]
         return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), *ends]))
+
+
+def _started(work: Callable[[], None], count: int) -> list[threading.Thread]:
+    """Start so many threads, or as many as the system starts."""
+    out: list[threading.Thread] = []
+    for _ in range(count):
+        thread = threading.Thread(target=work, daemon=True)
+        try:
+            # A thread that finds no memory for its own variables ends the process: some must be left.
+            mmap.mmap(-1, _ROOM).close()
+            thread.start()
+        except (RuntimeError, MemoryError, OSError):
+            break
+        out.append(thread)
+    return out
 
 
 def asked_of_the_base(problem: Problem, precision: int = _PRECISION) -> dict[str, Any]:

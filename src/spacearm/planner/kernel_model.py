@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel import native
+from spacearm.errors import RobotError, SceneError
 from spacearm.momentum.quick import kernel_masses
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import tree_arrays
@@ -18,6 +19,7 @@ from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, Sph
 
 _SHAPE = {"Sphere": 1, "Capsule": 2, "Box": 3, "Cylinder": 4, "HalfSpace": 5}
 _NUMBERS = 15  # an obstacle's row
+_WIDEST = 1e9  # [m, or what a joint multiplies by]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,6 +96,9 @@ def make_kernel_model(
         precision: 32 or 64.
         frame: whose origin is the end effector's point; `robot.tip` unless given.
         points: further points to carry, each a joint's index (-1: the base) and a place in its frame (3,) [m].
+
+    Raises:
+        SceneError, RobotError: a number so large that the kernel, which works in float32 too, cannot compute with it.
     """
     asked = tuple((joint, np.asarray(point, dtype=np.float64)) for joint, point in points)
     arm = (
@@ -101,13 +106,13 @@ def make_kernel_model(
         if not asked
         else _arm(robot, precision, frame, asked)
     )
+    kinds, rows, of = _obstacle_rows(scene)
     spheres = [o for o in scene.obstacles if isinstance(o, Sphere)]
     plain = native_class("Model", precision).make(
         **arm.arrays,
         sphere_center=np.array([s.center for s in spheres], dtype=np.float64).reshape(-1, 3),
         sphere_radius=np.array([s.radius for s in spheres], dtype=np.float64),
     )
-    kinds, rows, of = _obstacle_rows(scene)
     return KernelModel(
         native=plain.surrounded(
             **arm.envelope,
@@ -150,6 +155,12 @@ def _arm(robot: Robot, precision: int, frame: str | None, further: tuple[tuple[i
         "capsule_b": np.array([b for _, b in ends], dtype=np.int32),
         "capsule_radius": np.array([c.radius for c in robot.capsules], dtype=np.float64),
     }
+    far = max(float(np.abs(values).max(initial=0.0)) for values in arrays.values() if isinstance(values, np.ndarray))
+    if far > _WIDEST:
+        raise RobotError(
+            f"robot '{robot.name}' has a number of {far:.3g} among its frames and capsules, expected at most "
+            f"{_WIDEST:g} m; check its units"
+        )
     return _Arm(arrays=arrays, envelope=_envelope(robot), centres=centres, tip=tip, points=points)
 
 
@@ -196,6 +207,13 @@ def _obstacle_rows(scene: Scene) -> tuple[NDArray[np.int32], NDArray[np.float64]
             kinds[first] = _SHAPE[type(obstacle).__name__]
             _write(obstacle, rows[first])
         first += count
+    far = np.abs(rows).max(axis=1, initial=0.0)
+    if (far > _WIDEST).any():
+        worst = int(np.argmax(far))
+        raise SceneError(
+            f"obstacle {scene.called(int(of[worst]))} has a number of {far[worst]:.3g}, expected at most {_WIDEST:g} m; check "
+            "its units"
+        )
     return kinds, rows, of
 
 
@@ -209,7 +227,7 @@ def _write(o: Sphere | Capsule | Box | Cylinder | HalfSpace, row: NDArray[np.flo
     elif isinstance(o, Cylinder):
         row[:3], row[3:6], row[6], row[7] = o.pose[:3, 3], o.pose[:3, 2], o.length / 2, o.radius
     else:
-        row[:3], row[3] = o.normal, o.normal @ o.point
+        row[:3], row[3] = o.normal, float((o.normal * o.point).sum())
 
 
 class _Points:

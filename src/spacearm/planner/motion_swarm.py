@@ -23,6 +23,7 @@ from spacearm.swarm import Rng, Swarm, seed_of
 Array = NDArray[np.float64]
 
 _MOST_INTERIOR = 32
+_FURTHEST = 1e6  # [rad or m]
 _START = (0.0, 0.1, 0.3, 0.6, 1.0)  # [rad or m] how far from the straight motion the first particles are drawn
 
 
@@ -120,13 +121,18 @@ class MotionSwarm:
         """
         n = self.problem.robot.dof
         points = as_readonly("control_points", control_points, (None, None, n), ProblemError)
+        if np.abs(points).max(initial=0.0) > _FURTHEST:
+            raise ProblemError(
+                f"control_points has a number of {np.abs(points).max():.3g}, expected at most {_FURTHEST:g} rad or m; "
+                "check the units"
+            )
         interior = points.shape[1] - 2
         if not 0 <= interior <= _MOST_INTERIOR:
             raise ProblemError(
                 f"control_points has shape {points.shape}, expected (m, K + 2, {n}): start, up to {_MOST_INTERIOR} points, "
                 "the goal"
             )
-        rows = np.ascontiguousarray(points[:, 1:-1].reshape(len(points), -1), dtype=np.float32)
+        rows = np.ascontiguousarray(points[:, 1:-1].reshape(len(points), interior * n), dtype=np.float32)
         found = self._islands.judge(rows, interior)
         terms = {name: found["terms"][:, i].astype(np.float64) for i, name in enumerate(native.motion_terms)}
         return Judged(

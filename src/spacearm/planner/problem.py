@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import product
 from spacearm.checks import Frozen, as_number, as_readonly, keep, shown
 from spacearm.errors import ProblemError, nearest
 from spacearm.momentum import Momentum, momentum_map, system_mass
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 
 _ROUNDING = 1e-5  # [rad or m] this far beyond a limit is a file's rounding, and is set onto the limit
 _FURTHEST = 1e6  # [m]
+_MOST_TURNED = 1e4  # [rad or m] of a joint: beyond, float32 has too few digits to search with
 _SHORTEST, _LONGEST = 1e-6, 1e9  # [s]
 _MOST_TUMBLING = 18.0  # [rad] nearly three turns
 _MOST_ANGULAR = 1e9  # [N m s]
@@ -122,21 +124,21 @@ class Problem(_WithLocal):
 def _told_from_the_base(problem: Problem) -> Problem:
     R, p = problem.base_start[:3, :3], problem.base_start[:3, 3]
     T_b_w = np.eye(4)
-    T_b_w[:3, :3], T_b_w[:3, 3] = R.T, -R.T @ p
+    T_b_w[:3, :3], T_b_w[:3, 3] = R.T, -product(R.T, p)
     goal, base_goal, momentum = problem.goal, problem.base_goal, problem.momentum
     if isinstance(goal, PositionGoal):
-        goal = replace(goal, position=R.T @ (goal.position - p))
+        goal = replace(goal, position=product(R.T, goal.position - p))
     elif isinstance(goal, PoseGoal):
-        goal = replace(goal, pose=T_b_w @ goal.pose)
+        goal = replace(goal, pose=product(T_b_w, goal.pose))
     if base_goal is not None:
-        base_goal = replace(base_goal, attitude_wxyz=quaternion_of(R.T @ matrix_of(base_goal.attitude_wxyz)))
+        base_goal = replace(base_goal, attitude_wxyz=quaternion_of(product(R.T, matrix_of(base_goal.attitude_wxyz))))
     return replace(
         problem,
         scene=moved_scene(problem.scene, T_b_w),
         goal=goal,
         base_start=np.eye(4),
         base_goal=base_goal,
-        momentum=Momentum(linear=R.T @ momentum.linear, angular=R.T @ momentum.angular),
+        momentum=Momentum(linear=product(R.T, momentum.linear), angular=product(R.T, momentum.angular)),
     )
 
 
@@ -219,12 +221,18 @@ def within_limits(
         The configuration (n,), read-only.
 
     Raises:
-        ProblemError: another length, numbers that are not finite, or a joint beyond its limits, which is
-            named.
+        ProblemError: another length, numbers that are not finite or far too large, or a joint beyond its limits, which
+            is named.
     """
     name = prefix + ("start" if what == "start" else "the goal configuration")
     given = as_readonly(name, q, (robot.dof,), ProblemError, advice=_one_per_joint(robot))
     kept = np.clip(given, robot.lower, robot.upper)
+    far = int(np.argmax(np.abs(given)))
+    if abs(given[far]) > _MOST_TURNED:
+        raise ProblemError(
+            f"{prefix}joint '{robot.dof_names[far]}' {'starts' if what == 'start' else 'ends'} at {given[far]:.4g}, expected "
+            f"at most {_MOST_TURNED:g} {'m' if robot.is_prismatic(far) else 'rad'}; check the units, or take whole turns away"
+        )
     beyond = np.flatnonzero(np.abs(given - kept) > _ROUNDING)
     if beyond.size:
         raise ProblemError(prefix + _beyond_limit(robot, given, beyond, what))

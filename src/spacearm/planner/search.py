@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -29,9 +30,12 @@ from spacearm.swarm import Rng, seed_of
 Array = NDArray[np.float64]
 
 _SPREAD = 0.004  # how far around a failed instant the search looks from then on, as a share of the motion
-_AFTERWARDS = 0.25  # of the budget: for another motion, where a proof failed
+_AFTERWARDS = 0.25  # of the evaluations: for another motion, where a proof failed
+_KEPT = 0.2  # of the time: for the same
+_INTERRUPTED = 30  # motions given to the proof after Ctrl-C, at most
 _LATE = 1e-6  # relative: so much longer than asked for is rounding
 _LEAST_EVALUATIONS, _LEAST_SECONDS = 500, 0.02  # for the same
+_AT_ONCE = 1e-6  # [s] a search for so long looks at the straight motions
 
 Status = Literal[
     "found", "no_envelope", "start_in_collision", "goal_in_collision", "goal_unreachable", "not_found", "not_proven"
@@ -50,7 +54,8 @@ def plan(
     The particles are the interior control points of spline motions; less violation beats more, and among collision-free
     motions the fitness decides. The first motion comes at once and better ones follow until the budget is spent. A motion
     counts as found only when its certificate holds; where a proof fails the search goes on, and looks at that instant too.
-    Ctrl-C ends the search with the best motion so far.
+    Ctrl-C ends the search with the best motion so far. With a time budget, one deadline holds for all of it; done once at
+    least are the first look for goal configurations, one at the straight motions, and the proof of the best motion.
 
     Args:
         problem: robot, scene, start and goal.
@@ -73,20 +78,12 @@ def plan(
         raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
     require_timing(problem, settings)
     run = _Run(problem=problem, settings=settings, seed=seed_of(rng), tell=progress or (lambda _: None))
-    if lacks_envelope(problem.robot):
-        return run.ended("no_envelope")
-    run.ends = check_ends(problem.local)
-    if run.ends.status != "free":
-        return run.ended(run.ends.status)
-    run.lap("prepare")
-    run.tell("goal configurations")
-    run.goal_search = find_goal_configurations(problem.local, settings, run.seed)
-    run.lap("goals")
-    if not len(run.goal_search.q):
-        run.ends = explain_goal(problem.local, run.goal_search)
-        status: Status = "goal_in_collision" if run.ends.status == "goal_in_collision" else "goal_unreachable"
-        return run.ended(status)
-    return run.search()
+    try:
+        return run.planned()
+    except MemoryError:
+        raise SettingsError(
+            "planning takes more memory than there is; ask for fewer islands, threads, goal_candidates or particles"
+        ) from None
 
 
 def require_timing(problem: Problem, settings: PlannerSettings) -> None:
@@ -127,6 +124,29 @@ class _Run:
         now = time.perf_counter()
         self.timings[stage] = self.timings.get(stage, 0.0) + now - self.last
         self.last = now
+
+    def planned(self) -> Plan:
+        problem, settings = self.problem, self.settings
+        if lacks_envelope(problem.robot):
+            return self.ended("no_envelope")
+        self.ends = check_ends(problem.local)
+        if self.ends.status != "free":
+            return self.ended(self.ends.status)
+        self.lap("prepare")
+        self.tell("goal configurations")
+        self.goal_search = find_goal_configurations(problem.local, settings, self.seed, late=lambda: self.left <= 0)
+        self.lap("goals")
+        if not len(self.goal_search.q):
+            self.ends = explain_goal(problem.local, self.goal_search)
+            status: Status = "goal_in_collision" if self.ends.status == "goal_in_collision" else "goal_unreachable"
+            return self.ended(status)
+        return self.search()
+
+    @property
+    def left(self) -> float:
+        """The time that is left [s]; infinite without a time budget."""
+        budget = self.settings.time_budget
+        return math.inf if budget is None else self.begun + budget - time.perf_counter()
 
     def search(self) -> Plan:
         goals = self.goals
@@ -182,7 +202,7 @@ class _Run:
         given = self.settings
         return {
             "evaluations": given.most_evaluations or 0,
-            "seconds": given.time_budget or 0.0,
+            "seconds": 0.0 if given.time_budget is None else max(_AT_ONCE, self.left - _KEPT * given.time_budget),
             "until_first": given.stop_at_first,
             "stall": given.convergence or 0,
         }
@@ -192,21 +212,28 @@ class _Run:
         self.islands.run(evaluations=evaluations, seconds=seconds, until_first=until_first, stall=stall)
         self.lap("search")
 
+    def _again(self, budget: dict[str, Any]) -> None:
+        """After a proof that failed: search a little more, within the time that is left."""
+        if budget["seconds"]:
+            given = self.settings.time_budget or 0.0
+            budget = budget | {"seconds": max(_AT_ONCE, min(max(_LEAST_SECONDS, _AFTERWARDS * given), self.left))}
+        self._go_on(**budget)
+
     def _proven(self, budget: dict[str, Any]) -> Status:
         """Prove the best motion; where that fails, look for another."""
         assert self.islands is not None
         less = dict(budget)
         if less["evaluations"]:
             less["evaluations"] = max(_LEAST_EVALUATIONS, int(_AFTERWARDS * less["evaluations"]))
-        if less["seconds"]:
-            less["seconds"] = max(_LEAST_SECONDS, _AFTERWARDS * less["seconds"])
         last: Motion | None = None
         for _ in range(self.settings.proofs):
             motion = self.islands.best
             if motion is None and self.certificate is None:
                 return "not_found"
+            if self.certificate is not None and self.left <= 0:
+                return "not_proven"
             if motion is None:  # none that passes where proofs failed: a little longer
-                self._go_on(**less)
+                self._again(less)
                 continue
             if motion == last:
                 return "not_proven"  # the search cannot see what the proof does
@@ -214,22 +241,22 @@ class _Run:
                 return "found"
             last = motion
             if self.certificate is not None and self.certificate.holds:  # but it is not as asked
-                self._go_on(**less)
+                self._again(less)
                 continue
             near = self.certificate.closest if self.certificate is not None else None
             if near is None or not 0 < near.u < 1:
                 if not self.problem.floats:
                     return "not_proven"  # no other motion would fare better
-                self._go_on(**less)
+                self._again(less)
                 continue
             self.islands.add_instant(near.u, _SPREAD)
-            self._go_on(**less)
+            self._again(less)
         return "not_proven"
 
     def _best_so_far(self) -> Status:
         """After Ctrl-C: the best motion that holds, of those found."""
         assert self.islands is not None
-        for motion in self.islands.motions()[: self.settings.proofs]:
+        for motion in self.islands.motions()[: min(self.settings.proofs, _INTERRUPTED)]:
             if self._holds(motion):
                 return "found"
         if self.trajectory is None and self.islands.fallback is None:
@@ -310,5 +337,6 @@ class _Run:
         if status == "not_proven" and missed and self.certificate is not None and self.certificate.holds:
             return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
         if status == "not_proven":
-            return f"the last one: {near}; ask for a larger margin, or allow more proofs"
+            more = "a longer time_budget" if self.left <= 0 else "more proofs"
+            return f"the last one: {near}; ask for a larger margin, or allow {more}"
         return ""

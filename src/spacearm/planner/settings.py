@@ -9,8 +9,18 @@ from spacearm.checks import as_number, dimensions_of, shown
 from spacearm.errors import SettingsError
 from spacearm.settings import one_of, require_settings, setting_names, settings, whole
 from spacearm.swarm import IPSO, PSO
+from spacearm.swarm.native_run import MOST_THREADS
 
+# Upper bounds: what counters, float32 and memory can bear, far beyond what is of use.
 _COUNTABLE = 2**62
+_LONGEST = 1e9  # [s]
+_WIDEST = 1e3  # [m]
+_WEIGHTS = 1e-12, 1e12
+_JERKS = 1e-9, 1e12
+_MOST_GOALS = 256
+_MOST_PROOFS = 1000
+_MOST_TURNS = 64
+_MOST_PARTICLES = 100_000
 _EVALUATIONS = 20_000
 TIME_LAWS = ("uniform", "time_optimal")
 SWARM = PSO(particles=16, iterations=400, inertia=0.6, cognitive=1.49, social=1.49, neighbours=3, start_velocity=0.02)
@@ -50,9 +60,14 @@ class Weights:
     joint_momentum: float = 0.0
 
     def __post_init__(self) -> None:
+        least, most = _WEIGHTS
         values = [
-            as_number(f"weight {name}", getattr(self, name), SettingsError, at_least=0) for name in setting_names(Weights)
+            as_number(f"weight {name}", getattr(self, name), SettingsError, at_least=0, at_most=most)
+            for name in setting_names(Weights)
         ]
+        for name, value in zip(setting_names(Weights), values, strict=True):
+            if 0 < value < least:
+                raise SettingsError(f"weight {name} is {value:g}, expected 0, or {least:g} up to {most:g}")
         if not any(values):
             raise SettingsError("all weights are 0, expected at least one above 0; weigh the length if nothing else counts")
 
@@ -62,14 +77,16 @@ class PlannerSettings:
     """How a motion is searched for, and when the search ends.
 
     It ends when the budget of evaluations or of time is spent, or when it has converged. Without a time budget the same
-    seed gives the same motion, on any number of threads. Where a proof fails, a quarter of the budget is added each time.
+    seed gives the same motion, on any number of threads. Where a proof fails, a quarter of the evaluations is added each time,
+    never of the time.
 
     Attributes:
         evaluations: candidate motions that each island looks at; None: 20,000, or no limit where `time_budget` or
             `convergence` is given. Where a floating base's end is asked for, moving a candidate there counts too: a look at
             the end as a 32nd.
-        time_budget: the search for motions ends after this time [s]; goal configurations and proofs are not counted. None:
-            no limit.
+        time_budget: planning ends after this time [s]: goal configurations, motions, proofs, and what is tried again where a
+            proof failed, for which a fifth is kept. Once and however little it is there are the first swarms for the goal, a
+            look at the straight motions, and the proof of the best motion. None: no limit.
         convergence: evaluations without an improvement of 0.1 %, or without any motion, after which an island ends; None:
             never.
         stop_at_first: be content with the first motion.
@@ -108,24 +125,25 @@ class PlannerSettings:
         if self.evaluations is not None:
             whole("evaluations", self.evaluations, at_least=1, at_most=_COUNTABLE)
         if self.time_budget is not None:
-            as_number("time_budget", self.time_budget, SettingsError, above=0, unit="s")
+            as_number("time_budget", self.time_budget, SettingsError, above=0, at_most=_LONGEST, unit="s")
         if self.convergence is not None:
             whole("convergence", self.convergence, at_least=1, at_most=_COUNTABLE)
         if not isinstance(self.stop_at_first, bool):
             raise SettingsError(f"stop_at_first is {shown(self.stop_at_first)}, expected True or False")
         keep("weights", _record("weights", self.weights, (Weights,)))
         keep("swarm", _record("swarm", self.swarm, (PSO, IPSO)))
-        as_number("margin", self.margin, SettingsError, at_least=0, unit="m")
-        as_number("comfort", self.comfort, SettingsError, at_least=0, unit="m")
+        whole("particles of the swarm of motions", self.swarm.particles, at_least=1, at_most=_MOST_PARTICLES)
+        as_number("margin", self.margin, SettingsError, at_least=0, at_most=_WIDEST, unit="m")
+        as_number("comfort", self.comfort, SettingsError, at_least=0, at_most=_WIDEST, unit="m")
         keep("interior_points", _counts(self.interior_points))
-        whole("goal_candidates", self.goal_candidates, at_least=1)
+        whole("goal_candidates", self.goal_candidates, at_least=1, at_most=_MOST_GOALS)
         whole("islands", self.islands, at_least=1, at_most=256)
         if self.threads is not None:
-            whole("threads", self.threads, at_least=1)
+            whole("threads", self.threads, at_least=1, at_most=MOST_THREADS)
         one_of("time_law", self.time_law, TIME_LAWS)
         if self.jerk_limit is not None:
-            as_number("jerk_limit", self.jerk_limit, SettingsError, above=0)
-        whole("proofs", self.proofs, at_least=1)
+            as_number("jerk_limit", self.jerk_limit, SettingsError, at_least=_JERKS[0], at_most=_JERKS[1])
+        whole("proofs", self.proofs, at_least=1, at_most=_MOST_PROOFS)
 
     @property
     def most_evaluations(self) -> int | None:
@@ -143,6 +161,8 @@ def _counts(given: Any) -> tuple[int, ...]:
         raise SettingsError(f"interior_points is {shown(given)}, expected whole numbers from 1 to 24") from None
     if not counts:
         raise SettingsError("interior_points is empty, expected whole numbers from 1 to 24")
+    if len(counts) > _MOST_TURNS:
+        raise SettingsError(f"interior_points has {len(counts)} numbers, expected at most {_MOST_TURNS}; each is a turn")
     return tuple(whole("interior_points", count, at_least=1, at_most=24) for count in counts)
 
 

@@ -19,6 +19,7 @@ from spacearm.scene import Scene
 
 Limit = Literal["position", "velocity", "acceleration", "jerk"]
 
+_DIGITS = 9  # of what is measured, where it is recorded
 ROUNDING = 1e-12
 """[rad or m] this far beyond a position limit is rounding."""
 
@@ -208,7 +209,9 @@ class Certificate:
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate as plain values, None for what is infinite.
 
-        The time it took is left out: the same proof gives the same values.
+        The time it took is left out, and measured numbers are rounded, for Pinocchio, Coal and the C library differ in the last
+        digits from processor to processor: lengths, angles and times to 1e-9, the proven clearance down, errors up to two
+        digits. So the same proof gives the same values.
         """
         near, limits = self.closest, self.limits
         own = self.floating
@@ -217,17 +220,17 @@ class Certificate:
             if own is None
             else {
                 "base": {
-                    "residual_momentum": own.residual_momentum if math.isfinite(own.residual_momentum) else None,
-                    "attitude_error_rad": own.error,
-                    "rotation_final_rad": own.rotation_final,
-                    "rotation_peak_sampled_rad": own.rotation_peak,
+                    "residual_momentum": _rounded_up(own.residual_momentum) if math.isfinite(own.residual_momentum) else None,
+                    "attitude_error_rad": _rounded_up(own.error),
+                    "rotation_final_rad": round(own.rotation_final, _DIGITS),
+                    "rotation_peak_sampled_rad": round(own.rotation_peak, _DIGITS),
                 }
             }
         )
         return {
             "status": self.status,
             "message": self.message,
-            "clearance_m": None if self.clearance is None or math.isinf(self.clearance) else self.clearance,
+            "clearance_m": None if self.clearance is None or math.isinf(self.clearance) else _rounded_down(self.clearance),
             "minimum_clearance_m": self.minimum_clearance,
             "closest": None
             if near is None
@@ -235,10 +238,10 @@ class Certificate:
                 "link": near.link,
                 "other": near.other,
                 "obstacle": near.obstacle,
-                "time_s": near.time,
-                "u": near.u,
-                "clearance_m": near.clearance,
-                "points_m": near.points.tolist(),
+                "time_s": round(near.time, _DIGITS),
+                "u": round(near.u, _DIGITS),
+                "clearance_m": round(near.clearance, _DIGITS),
+                "points_m": [[round(x, _DIGITS) for x in point] for point in near.points.tolist()],
             },
             "limits": {
                 "checked": list(self.checked),
@@ -292,6 +295,21 @@ def _too_close(near: ClosestApproach, minimum: float) -> str:
     if near.clearance <= 0:
         return f"{where} penetrate by {0.0 - near.clearance * 1e3:.3g} mm"
     return f"{where} come within {near.clearance * 1e3:.4g} mm, expected more than {minimum * 1e3:.4g} mm"
+
+
+def _rounded_down(length: float) -> float:
+    """Return the greatest multiple of 1e-9 that is not above a length [m]."""
+    scale = 10**_DIGITS
+    down = math.floor(length * scale)
+    return down / scale if down / scale <= length else (down - 1) / scale
+
+
+def _rounded_up(error: float) -> float:
+    """Return the least number of two digits that is not below an error; what is not finite stays."""
+    if not 0 < error < math.inf:
+        return error
+    up = float(f"{error:.1e}")
+    return up if up >= error else float(f"{up + 0.1 * 10.0 ** math.floor(math.log10(up)):.1e}")
 
 
 def _finite(values: NDArray[Any]) -> list[float | None]:

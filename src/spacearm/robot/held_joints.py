@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import product, sines
 from spacearm.checks import as_number, shown
 from spacearm.errors import RobotError, nearest
 from spacearm.robot.links import LinkJoint, LinkTree, leader_of
@@ -104,7 +105,7 @@ def _require_within(joint: LinkJoint, value: float, what: str) -> None:
 
 def _fixed(joint: LinkJoint, value: float) -> LinkJoint:
     return replace(
-        joint, kind="fixed", axis=None, mimic=None, T_parent_child=np.asarray(joint.T_parent_child) @ moved(joint, value)
+        joint, kind="fixed", axis=None, mimic=None, T_parent_child=product(joint.T_parent_child, moved(joint, value))
     )
 
 
@@ -115,6 +116,6 @@ def moved(joint: LinkJoint, value: Any) -> Array:
     if joint.kind == "prismatic":
         T[2, 3] = value
     else:
-        c, s = math.cos(value), math.sin(value)
+        s, c = (float(part) for part in sines(value))
         T[:2, :2] = [[c, -s], [s, c]]
-    return T_child_axis @ T @ T_child_axis.T  # a pure rotation: its transpose is its inverse
+    return product(product(T_child_axis, T), T_child_axis.T)  # a pure rotation: its transpose is its inverse

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel import native
+from spacearm._kernel.exact import product
 from spacearm.checks import shown
 from spacearm.errors import RobotError
 from spacearm.robot.model import JOINT_KINDS, Robot
@@ -120,4 +121,4 @@ def forward_kinematics(robot: Robot, q: ArrayLike, *, frame: str | None = None) 
     frames = joint_frames(robot, q)
     if wanted.joint < 0:
         return np.broadcast_to(wanted.T_joint_frame, (*frames.shape[:-3], 4, 4)).copy()
-    return frames[..., wanted.joint, :, :] @ wanted.T_joint_frame
+    return product(frames[..., wanted.joint, :, :], wanted.T_joint_frame)

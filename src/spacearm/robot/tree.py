@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import length, product
 from spacearm.checks import shown
 from spacearm.errors import RobotError, nearest
 from spacearm.robot.bodies import Body
@@ -118,14 +119,14 @@ def turned_onto_z(name: str, axis: ArrayLike) -> Array:
     if largest == 0.0:
         raise RobotError(f"joint '{name}' has axis (0, 0, 0), expected a direction; give one such as (0, 0, 1)")
     z = v / largest  # first, so that tiny and huge axes have a length that is neither 0 nor infinite
-    z = z / np.linalg.norm(z)
+    z = z / length(z)
     if np.abs(z - np.round(z)).max() <= _SNAP:
         z = np.round(z)
     k = int(np.argmax(np.abs(z)))
     x = np.zeros(3)
     x[(k + 1) % 3] = 1.0  # never parallel to z, whose largest entry is another
-    x = x - (x @ z) * z
-    x = x / np.linalg.norm(x)
+    x = x - (x * z).sum() * z
+    x = x / length(x)
     T = np.eye(4)
     T[:3, :3] = np.column_stack((x, np.cross(z, x), z))
     return T
@@ -186,7 +187,7 @@ def _placed(
     joints: list[Joint] = []
     for joint in ordered:
         on, T_on_parent = places[joint.parent]
-        T_on_child = T_on_parent @ snapped(joint.T_parent_child)
+        T_on_child = product(T_on_parent, snapped(joint.T_parent_child))
         if joint.kind == "fixed":
             places[joint.child] = (on, T_on_child)
             continue
@@ -197,7 +198,7 @@ def _placed(
                 name=joint.name,
                 kind="prismatic" if joint.kind == "prismatic" else "revolute",
                 parent=on,
-                T_parent_joint=snapped(T_on_child @ T_child_joint),
+                T_parent_joint=snapped(product(T_on_child, T_child_joint)),
                 dof=leaders.index(lead.leader),
                 multiplier=lead.multiplier,
                 offset=lead.offset,
@@ -210,13 +211,19 @@ def _placed(
 
 def _carried(link: str, place: tuple[int, Array], a: Array, b: Array, radius: float) -> LinkCapsule:
     joint, T = place
-    return LinkCapsule(name=link, joint=joint, a=T[:3, :3] @ a + T[:3, 3], b=T[:3, :3] @ b + T[:3, 3], radius=radius)
+    return LinkCapsule(name=link, joint=joint, a=_at(T, a), b=_at(T, b), radius=radius)
+
+
+def _at(T: Array, point: Array) -> Array:
+    return product(T[:3, :3], point) + T[:3, 3]
 
 
 def _body(mass: LinkMass, place: tuple[int, Array]) -> Body:
     joint, T = place
     R = T[:3, :3]
-    return Body(name=mass.link, joint=joint, mass=mass.mass, com=R @ mass.com + T[:3, 3], inertia=R @ mass.inertia @ R.T)
+    return Body(
+        name=mass.link, joint=joint, mass=mass.mass, com=_at(T, mass.com), inertia=product(product(R, mass.inertia), R.T)
+    )
 
 
 def _solid(tree: LinkTree) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import product
 from spacearm.scene.obstacles import Obstacle, Scene
 from spacearm.scene.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 
@@ -25,14 +26,14 @@ def moved_scene(scene: Scene, T: Array) -> Scene:
 
 def _moved(obstacle: Obstacle, T: Array) -> Obstacle:
     def at(points: Array) -> Array:
-        return points @ T[:3, :3].T + T[:3, 3]
+        return product(points, T[:3, :3].T) + T[:3, 3]
 
     if isinstance(obstacle, Sphere):
         return replace(obstacle, center=at(obstacle.center))
     if isinstance(obstacle, Capsule):
         return replace(obstacle, a=at(obstacle.a), b=at(obstacle.b))
     if isinstance(obstacle, (Box, Cylinder)):
-        return replace(obstacle, pose=T @ obstacle.pose)
+        return replace(obstacle, pose=product(T, obstacle.pose))
     if isinstance(obstacle, HalfSpace):
-        return replace(obstacle, normal=T[:3, :3] @ obstacle.normal, point=at(obstacle.point))
+        return replace(obstacle, normal=product(T[:3, :3], obstacle.normal), point=at(obstacle.point))
     return replace(obstacle, centers=at(obstacle.centers))

@@ -19,6 +19,8 @@ from spacearm.swarm.settings import IPSO, PSO, SwarmSettings, kernel_settings
 
 Array = NDArray[np.float64]
 
+_MOST_NUMBERS = 10**8  # of particles times dimensions
+
 
 class Swarm:
     """A swarm over a box, for any objective.
@@ -61,7 +63,11 @@ class Swarm:
         self._rows: list[tuple[float, float, int]] = []
         self._positions: list[Array] = []
         kernel = native.SwarmSettings.make(kernel_settings(settings))
-        self._native: Any = native.Swarm64(kernel, self.lower, self.upper, self.seed, 0)
+        _require_room(self.dims, settings)
+        try:
+            self._native: Any = native.Swarm64(kernel, self.lower, self.upper, self.seed, 0)
+        except MemoryError:
+            raise SettingsError(f"particles is {settings.particles}, more than there is memory for; ask for fewer") from None
         self._initial = None if initial is None else self._checked_initial(initial)
 
     @property
@@ -237,6 +243,14 @@ class Swarm:
                 "move it inside or widen the bounds"
             )
         return rows
+
+
+def _require_room(dims: int, settings: SwarmSettings) -> None:
+    if dims * settings.particles > _MOST_NUMBERS:
+        raise SettingsError(
+            f"{settings.particles} particles of {dims} dimensions are {dims * settings.particles:.3g} numbers, expected "
+            f"at most {_MOST_NUMBERS:g}, which take about 6 GB; ask for fewer"
+        )
 
 
 def as_bounds(lower: ArrayLike, upper: ArrayLike) -> tuple[Array, Array]:

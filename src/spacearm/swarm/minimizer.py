@@ -77,7 +77,7 @@ def minimize(
         raise SettingsError(f"callback is {shown(callback)}, expected a function of the swarm")
     stop = _Stop(target=target, stall_iterations=stall_iterations, max_seconds=max_seconds)
     one_of("history", history, ("best", "positions"))
-    whole("checkpoint_every", checkpoint_every, at_least=1)
+    whole("checkpoint_every", checkpoint_every, at_least=1, at_most=10**18)
     swarm = Swarm(lower, upper, settings, rng=rng, initial=initial, keep_positions=history == "positions")
     if checkpoint is not None:
         swarm = _opened(checkpoint, swarm, resume=resume, rng=rng, initial=initial)
@@ -108,8 +108,14 @@ class _Stop:
 
     def __init__(self, *, target: float | None, stall_iterations: int | None, max_seconds: float | None) -> None:
         self.target = None if target is None else as_number("target", target, SettingsError)
-        self.stall = None if stall_iterations is None else whole("stall_iterations", stall_iterations, at_least=1)
-        limit = None if max_seconds is None else as_number("max_seconds", max_seconds, SettingsError, above=0)
+        self.stall = (
+            None if stall_iterations is None else whole("stall_iterations", stall_iterations, at_least=1, at_most=10**18)
+        )
+        limit = (
+            None
+            if max_seconds is None
+            else as_number("max_seconds", max_seconds, SettingsError, above=0, at_most=1e9, unit="s")
+        )
         self.deadline = None if limit is None else time.perf_counter() + limit
         self._best = (np.inf, np.inf)
         self._improved = 0

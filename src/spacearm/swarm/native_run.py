@@ -15,6 +15,9 @@ from spacearm.settings import whole
 from spacearm.swarm.result import SwarmHistory, SwarmResult
 from spacearm.swarm.settings import SwarmSettings, kernel_settings
 
+MOST_THREADS = 1024
+"""More cost memory and win nothing."""
+
 
 def run_trials(
     objective: Any,
@@ -65,7 +68,7 @@ def run_trials(
         seed,
         first_trial,
         trials,
-        whole("threads", threads if threads is not None else os.cpu_count() or 1, at_least=1),
+        whole("threads", threads if threads is not None else os.cpu_count() or 1, at_least=1, at_most=MOST_THREADS),
         keep_positions,
         stop_when_feasible,
         float(max_seconds or 0.0),

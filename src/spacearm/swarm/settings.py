@@ -8,6 +8,13 @@ from spacearm.checks import as_number, shown
 from spacearm.errors import SettingsError
 from spacearm.settings import one_of, settings, share, whole
 
+_MOST_PARTICLES = 10**7
+_MOST_ITERATIONS = 10**8  # their history has 24 bytes each
+_MOST_POWER = 1000
+_MOST_ENTRIES = 10**6
+_MOST_FACTOR = 1000.0  # of what velocities are multiplied by: they are to stay numbers
+_MOST_WEIGHT = 1e12  # likewise of violations
+
 BOUNDS = ("absorb", "reflect", "periodic")
 VARIANTS = ("symbiotic", "cooperative", "evolving")
 
@@ -30,7 +37,7 @@ class FeasibleFirst:
     def __post_init__(self) -> None:
         share("forgiven", self.forgiven)
         share("until", self.until, above_zero=True)
-        whole("power", self.power, at_least=1)
+        whole("power", self.power, at_least=1, at_most=_MOST_POWER)
 
 
 @settings
@@ -48,9 +55,9 @@ class Penalty:
     rise_from: float = 0.5
 
     def __post_init__(self) -> None:
-        as_number("weight", self.weight, SettingsError, above=0)
+        as_number("weight", self.weight, SettingsError, above=0, at_most=_MOST_WEIGHT)
         if self.final_weight is not None:
-            as_number("final_weight", self.final_weight, SettingsError, at_least=self.weight)
+            as_number("final_weight", self.final_weight, SettingsError, at_least=self.weight, at_most=_MOST_WEIGHT)
         share("rise_from", self.rise_from)
 
 
@@ -134,11 +141,11 @@ class IPSO:
     def __post_init__(self) -> None:
         one_of("variant", self.variant, VARIANTS)
         _check_common(self)
-        whole("particles", self.particles, at_least=6)
-        as_number("cooperation", self.cooperation, SettingsError, at_least=0)
+        whole("particles", self.particles, at_least=6, at_most=_MOST_PARTICLES)
+        as_number("cooperation", self.cooperation, SettingsError, at_least=0, at_most=_MOST_FACTOR)
         share("evolving_share", self.evolving_share, above_zero=True)
         share("elite_share", self.elite_share, above_zero=True)
-        whole("memory", self.memory, at_least=1)
+        whole("memory", self.memory, at_least=1, at_most=_MOST_ENTRIES)
         if self.shrink_to is not None:
             if self.variant != "evolving":
                 raise SettingsError(
@@ -175,7 +182,7 @@ def kernel_settings(record: SwarmSettings) -> dict[str, Any]:
         "social": float(record.social),
         "velocity_clamp": float(record.velocity_clamp or 0.0),
         "start_velocity": float(record.start_velocity),
-        "ring": int(record.neighbours or 0),
+        "ring": min(int(record.neighbours or 0), int(record.particles)),  # as many are all of them
         "bounds": record.bounds,
     }
     rule = record.constraints
@@ -198,20 +205,20 @@ def kernel_settings(record: SwarmSettings) -> dict[str, Any]:
 
 
 def _check_common(record: SwarmSettings) -> None:
-    whole("particles", record.particles, at_least=1, at_most=10**7)
-    whole("iterations", record.iterations, at_least=1)
+    whole("particles", record.particles, at_least=1, at_most=_MOST_PARTICLES)
+    whole("iterations", record.iterations, at_least=1, at_most=_MOST_ITERATIONS)
     weights = record.inertia if isinstance(record.inertia, tuple) else (record.inertia,)
     if isinstance(record.inertia, list) or len(weights) not in (1, 2):
         raise SettingsError(f"inertia is {shown(record.inertia)}, expected a number or a pair (at the start, at the end)")
     for weight in weights:
-        as_number("inertia", weight, SettingsError, at_least=0)
-    as_number("cognitive", record.cognitive, SettingsError, at_least=0)
-    as_number("social", record.social, SettingsError, at_least=0)
+        as_number("inertia", weight, SettingsError, at_least=0, at_most=_MOST_FACTOR)
+    as_number("cognitive", record.cognitive, SettingsError, at_least=0, at_most=_MOST_FACTOR)
+    as_number("social", record.social, SettingsError, at_least=0, at_most=_MOST_FACTOR)
     if record.velocity_clamp is not None:
-        as_number("velocity_clamp", record.velocity_clamp, SettingsError, above=0)
-    as_number("start_velocity", record.start_velocity, SettingsError, at_least=0)
+        as_number("velocity_clamp", record.velocity_clamp, SettingsError, above=0, at_most=_MOST_FACTOR)
+    as_number("start_velocity", record.start_velocity, SettingsError, at_least=0, at_most=_MOST_FACTOR)
     if record.neighbours is not None:
-        whole("neighbours", record.neighbours, at_least=1)
+        whole("neighbours", record.neighbours, at_least=1, at_most=_MOST_PARTICLES)
     one_of("bounds", record.bounds, BOUNDS)
     if not isinstance(record.constraints, (FeasibleFirst, Penalty)):
         raise SettingsError(f"constraints is {shown(record.constraints)}, expected FeasibleFirst(...) or Penalty(weight=...)")

@@ -44,6 +44,8 @@ def _within_tolerance(task: GoalTask, goal: JointGoal, rows: Array, none: GoalCo
     found, seen, collided = [], none.reached, none.in_collision
     rows = rows[: settings.goal_candidates]
     for i, row in enumerate(rows):
+        if i and task.late():
+            break
         x = swarm_configurations(
             task.problem,
             None,
@@ -56,6 +58,7 @@ def _within_tolerance(task: GoalTask, goal: JointGoal, rows: Array, none: GoalCo
             count=_SWARMS,
             threads=settings.threads,
             nearest=True,
+            late=task.late,
         )
         clear = task.clearance(x)
         seen, collided = seen + len(x), collided + int((clear <= 0).sum())

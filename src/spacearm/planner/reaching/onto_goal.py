@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import length, product, solved
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.reaching.turning import rotation_vectors, turns_between
 from spacearm.robot.kinematics import tree_model
@@ -108,10 +110,10 @@ def tolerances(goal: SpaceGoal) -> tuple[float, float]:
 def reach_of(robot: Robot, frame: str) -> float:
     """Return a bound [m] of how far from the base a frame's origin can get."""
     placed = robot.frame(frame)
-    reach, at = float(np.linalg.norm(placed.T_joint_frame[:3, 3])), placed.joint
+    reach, at = length(placed.T_joint_frame[:3, 3]), placed.joint
     while at >= 0:
         joint = robot.joints[at]
-        reach += float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
+        reach += length(joint.T_parent_joint[:3, 3])
         if joint.kind == "prismatic":
             values = [joint.multiplier * limit + joint.offset for limit in (robot.lower[joint.dof], robot.upper[joint.dof])]
             reach += float(np.abs(values).max())
@@ -119,7 +121,9 @@ def reach_of(robot: Robot, frame: str) -> float:
     return reach
 
 
-def polished(reach: Reach, q: Array, lower: Array, upper: Array, *, rounds: int = 40) -> Array:
+def polished(
+    reach: Reach, q: Array, lower: Array, upper: Array, *, rounds: int = 40, late: Callable[[], bool] = lambda: False
+) -> Array:
     """Bring configurations to the goal's very centre, or as near to it as bounds and arm allow.
 
     Damped least squares (Levenberg and Marquardt), all rows side by side, joints that push against a bound held there.
@@ -130,6 +134,7 @@ def polished(reach: Reach, q: Array, lower: Array, upper: Array, *, rounds: int 
         lower: (n,) bounds that are kept.
         upper: (n,) likewise.
         rounds: the most steps.
+        late: whether time is up.
 
     Returns:
         (b, n): each no farther from the goal than it was, in m plus 0.2 m per rad.
@@ -141,7 +146,7 @@ def polished(reach: Reach, q: Array, lower: Array, upper: Array, *, rounds: int 
     here = _placed(reach, q)
     going = np.flatnonzero(here.cost > _EXACT**2)
     for _ in range(rounds):
-        if not going.size:
+        if not going.size or late():
             break
         at = here.rows(going)
         tried = np.clip(q[going] + _step(at, q[going], lower, upper, damping[going]), lower, upper)
@@ -197,7 +202,7 @@ def _placed(reach: Reach, q: Array) -> _Placed:
 
 def _residuals(reach: Reach, frames: Array) -> tuple[Array, Array | None]:
     """Return what is missing to the goal, (b, 3 or 6) [m], and where the free axis points, (b, 3), if there is one."""
-    return _missing(reach.goal, frames[:, reach.joint] @ reach.T_joint_frame)
+    return _missing(reach.goal, product(frames[:, reach.joint], reach.T_joint_frame))
 
 
 def _missing(goal: SpaceGoal, T: Array) -> tuple[Array, Array | None]:
@@ -206,14 +211,14 @@ def _missing(goal: SpaceGoal, T: Array) -> tuple[Array, Array | None]:
         return missing, None
     R, R_goal = T[:, :3, :3], goal.pose[:3, :3]
     if goal.free_axis is None:
-        return np.concatenate([missing, LEVER * rotation_vectors(R_goal @ np.swapaxes(R, -1, -2))], axis=1), None
-    axis, wanted = R @ goal.free_axis, R_goal @ goal.free_axis
+        return np.concatenate([missing, LEVER * rotation_vectors(product(R_goal, np.swapaxes(R, -1, -2)))], axis=1), None
+    axis, wanted = product(R, goal.free_axis), product(R_goal, goal.free_axis)
     return np.concatenate([missing, LEVER * turns_between(axis, wanted)], axis=1), axis
 
 
 def _jacobian(reach: Reach, frames: Array) -> Array:
     """Return how the frame moves and turns (times the lever) with q, (b, 6, n), in base axes."""
-    point = frames[:, reach.joint, :3, :3] @ reach.T_joint_frame[:3, 3] + frames[:, reach.joint, :3, 3]
+    point = product(frames[:, reach.joint, :3, :3], reach.T_joint_frame[:3, 3]) + frames[:, reach.joint, :3, 3]
     chain = frames[:, reach.chain]
     axes, arms = chain[..., :3, 2], point[:, None] - chain[..., :3, 3]  # (b, k, 3)
     columns = np.empty((len(frames), 6, len(reach.chain)))
@@ -221,7 +226,7 @@ def _jacobian(reach: Reach, frames: Array) -> Array:
         across = axes[..., j] * arms[..., k] - axes[..., k] * arms[..., j]
         columns[:, i] = reach.turns * across + reach.slides * axes[..., i]
         columns[:, 3 + i] = LEVER * reach.turns * axes[..., i]
-    return columns @ reach.moved_by
+    return product(columns, reach.moved_by)
 
 
 def _step(at: _Placed, q: Array, lower: Array, upper: Array, damping: Array) -> Array:
@@ -242,7 +247,7 @@ def _shortened(step: Array) -> Array:
 
 def _solved(J: Array, wanted: Array, scale: Array) -> Array:
     """Solve (J J^T + scale I) x = wanted, row by row."""
-    JJ = J @ np.swapaxes(J, -1, -2)
+    JJ = product(J, np.swapaxes(J, -1, -2))
     diagonal = np.einsum("bmm->bm", JJ)
     diagonal += (scale + 1e-14 + 1e-13 * diagonal.sum(axis=-1))[:, None]  # never singular, whatever the arm's size
-    return np.linalg.solve(JJ, wanted[..., None])[..., 0].astype(np.float64, copy=False)
+    return solved(JJ, wanted)

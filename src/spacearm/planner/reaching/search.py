@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from spacearm.planner.clearance import clearance_of
@@ -15,7 +16,9 @@ from spacearm.planner.reaching.task import GoalConfigurations, GoalTask, goal_si
 from spacearm.planner.settings import PlannerSettings
 
 
-def find_goal_configurations(problem: Problem, settings: PlannerSettings, seed: int) -> GoalConfigurations:
+def find_goal_configurations(
+    problem: Problem, settings: PlannerSettings, seed: int, *, late: Callable[[], bool] = lambda: False
+) -> GoalConfigurations:
     """Find distinct collision-free configurations that reach a problem's goal.
 
     A configuration goal is taken as it is where it is free, else sought within its tolerance. For a goal in space, swarms
@@ -29,6 +32,7 @@ def find_goal_configurations(problem: Problem, settings: PlannerSettings, seed: 
         settings: of the planner: `goal_candidates` is the most that are returned of a goal in space; `margin` is the
             clearance asked for, less of it only where none has so much.
         seed: the same one gives the same configurations, on any number of threads.
+        late: whether time is up: what was found by then is returned; the first swarms are always run.
 
     Returns:
         What was found; `q` is empty if nothing was.
@@ -41,6 +45,7 @@ def find_goal_configurations(problem: Problem, settings: PlannerSettings, seed: 
         clearance=clearance_of(seen),
         settings=settings,
         seed=seed,
+        late=late,
     )
     if isinstance(problem.goal, (ConfigurationGoal, ConfigurationsGoal)):
         return find_in_joint_space(task, problem.goal)

@@ -63,7 +63,7 @@ def find_in_space(task: GoalTask, reach: Reach) -> GoalConfigurations:
     for stage in _STAGES:
         count = stage.swarms * settings.goal_candidates
         seen = _seen_by_swarms(task, reach.goal, stage, first=counts["searches"], count=count)
-        onto = polished(reach, seen, *task.bounds, rounds=stage.rounds)
+        onto = polished(reach, seen, *task.bounds, rounds=stage.rounds, late=task.late)
         as_seen = reaches(reach, seen)
         if as_seen[0]:
             onto[0] = seen[0]  # there already: nothing needs to move
@@ -84,7 +84,7 @@ def find_in_space(task: GoalTask, reach: Reach) -> GoalConfigurations:
                 return nearest_first(problem, q[kept], room[kept], **counts)
         best.offer(reach, onto, clear)
         best.offer(reach, seen, clear_as_seen)
-        if beyond_reach or (stage is not _STAGES[0] and best.is_far(reach)):
+        if task.late() or beyond_reach or (stage is not _STAGES[0] and best.is_far(reach)):
             break
     none = np.zeros((0, problem.robot.dof))
     return GoalConfigurations(q=none, clearance=none[:, 0], closest=best.q, distance=best.distance, angle=best.angle, **counts)
@@ -105,6 +105,7 @@ def _seen_by_swarms(task: GoalTask, goal: SpaceGoal, stage: _Stage, *, first: in
         first=first,
         count=count,
         threads=task.settings.threads,
+        late=task.late,
     )
     return nearest_turns(task.problem.robot, np.vstack([start, seen]), start)
 
@@ -157,6 +158,8 @@ def _pulled(task: GoalTask, reach: Reach, q: Array, clear: Array, *, at_centre: 
     away = np.linalg.norm(near - start, axis=1)
     share = np.full(len(q), 0.5)
     for _ in range(_PULLS):
+        if task.late():
+            break
         tried = np.clip(nearer(reach, near, start, share), *task.bounds)
         if at_centre:
             tried = polished(reach, tried, *task.bounds, rounds=4)
@@ -173,12 +176,14 @@ def _distinct(q: Array, start: Array, most: int) -> NDArray[np.intp]:
     What counts as near is widened until no more than asked for are left.
     """
     order = np.argsort(np.linalg.norm(q - start, axis=1), kind="stable")
-    apart = np.abs(q[:, None] - q[None]).max(axis=-1)
+    apart = np.zeros((len(q), len(q)))
+    for joint in q.T:
+        np.maximum(apart, np.abs(joint[:, None] - joint), out=apart)
     radius = _DISTINCT
     while True:
         chosen: list[int] = []
         for i in order:
-            if all(apart[i, j] > radius for j in chosen):
+            if (apart[i, chosen] > radius).all():
                 chosen.append(int(i))
         if len(chosen) <= most:
             return np.array(chosen, dtype=np.intp)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import product, sines
 from spacearm.planner.goals import PositionGoal
 from spacearm.planner.kernel_model import make_kernel_model, native_class
 from spacearm.planner.problem import Problem
@@ -47,6 +49,7 @@ def swarm_configurations(
     count: int,
     threads: int | None,
     nearest: bool = False,
+    late: Callable[[], bool] = lambda: False,
 ) -> Array:
     """Run independent swarms, each of which ends with a configuration that is free and near the goal, or nearly so.
 
@@ -63,9 +66,11 @@ def swarm_configurations(
         count: how many.
         threads: None for one a core; the result does not depend on it.
         nearest: spend the whole budget to come near home, rather than end as soon as there is something.
+        late: whether time is up; then only those swarms that have begun give something.
 
     Returns:
-        (count, n) configurations within the bounds, one a swarm; which are free and near enough is not said.
+        (count, n), fewer if time was up: configurations within the bounds, one a swarm; which are free and near enough is
+        not said.
     """
     points, targets, tolerances = _watched(problem, goal, slack or Slack(distance=0.0, angle=0.0))
     model = make_kernel_model(problem.robot, problem.scene, precision=_PRECISION, points=points)
@@ -78,7 +83,15 @@ def swarm_configurations(
         np.array(home),
     )
     runs = run_trials(
-        objective, *bounds, swarm, seed=seed, first_trial=first, trials=count, threads=threads, stop_when_feasible=not nearest
+        objective,
+        *bounds,
+        swarm,
+        seed=seed,
+        first_trial=first,
+        trials=count,
+        threads=threads,
+        stop_when_feasible=not nearest,
+        progress=lambda _: not late(),
     )
     x = np.array([run.x for run in runs]).reshape(-1, problem.robot.dof)
     return np.clip(x, *bounds)  # float32 may have rounded a bound outwards
@@ -105,8 +118,8 @@ def _watched(
         axes = np.eye(3)[:2] if goal.free_axis is None else goal.free_axis[None]
         for axis in axes:
             local = np.append(_LEVER * axis, 1.0)
-            points.append((frame.joint, (frame.T_joint_frame @ local)[:3]))
-            targets.append((goal.pose @ local)[:3])
+            points.append((frame.joint, product(frame.T_joint_frame, local)[:3]))
+            targets.append(product(goal.pose, local)[:3])
             # A turn by the angle moves two ends across each other by the lever times its chord, over both together.
-            tolerances.append(max(2 * _LEVER * np.sin(angle / 2) / np.sqrt(len(axes)), distance))
+            tolerances.append(max(2 * _LEVER * float(sines(angle / 2)[0]) / np.sqrt(len(axes)), distance))
     return points, targets, tolerances

@@ -56,6 +56,7 @@ class GoalTask:
         clearance: of configurations (b, n), (b,) [m].
         settings: of the planner.
         seed: of all swarms.
+        late: whether time is up.
     """
 
     problem: Problem
@@ -63,6 +64,7 @@ class GoalTask:
     clearance: Callable[[Array], Array]
     settings: PlannerSettings
     seed: int
+    late: Callable[[], bool] = lambda: False
 
 
 def goal_side(problem: Problem) -> Problem:

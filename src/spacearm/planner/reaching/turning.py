@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import angle_of, product
+
 Array = NDArray[np.float64]
 
 
@@ -15,7 +17,7 @@ def rotation_vectors(R: Array) -> Array:
     )
     sine = np.linalg.norm(skew, axis=-1)
     cosine = 0.5 * (R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2] - 1.0)
-    angle = np.arctan2(sine, cosine)
+    angle = angle_of(sine, cosine)
     small = sine < 1e-8
     out = skew * np.where(small, 1.0, angle / np.where(small, 1.0, sine))[..., None]
     half = small & (cosine < 0)
@@ -30,8 +32,8 @@ def rotation_vectors(R: Array) -> Array:
 def turns_between(a: Array, b: Array) -> Array:
     """Return axis times angle [rad] of the least turns from directions a (k, 3) to a direction b (3,), (k, 3)."""
     cross = np.cross(a, b)
-    sine, cosine = np.linalg.norm(cross, axis=-1), a @ b
-    angle = np.arctan2(sine, cosine)
+    sine, cosine = np.linalg.norm(cross, axis=-1), product(a, b)
+    angle = angle_of(sine, cosine)
     small = sine < 1e-8
     out: Array = cross * np.where(small, 1.0, angle / np.where(small, 1.0, sine))[:, None]
     half = small & (cosine < 0)
