@@ -51,7 +51,7 @@ def test_the_servicer_turns_as_published(row: tuple[tuple[float, ...], ...]) -> 
     joints, _, wxyz, degrees, _ = row
     found = drift(servicer(), Motion([np.zeros(7), joints]))
     np.testing.assert_allclose(found._quaternions(np.ones(1))[0], wxyz, rtol=0, atol=1e-6)
-    assert np.degrees(found.angles()[0]) == pytest.approx(degrees, abs=1e-4)
+    assert np.degrees(found.final()) == pytest.approx(degrees, abs=1e-4)
     assert found.error < TOLERANCE
     assert found.evaluations <= 200
 

@@ -55,6 +55,10 @@ class Curve(Protocol):
         """
         ...
 
+    def bezier(self, derivative: int = ..., /) -> Array:
+        """Return a derivative's Bernstein coefficients on each of the curve's own pieces, (pieces, degree + 1, n)."""
+        ...
+
 
 def greatest(curve: Curve, derivative: int) -> Array:
     """Return a bound (n,) of |d^k q / du^k| that holds for every u, by the curve's hulls."""

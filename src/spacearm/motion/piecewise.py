@@ -189,6 +189,10 @@ class PiecewisePath(Frozen):
         ends = self._ends(ours, part, parts)
         return ends, cut.min(axis=1), cut.max(axis=1)
 
+    def bezier(self, derivative: int = 0) -> Array:
+        """Return a derivative's Bernstein coefficients on each piece, (p, degree + 1, n)."""
+        return self._derived(derivative)
+
     def derivative(self, order: int = 1) -> PiecewisePath:
         """Return a derivative as a path of its own, whose pieces need not meet."""
         return PiecewisePath(self.breaks, self._derived(order))

@@ -178,7 +178,7 @@ def _floating(robot: Robot, trajectory: AnyTrajectory, proof: Proof, base: Base)
     if base.drift is None:
         return None
     account = account_of(robot, trajectory, base, proof.frames_at(instants_of(base))[:, -1])
-    final, peak = base.drift.angles()
+    final, peak = base.drift.final(), base.drift.peak()
     return FloatingBase(
         residual_momentum=account.residual,
         elsewhere=account.elsewhere,

@@ -1,66 +1,138 @@
-"""Where a floating base gets to: its attitude along a path, from the conservation of momentum.
+"""Where a floating base gets to: its attitude along a path, from the conservation of momentum, and by how much it may be wrong.
 
 In base axes, with H and h of the centroidal map (Pinocchio's), joint values v(u), and the angular momentum L, which is constant
 in the inertial frame, the base turns by
 
     omega = H^-1 (R^T L dt/du - h dv/du)      per unit of u.
 
-The path is cut into panels. On each, dQ/dxi = Q o omega / 2 is solved by a polynomial that fulfils it in 12 Gauss points, or
-fewer on short pieces: a linear system for the quaternions there, exact to the 24th order at the panel's end. How fast the
-coefficients of that polynomial fall tells how far it may be off in between; where that is too much the panel is halved. With
-L = 0 omega does not depend on R and one solution is all; otherwise R is put in, and it is solved again until nothing changes.
+The path is cut into panels. On each, dQ/dxi = Q o omega / 2 is solved by a polynomial Q that fulfils it in n Gauss points: a
+linear system for the quaternions there. With L = 0 omega does not depend on R and one solution is all; otherwise R is put in,
+and it is solved again until nothing changes.
+
+By how much that polynomial misses the equation between the points is bounded, not estimated. What it misses,
+
+    F = 2 H (Q* o dQ/dxi) + |Q|^2 h dv/dxi - |Q|^2 R^T L dt/dxi,
+
+is an entire function of xi that vanishes in the Gauss points; bounds of it on ellipses around the panel (see `ellipses`) bound
+it on the panel, and |F| / (lambda |Q|^2) is the greatest error of the rate, with lambda the least moment of inertia. Panels are
+halved until all of this adds up to less than the tolerance. docs/certificate.md, section 5, has the proofs.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import lru_cache
+from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.polynomial import legendre
+from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
 from spacearm.errors import ProblemError
 from spacearm.motion import Curve
+from spacearm.motion.bernstein import weights
+from spacearm.proof.ellipses import Growth, PanelPath, ellipses_of, fall, integrated, on_ellipses
 from spacearm.proof.masses import free_model, masses_of
 from spacearm.proof.middles import JointMap
+from spacearm.proof.quaternions import CONJUGATE, product, quaternion, rotation, running, times
 from spacearm.proof.stance import Stance
+from spacearm.proof.suprema import greatest_norm
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 
-TOLERANCE = 1e-10
-"""[rad] of the attitude, everywhere."""
+TOLERANCE = 1e-9
+"""[rad] of the attitude, everywhere; where more evaluations than there may be are needed for it, `error` is more."""
 
-_POINTS = ((0.01, 6), (0.1, 8), (np.inf, 12))  # Gauss points of a panel in which a joint travels so far [rad or m]
-_TRAVEL = 1.5  # [rad or m] of one joint in a panel to begin with
-_HALVINGS, _MOST = 30, 300_000  # configurations
+# Gauss points of a panel, how far the joints of a chain may travel on it together [rad or m], what it costs in configurations
+_POINTS = ((5, 0.02, 1.5), (8, 0.3, 2.0), (12, 1.3, 4.0), (16, 2.6, 8.0))
+_HALVINGS, _MOST = 40, 300_000  # configurations
 _MOST_TUMBLE = 600.0  # [rad] about a hundred turns in one motion
 _WINDOW = 1.0  # [rad] by which a tumbling base turns, that is solved for at once
 _SWEEPS, _STEADY = 60, 1e-13
 _LEAST = 1e-300
-_ROUNDING = 64 * float(np.finfo(np.float64).eps)
-_PEAK_SAMPLES = 1000
+_EPS = float(np.finfo(np.float64).eps)
+_ROUNDING = 64 * _EPS  # [rad] of the attitude, a panel
+_DIGITS = 32  # units in the last place by which a joint's value may be off
+_OUTWARD = 1.001  # of bounds that are sums of some hundred terms
+_BENT = 0.5  # by which |Q|^2 may differ from 1
+_PRESUMED = 3.0  # before H is known: |F| is so many times |h v'|
+_MOST_GROWTH = 30.0  # e to the power of it: errors of a tumbling base that grow by more are not worth a thought
+
+
+class _Cut(NamedTuple):
+    """Panels p of the path, before anything is computed there.
+
+    Attributes:
+        path: the joints' polynomials.
+        growth: bounds on ellipses.
+    """
+
+    path: PanelPath
+    growth: Growth
 
 
 class _Panels(NamedTuple):
-    """Panels p with g Gauss points.
+    """Panels p with g Gauss points; rates per unit of xi.
 
     Attributes:
-        ends: (p, 2).
-        push: (p, g, 3) omega of the arm's motion, per unit of u, in base axes.
-        yielding: (p, g, 3, 3) H^-1 there.
+        inertia, yielding: (p, g, 3, 3) H and H^-1.
+        carried: (p, g, 3) h v', the arm's own angular momentum.
+        push: (p, g, 3) omega of the arm's motion, in base axes.
     """
 
-    ends: Array
-    push: Array
+    inertia: Array
     yielding: Array
+    carried: Array
+    push: Array
+
+
+class _Turns(NamedTuple):
+    """Solutions on panels p with g Gauss points.
+
+    Attributes:
+        slope, inside: (p, g, 4) dQ/dxi and Q in the points, Q being 1 where the panel begins.
+        start: (p + 1, 4) the attitudes where they begin, and at the end.
+        missed: (p,) by how much omega in the points is not what it was solved for.
+    """
+
+    slope: Array
+    inside: Array
+    start: Array
+    missed: Array
+
+
+class _Bounds(NamedTuple):
+    """Bounds on panels p.
+
+    Attributes:
+        cut: (p,) [rad] the error of the attitude that is made there, by what is between the points.
+        rounded: (p,) [rad] likewise by rounding.
+        rate: (p,) of omega, per unit of xi.
+        carried: (p,) of the arm's angular momentum, interpolated.
+        bent: (p,) by how much |Q|^2 differs from 1.
+        tumble: (p,) how far the base turns by its momentum, at most [rad].
+        grows: (p,) logarithm of the factor by which earlier errors grow.
+    """
+
+    cut: Array
+    rounded: Array
+    rate: Array
+    carried: Array
+    bent: Array
+    tumble: Array
+    grows: Array
+
+    @property
+    def later(self) -> Array:
+        """By what factor the errors made on a panel grow until the end, (p,)."""
+        return np.exp(np.minimum(np.cumsum(self.grows[::-1])[::-1], _MOST_GROWTH * 10))
 
 
 class Drift:
     """The base's attitude along a path.
 
     Attributes:
-        error: [rad] an estimate, on the large side, of how far the attitude may be off anywhere.
+        error: [rad] no attitude is further from the true one.
         evaluations: configurations at which the centroidal map was asked for.
     """
 
@@ -77,141 +149,201 @@ class Drift:
             RobotError: masses that cannot be.
             ProblemError: it tumbles too often to be followed.
         """
-        masses_of(robot)
+        self._masses = masses_of(robot)
         self._model, self._at_q, self._at_v = free_model(robot)
         self._state = self._model.createData()
         self._curve, self._joints = curve, JointMap(robot)
+        self._ellipses = ellipses_of(robot)
+        own = PanelPath.of(curve, self._joints)
         self._angular = stance.angular * time_rate
-        self._begin = _quaternion(stance.start[:3, :3])
-        own, low, high = curve.hulls(1, bisections=0)
-        travel = (np.maximum(-low, high) * np.diff(own, axis=1)).max(axis=1)
-        typical = float(np.median(travel)) if len(own) > 1 else np.inf
-        self._points = next(points for most, points in _POINTS if not typical > most)
-        self._xi, self._weight = legendre.leggauss(self._points)
-        vandermonde = legendre.legvander(self._xi, self._points - 1)
-        self._to_coefficients = np.linalg.inv(vandermonde)  # (g, g)
-        self._reach = self._integrals(self._xi) @ self._to_coefficients  # (g, g): from -1 to each point
+        self._spin = float(np.linalg.norm(self._angular))
+        self._begin = quaternion(stance.start[:3, :3])
+        self._length = max(float(own.ends[-1, 1] - own.ends[0, 0]), _LEAST)
         self.evaluations = 0
-        self._integrate(_cut(own, travel))
+        first = self._sampled_at(own.values[:1, :1], own.rates[:1, :1]).inertia[0, 0]
+        self._presumed = max(self._masses.base_least, float(np.linalg.eigvalsh(first)[0]) / 2)  # H's least
+        self._choose_points(own)
+        self._integrate(own)
+
+    def _choose_points(self, path: PanelPath) -> None:
+        """Choose how many Gauss points a panel has, by how far joints of a chain, and the base, turn on its pieces."""
+        far = (path.travel @ self._masses.beyond).max(axis=1, initial=0.0)
+        far += self._spin * np.diff(path.ends, axis=1)[:, 0] / self._presumed
+        costs = [
+            (points + more) * np.exp2(np.ceil(np.log2(np.maximum(far / most, 1.0)))).sum() for points, most, more in _POINTS
+        ]
+        self._count = _POINTS[int(np.argmin(costs))][0]
+        self._xi, self._weight, self._to_coefficients, self._to_chebyshev, self._reach, self._fall = _rule(self._count)
 
     def attitude(self, u: Array) -> Array:
         """Return R_w_b (r, 3, 3) at parameters u (r,)."""
-        return _rotation(self._quaternions(u))
+        return rotation(self._quaternions(u))
 
-    def angles(self) -> tuple[float, float]:
-        """Return how far the base is turned from its start at the end, and at most at 1000 instants and the end [rad]."""
-        turned = self._quaternions(np.linspace(*self._curve.domain, _PEAK_SAMPLES + 1))
-        turned = _product(self._begin * [1, -1, -1, -1], turned)
-        angle = 2 * np.arctan2(np.linalg.norm(turned[:, 1:], axis=1), np.abs(turned[:, 0]))
-        return float(angle[-1]), float(angle.max())
+    # ---- what is greatest ----------------------------------------------------------------------------------------------
+
+    def final(self) -> float:
+        """Return how far the base is turned from its start at the end [rad]; it may be off by `error`."""
+        turned = product(self._begin * CONJUGATE, self._turns.start[-1])
+        return float(2 * np.arctan2(np.linalg.norm(turned[1:]), abs(turned[0])))
+
+    def peak(self) -> float:
+        """Return a bound of how far the base is turned from its start at any u [rad]."""
+        d = self._to_integral(self._turns.slope)
+        sign = (-1.0) ** np.arange(1, d.shape[1] + 1)
+        first = np.array([1.0, 0.0, 0.0, 0.0]) - np.einsum("pjc,j->pc", d, sign)
+        Q = np.concatenate([first[:, None], d], axis=1)  # Chebyshev coefficients, (p, g + 1, 4)
+        Q = product(product(self._begin * CONJUGATE, self._turns.start[:-1])[:, None], Q)
+        scale = 1 / np.sqrt(1 - self._bounds.bent)
+        most = greatest_norm(Q[..., 1:], scale, np.zeros_like(scale))
+        return min(np.pi, 2 * float(np.arcsin(min(1.0, most))) + self.error)
+
+    def rate(self) -> float:
+        """Return a bound of the base's rate of turn, per unit of u [rad]."""
+        half, bounds = self._half, self._bounds
+        twice = chebyshev.chebpts1(2 * self._count)
+        slope = self._to_chebyshev @ self._turns.slope
+        d = self._to_integral(self._turns.slope)
+        at = chebyshev.chebvander(twice, self._count)
+        Q = at[:, 1:] @ d - np.einsum("pjc,j->pc", d, (-1.0) ** np.arange(1, self._count + 1))[:, None]
+        Q[..., 0] += 1.0
+        omega = 2 * product(Q * CONJUGATE, at[:, :-1] @ slope)[..., 1:]
+        coefficients = np.linalg.inv(chebyshev.chebvander(twice, 2 * self._count - 1)) @ omega
+        return greatest_norm(
+            coefficients, 1 / (half * (1 - bounds.bent)), (bounds.rate + bounds.tumble / 2 * self.error) / half
+        )
+
+    def joint_momentum(self) -> float:
+        """Return a bound of the arm's angular momentum by its joints' motion alone, per unit of u [N m s]."""
+        half = self._half
+        return greatest_norm(self._to_chebyshev @ self._panels.carried, 1 / half, self._bounds.carried / half)
+
+    @property
+    def instants(self) -> Array:
+        """Where panels begin, their middles, and the end: parameters (2 p + 1,)."""
+        low, high = self._cut.path.ends.T
+        return np.append(np.stack([low, (low + high) / 2], axis=1).ravel(), high[-1])
 
     # ---- the panels ----------------------------------------------------------------------------------------------------
 
-    def _integrate(self, ends: Array) -> None:
-        panels = self._sampled(ends)
-        turned = float(self._tumbles(panels).sum())
-        if turned > _MOST_TUMBLE:
-            raise ProblemError(
-                f"the momentum turns the base by some {turned:.3g} rad along the trajectory, expected less than "
-                f"{_MOST_TUMBLE:g} rad; check the units of masses, momentum and duration"
-            )
-        while self.evaluations < _MOST and (fast := self._tumbles(panels) > _WINDOW).any():
-            panels = self._halved(panels, fast)
-        slope, start = self._solved(panels)
-        off = self._off(slope)
-        allowed = TOLERANCE / max(float(ends[-1, 1] - ends[0, 0]), _LEAST)  # per unit of u
-        for _ in range(_HALVINGS):
-            coarse = off > np.maximum(allowed * np.diff(panels.ends, axis=1)[:, 0], 2 * _ROUNDING)
-            if not coarse.any() or self.evaluations > _MOST:
+    def _integrate(self, own: PanelPath) -> None:
+        cut = self._first_cut(own)
+        panels = self._sampled(cut.path)
+        while True:
+            turned = self._tumbles(panels, cut.path)
+            if turned.sum() > _MOST_TUMBLE:
+                raise ProblemError(
+                    f"the momentum turns the base by some {turned.sum():.3g} rad along the trajectory, expected less than "
+                    f"{_MOST_TUMBLE:g} rad; check the units of masses, momentum and duration"
+                )
+            if self.evaluations > _MOST or not (fast := turned > _WINDOW).any():
                 break
-            panels = self._halved(panels, coarse)
-            slope, start = self._solved(panels)
-            off = self._off(slope)
-        self._ends, self._start, self._coefficients = panels.ends, start, self._to_coefficients @ slope
-        self.error = float(off.sum())
+            cut, panels = self._halved(cut, panels, fast)
+        for halving in range(_HALVINGS):
+            self._cut, self._panels = cut, panels
+            self._half = np.maximum(np.diff(cut.path.ends, axis=1)[:, 0] / 2, _LEAST)
+            self._turns = self._solved()
+            self._bounds = bounds = self._bounded()
+            made = bounds.cut * bounds.later
+            coarse = (made > self._allowed(cut.path.ends)) & (bounds.cut > bounds.rounded)
+            enough = made.sum() <= TOLERANCE or not coarse.any()
+            if enough or self.evaluations > _MOST or halving == _HALVINGS - 1:
+                self.error = float(((bounds.cut + bounds.rounded) * bounds.later).sum())
+                break
+            cut, panels = self._halved(cut, panels, coarse)
+        self._ends, self._start = self._cut.path.ends, self._turns.start[:-1]
+        self._coefficients = self._to_coefficients @ self._turns.slope
 
-    def _off(self, slope: Array) -> Array:
-        """Estimate how far the attitude may be off (p,) [rad] in panels, from dQ/dxi (p, g, 4).
+    def _allowed(self, ends: Array) -> Array:
+        """Return what error may be made on each panel: half by their lengths, half by their number."""
+        return TOLERANCE / 2 * (np.diff(ends, axis=1)[:, 0] / self._length + 1 / len(ends))
 
-        As if all that is left out were as large as the last two coefficients that are not, whose integrals are at most
-        2 / (2 k + 1); the angle is twice the quaternion's.
-        """
-        last = np.linalg.norm(self._to_coefficients[-2:] @ slope, axis=2).max(axis=1)
-        return 4 * last / (self._points - 1) + _ROUNDING
+    def _first_cut(self, own: PanelPath) -> _Cut:
+        """Cut the path as will be needed, by what is known without its momentum."""
+        cut = self._grown(own)
+        for _ in range(_HALVINGS):
+            tumble = self._spin * np.diff(cut.path.ends, axis=1) / 2
+            missed = 4 * self._least_of(_PRESUMED * (cut.growth.carried + tumble)) / self._presumed
+            coarse = missed > self._allowed(cut.path.ends)
+            if not coarse.any() or len(coarse) * self._count > _MOST:
+                break
+            cut = _joined(cut, self._grown(_some(cut.path, coarse).halves()), coarse)
+        return cut
 
-    def _tumbles(self, panels: _Panels) -> Array:
-        """Return how far the base turns in panels by its angular momentum, more or less, (p,) [rad]."""
-        most = np.linalg.norm(panels.yielding, axis=(2, 3)).max(axis=1)
-        return most * np.diff(panels.ends, axis=1)[:, 0] * float(np.linalg.norm(self._angular))
+    def _grown(self, path: PanelPath) -> _Cut:
+        return _Cut(path, self._ellipses.growth(path))
 
-    def _halved(self, panels: _Panels, coarse: NDArray[np.bool_]) -> _Panels:
-        ends = panels.ends[coarse]
-        middle = ends.mean(axis=1)
-        fine = self._sampled(np.stack([ends[:, 0], middle, middle, ends[:, 1]], axis=1).reshape(-1, 2))
-        joined = _Panels(*(np.concatenate([old[~coarse], new]) for old, new in zip(panels, fine, strict=True)))
-        order = np.argsort(joined.ends[:, 0], kind="stable")
-        return _Panels(*(column[order] for column in joined))
+    def _halved(self, cut: _Cut, panels: _Panels, coarse: NDArray[np.bool_]) -> tuple[_Cut, _Panels]:
+        fine = self._grown(_some(cut.path, coarse).halves())
+        return _joined(cut, fine, coarse), _merged(panels, self._sampled(fine.path), coarse)
 
-    def _sampled(self, ends: Array) -> _Panels:
+    def _sampled(self, path: PanelPath) -> _Panels:
         """Ask Pinocchio for the centroidal map in all Gauss points."""
+        share = (1 + self._xi) / 2
+        values, rates = (weights(points.shape[1] - 1, share) @ points for points in (path.values, path.rates))
+        return self._sampled_at(values, rates)
+
+    def _sampled_at(self, values: Array, rates: Array) -> _Panels:
+        """Ask Pinocchio at joint values, with rates, (p, g, j)."""
         import pinocchio  # pyright: ignore[reportMissingImports]
 
-        u = (ends.mean(axis=1)[:, None] + np.diff(ends, axis=1) / 2 * self._xi).ravel()
-        values = self._joints.values(self._curve.sample(u))
-        rates = self._curve.sample(u, 1)[:, self._joints.dof] * self._joints.multiplier
-        q = np.tile(pinocchio.neutral(self._model), (len(u), 1))
-        q[:, self._at_q] = values
-        inertia, carried = np.empty((len(u), 3, 3)), np.empty((len(u), 3))
-        ask, model, state, at = pinocchio.computeCentroidalMap, self._model, self._state, self._at_v
-        for i, (row, rate) in enumerate(zip(q, rates, strict=True)):
-            angular = ask(model, state, row)[3:]
-            inertia[i] = angular[:, 3:6]
-            carried[i] = angular[:, at] @ rate
-        self.evaluations += len(u)
+        shape = values.shape[:2]
+        count = shape[0] * shape[1]
+        q = np.tile(pinocchio.neutral(self._model), (count, 1))
+        q[:, self._at_q] = values.reshape(count, -1)
+        map_of = np.empty((count, 3, self._model.nv))
+        ask, model, state = pinocchio.computeCentroidalMap, self._model, self._state
+        for i, row in enumerate(q):
+            map_of[i] = ask(model, state, row)[3:]
+        self.evaluations += count
+        inertia = np.ascontiguousarray(map_of[:, :, 3:6])
+        carried = np.einsum("icd,id->ic", map_of[:, :, self._at_v], rates.reshape(count, -1))
         yielding: Array = np.linalg.inv(inertia).astype(np.float64)
         push = -np.einsum("icd,id->ic", yielding, carried)
-        shape = len(ends), self._points
-        return _Panels(ends, push.reshape(*shape, 3), yielding.reshape(*shape, 3, 3))
+        matrices, vectors = (*shape, 3, 3), (*shape, 3)
+        return _Panels(inertia.reshape(matrices), yielding.reshape(matrices), carried.reshape(vectors), push.reshape(vectors))
+
+    def _tumbles(self, panels: _Panels, path: PanelPath) -> Array:
+        """Return how far the base turns in panels by its angular momentum, more or less, (p,) [rad]."""
+        most = np.linalg.norm(panels.yielding, axis=(2, 3)).max(axis=1)
+        return most * np.diff(path.ends, axis=1)[:, 0] * self._spin
 
     # ---- one solution --------------------------------------------------------------------------------------------------
 
-    def _solved(self, panels: _Panels) -> tuple[Array, Array]:
-        """Return dQ/dxi (p, g, 4) in the Gauss points, Q from each panel's start, and the attitudes (p, 4) there."""
-        if not self._angular.any():
-            slope, _, start = self._turned(panels.ends, panels.push, self._begin)
-            return slope, start[:-1]
-        window = np.floor(np.cumsum(self._tumbles(panels)) / _WINDOW)
-        slopes, starts, begin = [], [], self._begin
+    def _solved(self) -> _Turns:
+        """Solve all panels."""
+        panels = self._panels
+        if not self._spin:
+            return self._turned(panels.push, self._begin, np.zeros(len(panels.push)))
+        window = np.floor(np.cumsum(self._tumbles(panels, self._cut.path)) / _WINDOW)
+        parts, begin = [], self._begin
         for of in np.unique(window):
-            some = _Panels(*(column[window == of] for column in panels))
-            slope, start = self._tumbled(some, begin)
-            slopes.append(slope)
-            starts.append(start[:-1])
-            begin = start[-1]
-        return np.concatenate(slopes), np.concatenate(starts)
+            rows = window == of
+            some = _Panels(*(column[rows] for column in panels))
+            parts.append(self._tumbled(some, self._half[rows], begin))
+            begin = parts[-1].start[-1]
+        slope, inside, missed = (
+            np.concatenate([getattr(part, name) for part in parts]) for name in ("slope", "inside", "missed")
+        )
+        return _Turns(slope, inside, np.concatenate([*(part.start[:-1] for part in parts), begin[None]]), missed)
 
-    def _tumbled(self, panels: _Panels, begin: Array) -> tuple[Array, Array]:
+    def _tumbled(self, panels: _Panels, half: Array, begin: Array) -> _Turns:
         """Solve panels in which omega depends on the attitude, again and again until nothing changes."""
         omega = panels.push
         for _ in range(_SWEEPS):
-            slope, inside, start = self._turned(panels.ends, omega, begin)
-            R = _rotation(_product(start[:-1, None], inside))
-            local = (np.swapaxes(R, -1, -2) @ self._angular)[..., None]
+            turns = self._turned(omega, begin, np.zeros(len(omega)))
+            R = rotation(product(turns.start[:-1, None], turns.inside))
+            local = (np.swapaxes(R, -1, -2) @ self._angular)[..., None] * half[:, None, None, None]
             before, omega = omega, panels.push + (panels.yielding @ local)[..., 0]
-            if np.abs(omega - before).max() <= _STEADY * np.abs(omega).max():
-                return slope, start
+            changed = np.abs(omega - before).max(axis=(1, 2))
+            if changed.max() <= _STEADY * np.abs(omega).max():
+                return turns._replace(missed=2 * changed)
         raise ProblemError(
             "the spacecraft tumbles too fast along the trajectory to be followed, expected less momentum or a shorter duration"
         )
 
-    def _turned(self, ends: Array, omega: Array, begin: Array) -> tuple[Array, Array, Array]:
-        """Solve panels, from an attitude (4,), for rates omega (p, g, 3) given in the Gauss points.
-
-        Returns:
-            dQ/dxi and Q (p, g, 4) from the panel's start, and the attitudes (p + 1, 4) where they start, and at the end.
-        """
-        half = np.diff(ends, axis=1)[:, :, None, None] / 2
-        right = _times(omega) * (half / 2)  # (p, g, 4, 4): Q o omega / 2 per xi, as a matrix on Q
+    def _turned(self, omega: Array, begin: Array, missed: Array) -> _Turns:
+        """Solve panels, from an attitude (4,), for rates omega (p, g, 3) given in the Gauss points."""
+        right = times(omega) / 2  # (p, g, 4, 4): Q o omega / 2, as a matrix on Q
         count, points = omega.shape[:2]
         system = -np.einsum("ij,pjcd->picjd", self._reach, right).reshape(count, 4 * points, 4 * points)
         system += np.eye(4 * points)
@@ -219,86 +351,114 @@ class Drift:
         Q = np.linalg.solve(system, np.tile(one[:, None], (count, 1, 1)))[..., 0].reshape(count, points, 4)
         slope = np.einsum("pgcd,pgd->pgc", right, Q)
         end = np.array([1.0, 0.0, 0.0, 0.0]) + self._weight @ slope
-        return slope, Q, _running(np.concatenate([begin[None], end / np.linalg.norm(end, axis=1)[:, None]]))
+        start = running(np.concatenate([begin[None], end / np.linalg.norm(end, axis=1)[:, None]]))
+        return _Turns(slope, Q, start, missed)
+
+    # ---- by how much it may be wrong -----------------------------------------------------------------------------------
+
+    def _bounded(self) -> _Bounds:
+        """Bound what the solution misses on each panel."""
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            return self._bounds_of(self._panels, self._turns, self._cut)
+
+    def _bounds_of(self, panels: _Panels, turns: _Turns, cut: _Cut) -> _Bounds:
+        points, growth, own = self._count, cut.growth, self._spin * self._half
+        slope = on_ellipses(np.linalg.norm(self._to_chebyshev @ turns.slope, axis=2))  # (p, r) of |dQ/dxi|
+        way = np.linalg.norm(self._to_integral(turns.slope), axis=2)
+        way = on_ellipses(np.concatenate([way.sum(axis=1)[:, None], way], axis=1))  # of |Q - 1|
+        near = 1 + np.sqrt(2) * way
+        missed = near * (2 * growth.inertia * slope + near * (growth.carried + own[:, None]))
+        missed = np.where(np.isfinite(missed), missed, np.inf)
+        F = _OUTWARD * self._least_of(missed)
+        bent = 4 * _OUTWARD * self._least_of(2 * near * slope) + _ROUNDING
+        hopeless = ~(bent < _BENT)
+        bent = np.where(hopeless, 0.0, bent)
+        least, most = self._moments(panels, (1 + points) * _OUTWARD * self._least_of(growth.inertia))
+        least = least * (1 - bent)
+        # In the points themselves: rounding, and what a solution for a tumbling base left.
+        trace = np.trace(panels.inertia, axis1=2, axis2=3).max(axis=1)
+        moving = slope[:, 0] + growth.travel
+        lost = 4 * cut.path.values.shape[1]  # by sums of so many terms
+        digits = _EPS * (64 + lost + (_DIGITS + lost) * cut.path.size)
+        there = digits * trace * 2 * moving + trace * turns.missed + 64 * _EPS * own
+        cut_off, rounded = 4 * F / least, 2 * there / least + _ROUNDING
+        rate = ((1 + points) * F + points * there) / least
+        carried = (1 + points) * _OUTWARD * self._least_of(growth.carried) + points * digits * trace * 2 * growth.travel
+        cut_off, rate = (np.where(hopeless | np.isnan(off), np.inf, off) for off in (cut_off, rate))
+        return _Bounds(cut_off, rounded, rate, carried, bent, 2 * own / least, own * np.maximum(1 / least - 1 / most, 0.0))
+
+    def _least_of(self, sizes: Array) -> Array:
+        """Return how far interpolation may be off, of functions of these sizes (p, r) on the ellipses: (p,) by the best one."""
+        return (self._fall[1:] * sizes[:, 1:]).min(axis=1)
+
+    def _moments(self, panels: _Panels, off: Array) -> tuple[Array, Array]:
+        """Bound the least and the greatest moment of inertia on panels (p,), H being off by so much (p,) between the points.
+
+        x.H x is a polynomial of xi for every x, up to that; and a polynomial is stationary in theta where it is least.
+        """
+        count = 2 * self._count
+        theta = (np.arange(count) + 0.5) * np.pi / count
+        coefficients = self._to_chebyshev @ panels.inertia.reshape(len(off), self._count, 9)
+        j = np.arange(float(self._count))
+        bow = np.linalg.norm(coefficients, axis=2) @ j**2 * (np.pi / count) ** 2 / 8
+        moments = np.linalg.eigvalsh((np.cos(np.outer(theta, j)) @ coefficients).reshape(len(off), count, 3, 3))
+        off = off + bow + 64 * _EPS * moments[..., 2].max(axis=1)
+        least, most = moments[..., 0].min(axis=1) - off, moments[..., 2].max(axis=1) + off
+        return np.fmax(least, self._masses.base_least), np.where(np.isfinite(most), most, np.inf)
+
+    def _to_integral(self, slope: Array) -> Array:
+        """Return the Chebyshev coefficients 1 to g of Q (p, g, 4), from dQ/dxi in the points."""
+        return integrated(self._to_chebyshev @ slope)
 
     def _quaternions(self, u: Array) -> Array:
         panel = np.clip(np.searchsorted(self._ends[:, 0], u, side="right") - 1, 0, len(self._ends) - 1)
         low, high = self._ends[panel].T
         xi = np.clip((2 * u - low - high) / np.maximum(high - low, _LEAST), -1.0, 1.0)
-        turned = np.einsum("rg,rgc->rc", self._integrals(xi), self._coefficients[panel])
+        turned = np.einsum("rg,rgc->rc", _integrals(xi, self._count), self._coefficients[panel])
         turned[:, 0] += 1.0
-        turned = _product(self._start[panel], turned)
+        turned = product(self._start[panel], turned)
         return turned / np.linalg.norm(turned, axis=1)[:, None]
 
-    def _integrals(self, xi: Array) -> Array:
-        """Return the integrals of the Legendre polynomials 0 to g - 1 from -1 to xi (r,), (r, g)."""
-        values = legendre.legvander(xi, self._points)
-        out = np.empty((len(xi), self._points))
-        out[:, 0] = xi + 1.0
-        k = np.arange(1, self._points)
-        out[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2 * k + 1)
-        return out
+
+# ---- columns of panels -------------------------------------------------------------------------------------------------
+
+Columns = TypeVar("Columns", PanelPath, Growth, _Panels)
 
 
-def _cut(own: Array, travel: Array) -> Array:
-    """Cut a path's own pieces (p, 2), in which a joint travels so far (p,), so that none travels far in a panel."""
-    counts = np.clip(np.ceil(travel / _TRAVEL), 1, 1000).astype(np.intp)
-    cuts = [np.linspace(a, b, n + 1) for (a, b), n in zip(own.tolist(), counts.tolist(), strict=True)]
-    return np.concatenate([np.stack([cut[:-1], cut[1:]], axis=1) for cut in cuts])
+def _some(columns: Columns, which: NDArray[np.bool_]) -> Columns:
+    return type(columns)(*(column[which] for column in columns))
 
 
-# ---- quaternions -------------------------------------------------------------------------------------------------------
+def _merged(old: Columns, halves: Columns, halved: NDArray[np.bool_]) -> Columns:
+    """Return columns in order, with two halves in place of each panel that is halved."""
+    order = np.argsort(np.concatenate([np.flatnonzero(~halved), np.repeat(np.flatnonzero(halved), 2)]), kind="stable")
+    return type(old)(*(np.concatenate([one[~halved], other])[order] for one, other in zip(old, halves, strict=True)))
 
 
-def _product(a: Array, b: Array) -> Array:
-    """Return a o b, (..., 4)."""
-    w, x, y, z = np.moveaxis(b, -1, 0)
-    p, i, j, k = np.moveaxis(a, -1, 0)
-    return np.stack(
-        [
-            p * w - i * x - j * y - k * z,
-            p * x + i * w + j * z - k * y,
-            p * y - i * z + j * w + k * x,
-            p * z + i * y - j * x + k * w,
-        ],
-        axis=-1,
-    )
+def _joined(old: _Cut, halves: _Cut, halved: NDArray[np.bool_]) -> _Cut:
+    return _Cut(_merged(old.path, halves.path, halved), _merged(old.growth, halves.growth, halved))
 
 
-def _times(omega: Array) -> Array:
-    """Return matrices (..., 4, 4) that take Q to Q o (0, omega)."""
-    x, y, z = np.moveaxis(omega, -1, 0)
-    o = np.zeros_like(x)
-    rows = [[o, -x, -y, -z], [x, o, z, -y], [y, -z, o, x], [z, y, -x, o]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+# ---- Gauss points ------------------------------------------------------------------------------------------------------
 
 
-def _running(turns: Array) -> Array:
-    """Return the products (p, 4) of the first, the first two, ... of so many quaternions."""
-    out, step = turns.copy(), 1
-    while step < len(out):
-        out[step:] = _product(out[:-step], out[step:])
-        step *= 2
-    return out / np.linalg.norm(out, axis=1)[:, None]
+@lru_cache(maxsize=8)
+def _rule(points: int) -> tuple[Array, ...]:
+    """Return g Gauss points, their weights, maps from values there to the coefficients of Legendre's and Chebyshev's
+    polynomials (g, g), the integrals from -1 to each point (g, g), and how interpolation's error falls on ellipses (r,).
+    """
+    xi, weight = legendre.leggauss(points)
+    to_legendre = np.linalg.inv(legendre.legvander(xi, points - 1))
+    to_chebyshev = np.linalg.inv(chebyshev.chebvander(xi, points - 1))
+    made = xi, weight, to_legendre, to_chebyshev, _integrals(xi, points) @ to_legendre, fall(points)
+    return tuple(np.asarray(array, dtype=np.float64) for array in made)
 
 
-def _rotation(wxyz: Array) -> Array:
-    """Return R (..., 3, 3) of unit quaternions."""
-    w, x, y, z = np.moveaxis(wxyz, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
-def _quaternion(R: Array) -> Array:
-    """Return the unit quaternion (4,) of a rotation (3, 3)."""
-    # The greatest column of 4 q q^T is q times its greatest entry, so nothing is divided by what may be 0.
-    trace = float(np.trace(R))
-    outer = np.empty((4, 4))
-    outer[0, 0], outer[1:, 1:] = 1 + trace, R + R.T + (1 - trace) * np.eye(3)
-    outer[0, 1:] = outer[1:, 0] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
-    column = outer[:, int(np.argmax(np.diag(outer)))]
-    return column / np.linalg.norm(column)
+def _integrals(xi: Array, count: int) -> Array:
+    """Return the integrals of the Legendre polynomials 0 to count - 1 from -1 to xi (r,), (r, count)."""
+    values = legendre.legvander(xi, count)
+    out = np.empty((len(xi), count))
+    out[:, 0] = xi + 1.0
+    k = np.arange(1, count)
+    out[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2 * k + 1)
+    return out

@@ -1,0 +1,242 @@
+"""How fast momentum can grow off the real axis: what bounds a polynomial's error between the points where it is right.
+
+On a panel of the path, xi from -1 to 1, joint values are polynomials, and the inertia H and the arm's angular momentum h v' are
+entire functions of xi. Let rho > 1, and E the ellipse with the foci -1 and 1 whose half axes are (rho + 1/rho) / 2 and
+(rho - 1/rho) / 2. A function that is analytic in E and no greater than M there has Chebyshev coefficients of at most
+2 M rho^-j, so a polynomial of degree n - 1 comes closer to it than
+
+    2 M rho^(1 - n) / (rho - 1)        on [-1, 1].
+
+(Trefethen, Approximation Theory and Approximation Practice, theorems 8.1 and 8.2; for vectors with their norm.) Here are such
+M, for some rho at once. With a joint's value a + i b its rotation has the norm e^|b|, and |x . y|, |x x y| <= |x| |y| for
+complex vectors too. docs/certificate.md has the sums.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.motion import Curve
+from spacearm.motion.bernstein import halvings, weights
+from spacearm.proof.bodies import ancestors
+from spacearm.proof.kept import kept
+from spacearm.proof.masses import masses_of
+from spacearm.proof.middles import JointMap
+from spacearm.robot import Robot
+
+Array = NDArray[np.float64]
+
+RHO = np.array([1.0, 1.15, 1.4, 1.8, 2.3, 3.0, 4.0, 5.5, 8.0, 12.0, 20.0, 40.0])
+"""The ellipses; the first is the real panel itself."""
+
+_EPS = float(np.finfo(np.float64).eps)
+_STEEP = 80.0  # beyond e to the power of that nothing is learned
+_HIGH = 8  # degrees above which rounding, times rho to that power, counts
+_WIDER = 2.0 ** np.arange(1, 13)
+_LEAST = 1e-300
+
+
+class Growth(NamedTuple):
+    """Bounds on p panels, on each of r ellipses; all rates per unit of xi.
+
+    Attributes:
+        inertia: (p, r) of |H| [kg m^2].
+        carried: (p, r) of |h v'| [N m s].
+        travel: (p,) of the sum of the joints' |v'| on the panel itself [rad or m].
+    """
+
+    inertia: Array
+    carried: Array
+    travel: Array
+
+
+class PanelPath(NamedTuple):
+    """The joints' path on p panels, as polynomials of xi.
+
+    Attributes:
+        ends: (p, 2) of the panels, in u.
+        values: (p, d + 1, j) Bernstein coefficients of the joints' values [rad or m].
+        rates: (p, e + 1, j) those of their derivatives, per unit of xi.
+        coarse: (p, j) greatest of these on the whole piece of the curve, scaled to the panel's xi.
+        share: (p,) of the piece that the panel is.
+        size: (p,) sum of the joints' greatest coefficients on the piece: what rounding is relative to.
+    """
+
+    ends: Array
+    values: Array
+    rates: Array
+    coarse: Array
+    share: Array
+    size: Array
+
+    @classmethod
+    def of(cls, curve: Curve, joints: JointMap) -> PanelPath:
+        """Return a curve's own pieces."""
+        ends = curve.hulls(0, bisections=0)[0]
+        values = curve.bezier()[..., joints.dof] * joints.multiplier + joints.offset
+        rates = curve.bezier(1)[..., joints.dof] * joints.multiplier * (np.diff(ends, axis=1) / 2)[..., None]
+        return cls(ends, values, rates, np.abs(rates).max(axis=1), np.ones(len(ends)), np.abs(values).max(axis=1).sum(axis=1))
+
+    @property
+    def travel(self) -> Array:
+        """How far each joint travels, at most, (p, j) [rad or m]."""
+        return 2 * np.abs(self.rates).max(axis=1)
+
+    def halves(self) -> PanelPath:
+        """Return two panels for each."""
+        middle = self.ends.mean(axis=1)
+        ends = np.stack([self.ends[:, 0], middle, middle, self.ends[:, 1]], axis=1).reshape(-1, 2)
+        values, rates = (
+            (halvings(of.shape[1] - 1, 1) @ of[:, None]).reshape(-1, *of.shape[1:]) for of in (self.values, self.rates)
+        )
+        coarse, share, size = (np.repeat(of, 2, axis=0) for of in (self.coarse / 2, self.share / 2, self.size))
+        return PanelPath(ends, values, rates / 2, coarse, share, size)
+
+
+@kept
+def ellipses_of(robot: Robot) -> Ellipses:
+    """Return a robot's."""
+    return Ellipses(robot)
+
+
+class Ellipses:
+    """A robot's masses, as far as they bound its momentum at complex joint values."""
+
+    def __init__(self, robot: Robot) -> None:
+        masses = masses_of(robot)
+        base = masses.joint < 0
+        middle = masses.mass[base] @ masses.com[base] / masses.mass[base].sum()  # everything is seen from here
+        self._turns = np.array([joint.kind == "revolute" for joint in robot.joints], dtype=bool)
+        parent = np.array([joint.parent for joint in robot.joints], dtype=np.intp)
+        reach = np.array([joint.T_parent_joint[:3, 3] for joint in robot.joints]).reshape(-1, 3)
+        reach[parent < 0] -= middle
+        self._parent = parent
+        self._along, self._across = np.abs(reach[:, 2]), np.linalg.norm(reach[:, :2], axis=1)
+        self._joint = masses.joint
+        com = np.where(base[:, None], masses.com - middle, masses.com)
+        self._com_along, self._com_across = np.abs(com[:, 2]), np.linalg.norm(com[:, :2], axis=1)
+        self._before = ancestors(robot).T * 1.0  # (i, k): i is before k
+        self._beyond = masses.beyond  # (j, b)
+        self._mass, self._moment = masses.mass, masses.greatest
+
+    def growth(self, path: PanelPath) -> Growth:
+        """Bound inertia and momentum on panels."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._growth(path)
+
+    def _growth(self, path: PanelPath) -> Growth:
+        rates = self._coefficients(path)  # (p, e + 1, j) absolute Chebyshev coefficients
+        way = _integrated(rates)
+        up, down = _powers(rates.shape[1]), _powers(rates.shape[1] + 1)
+        V = np.einsum("rd,pdj->prj", up[0], rates)  # |v'|
+        off = np.einsum("rd,pdj->prj", down[1], way) * self._turns  # |Im v|
+        first = np.abs(path.values[:, 0])  # (p, j)
+        slid = first[:, None] + np.einsum("rd,pdj->prj", down[0] + 1.0, way)
+        turn, slide = V * self._turns, ~self._turns
+        before = off @ self._before
+        steep = (before + off).max(axis=-1, initial=0.0) > _STEEP
+        grown = np.exp(np.minimum(before, _STEEP))  # of the frame that a joint is on
+        own, spun = np.exp(np.minimum(off, _STEEP)), turn @ self._before + turn
+        # What stands before a joint's own offset: its parent's rotation, and how fast that turns.
+        there, turned, its = (self._of_parent(values, base) for values, base in ((grown, 1.0), (own, 1.0), (spun, 0.0)))
+        placed = there * np.hypot(self._along, turned * self._across)
+        moved = placed * its
+        moved = moved + slide * grown * (its * slid + V)
+        placed = placed + slide * grown * slid
+        # The bodies; those of the base stand still.
+        held = np.concatenate([grown, np.ones_like(grown[..., :1])], axis=-1)[..., self._joint]
+        wide = np.concatenate([own, np.ones_like(own[..., :1])], axis=-1)[..., self._joint]
+        fast = np.concatenate([spun, np.zeros_like(spun[..., :1])], axis=-1)[..., self._joint]
+        com = held * np.hypot(self._com_along, wide * self._com_across)
+        r, dr = com + placed @ self._beyond, com * fast + moved @ self._beyond  # (p, r, b)
+        omega = (grown * turn) @ self._beyond
+        moment = self._moment * (held * wide) ** 2
+        m = self._mass
+        inertia = (moment + 4 * m * r**2).sum(axis=-1)
+        carried = (moment * omega + m * r * dr).sum(axis=-1) + (r @ m) * (dr @ m) / m.sum()
+        hopeless = steep | ~np.isfinite(inertia) | ~np.isfinite(carried)
+        return Growth(
+            inertia=np.where(hopeless, np.inf, inertia),
+            carried=np.where(hopeless, np.inf, carried),
+            travel=V[:, 0].sum(axis=-1),
+        )
+
+    def _of_parent(self, values: Array, base: float) -> Array:
+        """Return what a joint's parent has, (p, r, j)."""
+        return np.where(self._parent >= 0, values[..., self._parent], base)
+
+    def _coefficients(self, path: PanelPath) -> Array:
+        """Return bounds of the Chebyshev coefficients of v' (p, e + 1, j), rounding included.
+
+        A polynomial of degree e that is at most B on a piece is at most B R^e on the ellipse R around it, and a panel's own
+        ellipse s lies in one of these: for high degrees that bounds coefficients of which the rounding hides the true size.
+        """
+        degree = path.rates.shape[1] - 1
+        found = np.abs(_from_bernstein(degree) @ path.rates)
+        found += (_EPS * (8 + 4 * degree) * path.coarse)[:, None]
+        if degree <= _HIGH:
+            return found
+        away = path.share[:, None] * (_WIDER - 1 / _WIDER) / 2  # (p, s)
+        wide = 1 + away + np.sqrt(2 * away + away**2)
+        power = 2 * wide[:, None] ** degree * _WIDER ** -np.arange(degree + 1.0)[:, None]
+        return np.minimum(found, power.min(axis=-1)[..., None] * path.coarse[:, None])
+
+
+def fall(points: int) -> Array:
+    """Return 2 rho^(1 - n) / (rho - 1), (r,), infinite for rho = 1: times M, how far n coefficients may be off at best."""
+    out = np.full(len(RHO), np.inf)
+    out[1:] = 2 * RHO[1:] ** (1.0 - points) / (RHO[1:] - 1)
+    return out
+
+
+def on_ellipses(coefficients: Array) -> Array:
+    """Bound polynomials on the ellipses: (p, d + 1) absolute Chebyshev coefficients -> (p, r)."""
+    return coefficients @ _powers(coefficients.shape[1])[0].T
+
+
+def integrated(coefficients: Array) -> Array:
+    """Return the Chebyshev coefficients 1 to d + 1 of the integral, (p, d + 1, ...)."""
+    count = coefficients.shape[1]
+    out = np.zeros_like(coefficients)
+    j = np.arange(1, count + 1).reshape(-1, *[1] * (coefficients.ndim - 2))
+    out[:] = coefficients / (2 * j)
+    out[:, 0] = coefficients[:, 0]
+    out[:, : count - 2] -= coefficients[:, 2:] / (2 * j[: count - 2])
+    return out
+
+
+def _integrated(sizes: Array) -> Array:
+    """Bound the Chebyshev coefficients of integrals, (p, d + 2, j), the first being 0, by those of what is integrated."""
+    count = sizes.shape[1]
+    out = np.zeros((sizes.shape[0], count + 1, sizes.shape[2]))
+    j = np.arange(1, count + 1)[:, None]
+    out[:, 1:] = sizes / (2 * j)
+    out[:, 1] = sizes[:, 0]
+    out[:, 1 : count - 1] += sizes[:, 2:] / (2 * j[: count - 2])
+    return out
+
+
+@lru_cache(maxsize=64)
+def _powers(count: int) -> Array:
+    """Return bounds of |T_j| and |Im T_j| on the ellipses for j = 0 to count - 1, (2, r, count)."""
+    j = np.arange(float(count))
+    up, down = RHO[:, None] ** j, RHO[:, None] ** -j
+    out = np.stack([(up + down) / 2, (up - down) / 2])
+    out.setflags(write=False)
+    return out
+
+
+@lru_cache(maxsize=64)
+def _from_bernstein(degree: int) -> Array:
+    """Map Bernstein coefficients to Chebyshev's; by values in the Chebyshev points, where both are exact."""
+    k = np.arange(degree + 1)
+    theta = (k + 0.5) * np.pi / (degree + 1)
+    out = np.cos(np.outer(k, theta)) * 2 / (degree + 1)
+    out[0] /= 2
+    out = out @ weights(degree, (1 + np.cos(theta)) / 2)
+    out.setflags(write=False)
+    return out
