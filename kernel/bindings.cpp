@@ -180,6 +180,7 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
         .def("obstacle_clearances", &obstacle_clearances<T>)
         .def("pair_clearances", &pair_clearances<T>)
         .def("shortfalls", &shortfalls<T>)
+        .def("eased", &eased<T>, "capsule"_a, "obstacle"_a, "other"_a, "most"_a)
         .def("weighed", &weighed<T>, "mass"_a, "com"_a, "inertia"_a)
         .def("momentum_terms", &momentum_terms<T>);
 

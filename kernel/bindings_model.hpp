@@ -2,6 +2,8 @@
 // is a defect of ours and raises ValueError.
 #pragma once
 
+#include <map>
+
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/function.h>
@@ -374,6 +376,39 @@ model<T> surrounded(const model<T>& plain, in1<std::int32_t> index, in1<std::int
 }
 
 inline constexpr double most_of_masses = 1e18;   // [kg], [kg m^2]
+// A copy of the model whose capsules (by their place in the robot's own list) may come nearer to obstacles (by theirs in the
+// scene), or to other capsules where the obstacle is -1, than the margin: no more than `most` is asked for between them.
+template <class T>
+model<T> eased(const model<T>& plain, in1<std::int32_t> capsule, in1<std::int32_t> obstacle, in1<std::int32_t> other, in1<double> most) {
+    require(obstacle.shape(0) == capsule.shape(0) && other.shape(0) == capsule.shape(0) && most.shape(0) == capsule.shape(0), "the eased pairs' arrays do not fit");
+    model<T> m = plain;
+    body<T>& b = m.envelope;
+    const int capsules = static_cast<int>(b.capsules.size()), obstacles = static_cast<int>(m.obstacle_order.size());
+    std::vector<int> cluster_of(capsules, 0);
+    for (std::size_t c = 0; c < b.clusters.size(); ++c) {
+        for (int i = b.clusters[c].first; i < b.clusters[c].last; ++i) cluster_of[b.capsules[i].index] = static_cast<int>(c);
+    }
+    std::map<std::pair<shape, int>, int> node_of;
+    for (std::size_t k = 0; k < m.obstacles.tree.size(); ++k) node_of[{m.obstacles.tree[k].kind, m.obstacles.tree[k].index}] = static_cast<int>(k);
+    b.eased.clear();
+    for (std::size_t i = 0; i < capsule.shape(0); ++i) {
+        require(capsule(i) >= 0 && capsule(i) < capsules && obstacle(i) < obstacles && other(i) < capsules && (obstacle(i) >= 0 || other(i) >= 0), "an eased pair is out of range");
+        const int one = cluster_of[capsule(i)];
+        if (obstacle(i) >= 0) {
+            b.eased.push_back({one, node_of.at(m.obstacle_order[obstacle(i)]), static_cast<T>(most(i))});
+            continue;
+        }
+        const int two = cluster_of[other(i)];
+        for (std::size_t p = 0; p < b.pairs.size(); ++p) {
+            const auto& [x, y] = b.pairs[p];
+            if ((x == one && y == two) || (x == two && y == one)) b.eased.push_back({-1, static_cast<int>(p), static_cast<T>(most(i))});
+        }
+    }
+    std::sort(b.eased.begin(), b.eased.end(), [](const eased_pair<T>& x, const eased_pair<T>& y) {   // of one pair the least first
+        return x.cluster == y.cluster && x.other == y.other ? x.most < y.most : x.before(y.cluster, y.other);
+    });
+    return m;
+}
 
 // A copy of the model with its masses, for a base that floats: a row for the base, then one a joint.
 template <class T> model<T> weighed(const model<T>& plain, in1<double> mass, in2c<double> com, in2c<double> inertia) {

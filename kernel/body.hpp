@@ -57,10 +57,21 @@ template <class T> struct cluster {
     int first, last;             // its capsules
     T center[3], radius;         // the ball around them
 };
+template <class T> struct eased_pair {
+    int cluster, other;          // and a node of the obstacles' tree; or -1 and the number of a pair of clusters
+    T most;                      // [m] no more margin than this is asked for between the two
+    bool before(int c, int o) const { return cluster != c ? cluster < c : other < o; }
+};
 template <class T> struct body {
     std::vector<body_capsule<T>> capsules;
     std::vector<cluster<T>> clusters;
     std::vector<std::pair<int, int>> pairs;   // clusters that must keep clear of each other
+    std::vector<eased_pair<T>> eased;         // in order; mostly none: those that begin or end nearer than the margin
+
+    T margin_of(int c, int other, T margin) const {
+        const auto at = std::lower_bound(eased.begin(), eased.end(), 0, [&](const eased_pair<T>& e, int) { return e.before(c, other); });
+        return at != eased.end() && at->cluster == c && at->other == other ? std::min(margin, at->most) : margin;
+    }
 };
 
 // ---- boxes around the shapes ----------------------------------------------------------------------------------------
@@ -256,7 +267,7 @@ template <class T> SPACEARM_INLINE bool near_box(const vec3<T>& p, T reach, cons
 }
 
 template <class T>
-inline void add_obstacle_shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin, body_memory<T>& w, pack<T>& sum, bool stop_early) {
+inline void add_obstacle_shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin, body_memory<T>& w, pack<T>& sum, bool stop_early, bool ease) {
     const int nodes = static_cast<int>(obstacles.tree.size());
     for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {   // the hand first: it is what collides most
         const cluster<T>& c = b.clusters[i];
@@ -268,7 +279,8 @@ inline void add_obstacle_shortfall(const body<T>& b, const frame<T>* frames, con
                 continue;
             }
             if (node.kind != shape::none) {
-                obstacles.visit(node.kind, node.index, [&](const auto& o) { add_shortfall(b, frames, i, o, margin, w, sum); });
+                const T asked = ease ? b.margin_of(i, k, margin) : margin;
+                obstacles.visit(node.kind, node.index, [&](const auto& o) { add_shortfall(b, frames, i, o, asked, w, sum); });
             }
             ++k;
         }
@@ -289,8 +301,10 @@ template <class T> SPACEARM_INLINE pack<T> squared_distance(const body<T>& b, co
                                     d.inverse_squared_length == T(0) ? none : w.ab[l], d.inverse_squared_length);
 }
 
-template <class T> inline void add_self_shortfall(const body<T>& b, const frame<T>* frames, T margin, body_memory<T>& w, pack<T>& sum, bool stop_early) {
-    for (const auto& [i, j] : b.pairs) {
+template <class T> inline void add_self_shortfall(const body<T>& b, const frame<T>* frames, T usual, body_memory<T>& w, pack<T>& sum, bool stop_early, bool ease) {
+    for (std::size_t p = 0; p < b.pairs.size(); ++p) {
+        const auto& [i, j] = b.pairs[p];
+        const T margin = ease ? b.margin_of(-1, static_cast<int>(p), usual) : usual;
         const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
         const vec3<T> apart = w.centers[i] - w.centers[j];
         const T near = one.radius + two.radius + margin;
@@ -316,13 +330,15 @@ template <class T> inline void add_self_shortfall(const body<T>& b, const frame<
 }
 
 // Shortfall of clearance [m] of one pack of configurations, summed over all pairs. With stop_early it is only known to be
-// above 0 in some lane, or 0 in all. Infinite where a number is none: nobody knows where the arm is then.
+// above 0 in some lane, or 0 in all. Infinite where a number is none: nobody knows where the arm is then. Pairs that are eased
+// may come nearer, unless that is not what is asked.
 template <class T>
-inline pack<T> shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin, body_memory<T>& w, bool stop_early) {
+inline pack<T> shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin, body_memory<T>& w, bool stop_early, bool eased = true) {
     place(b, frames, w);
     pack<T> sum(T(0));
-    add_obstacle_shortfall(b, frames, obstacles, margin, w, sum, stop_early);
-    if (!stop_early || all(sum <= T(0))) add_self_shortfall(b, frames, margin, w, sum, stop_early);
+    const bool ease = eased && !b.eased.empty();
+    add_obstacle_shortfall(b, frames, obstacles, margin, w, sum, stop_early, ease);
+    if (!stop_early || all(sum <= T(0))) add_self_shortfall(b, frames, margin, w, sum, stop_early, ease);
     const pack<T> infinite(std::numeric_limits<T>::infinity());
     return select(sum <= infinite, sum, infinite);
 }

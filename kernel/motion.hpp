@@ -457,7 +457,7 @@ template <class T> class motion_checker {
             configurations += W;
             place(p_.scene, q_.data(), work_);
             if (p_.comfort > T(0)) {
-                comfort += shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.comfort, body_, false);
+                comfort += shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.comfort, body_, false, false);
             }
             const vec3<T>& at = work_.points[p_.tip];
             at.x.store(&tip[0][l * W]);

@@ -65,6 +65,7 @@ def test_planning_for_your_own_robot_runs(
     printed = capsys.readouterr().out
     assert "a motion was found and proven" in printed
     assert "holds" in printed
+    assert printed.rstrip().splitlines()[-1].startswith("clearance is at least")  # of the swarm by hand
     assert Path("plan.json").exists()
 
 

@@ -16,9 +16,9 @@ from oracles import coal_shapes, pinocchio_points, solids
 from proof.dense import arms, planar
 from spacearm.errors import RobotError
 from spacearm.planner import Problem, clearance, clearances
-from spacearm.planner.clearance import clearance_of, self_clearances
+from spacearm.planner.clearance import clearance_of, margins_within_reach, self_clearances
 from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
-from spacearm.robot import Robot
+from spacearm.robot import LinkCapsule, Robot
 from spacearm.scene import Obstacle, Scene, Sphere, SphereSet
 
 BALL = Sphere((1.2, 1.2, 0.0), 0.3)
@@ -137,3 +137,58 @@ def test_what_is_no_configuration_is_refused(q: Any) -> None:
     for measure in (clearance, clearances, self_clearances):
         with pytest.raises(RobotError):
             measure(problem_of(planar(), [BALL]), q)
+
+
+# ---- the margin between ends that are near to something -----------------------------------------------------------------
+
+
+@settings(max_examples=60)
+@given(st.data(), OBSTACLES, st.sampled_from([0.002, 0.05, 0.5]), st.sampled_from([32, 64]))
+def test_only_pairs_that_are_near_at_an_end_are_asked_for_less(
+    data: st.DataObject, obstacles: list[Obstacle], margin: float, precision: int
+) -> None:
+    """The search's shortfall is that of the definition: each pair by its own margin."""
+    robot = data.draw(arms(self_pairs=True))
+    problem = problem_of(robot, obstacles)
+    ends = data.draw(strategies.configurations(robot, (2,)))
+    margins = margins_within_reach(problem, ends, margin)
+    model = kernel_model(robot, problem.scene, precision=precision)
+    native = model.native.eased(margins.capsules, margins.obstacles, margins.others, margins.most)
+    q = np.vstack([ends, data.draw(strategies.configurations(robot, (4,)))])
+    exact = kernel_model(robot, problem.scene).native
+    to_scene, at_ends = exact.obstacle_clearances(q), exact.obstacle_clearances(ends)  # (rows, c, k)
+    links = [capsule.name for capsule in robot.capsules]
+    expected = np.zeros(len(q))
+    lowered = set()
+    for i, capsule in enumerate(robot.capsules):
+        if capsule.joint < 0:
+            continue
+        of = [k for k, name in enumerate(links) if name == links[i]]
+        for k in range(to_scene.shape[2]):
+            near = at_ends[:, of, k].min()
+            asked = margin if near >= 2 * margin else max(0.0, near / 2)
+            expected += np.maximum(0.0, asked - to_scene[:, i, k])
+            if near < 2 * margin:
+                lowered.add((links[i], f"obstacle {model.obstacle_of[k]}"))
+    pairs = self_capsule_pairs(robot)
+    between, before = self_clearances(problem, q), self_clearances(problem, ends)
+    named = [(links[i], links[k]) for i, k in pairs.tolist()]
+    for p, pair in enumerate(named):
+        near = before[:, [other for other, same in enumerate(named) if same == pair]].min()
+        expected += np.maximum(0.0, (margin if near >= 2 * margin else max(0.0, near / 2)) - between[:, p])
+        if near < 2 * margin:
+            lowered.add((pair[0], f"link '{pair[1]}'"))
+    found = native.shortfalls(np.ascontiguousarray(q, dtype=f"f{precision // 8}"), margin, False)
+    size = 1 + np.abs(to_scene).max(initial=0.0)
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=(1e-4 if precision == 32 else 1e-9) * size)
+    assert {(near.link, near.other) for near in margins.lowered} == lowered
+    assert bool(margins.message) == bool(lowered)
+    assert [near.clearance for near in margins.lowered] == sorted(near.clearance for near in margins.lowered)
+    assert margins.touching == any(near.clearance <= 0 for near in margins.lowered)
+
+
+def test_what_a_bolted_base_is_near_to_lowers_nothing() -> None:
+    robot = planar(capsules=(*planar().capsules, LinkCapsule(name="foot", joint=-1, a=np.zeros(3), b=np.zeros(3), radius=0.1)))
+    problem = problem_of(robot, [Sphere((0, -0.4, 0), 0.299)])
+    assert margins_within_reach(problem, np.zeros((1, 2)), 0.01).lowered == ()
+    assert margins_within_reach(problem, np.zeros((1, 2)), 0.06).lowered != ()  # the upper arm is 51 mm away

@@ -25,6 +25,7 @@ from oracles import pinocchio_points
 from proof.dense import planar
 from spacearm._kernel import available_levels
 from spacearm.planner import PlannerSettings, Problem
+from spacearm.planner.clearance import Margins
 from spacearm.planner.islands import Islands
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Scene, Sphere
@@ -323,7 +324,7 @@ PROBLEM = Problem(objectives.thick_arm(), Scene(objectives.CLUTTER), start=START
 
 def islands(threads: int, count: int = 3, **changes: Any) -> Islands:
     chosen = PlannerSettings(islands=count, threads=threads, **changes)
-    made = Islands(PROBLEM, np.array([GOAL]), chosen, seed=7, margin=0.002)
+    made = Islands(PROBLEM, np.array([GOAL]), chosen, seed=7, margins=Margins(asked=0.002))
     made.run(evaluations=500, seconds=0.0, until_first=False, stall=0)
     return made
 

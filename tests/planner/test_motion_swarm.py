@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from proof.dense import planar
 from snapshot import assert_refused
 from spacearm.errors import ProblemError
 from spacearm.motion import Trajectory
 from spacearm.planner import BaseLimits, MotionSwarm, PlannerSettings, PoseGoal, PositionGoal, Problem, report_base
 from spacearm.proof import certify
 from spacearm.robot import load_robot
-from spacearm.scene import Sphere, pose
+from spacearm.scene import Box, Sphere, pose
 from spacearm.swarm import PSO
 
 CRAFT = load_robot("srs7")
@@ -43,6 +45,21 @@ def test_a_goal_in_joint_space_is_reached_while_the_base_floats(limits: BaseLimi
     certificate = certify(problem, trajectory)
     assert certificate.holds, certificate.message
     assert report_base(problem, trajectory).missed == ()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_slips_through_between_the_coarse_instants_is_violating(seed: int) -> None:
+    """A thin sheet stands where the straight motion passes between two of the 32 instants."""
+    robot = planar(capsules=tuple(replace(link, radius=0.02) for link in planar().capsules))
+    sheet = Box((1.2, 0.05, 0.5), pose((1.3, 0.0, 0.0)))
+    problem = Problem(robot, [sheet], start=[-0.6, 0.0], goal=[0.7, 0.1])
+    swarm = MotionSwarm(problem, SETTINGS, rng=seed)
+    while not swarm.done:
+        judged = swarm.judge(swarm.ask())
+        assert ((judged.violation == 0) == judged.free).all()
+        swarm.tell(judged.fitness, judged.violation)
+    best = swarm.judge(swarm.best.control_points[None])
+    assert best.free[0] == certify(problem, Trajectory(robot, swarm.best)).holds
 
 
 def test_with_a_configuration_given_that_is_the_goal() -> None:

@@ -459,6 +459,34 @@ def test_a_motion_between_narrow_ends_asks_for_less_than_the_margin() -> None:
     assert_proven(found)
 
 
+@pytest.mark.parametrize("end", ["start", "goal"])
+def test_only_what_is_near_at_an_end_is_asked_for_less_than_the_margin_and_it_is_said(end: str) -> None:
+    """A ball is 10 mm from where the arm begins or ends, another one in its way; 30 mm are asked for."""
+    near = Sphere((1.5, -0.26, 0), 0.2, name="near") if end == "start" else Sphere((-0.26, 1.5, 0), 0.2, name="near")
+    found = plan(turn(scene=[BALL, near]), replace(SMALL, margin=0.03, evaluations=3000), rng=0)
+    assert_proven(found)
+    assert found.margins is not None
+    assert found.trajectory is not None
+    (lowered,) = found.margins.lowered
+    assert (lowered.link, lowered.other, found.margins.asked) == ("fore", "obstacle 'near'", 0.03)
+    assert lowered.clearance == pytest.approx(0.01)
+    assert lowered.used == pytest.approx(0.005)
+    between = "between link 'fore' and obstacle 'near', which have 10 mm at the start or a goal"
+    assert found.message == f"a motion was found and proven; the margin of 30 mm was lowered to 5 mm {between}"
+    assert plan_as_dict(found)["margins"] == {
+        "asked_m": 0.03,
+        "lowered": [{"link": "fore", "other": "obstacle 'near'", "clearance_m": lowered.clearance, "used_m": lowered.used}],
+    }
+    q = found.trajectory.sample(np.linspace(0, found.trajectory.duration, 4001)).q
+    frames = pinocchio_points.joint_frames(planar(), q)
+    to_ball = coal_shapes.least_distances(planar(), Scene([BALL]), frames)
+    assert to_ball.min() > 0.028  # between the instants it may be a little less
+    wide = plan(turn(scene=[BALL]), replace(SMALL, margin=0.03), rng=0)
+    assert wide.margins is not None
+    assert wide.margins.lowered == ()
+    assert wide.message == "a motion was found and proven"
+
+
 def test_a_proof_that_fails_is_learned_from() -> None:
     """A needle between two of the instants that are looked at: the straight motion is taken for free, and then is not."""
     s = 0.5 + 0.5 / 128

@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from reliability import drawn_trajectories
 from reliability.drawn_problems import drawn_problem
 from reliability.other_checker import complaints
+from spacearm.errors import SpacearmError
 from spacearm.planner import Plan, PlannerSettings, Problem, plan
 from spacearm.planner.goals import ConfigurationGoal
+from spacearm.proof import certify
 from spacearm.robot import Robot, load_robot
 from spacearm.scene import Scene, Sphere
 
@@ -28,6 +31,41 @@ def test_a_drawn_problem_is_the_same_again() -> None:
     assert one.settings == other.settings
     assert np.array_equal(one.problem.start, other.problem.start)
     assert len(one.problem.scene.obstacles) == len(other.problem.scene.obstacles)
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_what_holds_of_a_drawn_trajectory_is_so(block: int) -> None:
+    """A share of benchmarks/soak_trajectories.py."""
+    held = 0
+    for number in range(12 * block, 12 * block + 12):
+        try:
+            case = drawn_trajectories.drawn_case(7, number)
+        except SpacearmError:
+            continue
+        certificate = certify(case, case.trajectory, limits=("position", "velocity"))
+        wrong = drawn_trajectories.complaints(case, certificate, np.random.default_rng(number))
+        assert not wrong, (number, case.kind, wrong)
+        held += certificate.holds
+    assert held
+
+
+def test_the_checker_of_trajectories_sees_what_is_not_so() -> None:
+    rng = np.random.default_rng(0)
+    for number in range(40):
+        try:
+            case = drawn_trajectories.drawn_case(7, number)
+        except SpacearmError:
+            continue
+        certificate = certify(case, case.trajectory, limits=("position", "velocity"))
+        if not certificate.holds or certificate.closest is None or case.base != "fixed":
+            continue
+        assert certificate.clearance is not None
+        more = replace(certificate, clearance=certificate.closest.clearance + 1e-3)
+        assert any(sentence.startswith("proven") for sentence in drawn_trajectories.complaints(case, more, rng))
+        slow = case._replace(robot=replace(case.robot, velocity=case.robot.velocity * 1e-3))
+        assert any("times its limit" in sentence for sentence in drawn_trajectories.complaints(slow, certificate, rng))
+        return
+    pytest.fail("nothing was proven")
 
 
 @pytest.fixture(scope="module")

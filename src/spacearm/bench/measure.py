@@ -10,7 +10,7 @@ import numpy as np
 from spacearm.bench.collection import Item
 from spacearm.bench.recheck import OtherChecker, dense_configurations
 from spacearm.planner import Plan, PlannerSettings, Problem, plan
-from spacearm.planner.clearance import margin_within_reach
+from spacearm.planner.clearance import margins_within_reach
 from spacearm.planner.goals import ConfigurationGoal
 from spacearm.planner.islands import Islands
 from spacearm.scene import Scene
@@ -155,11 +155,11 @@ def _searched(problem: Problem, seed: int, protocol: Protocol, scale: float) -> 
     """Search for as long as the protocol says, and for a first motion as long as may be; the time before comes first."""
     begun = time.perf_counter()
     goals = _goal(problem)[None].copy()
-    margin = margin_within_reach(problem, np.vstack([problem.start, goals]), PlannerSettings().margin)
-    if margin <= 0:
+    margins = margins_within_reach(problem, np.vstack([problem.start, goals]), PlannerSettings().margin)
+    if margins.touching:
         return time.perf_counter() - begun, None
     settings = PlannerSettings(evaluations=None, time_budget=protocol.search / scale, threads=1)
-    islands = Islands(problem, goals, settings, seed=seed, margin=margin)
+    islands = Islands(problem, goals, settings, seed=seed, margins=margins)
     prepare = time.perf_counter() - begun
     islands.run(evaluations=0, seconds=protocol.search / scale, until_first=False, stall=0)
     if islands.best is None:

@@ -144,6 +144,8 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
         ]
     if found.base is not None:
         rows += base_rows(found.base)
+    if found.margins is not None and found.margins.lowered:
+        rows.append(("margin", found.margins.message))
     if found.certificate is not None:
         rows.append(("certificate", f"{found.certificate.status}: {found.certificate.message}"))
         rows += rows_on_unchecked(found.certificate.unchecked, found.certificate.bare)

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 # Bezier points carry rounding of about 1e-14 of the control points' size; the duration makes up for it.
 ROUNDING = 1e-12
 _CLOSELY = 1e-9  # a path that was read back may use a limit to the full
+_SLIGHT = 1e-7
 _POSITION_TOLERANCE = 1e-10  # of the furthest: a path may run along a limit
 
 
@@ -98,22 +99,30 @@ def limit_margins(robot: Robot, motion: Motion, duration: float, *, jerk_limit: 
 def path_margins(robot: Robot, path: PiecewisePath, *, jerk_limit: ArrayLike | None = None) -> LimitMargins:
     """Return how far a path over time [s] stays inside the limits, for all t, its corners included.
 
-    Jumps of rounding count too, as what they add to the next derivative; the path itself must have none.
+    Jumps of rounding count too, as what they add to the next derivative, where that is not rounding itself; the path must have
+    none.
     """
     velocity_jumps, acceleration_jumps = (path.jumps(k).any(axis=0) for k in (1, 2))
     jerk = None
     if jerk_limit is not None:
-        jerk = (greatest_size(path, 3, tolerance=_CLOSELY) + path.slips(2)) / as_jerk_limit(robot, jerk_limit)
+        jerk = with_slips(greatest_size(path, 3, tolerance=_CLOSELY), path.slips(2)) / as_jerk_limit(robot, jerk_limit)
         jerk = np.where(velocity_jumps | acceleration_jumps, np.inf, jerk)
     low, high = extremes(path, 0, tolerance=_POSITION_TOLERANCE)
     return LimitMargins(
         position=np.minimum(low - robot.lower, robot.upper - high),
         velocity=greatest_size(path, 1, tolerance=_CLOSELY) / robot.velocity,
         acceleration=np.where(
-            velocity_jumps, np.inf, (greatest_size(path, 2, tolerance=_CLOSELY) + path.slips(1)) / robot.acceleration
+            velocity_jumps,
+            np.inf,
+            with_slips(greatest_size(path, 2, tolerance=_CLOSELY), path.slips(1)) / robot.acceleration,
         ),
         jerk=jerk,
     )
+
+
+def with_slips(bound: Array, slip: Array) -> Array:
+    """Return a derivative's bounds (n,) and what jumps of the one before may add to it; less than 1e-7 of them adds nothing."""
+    return np.where(slip > _SLIGHT * bound, bound + slip, bound)
 
 
 def greatest_size(path: PiecewisePath, derivative: int, *, tolerance: float = 1e-4) -> Array:

@@ -9,7 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import power, root
 from spacearm.motion.curve import greatest
-from spacearm.motion.margins import ROUNDING, LimitMargins, as_jerk_limit, greatest_size, position_margins
+from spacearm.motion.margins import (
+    ROUNDING,
+    LimitMargins,
+    as_jerk_limit,
+    greatest_size,
+    position_margins,
+    with_slips,
+)
 from spacearm.motion.spline import Motion
 from spacearm.motion.timelaw import TimeLaw, over_time
 from spacearm.robot import Robot
@@ -39,7 +46,8 @@ def law_margins(
     paths: list[Any] = [over_time(motion, law, 1.0, k) for k in range(1, 3 if jerk_limit is None else 4)]
     slips = [np.zeros(motion.dof), *_slips(motion, law)]
     bounds = [
-        (greatest_size(path, 0) + slip) / power(time, k) for k, (path, slip) in enumerate(zip(paths, slips, strict=False), 1)
+        with_slips(greatest_size(path, 0), slip) / power(time, k)
+        for k, (path, slip) in enumerate(zip(paths, slips, strict=False), 1)
     ]
     jerk = None
     if jerk_limit is not None:

@@ -19,7 +19,7 @@ from spacearm.motion.spline import DEGREE, Motion
 
 Array = NDArray[np.float64]
 
-_SLIVER = 1e-6  # in pieces of the spline: no cut so near to a knot, whose two polynomials differ by the fifth power of it
+_SLIVER = 1e-5  # in pieces of the spline: no cut so near to a knot, whose two polynomials differ by the fifth power of it
 _HIGHEST = 50  # degree: the motion over time has five times that
 _STEEPEST = 1e8  # ds/dx: steeper, a share of the time has no digits to say where on the path it is
 _SAME_TIME = 4 * float(np.finfo(np.float64).eps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -14,6 +15,10 @@ from spacearm.robot.kinematics import as_configurations
 from spacearm.scene import Scene
 
 Array = NDArray[np.float64]
+
+
+def _none() -> NDArray[np.int32]:
+    return np.zeros(0, dtype=np.int32)
 
 
 class HasScene(Protocol):
@@ -120,15 +125,107 @@ def clearance_of(problem: HasScene) -> Callable[[Array], Array]:
     return least
 
 
-def margin_within_reach(problem: HasScene, ends: ArrayLike, margin: float) -> float:
-    """Return the clearance that can be asked for between ends: no more than half of what there is at each of them.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoweredMargin:
+    """Two things that begin or end too near to each other for the margin that was asked for.
+
+    Attributes:
+        link: name of the robot's link.
+        other: what it is near to, as in "obstacle 'shelf'" or "link 'forearm'".
+        clearance: the least that they have at the start or a goal [m].
+        used: the margin asked of the two instead: half of that [m].
+    """
+
+    link: str
+    other: str
+    clearance: float
+    used: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Margins:
+    """The clearance that a search asks for.
+
+    Attributes:
+        asked: of all pairs but those lowered [m].
+        lowered: those, the lowest first.
+        capsules, obstacles, others: (p,) the same for the kernel: capsules, and its obstacles, or -1 and other capsules.
+        most: (p,) the margins of these [m].
+    """
+
+    asked: float
+    lowered: tuple[LoweredMargin, ...] = ()
+    capsules: NDArray[np.int32] = field(default_factory=_none)
+    obstacles: NDArray[np.int32] = field(default_factory=_none)
+    others: NDArray[np.int32] = field(default_factory=_none)
+    most: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def touching(self) -> bool:
+        """Whether something has no clearance at all at the start or a goal."""
+        return any(near.clearance <= 0 for near in self.lowered)
+
+    @property
+    def message(self) -> str:
+        """Which margin was lowered, in half a sentence; "" if none was."""
+        for near in self.lowered[:1]:
+            more = len(self.lowered) - 1
+            others = f" (and of {more} more pair{'s' if more > 1 else ''})" if more else ""
+            return (
+                f"the margin of {self.asked * 1e3:.4g} mm was lowered to {near.used * 1e3:.3g} mm between link '{near.link}' "
+                f"and {near.other}{others}, which have {near.clearance * 1e3:.3g} mm at the start or a goal"
+            )
+        return ""
+
+
+def margins_within_reach(problem: HasScene, ends: ArrayLike, margin: float) -> Margins:
+    """Return the clearance that can be asked for between ends.
+
+    Of two things that are nearer at an end than twice the margin it is half of what they have there; of all others the margin.
 
     Args:
         problem: the robot and the scene.
         ends: (e, n) configurations, the start and goals [rad or m].
         margin: that is wanted [m].
-
-    Returns:
-        [m], 0 or more.
     """
-    return max(0.0, min(margin, 0.5 * float(clearance(problem, ends).min())))
+    robot, scene = problem.robot, problem.scene
+    model = kernel_model(robot, scene)
+    rows = np.ascontiguousarray(as_configurations(robot, ends))
+    to_scene = model.native.obstacle_clearances(rows).min(axis=0)  # (c, k)
+    if not getattr(problem, "floats", False):  # a bolted base and the obstacles have what they have
+        to_scene[[capsule.joint < 0 for capsule in robot.capsules]] = np.inf
+    pairs = self_capsule_pairs(robot)
+    to_self = model.native.pair_clearances(rows, pairs).min(axis=0)  # (p,)
+    if not ((to_scene < 2 * margin).any() or (to_self < 2 * margin).any()):
+        return Margins(asked=margin)
+    names = [capsule.name for capsule in robot.capsules]
+    near: dict[tuple[str, str], float] = {}
+    listed: list[tuple[int, int, int, float]] = []
+    for obstacle in np.flatnonzero((to_scene < 2 * margin).any(axis=0)).tolist():
+        other = f"obstacle {scene.called(int(model.obstacle_of[obstacle]))}"
+        for link in dict.fromkeys(names):
+            of = [i for i, name in enumerate(names) if name == link]
+            least = float(to_scene[of, obstacle].min())
+            if least < 2 * margin:
+                near[link, other] = min(near.get((link, other), np.inf), least)
+                listed += [(i, obstacle, -1, least) for i in of]
+    linked = [(names[i], names[k]) for i, k in pairs.tolist()]
+    least_of: dict[tuple[str, str], float] = {}
+    for pair, clear in zip(linked, to_self.tolist(), strict=True):
+        least_of[pair] = min(least_of.get(pair, np.inf), clear)
+    for pair, (i, k) in zip(linked, pairs.tolist(), strict=True):
+        if least_of[pair] < 2 * margin:
+            near[pair[0], f"link '{pair[1]}'"] = least_of[pair]
+            listed.append((i, -1, k, least_of[pair]))
+    capsules, obstacles, others = (np.array([row[column] for row in listed], dtype=np.int32) for column in range(3))
+    return Margins(
+        asked=margin,
+        lowered=tuple(
+            LoweredMargin(link=link, other=other, clearance=clear, used=max(0.0, clear / 2))
+            for (link, other), clear in sorted(near.items(), key=lambda item: item[1])
+        ),
+        capsules=capsules,
+        obstacles=obstacles,
+        others=others,
+        most=np.array([max(0.0, row[3] / 2) for row in listed]),
+    )

@@ -16,6 +16,7 @@ from spacearm._kernel import native
 from spacearm.momentum import system_mass
 from spacearm.motion import Motion
 from spacearm.motion.margins import as_jerk_limit
+from spacearm.planner.clearance import Margins
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.kernel_model import kernel_model, native_class, with_masses
 from spacearm.planner.problem import Problem
@@ -44,12 +45,12 @@ class Islands:
         goals: (g, n) configurations to end in [rad or m].
         settings: of the planner.
         seed: of all islands.
-        margin: clearance asked for at the instants looked at [m].
+        margins: clearances asked for at the instants looked at.
     """
 
-    def __init__(self, problem: Problem, goals: Array, settings: PlannerSettings, *, seed: int, margin: float) -> None:
+    def __init__(self, problem: Problem, goals: Array, settings: PlannerSettings, *, seed: int, margins: Margins) -> None:
         problem = problem.local
-        self._problem, self._goals, self._settings, self._margin = problem, goals, settings, margin
+        self._problem, self._goals, self._settings, self.margins = problem, goals, settings, margins
         self.bounds = search_bounds(problem)
         self._base = asked_of_the_base(problem)
         self._free_end = self._base.get("kind", 0) != 0
@@ -64,15 +65,18 @@ class Islands:
         model = kernel_model(robot, problem.scene, precision=precision)
         jerk = np.zeros(0) if settings.jerk_limit is None else np.array(as_jerk_limit(robot, settings.jerk_limit))
         weights = {name: float(getattr(settings.weights, name)) for name in setting_names(type(settings.weights))}
+        scene, margins = model.native, self.margins
+        if len(margins.most):
+            scene = scene.eased(margins.capsules, margins.obstacles, margins.others, margins.most)
         return native_class("MotionSearch", precision)(
-            with_masses(model, robot) if problem.floats else model.native,
+            with_masses(scene, robot) if problem.floats else scene,
             np.array(problem.start),
             np.ascontiguousarray(self._goals),
             *(np.array(bound) for bound in self.bounds),
             np.clip(robot.velocity, *_RATES),
             np.clip(robot.acceleration, *_RATES),
             jerk,
-            self._margin,
+            margins.asked,
             settings.comfort,
             model.tip,
             np.array(model.centres, dtype=np.int32),

@@ -75,9 +75,9 @@ def kernel_model(robot: Robot, scene: Scene, *, precision: int = 64) -> KernelMo
     return _models.get((robot, scene), (precision,), lambda: make_kernel_model(robot, scene, precision=precision))
 
 
-def with_masses(model: KernelModel, robot: Robot) -> Any:
-    """Return the kernel's model of a robot with its masses, for a base that floats."""
-    return model.native.weighed(**kernel_masses(robot))
+def with_masses(model: Any, robot: Robot) -> Any:
+    """Return the kernel's own model of a robot with its masses, for a base that floats."""
+    return model.weighed(**kernel_masses(robot))
 
 
 def make_kernel_model(

@@ -12,7 +12,7 @@ from spacearm._kernel import native
 from spacearm.checks import as_readonly, shown
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion
-from spacearm.planner.clearance import margin_within_reach
+from spacearm.planner.clearance import margins_within_reach
 from spacearm.planner.goals import ConfigurationGoal, PoseGoal, PositionGoal
 from spacearm.planner.islands import Islands
 from spacearm.planner.problem import Problem
@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 
 _MOST_INTERIOR = 32
 _FURTHEST = 1e6  # [rad or m]
+_BETWEEN = 1e-3  # [m] of violation where the 32 instants show none, and finer ones do
 _START = (0.0, 0.1, 0.3, 0.6, 1.0)  # [rad or m] how far from the straight motion the first particles are drawn
 
 
@@ -32,7 +33,8 @@ class Judged(NamedTuple):
 
     Attributes:
         fitness: (m,) weighted sum of the terms.
-        violation: (m,) shortfall of clearance, summed over pairs and 32 instants [m]; 0 if none.
+        violation: (m,) shortfall of clearance, summed over pairs and 32 instants [m]; 1 mm where only the finer instants show
+            one; 0 if all instants looked at are free.
         free: (m,) whether all instants looked at are free, the finer ones too.
         terms: (m,) each, by the names of `Weights`.
     """
@@ -75,9 +77,9 @@ class MotionSwarm:
         self.goal = _configuration(problem, goal)
         self.interior = settings.interior_points[0]
         ends = problem.start[None] if problem.floats else np.stack([problem.start, self.goal])
-        margin = margin_within_reach(problem.local, ends, settings.margin)
+        margins = margins_within_reach(problem.local, ends, settings.margin)
         joint_goal = replace(problem, goal=ConfigurationGoal(self.goal))
-        self._islands = Islands(joint_goal, self.goal[None].copy(), settings, seed=0, margin=margin)
+        self._islands = Islands(joint_goal, self.goal[None].copy(), settings, seed=0, margins=margins)
         seed = seed_of(rng)
         lower, upper = (np.tile(bound, self.interior) for bound in self._islands.bounds)
         self._swarm = Swarm(lower, upper, settings.swarm, rng=seed, initial=self._around_straight(seed, lower, upper))
@@ -135,12 +137,10 @@ class MotionSwarm:
         rows = np.ascontiguousarray(points[:, 1:-1].reshape(len(points), interior * n), dtype=np.float32)
         found = self._islands.judge(rows, interior)
         terms = {name: found["terms"][:, i].astype(np.float64) for i, name in enumerate(native.motion_terms)}
-        return Judged(
-            found["fitness"].astype(np.float64),
-            found["violation"].astype(np.float64),
-            np.array(found["free"], dtype=bool),
-            terms,
-        )
+        violation, free = found["violation"].astype(np.float64), np.array(found["free"], dtype=bool)
+        # Else the best motions would be those that slip through between the instants.
+        violation = np.where(free, violation, np.where(violation > 0, violation, _BETWEEN))
+        return Judged(found["fitness"].astype(np.float64), violation, free, terms)
 
     def _rows(self, x: Array) -> Array:
         inside = np.asarray(x).reshape(len(x), self.interior, self.problem.robot.dof)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from spacearm.motion import Trajectory
 from spacearm.planner.base_report import BaseReport
+from spacearm.planner.clearance import Margins
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.explain import EndReport
 from spacearm.planner.reaching.search import GoalConfigurations
@@ -74,6 +75,7 @@ class Plan:
         evaluations: candidate motions looked at.
         interrupted: whether it was ended from outside.
         timings: seconds by stage: "prepare", "goals", "search", "certify"; what is left of "total" is Python between them.
+        margins: the clearances that the search asked for, and which of them were lowered; None if there was no search.
         advice: what to do if there is no motion.
     """
 
@@ -93,6 +95,7 @@ class Plan:
     evaluations: int
     interrupted: bool
     timings: dict[str, float]
+    margins: Margins | None = None
     advice: str = ""
 
     @property
@@ -111,7 +114,8 @@ class Plan:
         if self.status == "not_proven" and self.certificate is not None and self.certificate.holds:
             text = "a motion was found and proven free of collision, but it is not all that was asked for"
         text += "; it was interrupted" if self.interrupted else ""
+        left_out = ""
         if self.found and self.certificate is not None:
             left_out = words_on_unchecked(self.certificate.unchecked, self.certificate.bare, counted=False)
-            text += f"; {left_out}" if left_out else ""
-        return f"{text}; {self.advice}" if self.advice else text
+        lowered = "" if self.margins is None else self.margins.message
+        return "; ".join(part for part in (text, left_out, self.advice, lowered) if part)

@@ -15,7 +15,7 @@ from spacearm.checks import shown
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion, Trajectory, fastest_duration, time_optimal
 from spacearm.planner.base_report import BaseReport, report_base, within_base_limits
-from spacearm.planner.clearance import margin_within_reach
+from spacearm.planner.clearance import margins_within_reach
 from spacearm.planner.islands import Islands
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.explain import EndReport, check_ends, explain_goal
@@ -152,8 +152,8 @@ class _Run:
         goals = self.goals
         # Where the base will be at the goal is not known yet: there nothing can be said of what is near.
         ends = self.problem.start[None] if self.problem.floats else np.vstack([self.problem.start, goals])
-        margin = margin_within_reach(self.problem.local, ends, self.settings.margin)
-        self.islands = Islands(self.problem, goals, self.settings, seed=self.seed, margin=margin)
+        margins = margins_within_reach(self.problem.local, ends, self.settings.margin)
+        self.islands = Islands(self.problem, goals, self.settings, seed=self.seed, margins=margins)
         self.lap("prepare")
         self.tell(f"motions to {len(goals)} goal configuration{'s' if len(goals) != 1 else ''}")
         budget = self._budget()
@@ -194,6 +194,7 @@ class _Run:
             evaluations=0 if islands is None else islands.evaluations,
             interrupted=self.interrupted,
             timings=self.timings,
+            margins=None if islands is None else islands.margins,
             advice=self._advice(status),
         )
 

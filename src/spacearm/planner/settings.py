@@ -91,7 +91,8 @@ class PlannerSettings:
             never.
         stop_at_first: be content with the first motion.
         weights: of the fitness' terms.
-        margin: clearance asked for at the instants that are looked at [m]; lowered where the start or goal is closer.
+        margin: clearance asked for at the instants that are looked at [m]; of a pair that is closer than twice that at the
+            start or a goal it is half of what it has there, and the plan's `margins` say so.
         comfort: clearance beyond which the term `clearance` asks for no more [m].
         interior_points: control points of the swarm's motions, one number or several that take turns; two more each where
             a floating base's end or greatest turn is asked for.

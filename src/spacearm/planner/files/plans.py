@@ -3,8 +3,9 @@
 Keys: `spacearm-plan` (version), `status`, `message`, `problem` (robot, base, start, goal and obstacles in full, as plain
 values; and a SHA-256 `hash` of them), `seed`, `settings`, `motion` (`control_points` of the clamped quintic spline,
 `duration_s`, `time_law`, and of a base that is not fixed at the origin `base`, `base_start`, `momentum`), `base` (what the
-motion does to a floating one), `fitness`, `goals`, `goal_search`, `ends`, `history`, `certificate`. What is infinite, as a
-clearance without obstacles, is null. Timings are left out: the same search gives the same bytes.
+motion does to a floating one), `fitness`, `margins` (`asked_m`, and `lowered`: the pairs that begin or end too near for it,
+with the margin that was asked of them instead), `goals`, `goal_search`, `ends`, `history`, `certificate`. What is infinite,
+as a clearance without obstacles, is null. Timings are left out: the same search gives the same bytes.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from spacearm.motion.base_columns import BASE_COLUMNS, TIP_COLUMNS
 from spacearm.motion.exports.rows import rows_of
 from spacearm.motion.plain import trajectory_as_dict
 from spacearm.output import require_new, write_new
+from spacearm.planner.clearance import Margins
 from spacearm.planner.goals import goal_as_dict
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Plan
@@ -51,6 +53,7 @@ def plan_as_dict(plan: Plan) -> dict[str, Any]:
         "motion": None if plan.trajectory is None else trajectory_as_dict(plan.trajectory),
         **({} if plan.base is None else {"base": record_as_dict(plan.base)}),
         "fitness": plan.fitness,
+        **({} if plan.margins is None else {"margins": _margins_as_dict(plan.margins)}),
         "goals": plan.goals.tolist(),
         "goal_search": None
         if search is None
@@ -65,6 +68,13 @@ def plan_as_dict(plan: Plan) -> dict[str, Any]:
         "interrupted": plan.interrupted,
         "certificate": None if plan.certificate is None else plan.certificate.as_dict(),
     }
+
+
+def _margins_as_dict(margins: Margins) -> dict[str, Any]:
+    lowered = [
+        {"link": near.link, "other": near.other, "clearance_m": near.clearance, "used_m": near.used} for near in margins.lowered
+    ]
+    return {"asked_m": margins.asked, "lowered": lowered}
 
 
 def problem_as_dict(problem: Problem) -> dict[str, Any]:
