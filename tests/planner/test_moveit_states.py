@@ -256,6 +256,16 @@ def test_world_is_the_planning_frame_where_nothing_places_it(load: Load) -> None
     assert told(problem, "frame 'world' is not placed", "planning frame 'base'")
 
 
+def test_a_link_is_where_the_state_has_it(load: Load) -> None:
+    def placed(link: str, x: float) -> dict[str, Any]:
+        T = {"translation": [x, 0, 0], "rotation": [0, 0, 0, 1]}
+        return {"fixed_frame_transforms": [{"header": {"frame_id": link}, "child_frame_id": "base", "transform": T}]}
+
+    with pytest.raises(FileFormatError, match="places link 'stand' elsewhere"):
+        load(scene=placed("stand", 1.0))
+    assert told(load(scene=placed("fore", 1.0)), "link 'fore' is where the scene's state has it")
+
+
 def test_objects_stand_in_links_and_in_each_other(load: Load) -> None:
     newer = item("shelf", "fore", pose=SCREW, subframe_names=["hook"], subframe_poses=[SCREW])
     scene = {
@@ -348,6 +358,11 @@ def test_what_is_attached_in_another_frame_is_where_the_state_has_that(load: Loa
         problem = load(start=state(START, **attached(item("can", frame))))
         np.testing.assert_allclose(at(problem, "can"), T_w_frame @ T_SCREW, atol=1e-12)
         assert told(problem, "has no frame") == (frame is None)
+
+
+def test_what_is_attached_to_a_floating_robot_needs_a_mass(load: Load, folder: Path) -> None:
+    with pytest.raises(RobotError, match="'can' is attached to robot 'lifted', whose base floats"):
+        load(lifted(folder, base="floating"), start=state(START, **attached(item("can", "fore"))))
 
 
 def test_an_object_of_the_world_is_taken_up(load: Load) -> None:
