@@ -162,7 +162,7 @@ def _in_hand(robot: Robot, one: Held, may_touch: Callable[[str, str], bool] | No
     touching = [link for link in links if link in one.touching or (may_touch is not None and may_touch(name, link))]
     if robot.base == "floating":  # MoveIt's weight is a mass, but nothing states an inertia
         raise RobotError(
-            f"'{name}' is attached to robot '{robot.name}', whose base floats: mass and inertia are needed, and MoveIt states no "
+            f"'{name}' is attached to robot '{robot.name}', whose base floats: mass and inertia are needed, MoveIt states no "
             "inertia; remove it here and add it with hold(), or load the robot with base='fixed'"
         )
     if one.mass:
