@@ -165,6 +165,9 @@ def _in_hand(robot: Robot, one: Held, may_touch: Callable[[str, str], bool] | No
             f"'{name}' is attached to robot '{robot.name}', whose base floats: mass and inertia are needed, MoveIt states no "
             "inertia; remove it here and add it with hold(), or load the robot with base='fixed'"
         )
+    posture = one.part.get("detach_posture")
+    if posture is not None and posture.get("points") is not None and posture.items("points"):
+        notes.append(f"the detach_posture of '{name}' is left out: nothing lets go of it")
     if one.mass:
         notes.append(f"the weight of '{name}', {one.mass:g} kg, is left out: it moves nothing on a fixed base")
     for i, shape in enumerate(one.body.shapes):
