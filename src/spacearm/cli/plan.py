@@ -149,6 +149,7 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
     if found.certificate is not None:
         rows.append(("certificate", f"{found.certificate.status}: {found.certificate.message}"))
         rows += rows_on_unchecked(found.certificate.unchecked, found.certificate.bare)
+    rows += [("note", note) for note in found.problem.notes]
     rows.append(("time", ", ".join(f"{name} {seconds * 1e3:.0f} ms" for name, seconds in found.timings.items())))
     rows.append(("written", f"{', '.join(written)} in {folder}"))
     return rows

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 _WORLD = "world"
 _MOST_NAMED = 40
+_SAME = 1e-6  # [m and -] transforms are written rounded
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,11 +158,26 @@ def frames_of(
         T = transform(item.need("transform").get("translation"), item.need("transform").get("rotation"), unset=True)
         if plain_name(item.need("child_frame_id")) == target:
             frames.fixed[_name_of(item)] = T_w_target @ T
+            _require_agreement(item, frames)
         else:
             frames.useless[_name_of(item)] = item
     if alias is not None:
         frames.fixed.setdefault(alias, base)
     return _named(replace(frames, default=T_w_target), model, target)
+
+
+def _require_agreement(item: Part, frames: Frames) -> None:
+    """Refuse a transform that places a link of the robot where its state does not have it: for MoveIt the state counts."""
+    name = _name_of(item)
+    if name not in frames.links or np.abs(frames.links[name] - frames.fixed[name]).max() <= _SAME:
+        return
+    if name in frames.moving:
+        frames.say(f"link '{name}' is where the scene's state has it, not where fixed_frame_transforms places it, as in MoveIt")
+        return
+    raise item.error(
+        f"fixed_frame_transforms places link '{name}' elsewhere than the robot's state has it, expected the same place; remove "
+        "it, or place the base by multi_dof_joint_state"
+    )
 
 
 def _named(frames: Frames, model: str | None, target: str | None) -> Frames:

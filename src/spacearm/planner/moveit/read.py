@@ -103,7 +103,7 @@ def load_moveit(
     world = _World(parsed, robot, states, notes, mesh_excess)
     found = scene_of(world.bodies) if parsed is not None else scene_of_text(text, scene, mesh_excess=mesh_excess)
     if matrix is not None:
-        say_matrix(robot, matrix, set(world.bodies), notes, used=acm)
+        say_matrix(robot, matrix, set(world.bodies), set(world.held), notes, used=acm)
     robot = with_held(robot, list(world.held.values()), matrix.may_touch if acm and matrix is not None else None, notes)
     robot = with_group_and_speed(robot, asked, notes)
     start = start_of(robot, states.joints, states.part, notes)
