@@ -86,7 +86,7 @@ def run(arguments: Sequence[str]) -> int:
         print(json.dumps(values, indent=2, allow_nan=False))
     else:
         show_list(_summary(found))
-    tell_notes(_notes_on_robot(options, problem), more="robot.notes")
+    _tell_of_robot(options, problem)
     for note in found.notes:
         print(f"spacearm: {options.file}: {note}", file=sys.stderr)
     return 0 if found.certificate.holds else 1
@@ -114,11 +114,13 @@ def _found(options: Options, problem: Problem | None) -> Recheck:
     return recheck_trajectory(problem, trajectory, **options.of_proof)
 
 
-def _notes_on_robot(options: Options, problem: Problem | None) -> Sequence[str]:
-    """Return what was assumed about the robot, as the problem or the plan has it."""
+def _tell_of_robot(options: Options, problem: Problem | None) -> None:
+    """Print what was assumed about the robot, as the problem or the plan has it."""
     if problem is not None:
-        return problem.robot.notes
-    return json.loads(read_bytes(options.file, what="a plan"))["problem"]["robot"].get("notes", ())
+        tell_notes(problem.robot.source, problem.robot.notes, more="robot.notes in Python")
+    else:
+        robot = json.loads(read_bytes(options.file, what="a plan"))["problem"]["robot"]
+        tell_notes(robot.get("source", ""), robot.get("notes", ()), more=f"{options.file} (problem.robot.notes)")
 
 
 def _refuse_for_plans(options: Options) -> None:
