@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import srdf_text
 import urdf_text
 from snapshot import assert_refused
 from spacearm import Motion, Problem, Trajectory, certify
@@ -236,3 +237,13 @@ def test_limits_that_are_none_are_refused(case: str, options: dict[str, Any], tm
 def test_a_multiplier_that_leaves_no_speed_is_refused() -> None:
     with pytest.raises(RobotError, match="multiplier"):
         urdf_text.loaded(pair(1e308, limit='velocity="1e-3"'))
+
+
+def test_joints_that_are_held_leave_those_that_follow_within_their_limits() -> None:
+    text = pair(2, offset=0.5, limit='lower="-5" upper="0.1" velocity="1"')
+    held = srdf_text.loaded(
+        text.replace("</robot>", urdf_text.link("link_3") + joint("c", "link_2", "link_3") + "</robot>"),
+        srdf_text.srdf(srdf_text.group("arm", joints=("c",))),
+        group="arm",
+    )
+    assert noted(held, "held: a at -0.2")
