@@ -26,6 +26,7 @@ REFUSALS = (
     "no moving joint",
     "nothing in common",
     "no joint of",
+    "its limits; change the value",  # of a joint that is held with the one it follows, or does not move at all
 )
 
 

@@ -59,7 +59,8 @@ ASKED = {
         arm(("two", "left"), ("two", "right"), ("base", "a")),
         ("has 2 links at the end", "'left' (0.1 m after 'j2')"),
     ),
-    "two names": (arm(("two", "tool0"), ("two", "tcp")), ("'tool0'", "'tcp'", "tip='tool0'")),
+    "two names": (arm(("two", "tool0"), ("two", "tcp")), ("'tool0'", "'tcp'", "tip='tcp'")),
+    "a torso with arms": (arm(moving=(*FINGERS, ("left", "l2"), ("l2", "l3"), ("l3", "l4"))), ("fork at 'two'", "tip='l4'")),
     "fingers": (arm(("one", "eye"), moving=FINGERS), ("2 chains, which fork at 'two'", "tip='two'")),
     "two arms": (arm(("two", "tool0"), moving=(("base", "other"),)), ("has 2 chains, with 2 ends", "'other'", "'tool0'")),
 }
