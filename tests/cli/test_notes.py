@@ -28,7 +28,7 @@ def test_notes_are_printed_by_plan_and_certify_and_folded(told: Told, tmp_path: 
     assert code == 0
     assert len(lines) == len(set(lines)) < 8
     assert all(len(line) < 280 for line in lines)
-    assert any("without end turn joint_0, joint_1" in line and line.endswith(", ...") for line in lines)
+    assert any("without end turn joint_0, joint_1" in line and line.endswith(" more)") for line in lines)
     assert "plan.json" in err.splitlines()[-1]
     saved = json.loads((tmp_path / "out" / "plan.json").read_text())
     (full,) = (note for note in saved["problem"]["robot"]["notes"] if "without end turn" in note)

@@ -14,6 +14,7 @@ import yaml
 from reliability.drawn_urdfs import DrawnFiles
 from spacearm import Motion, Problem, Trajectory, certify, forward_kinematics
 from spacearm.errors import RobotError
+from spacearm.motion.margins import fastest_duration
 from spacearm.robot import Robot, load_robot
 
 VAST = 1e4
@@ -182,11 +183,12 @@ def _wrong_motion(robot: Robot, own: dict[str, Own], rng: np.random.Generator) -
     low = np.where(np.isfinite(robot.lower), robot.lower, np.minimum(-3, robot.upper - 1))
     high = np.where(np.isfinite(robot.upper), robot.upper, np.maximum(3, low + 1))
     points = rng.uniform(low, high, (int(rng.integers(2, 6)), robot.dof))
-    trajectory = Trajectory(robot, Motion(points))
-    if not 0 < trajectory.duration < 1e9:
+    motion, jerk = Motion(points), float(10 ** rng.uniform(-3, 3)) if rng.random() < 0.3 else None
+    duration = fastest_duration(robot, motion, jerk_limit=jerk)
+    if not 0 < duration < 1e9:
         return []
-    wrong = []
-    found = certify(Problem(robot, [], start=points[0], goal=points[-1]), trajectory)
+    trajectory, wrong = Trajectory(robot, motion, duration=duration), []
+    found = certify(Problem(robot, [], start=points[0], goal=points[-1]), trajectory, jerk_limit=jerk)
     if found.status == "fails":
         wrong.append(f"the fastest motion fails: {found.message}")
     state = trajectory.sample(np.linspace(0, trajectory.duration, 401))
@@ -195,7 +197,8 @@ def _wrong_motion(robot: Robot, own: dict[str, Own], rng: np.random.Generator) -
         slack = 1e-6 * (1 + np.abs(q).max())
         if q.min() < one.lower - slack or q.max() > one.upper + slack:
             wrong.append(f"moving, {name} leaves its range")
-        for rate, limit in ((state.dq, one.velocity), (state.ddq, one.acceleration)):
+        dddq = np.diff(state.ddq, axis=0) / (trajectory.duration / 400)  # a mean of it, which is less than its peak
+        for rate, limit in ((state.dq, one.velocity), (state.ddq, one.acceleration), (dddq, jerk or math.inf)):
             if np.abs(one.multiplier * rate[:, i]).max() > limit * (1 + 1e-6):
                 wrong.append(f"moving, {name} reaches {np.abs(one.multiplier * rate[:, i]).max()}, above {limit}")
     return wrong

@@ -118,6 +118,8 @@ def test_all_joints_without_a_velocity_limit_are_named() -> None:
         urdf_text.loaded(text)
     robot = urdf_text.loaded(text, velocity_limit={"a": 1, "b": 2, "c": 3})
     np.testing.assert_array_equal(robot.velocity, (1, 2, 3))
+    robot = urdf_text.loaded(text, velocity_limit=dict.fromkeys("abc", 1), fixed={"b": 0.5})
+    assert noted(robot, "velocity_limit names joints that do not move: b")
 
 
 def test_a_slide_without_an_end_needs_limits_of_the_users() -> None:
@@ -126,7 +128,7 @@ def test_a_slide_without_an_end_needs_limits_of_the_users() -> None:
         one(limit, kind="prismatic")
     robot = one(limit, kind="prismatic", position_limits={"a": (0, 0.8)})
     assert (robot.lower[0], robot.upper[0]) == (0, 0.8)
-    assert noted(robot, "position limits were narrowed", "a (0, 0.8)")
+    assert noted(robot, "position limits were narrowed", "a (0 to 0.8)")
     follower = urdf_text.loaded(pair(0.1, kind="prismatic", limit='lower="-inf" upper="inf" velocity="-1"'))
     assert (follower.lower[0], follower.velocity[0]) == (-10, 10)  # its leader's hold
 

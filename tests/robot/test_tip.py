@@ -140,3 +140,8 @@ def test_a_joint_of_the_root_that_is_not_to_move_is_held_and_told(kind: str) -> 
 def test_a_base_that_cannot_be_freed_is_refused(text: str, why: str) -> None:
     with pytest.raises(RobotError, match=f"joint 'free' above 'base' .*{why}"):
         urdf_text.loaded(text, base="floating", tip="two")
+
+
+def test_a_groups_end_that_its_joints_do_not_move_is_no_tip() -> None:
+    chains = '<group name="g"><chain base_link="base" tip_link="stand"/><chain base_link="base" tip_link="two"/></group>'
+    assert srdf_text.loaded(arm(("base", "stand")), srdf(chains), group="g").tip == "two"

@@ -64,8 +64,9 @@ def tell_notes(source: str, notes: Sequence[str], *, more: str) -> None:
     cut = False
     for note in () if source in builtin_robots() else notes:
         if len(note) > _LONGEST:
-            note = note[:_LONGEST].rpartition(", ")[0] or note[:_LONGEST]
-            note, cut = f"{note}, ...", True
+            shown = note[:_LONGEST].rpartition(", ")[0] or note[:_LONGEST]
+            more_of_it = note[len(shown) :].count(", ")
+            note, cut = f"{shown}, ..." + (f" ({more_of_it} more)" if more_of_it > 1 else ""), True
         print(f"spacearm: note: {note}", file=sys.stderr)
     if cut:
         print(f"spacearm: {more} has the notes in full", file=sys.stderr)
