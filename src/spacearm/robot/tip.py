@@ -97,7 +97,7 @@ def advised(ends: Ends) -> str:
         named = [link for link in ends.links if _words(link) & words and not _words(link) & _OTHERS]
         if named:
             return named[-1]
-    return max(ends.links, key=lambda link: (ends.depth[link], ends.after[link][1])) if ends.links else ends.carrier
+    return max(reversed(ends.links), key=lambda link: (ends.depth[link], ends.after[link][1])) if ends.links else ends.carrier
 
 
 def several_ends(ends: Ends) -> str:
