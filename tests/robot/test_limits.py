@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import srdf_text
 import urdf_text
 from snapshot import assert_refused
 from spacearm import Motion, Problem, Trajectory, certify
@@ -117,6 +118,8 @@ def test_all_joints_without_a_velocity_limit_are_named() -> None:
         urdf_text.loaded(text)
     robot = urdf_text.loaded(text, velocity_limit={"a": 1, "b": 2, "c": 3})
     np.testing.assert_array_equal(robot.velocity, (1, 2, 3))
+    robot = urdf_text.loaded(text, velocity_limit=dict.fromkeys("abc", 1), fixed={"b": 0.5})
+    assert noted(robot, "velocity_limit names joints that do not move: b")
 
 
 def test_a_slide_without_an_end_needs_limits_of_the_users() -> None:
@@ -125,7 +128,7 @@ def test_a_slide_without_an_end_needs_limits_of_the_users() -> None:
         one(limit, kind="prismatic")
     robot = one(limit, kind="prismatic", position_limits={"a": (0, 0.8)})
     assert (robot.lower[0], robot.upper[0]) == (0, 0.8)
-    assert noted(robot, "position limits were narrowed", "a (0, 0.8)")
+    assert noted(robot, "position limits were narrowed", "a (0 to 0.8)")
     follower = urdf_text.loaded(pair(0.1, kind="prismatic", limit='lower="-inf" upper="inf" velocity="-1"'))
     assert (follower.lower[0], follower.velocity[0]) == (-10, 10)  # its leader's hold
 
@@ -236,3 +239,13 @@ def test_limits_that_are_none_are_refused(case: str, options: dict[str, Any], tm
 def test_a_multiplier_that_leaves_no_speed_is_refused() -> None:
     with pytest.raises(RobotError, match="multiplier"):
         urdf_text.loaded(pair(1e308, limit='velocity="1e-3"'))
+
+
+def test_joints_that_are_held_leave_those_that_follow_within_their_limits() -> None:
+    text = pair(2, offset=0.5, limit='lower="-5" upper="0.1" velocity="1"')
+    held = srdf_text.loaded(
+        text.replace("</robot>", urdf_text.link("link_3") + joint("c", "link_2", "link_3") + "</robot>"),
+        srdf_text.srdf(srdf_text.group("arm", joints=("c",))),
+        group="arm",
+    )
+    assert noted(held, "held: a at -0.2")

@@ -25,13 +25,12 @@ FORMAT: dict[str, str] = {
     "group twice": srdf(group("left", joints=("left_elbow",)), group("left", joints=("left_wrist",))),
     "chain without tip": srdf('<group name="a"><chain base_link="torso"/></group>'),
     "joint of a group without name": srdf('<group name="a"><joint/></group>'),
-    "state without group": srdf('<group_state name="ready"/>'),
     "state twice": srdf(state("ready", "left"), state("ready", "left")),
     "joint of a state without value": srdf('<group_state name="r" group="left"><joint name="left_elbow"/></group_state>'),
     "value no number": srdf('<group_state name="r" group="left"><joint name="left_elbow" value="up"/></group_state>'),
     "value infinite": srdf('<group_state name="r" group="left"><joint name="left_elbow" value="inf"/></group_state>'),
     "joint twice in a state": srdf(
-        '<group_state name="r" group="a"><joint name="b" value="1"/><joint name="b" value="1"/></group_state>'
+        '<group_state name="r" group="a"><joint name="b" value="1"/><joint name="b" value="2"/></group_state>'
     ),
     "pair of one link": srdf('<disable_collisions link1="torso"/>'),
     "enabled pair of one link": srdf('<enable_collisions link2="torso"/>'),

@@ -179,6 +179,13 @@ def test_joints_that_a_state_leaves_out_are_where_moveit_has_them() -> None:
     assert noted(robot, "left out: 'ready' of group 'right'")  # two groups have a state of that name
 
 
+def test_a_state_without_a_group_and_a_line_twice_are_read() -> None:
+    line = '<joint name="left_elbow" value="0.25"/>'
+    robot = two_arms(f'<group_state name="bent">{2 * line}</group_state>', group="left")
+    np.testing.assert_array_equal(robot.configuration("bent"), (0, 0.25, 0))
+    assert noted(robot, "name no group", "bent")
+
+
 def test_all_pairs_but_those_that_may_touch_must_keep_clear() -> None:
     pairs = [("link_0", "link_1"), ("link_2", "link_1"), ("link_3", "link_0")]
     robot = srdf_text.loaded(chain_of(3), srdf(*(disabled(*pair) for pair in pairs)))

@@ -92,7 +92,8 @@ def run(arguments: Sequence[str]) -> int:
         print(json.dumps(values, indent=2, allow_nan=False))
     else:
         show_list(_summary(found))
-    tell_notes(found.certificate.robot.notes, more="robot.notes")
+    robot = found.certificate.robot
+    tell_notes(robot.source, robot.notes, more="robot.notes in Python")
     for note in found.notes:
         print(f"spacearm: {options.file}: {note}", file=sys.stderr)
     return 0 if found.certificate.holds else 1

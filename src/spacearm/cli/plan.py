@@ -98,7 +98,8 @@ def run(arguments: Sequence[str]) -> int:
         print(json.dumps(plan_as_dict(found), indent=2))
     else:
         show_list(_summary(found, folder, written))
-    tell_notes(file.problem.robot.notes, more=f"plan.json in {options.output} (problem.robot.notes)")
+    robot = file.problem.robot
+    tell_notes(robot.source, robot.notes, more=f"plan.json in {options.output} (problem.robot.notes)")
     if not found.found:
         print(f"spacearm: {found.message}", file=sys.stderr)
     return 0 if found.found else 1

@@ -51,18 +51,22 @@ def show_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
     print()
 
 
-def tell_notes(notes: Sequence[str], *, more: str) -> None:
+def tell_notes(source: str, notes: Sequence[str], *, more: str) -> None:
     """Print what was assumed about a robot on stderr, a line each; of a long list the beginning.
 
     Args:
+        source: the robot's; the notes of one that comes with spacearm say where its numbers are from, and are left out.
         notes: sentences.
         more: where they are in full.
     """
+    from spacearm.robot import builtin_robots
+
     cut = False
-    for note in notes:
+    for note in () if source in builtin_robots() else notes:
         if len(note) > _LONGEST:
-            note = note[:_LONGEST].rpartition(", ")[0] or note[:_LONGEST]
-            note, cut = f"{note}, ...", True
+            shown = note[:_LONGEST].rpartition(", ")[0] or note[:_LONGEST]
+            more_of_it = note[len(shown) :].count(", ")
+            note, cut = f"{shown}, ..." + (f" ({more_of_it} more)" if more_of_it > 1 else ""), True
         print(f"spacearm: note: {note}", file=sys.stderr)
     if cut:
         print(f"spacearm: {more} has the notes in full", file=sys.stderr)

@@ -168,7 +168,7 @@ def _hold_the_others(tree: LinkTree, group: str | None, srdf: Srdf | None, membe
         if joint.kind in ("floating", "planar"):
             rigid.append(joint.name)
         elif leader_of(joint, tree).leader == joint.name:
-            held[f"not in group '{group}'" if outside else "passive in the SRDF"][joint.name] = rest_value(joint)
+            held[f"not in group '{group}'" if outside else "passive in the SRDF"][joint.name] = rest_value(joint, tree)
     notes = list(tree.notes)
     for why, values in held.items():
         said = [f"{name} at {value:g}" for name, value in values.items()]

@@ -56,7 +56,10 @@ def group_members(srdf: Srdf, name: str, tree: LinkTree) -> Members:
     moving = [joint for joint in tree.joints if joint.name in members and joint.kind != "fixed"]
     if not moving:
         raise RobotError(f"{srdf.source}: group '{name}' has no moving joint, expected at least one; choose another group")
-    return Members(joints=tuple(joint.name for joint in moving), tips=_furthest(chain_tips, above) or _ends(moving, tree))
+    tips = _furthest(chain_tips, above) or _ends(moving, tree)
+    names = {joint.name for joint in moving}
+    moved = tuple(tip for tip in tips if any(joint.name in names for joint in _between(tip, _root(tip, above), above)))
+    return Members(joints=tuple(joint.name for joint in moving), tips=moved or tips)
 
 
 def with_subgroups(srdf: Srdf, name: str) -> list[Group]:
@@ -98,6 +101,12 @@ def _between(base: str, tip: str, above: dict[str, LinkJoint]) -> list[LinkJoint
     first, second = way_up(base), way_up(tip)
     shared = {joint.name for joint in first} & {joint.name for joint in second}
     return [joint for joint in (*first, *second) if joint.name not in shared]
+
+
+def _root(link: str, above: dict[str, LinkJoint]) -> str:
+    while link in above:
+        link = above[link].parent
+    return link
 
 
 def _furthest(tips: Iterable[str], above: dict[str, LinkJoint]) -> tuple[str, ...]:

@@ -85,13 +85,17 @@ def _by_leader(tree: LinkTree, values: Mapping[str, float]) -> dict[str, float]:
     return held
 
 
-def rest_value(joint: LinkJoint) -> float:
-    """Return the value nearest to 0 that a joint may have [rad or m]."""
-    if joint.kind == "continuous":
-        return 0.0
-    lower = -math.inf if joint.lower is None else joint.lower
-    upper = math.inf if joint.upper is None else joint.upper
-    return min(max(0.0, lower), max(upper, lower))
+def rest_value(joint: LinkJoint, tree: LinkTree) -> float:
+    """Return the value nearest to 0 that a joint may have, and those that follow it with it [rad or m]."""
+    low, high = -math.inf, math.inf
+    for other in tree.joints:
+        if other.kind not in ("revolute", "prismatic") or other.lower is None or other.upper is None:
+            continue
+        lead = leader_of(other, tree)
+        if lead.leader == joint.name and lead.multiplier != 0.0:
+            ends = sorted((end - lead.offset) / lead.multiplier for end in (other.lower, other.upper))
+            low, high = max(low, ends[0]), min(high, ends[1])
+    return min(max(0.0, low), max(high, low))
 
 
 def _require_within(joint: LinkJoint, value: float, what: str) -> None:

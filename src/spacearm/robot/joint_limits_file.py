@@ -43,6 +43,7 @@ def with_joint_limits_file(tree: LinkTree, path: str | os.PathLike[str]) -> Link
     unused: set[str] = set()
     for name, entry in given.items():
         with file.at(*place, name):
+            entry = {} if entry is None else entry
             if not isinstance(entry, dict):
                 raise FileFormatError(f"joint_limits.{name} is {shown(entry)}, expected a mapping as {{max_velocity: 1.0}}")
             if name in joints and joints[name].kind in ("revolute", "continuous", "prismatic"):

@@ -60,14 +60,15 @@ def narrowed(tree: LinkTree, position_limits: Mapping[str, Any] | None) -> LinkT
     _require_known("position_limits", position_limits, tree)
     joints = []
     for joint in tree.joints:
-        if joint.name in position_limits and joint.kind in ("revolute", "continuous", "prismatic"):
+        if joint.name in position_limits:
             where = f"position_limits[{shown(joint.name)}]"
             lower, upper = as_readonly(where, position_limits[joint.name], (2,), RobotError, advice="give (lower, upper)")
             if lower > upper:
                 raise RobotError(f"{where} is {lower:g} to {upper:g}, expected the lower one first; exchange them")
-            joint = with_range(joint, float(lower), float(upper), where)
+            if joint.kind in ("revolute", "continuous", "prismatic"):
+                joint = with_range(joint, float(lower), float(upper), where)
         joints.append(joint)
-    said = ", ".join(f"{name} ({shown(tuple(span))[1:-1]})" for name, span in position_limits.items())
+    said = ", ".join(f"{name} ({float(low):g} to {float(high):g})" for name, (low, high) in position_limits.items())
     return replace(tree, joints=tuple(joints), notes=(*tree.notes, f"position limits were narrowed to those given: {said}"))
 
 
@@ -172,6 +173,10 @@ def joint_limits(
     notes = _notes_on_none(moving, leads, leaders, velocity_limit)
     notes += _notes_on_acceleration(leaders, push, stated, acceleration_limit)
     push = np.where(np.isfinite(push), push, speed)
+    for what, given in (("velocity_limit", velocity_limit), ("acceleration_limit", acceleration_limit)):
+        idle = set(given) - {joint.name for joint in moving} if isinstance(given, Mapping) else ()
+        if idle:
+            notes.append(f"{what} names joints that do not move: {', '.join(sorted(idle))}")
     if velocity_limit is not None:
         notes.append(f"velocity limits were set to at most {_said(velocity_limit, leaders)}")
     return np.array([low, high, speed, push]), notes

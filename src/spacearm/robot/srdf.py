@@ -35,7 +35,7 @@ class Group:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroupState:
-    """A named configuration: the value of each joint that it names [rad or m]."""
+    """A named configuration: the value of each joint that it names [rad or m]; the group is "" where none is stated."""
 
     name: str
     group: str
@@ -103,7 +103,10 @@ def load_srdf(path: str | os.PathLike[str]) -> Srdf:
     with located(path):
         root, repairs = xml_document(content, what="an SRDF", root="robot")
         _require_srdf(root)
-        return replace(_srdf(root, str(path)), notes=note_on_repairs(repairs, "the SRDF"))
+        srdf = _srdf(root, str(path))
+        of_none = [state.name for state in srdf.states if not state.group]
+        said = [f"states of the SRDF that name no group are those of the whole robot: {', '.join(of_none)}"] if of_none else []
+        return replace(srdf, notes=(*note_on_repairs(repairs, "the SRDF"), *said))
 
 
 def _require_srdf(root: Any) -> None:
@@ -146,15 +149,16 @@ def _group(element: Any) -> Group:
 
 
 def _state(element: Any) -> GroupState:
-    name, group = _texts(element, "name", "group")
+    (name,), group = _texts(element, "name"), (element.get("group") or "").strip()
     values, joints = [], element.findall("joint")
     for joint in joints:
         (joint_name,) = _texts(joint, "name")
         numbers = _numbers(joint, "value")
         if len(numbers) == 1:  # a virtual joint has several, and is none of ours
             values.append((joint_name, numbers[0]))
-    _require_once(joints, [joint.get("name") for joint in joints])
-    return GroupState(name=name, group=group, values=tuple(values))
+    once = list(dict.fromkeys((joint.get("name"), joint.get("value")) for joint in joints))  # a line twice says the same
+    _require_once(joints, [joint for joint, _ in once])
+    return GroupState(name=name, group=group, values=tuple(dict.fromkeys(values)))
 
 
 def _virtual_joint(element: Any) -> VirtualJoint:

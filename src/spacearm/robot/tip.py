@@ -36,7 +36,9 @@ class Ends:
         links: the links with nothing behind them on the bodies of `last`.
         at_fork: those on the body of `fork`.
         carrier: the link of that body from which the chains go on, or the root.
+        hand: whether what forks are fingers rather than arms: more joints lie before the fork than behind it.
         after: by link, the joint that moves it, and how far from that joint it is [m].
+        depth: by link, how many joints move it.
     """
 
     last: tuple[str, ...]
@@ -44,7 +46,9 @@ class Ends:
     links: tuple[str, ...]
     at_fork: tuple[str, ...]
     carrier: str
+    hand: bool
     after: dict[str, tuple[str, float]]
+    depth: dict[str, int]
 
 
 def ends_of(tree: LinkTree) -> Ends:
@@ -61,7 +65,10 @@ def ends_of(tree: LinkTree) -> Ends:
     links = tuple(link for link in tree.links if link not in inner and movers[link] and movers[link][0] in last)
     at_fork = tuple(link for link in tree.links if link not in inner and movers[link] and movers[link][0] == fork)
     after = {link: (movers[link][0], _distance(link, above)) for link in tree.links if movers[link]}
-    return Ends(last=last, fork=fork, links=links, at_fork=at_fork, carrier=_carrier(tree, ways, above), after=after)
+    hand = bool(shared) and 2 * len(shared) > max(map(len, ways))
+    carrier = _carrier(tree, ways, above)
+    depth = {link: len(movers[link]) for link in tree.links}
+    return Ends(last=last, fork=fork, links=links, at_fork=at_fork, carrier=carrier, hand=hand, after=after, depth=depth)
 
 
 def default_tip(tree: LinkTree) -> LinkTree:
@@ -84,10 +91,13 @@ def default_tip(tree: LinkTree) -> LinkTree:
 
 def advised(ends: Ends) -> str:
     """Return the link that is most likely meant where several might be."""
-    if len(ends.last) > 1:
-        return ends.carrier if ends.fork else (ends.links or (ends.carrier,))[-1]
-    named = [link for link in ends.links if _words(link) & _NAMES[0]] or list(ends.links)
-    return max(named, key=lambda link: ends.after[link][1]) if named else ends.carrier
+    if len(ends.last) > 1 and ends.hand:
+        return ends.carrier
+    for words in (frozenset(["tcp"]), frozenset(["tool"]), *_NAMES):
+        named = [link for link in ends.links if _words(link) & words and not _words(link) & _OTHERS]
+        if named:
+            return named[-1]
+    return max(reversed(ends.links), key=lambda link: (ends.depth[link], ends.after[link][1])) if ends.links else ends.carrier
 
 
 def several_ends(ends: Ends) -> str:

@@ -151,21 +151,24 @@ def _means_none(chart: Chart, joint: Any, lower: float, upper: float) -> None:
     both, revolute = is_none(lower) and is_none(upper), joint.get("type") == "revolute"
     words = " and ".join(shown(limit.get(end)) for end in ("lower", "upper") if is_none(_limit_of(limit, end) or 0.0))
     infinite = "; urdfdom (ROS, Pinocchio) cannot read an infinite one" if math.inf in (abs(lower), abs(upper)) else ""
-    if revolute and both:
+    follows = joint.find("mimic") is not None
+    if follows:
+        what, advice = "its limits mean that there is none; those of the joint that it follows hold", "state the true ones"
+    elif revolute and both:
         what, advice = "its limits mean that there is none, and spacearm takes it for continuous", 'write type="continuous"'
     elif revolute:
         what, advice = "one of its limits means that there is none", "state the true one"
     else:
         what, advice = "its limits mean that there is none; nobody can guess how far it slides", "state the true range"
     chart.found(
-        "warning" if revolute else "error",
+        "note" if follows else "warning" if revolute else "error",
         "limits-none",
         limit,
         what + infinite,
         value=words,
         expected=f"less than {MEANS_NONE:g} {unit}",
-        advice=advice + ("" if revolute else ", or give load_robot(position_limits=...)"),
-        remedy=(lambda: _continuous(joint, limit)) if revolute and both else None,
+        advice=advice + ("" if revolute or follows else ", or give load_robot(position_limits=...)"),
+        remedy=(lambda: _continuous(joint, limit)) if revolute and both and not follows else None,
     )
 
 

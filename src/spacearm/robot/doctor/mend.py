@@ -66,7 +66,7 @@ def mend_urdf(
         chart, _ = examined(root, source, srdf, base, choices, touching=False)
     if target.resolve().parent != source.resolve().parent:
         changes += _moved_meshes(root, source.parent, target)
-    xml = _as_before(content if not repairs else _start_of_repaired(content), root)
+    xml = _as_before(_start_of_repaired(content) if repairs else content, root, crlf=b"\r\n" in content)
     write = write_atomically if overwrite else write_new
     write(target, xml)
     _, after = examined(urdf_root(xml, target)[0], target, srdf, base, choices)
@@ -124,7 +124,7 @@ def _moved_meshes(root: Any, directory: Path, target: Path) -> list[Change]:
     return changes
 
 
-def _as_before(content: bytes, root: Any) -> bytes:
+def _as_before(content: bytes, root: Any, *, crlf: bool) -> bytes:
     """Write the tree, and before it what stood there, byte by byte: its comments and the line of its version."""
     from lxml import etree  # pyright: ignore[reportAttributeAccessIssue] (compiled, no stubs)
 
@@ -134,5 +134,5 @@ def _as_before(content: bytes, root: Any) -> bytes:
         declared = content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<?xml")
         return etree.tostring(root.getroottree(), encoding="utf-8", xml_declaration=declared) + b"\n"
     body = etree.tostring(root, encoding="utf-8", with_tail=False)
-    end = b"\r\n" if b"\r\n" in content else b"\n"  # XML knows only the second
-    return start.group() + (body + after + b"\n").replace(b"\n", end)
+    end = b"\r\n" if crlf else b"\n"  # XML knows only the second
+    return start.group().replace(b"\r\n", b"\n").replace(b"\n", end) + (body + after + b"\n").replace(b"\n", end)

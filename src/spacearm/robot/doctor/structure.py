@@ -98,14 +98,22 @@ def _cannot_be_represented(chart: Chart, joint: Any, kind: str) -> None:
     bare = link is not None and all(link.find(tag) is None for tag in ("inertial", "visual", "collision"))
     if holds_base and alone and bare:
         chart.found(
-            "error",
+            "note",
             "joint-holds-the-base",
             joint,
-            f"a floating joint from the empty link {shown(parent)} stands for a base that floats",
+            f"a floating joint from the empty link {shown(parent)} stands for a base that floats; spacearm holds it",
             value="floating",
-            expected="a base that is the root",
-            advice='remove the joint and the empty link; load_robot(..., base="floating") says that the base floats',
+            advice='load_robot(..., base="floating") lets the base float; the joint and the empty link may go',
             remedy=lambda: _without(joint, link),
+        )
+    elif roots_of(chart) == [parent]:
+        chart.found(
+            "note",
+            "joint-held",
+            joint,
+            f"a {kind} joint between the root and the rest cannot be represented; spacearm holds it at its origin",
+            value=kind,
+            advice="replace it by a chain of revolute and prismatic joints, if it is to move",
         )
     else:
         chart.found(
