@@ -59,8 +59,8 @@ def hold(
             [kg m^2]; by default that of the shape, evenly filled with the mass.
 
     Raises:
-        RobotError: a mass, centre or inertia that cannot be; what cannot be held, a frame or link that is not there, a name that is taken, or a pose that
-            is none.
+        RobotError: a mass, centre or inertia that cannot be; what cannot be held, a frame or link that is not there, a name
+            that is taken, or a pose that is none.
     """
     if not isinstance(robot, Robot):
         raise RobotError(f"robot is {shown(robot)}, expected a Robot; make one with load_robot(...)")

@@ -136,10 +136,7 @@ def settled_pairs(robot: Robot) -> dict[str, Any]:
         same = made_for == apart.made_for
         if not same and left:
             pairs = tuple(sorted({*pairs, *left}))
-        if not same or not left:
-            apart = None
-        elif len(left) < len(apart.pairs):
-            apart = apart_pairs(robot, left)
+        apart = None if not same else apart if len(left) == len(apart.pairs) else apart_pairs(robot, left)
     checked = {*pairs, *(() if apart is None else apart.pairs)}
     unchecked = {one.links: one for one in robot.unchecked if one.links not in checked and enclosed.issuperset(one.links)}
     return {"self_pairs": pairs, "apart": apart, "unchecked": tuple(unchecked[links] for links in sorted(unchecked))}
@@ -230,7 +227,8 @@ def lacks_envelope(robot: Robot) -> str:
         return ""
     return (
         f"robot '{robot.name}' has no envelope: no link that moves has a collision shape, so it would be kept clear of "
-        "nothing; give it shapes ('spacearm doctor --fix' takes those that are drawn), or say that none is meant, with collision='none'"
+        "nothing; give it shapes ('spacearm doctor --fix' takes those that are drawn), or say that none is meant, with "
+        "collision='none'"
     )
 
 
