@@ -222,18 +222,18 @@ def _some(words: Sequence[str]) -> str:
 
 # ---- robots without an envelope, or without masses -------------------------------------------------------------------------
 def lacks_envelope(robot: Robot) -> str:
-    """Say that nothing that a joint moves has an envelope, unless none is meant; "" if all is well."""
-    if robot.collision == "none" or any(capsule.joint >= 0 for capsule in robot.capsules):
+    """Say that a robot has no envelope, unless none is meant; "" if all is well."""
+    if robot.collision == "none" or robot.capsules:
         return ""
     return (
-        f"robot '{robot.name}' has no envelope: no link that moves has a collision shape, so it would be kept clear of "
-        "nothing; give it shapes ('spacearm doctor --fix' takes those that are drawn), or say that none is meant, with "
+        f"robot '{robot.name}' has no envelope: none of its links has a collision shape, so it would be kept clear of nothing; "
+        "give it shapes ('spacearm doctor --fix' takes those that are drawn), or say that none is meant, with "
         "collision='none'"
     )
 
 
 def require_envelope(robot: Robot) -> None:
-    """Refuse a robot of which nothing that a joint moves has an envelope, unless none is meant.
+    """Refuse a robot without an envelope, unless none is meant.
 
     Raises:
         RobotError: it has none.
@@ -264,9 +264,9 @@ def bare_links(robot: Robot) -> tuple[str, ...]:
 def without_mass(robot: Robot) -> tuple[tuple[str, str], ...]:
     """List the links that have a shape but no mass that is known, each with the reason; a robot that floats may have none.
 
-    Besides those that the robot itself names, these are links on a joint where nothing has a mass.
+    Besides those that the robot itself names, these are links on a joint on which no body rides, not even one of 0 kg.
     """
-    weighed = {body.joint for body in robot.bodies if body.mass > 0}
+    weighed = {body.joint for body in robot.bodies}
     known = dict(robot.unweighed)
     for capsule in robot.capsules:
         if capsule.joint >= 0 and capsule.joint not in weighed:
