@@ -242,7 +242,7 @@ class Certificate:
                 "pairs": [{"links": list(one.links), "reason": REASONS[one.reason]} for one in self.unchecked],
                 "links_without_envelope": list(self.bare),
             },
-            "notes": list(self.notes),
+            "remarks": list(self.notes),
             "resolution": self.resolution,
             "evaluations": self.evaluations,
             "witness": self.witness,
