@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import srdf_text
 import urdf_text
 from spacearm.errors import RobotError
 from spacearm.planner import hold
-from spacearm.robot import LinkCapsule, Robot, find_self_pairs
+from spacearm.robot import LinkCapsule, Robot, builtin_robots, find_self_pairs, load_robot
 from spacearm.robot.left_out import ApartPairs, UncheckedPair, bare_links, unchecked_pairs, without_mass
 from spacearm.robot.plain import robot_as_dict, robot_from_dict
 from spacearm.scene import Box, Sphere
@@ -168,6 +169,23 @@ def test_links_without_an_envelope_are_named_and_frames_are_not() -> None:
     assert "tool0" not in note
     assert bare_links(replace(robot, collision="none")) == ()
     assert bare_links(replace(robot, capsules=robot.capsules[:1])) == ("arm", "weight", "hand")
+
+
+def test_links_of_a_robot_file_with_a_mass_of_some_length_and_no_envelope_are_named(tmp_path: Path) -> None:
+    text = """spacearm-robot: 1
+name: two
+joints:
+  - {name: j1, kind: revolute, parent: base, child: elbow, axis: [0, 0, 1], lower: -1, upper: 1, velocity: 1}
+  - {name: j2, kind: revolute, parent: elbow, child: fore, axis: [1, 0, 0], lower: -1, upper: 1, velocity: 1}
+  - {name: j3, kind: revolute, parent: fore, child: hand, xyz: [0, 0, 1], axis: [1, 0, 0], lower: -1, upper: 1, velocity: 1}
+capsules: [{link: hand, from: [0, 0, 0], to: [0, 0, 0.1], radius: 0.05}]
+masses:
+  - {link: elbow, mass: 1, inertia: [1, 1, 1, 0, 0, 0]}
+  - {link: fore, mass: 1, com: [0, 0, 0.5], inertia: [1, 1, 1, 0, 0, 0]}
+"""
+    (tmp_path / "two.yaml").write_text(text)
+    assert bare_links(load_robot(tmp_path / "two.yaml")) == ("fore",)
+    assert all(bare_links(load_robot(name)) == () for name in builtin_robots())
 
 
 def floating(*parts: str, **options: Any) -> Robot:

@@ -254,11 +254,16 @@ def notes_on_envelope(robot: Robot) -> tuple[str, ...]:
 
 
 def bare_links(robot: Robot) -> tuple[str, ...]:
-    """List the links that have a shape or a mass in their URDF, but no envelope; none if none is meant to have one."""
+    """List the links that have a shape or a mass in their file, but no envelope; none if none is meant to have one.
+
+    Of a robot without a file these are bodies away from the origin of a joint on which no capsule rides.
+    """
     if robot.collision == "none":
         return ()
-    enclosed = {capsule.name for capsule in robot.capsules}
-    return tuple(link for link in robot.solid if link not in enclosed)
+    enclosed, carrying = {capsule.name for capsule in robot.capsules}, {capsule.joint for capsule in robot.capsules}
+    free = [body for body in robot.bodies if body.joint >= 0 and body.joint not in carrying]
+    solid = [*robot.solid, *(body.name for body in free if body.mass > 0 and body.com.any())]
+    return tuple(dict.fromkeys(link for link in solid if link not in enclosed))
 
 
 def without_mass(robot: Robot) -> tuple[tuple[str, str], ...]:
