@@ -145,18 +145,14 @@ def settled_pairs(robot: Robot) -> dict[str, Any]:
 # ---- what is not checked ---------------------------------------------------------------------------------------------------
 def unchecked_pairs(robot: Robot) -> tuple[UncheckedPair, ...]:
     """List every pair of links with an envelope that is not kept clear of each other, with the reason, by name."""
-    carriers: dict[str, set[int]] = {}
-    for capsule in robot.capsules:
-        carriers.setdefault(capsule.name, set()).add(capsule.joint)
     checked = {*robot.self_pairs, *(() if robot.apart is None else robot.apart.pairs)}
-    recorded = {one.links: one for one in robot.unchecked}
-    ways = {joint: way_to(robot, joint) for joints in carriers.values() for joint in joints}
+    recorded, ways = {one.links: one for one in robot.unchecked}, ways_to_links(robot)
     out = []
-    for links in itertools.combinations(sorted(carriers), 2):
+    for links in itertools.combinations(sorted(ways), 2):
         if links in checked:
             continue
         one = recorded.get(links)
-        if is_rigid(robot, *([ways[joint] for joint in carriers[link]] for link in links)):
+        if is_rigid(robot, *(ways[link] for link in links)):
             one = UncheckedPair(links=links, reason="rigid")
         elif one is None or one.reason == "rigid":
             one = UncheckedPair(links=links, reason="not asked for")
@@ -164,6 +160,14 @@ def unchecked_pairs(robot: Robot) -> tuple[UncheckedPair, ...]:
             one = UncheckedPair(links=links, reason="changed")
         out.append(one)
     return tuple(out)
+
+
+def ways_to_links(robot: Robot) -> dict[str, list[frozenset[int]]]:
+    """Return for each link with an envelope the joints between the base and what its capsules ride on."""
+    carriers: dict[str, set[int]] = {}
+    for capsule in robot.capsules:
+        carriers.setdefault(capsule.name, set()).add(capsule.joint)
+    return {link: [way_to(robot, joint) for joint in joints] for link, joints in carriers.items()}
 
 
 def way_to(robot: Robot, joint: int) -> frozenset[int]:

@@ -216,7 +216,9 @@ class RobotModel(StrictModel):
     tip: Text | None = Field(None, description="the link that is the end effector; by default the end of the chain")
     velocity_limit: Number | None = Field(None, description="no joint is to be faster [rad/s or m/s]")
     acceleration_limit: Number | None = Field(None, description="likewise [rad/s^2 or m/s^2]")
-    collision: Literal["urdf", "none"] = Field("urdf", description="where the robot's envelope is from")
+    collision: Literal["urdf", "none"] = Field(
+        "urdf", description="where the robot's envelope is from; none: it is meant to have none"
+    )
     capsules_per_shape: Count = Field(
         CAPSULES_PER_SHAPE, description="how many capsules may enclose one box, cylinder or mesh, of the URDF or held"
     )
