@@ -209,6 +209,7 @@ def on_the_arm(*inside: str, kind: str = "fixed") -> tuple[str, str]:
         ((inertial("-1"),), "below 0"),  # without a shape, but it does have a mass
         ((BALL, inertial("0", "0.1")), "0, but <inertia> is not"),
         ((BALL, inertial("many")), "many"),
+        ((BALL, '<inertial><mass value="2"/></inertial>'), "<inertia> is missing"),
         ((BALL, '<inertial><inertia ixx="1" iyy="1" izz="1"/></inertial>'), "missing"),
     ],
 )
