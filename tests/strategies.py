@@ -66,10 +66,12 @@ def robots(draw: st.DrawFn, min_joints: int = 2, max_joints: int = 12) -> Robot:
     frames = [Frame(name=f"link_{i}", joint=i, T_joint_frame=np.eye(4)) for i in range(-1, count)]
     frames.append(Frame(name="tip", joint=count - 1, T_joint_frame=draw(transforms())))
     ranges = np.array([draw(limits()) for _ in range(count)])
+    envelope = tuple(draw(st.lists(capsules(count), max_size=count + 2)))
     return Robot(
         name="drawn",
         joints=tuple(joints),
-        capsules=tuple(draw(st.lists(capsules(count), max_size=count + 2))),
+        capsules=envelope,
+        collision="envelope" if envelope else "none",
         frames=tuple(frames),
         tip="tip",
         lower=ranges[:, 0],

@@ -37,6 +37,7 @@ def test_a_plan_is_told_in_two_columns_and_written(told: Told, problem: Path, tm
         "joint path length",
         "duration",
         "certificate",
+        "not checked",
         "time",
         "written",
     ]

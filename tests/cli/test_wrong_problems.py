@@ -125,7 +125,9 @@ def test_a_robot_that_cannot_be_is_refused(case: str, refused: Refused, problem:
 def test_the_robots_are_good_before_they_are_spoilt(told: Told, problem: Path, tmp_path: Path) -> None:
     for name, text, zeros in (("arm.yaml", ROBOT, "[0, 0]"), ("arm.urdf", URDF, "[0]")):
         (tmp_path / name).write_text(text)
-        problem.write_text(f"spacearm: 1\nrobot: {name}\nstart: {zeros}\ngoal: {{configuration: {zeros.replace('0', '1')}}}\n")
+        goal = zeros.replace("0", "1")
+        robot = f"{{file: {name}, collision: none}}"
+        problem.write_text(f"spacearm: 1\nrobot: {robot}\nstart: {zeros}\ngoal: {{configuration: {goal}}}\n")
         code, _, err = told(["plan", problem, "-o", tmp_path / name.replace(".", "-"), "--no-figures", "--seed", 0])
         assert code == 0
         assert all(line.startswith("spacearm: note: no acceleration limit is stated for") for line in err.splitlines())

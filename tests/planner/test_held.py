@@ -18,6 +18,7 @@ from kinematics import frame_transform, joint_transforms
 from oracles.solids import from_segments
 from snapshot import assert_refused
 from spacearm.errors import RobotError
+from spacearm.motion import Motion, Trajectory
 from spacearm.planner import hold
 from spacearm.robot import Robot, forward_kinematics, load_robot
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
@@ -160,3 +161,87 @@ def test_a_robot_without_an_envelope_may_hold_something() -> None:
 )
 def test_what_cannot_be_held_is_refused(case: str, call: Callable[[], Robot]) -> None:
     assert_refused("robot", case, RobotError, call)
+
+
+# ---- masses -----------------------------------------------------------------------------------------------------------------
+SERVICER = load_robot("servicer7")
+BALLS = SphereSet([(0.1, 0, 0), (0.2, 0, 0), (0.1, 0.1, 0.3)], [0.1, 0.15, 0.05])
+WEIGHED: dict[str, Any] = {name: shape for name, (shape, _) in SHAPES.items() if not isinstance(shape, SphereSet)}
+WEIGHED["sphere set"] = BALLS
+
+
+def inside_of(shape: Any, points: np.ndarray) -> np.ndarray:
+    """Which of points (k, 3), in the shape's coordinates, are inside."""
+    if isinstance(shape, Sphere):
+        return np.linalg.norm(points - shape.center, axis=1) <= shape.radius
+    if isinstance(shape, Capsule):
+        return from_segments(points, shape.a, shape.b) <= shape.radius
+    if isinstance(shape, SphereSet):
+        away = np.linalg.norm(points[:, None] - shape.centers, axis=2)
+        return (away <= shape.radii).any(axis=1)
+    own = (points - shape.pose[:3, 3]) @ shape.pose[:3, :3]
+    if isinstance(shape, Box):
+        return (np.abs(own) <= shape.size / 2).all(axis=1)
+    return (np.hypot(own[:, 0], own[:, 1]) <= shape.radius) & (np.abs(own[:, 2]) <= shape.length / 2)
+
+
+@pytest.mark.parametrize("name", WEIGHED)
+def test_the_mass_of_what_is_held_is_that_of_an_evenly_filled_shape(name: str) -> None:
+    shape, T_tip_x = WEIGHED[name], pose((0.1, 0.2, 0.3), (0.3, 0.5, -0.2, 0.7))
+    robot = hold(SERVICER, shape, pose=T_tip_x, mass=7.0)
+    body = robot.bodies[-1]
+    points = np.random.default_rng(0).uniform(-1, 1, (400_000, 3)) * 0.6
+    points = points[inside_of(shape, points)]
+    frame = SERVICER.frame(SERVICER.tip)
+    T = frame.T_joint_frame @ T_tip_x
+    there = points @ T[:3, :3].T + T[:3, 3]
+    off = there - there.mean(axis=0)
+    second = off.T @ off / len(off) * 7.0
+    inertia = np.trace(second) * np.eye(3) - second
+    few = 4 / math.sqrt(len(points)) + 0.02
+    assert body.name == "held"
+    assert body.joint == frame.joint
+    assert body.mass == 7.0
+    assert np.abs(body.com - there.mean(axis=0)).max() <= few * 0.2
+    assert np.abs(body.inertia - inertia).max() <= few * np.abs(inertia).max()
+
+
+def test_a_centre_and_an_inertia_are_taken_in_the_held_things_own_frame() -> None:
+    T_tip_x, box = pose((0.1, 0.2, 0.3), (0.3, 0.5, -0.2, 0.7)), Box((0.3, 0.2, 0.1), TURNED)
+    entries, com = (0.3, 0.2, 0.25, 0.01, 0.02, -0.03), (0.01, 0.02, 0.03)
+    matrix = np.array([[0.3, 0.01, 0.02], [0.01, 0.2, -0.03], [0.02, -0.03, 0.25]])
+    robot = hold(SERVICER, box, pose=T_tip_x, mass=4, com=com, inertia=entries, name="unit")
+    assert robot == hold(SERVICER, box, pose=T_tip_x, mass=4, com=com, inertia=matrix, name="unit")
+    own, body = robot.frame("unit").T_joint_frame, robot.bodies[-1]
+    assert np.allclose(body.com, own[:3, :3] @ com + own[:3, 3])
+    assert np.allclose(body.inertia, own[:3, :3] @ matrix @ own[:3, :3].T)
+
+
+MASSES: dict[str, dict[str, Any]] = {
+    "mass below 0": {"mass": -1},
+    "mass of 0": {"mass": 0},
+    "mass of text": {"mass": "heavy"},
+    "no mass": {"inertia": np.eye(3)},
+    "centre only": {"com": (0, 0, 0)},
+    "impossible inertia": {"mass": 1, "inertia": np.diag([1, 1, 3])},
+    "negative inertia": {"mass": 1, "inertia": np.diag([1, 1, -1])},
+    "inertia of five": {"mass": 1, "inertia": (1, 2, 3, 4, 5)},
+    "centre of two": {"mass": 1, "com": (1, 2)},
+    "inertia of text": {"mass": 1, "inertia": "round"},
+}
+
+
+@pytest.mark.parametrize("case", MASSES)
+def test_masses_that_cannot_be_are_refused(case: str) -> None:
+    assert_refused("held", case, RobotError, lambda: hold(SERVICER, Box((1, 1, 1)), **MASSES[case]))
+
+
+def test_the_base_of_a_robot_that_holds_something_heavy_turns_with_it() -> None:
+    home = SERVICER.configuration("home")
+    box = Box((0.5, 0.5, 0.5))
+    moved = Motion([home, home + 0.4])
+    free = Trajectory(SERVICER, moved)
+    light, heavy = (Trajectory(hold(SERVICER, box, mass=mass), moved) for mass in (1e-6, 500.0))
+    ends = [each.base_pose(each.duration)[1] for each in (free, light, heavy)]
+    assert np.abs(ends[0] - ends[1]).max() < 1e-6
+    assert np.abs(ends[0] - ends[2]).max() > 1e-2

@@ -120,7 +120,7 @@ def test_a_plan_of_another_robot_is_refused(saved: Path) -> None:
     from planner.test_plan_files import turntable
 
     other = Problem(turntable(), [], start=[0.0], goal=[1.0])
-    with pytest.raises(ProblemError, match="moves 2 joints, expected the 1"):
+    with pytest.raises(ProblemError, match=r"moves joint.*expected the joints"):
         recheck_plan(saved, other)
 
 

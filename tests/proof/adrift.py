@@ -89,6 +89,8 @@ def floating_arms(draw: st.DrawFn) -> Robot:
         if draw(st.integers(0, 3)):
             com, mass = rng.normal(size=3) / 2, rng.uniform(0.1, 5)
             bodies.append(Body(name=f"b{i}", joint=i, mass=mass, com=com, inertia=_inertia(rng)))
+        else:  # said to weigh nothing, not forgotten
+            bodies.append(Body(name=f"b{i}", joint=i, mass=0.0, com=np.zeros(3), inertia=np.zeros((3, 3))))
     return replace(robot, bodies=tuple(bodies), base="floating")
 
 

@@ -28,8 +28,9 @@ def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
     """Return a trajectory as plain values, without its robot.
 
     Keys: `joints`, the names that the n columns go by; `control_points` (K + 2, n), `duration_s`, `time_law` (null: uniform;
-    else `breaks` and `coefficients`) and `notes` of a motion; `breaks` [s], `coefficients` (Bernstein's, piece by piece) and `notes` of one that somebody else made. Those
-    of the base are there only if it is not fixed at the origin: `base`, `base_start` T_w_b (4, 4), and `momentum`.
+    else `breaks` and `coefficients`) and `notes` of a motion; `breaks` [s], `coefficients` (Bernstein's, piece by piece) and
+    `notes` of one that somebody else made. Those of the base are there only if it is not fixed at the origin: `base`,
+    `base_start` T_w_b (4, 4), and `momentum`.
     """
     notes, joints = list(trajectory.notes), list(trajectory.robot.dof_names)
     if isinstance(trajectory, RecordedTrajectory):

@@ -15,7 +15,7 @@ from spacearm.planner.held_mass import held_body
 from spacearm.robot.capsule_fit import Segment
 from spacearm.robot.envelope import Shape, enclosed
 from spacearm.robot.envelope_report import greatest_excess
-from spacearm.robot.left_out import NOT_SAID, UncheckedPair, is_rigid, way_to
+from spacearm.robot.left_out import NOT_SAID, UncheckedPair, is_rigid, way_to, ways_to_links
 from spacearm.robot.model import Frame, LinkCapsule, Robot
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
@@ -59,8 +59,8 @@ def hold(
             [kg m^2]; by default that of the shape, evenly filled with the mass.
 
     Raises:
-        RobotError: a mass, centre or inertia that cannot be; what cannot be held, a frame or link that is not there, a name that is taken, or a pose that
-            is none.
+        RobotError: a mass, centre or inertia that cannot be; what cannot be held, a frame or link that is not there, a name
+            that is taken, or a pose that is none.
     """
     if not isinstance(robot, Robot):
         raise RobotError(f"robot is {shown(robot)}, expected a Robot; make one with load_robot(...)")
@@ -77,7 +77,8 @@ def hold(
     )
     T_joint_own = T_joint_x @ origin
     body = held_body(name, holder.joint, T_joint_own, obstacle, mass, com, inertia)
-    links = [link for link in dict.fromkeys(capsule.name for capsule in robot.capsules) if _can_move(robot, link, holder.joint)]
+    own = [way_to(robot, holder.joint)]
+    links = [link for link, ways in ways_to_links(robot).items() if not is_rigid(robot, ways, own)]
     kind = type(obstacle).__name__.lower()
     capsule_count = f"{len(capsules)} capsule{'s' if len(capsules) > 1 else ''}"
     notes = [f"'{name}', a {kind}, is held by frame '{holder.name}': {capsule_count}, {excess}"]
@@ -96,12 +97,6 @@ def hold(
         ),
         notes=(*robot.notes, *notes),
     )
-
-
-def _can_move(robot: Robot, link: str, joint: int) -> bool:
-    """Whether a joint moves a link against what rides on a certain joint."""
-    ways = [way_to(robot, on) for on in {capsule.joint for capsule in robot.capsules if capsule.name == link}]
-    return not is_rigid(robot, ways, [way_to(robot, joint)])
 
 
 def _enclosed(obstacle: Any, count: int) -> tuple[Array, list[Segment], str]:

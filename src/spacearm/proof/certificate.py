@@ -173,7 +173,14 @@ class Certificate:
 
     @property
     def message(self) -> str:
-        """The finding in a sentence."""
+        """The finding in a sentence, with what is not part of it."""
+        said = [self._finding, *self.notes]
+        if self.status == "holds":
+            said.insert(1, words_on_unchecked(self.unchecked, self.bare))
+        return "; ".join(filter(None, said))
+
+    @property
+    def _finding(self) -> str:
         near, broken = self.closest, self.broken_limits
         if near is not None and near.clearance <= self.minimum_clearance and self.status == "fails":
             return _too_close(near, self.minimum_clearance)
@@ -186,16 +193,6 @@ class Certificate:
         lacking = lacks_envelope(self.robot)
         if lacking:
             return lacking
-        return "; ".join([self._finding, *self._beside])
-
-    @property
-    def _beside(self) -> list[str]:
-        """What is to be said beside the finding: what is not part of it, and what else is to be known."""
-        return [said for said in (words_on_unchecked(self.unchecked, self.bare), *self.notes) if said]
-
-    @property
-    def _finding(self) -> str:
-        near = self.closest
         if near is None:
             kept = f"{', '.join(self.checked)} limits hold for all t" if self.checked else "limits were not looked at"
             free = "nothing is in the way" if self.robot.capsules else "the robot is meant to have no envelope"
@@ -255,7 +252,7 @@ class Certificate:
                 "pairs": [{"links": list(one.links), "reason": REASONS[one.reason]} for one in self.unchecked],
                 "links_without_envelope": list(self.bare),
             },
-            "notes": list(self.notes),
+            "remarks": list(self.notes),
             "resolution": self.resolution,
             "evaluations": self.evaluations,
             "witness": self.witness,

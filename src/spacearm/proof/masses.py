@@ -57,7 +57,6 @@ def masses_of(robot: Robot) -> Masses:
         RobotError: links whose mass is not known; without mass or inertia of the base no momentum can be conserved, nor with
             an inertia that no body has.
     """
-    require_all_masses(robot)
     joint = np.array([body.joint for body in robot.bodies], dtype=np.intp)
     mass = np.array([body.mass for body in robot.bodies])
     com = np.array([body.com for body in robot.bodies]).reshape(-1, 3)
@@ -88,6 +87,7 @@ def masses_of(robot: Robot) -> Masses:
             f"the base of robot '{robot.name}' has a moment of inertia of {base_least:.4g} kg m^2, expected all above 0; "
             "'spacearm doctor' tells more"
         )
+    require_all_masses(robot)
     beyond = np.zeros((len(robot.joints), len(mass)))
     for b, on in enumerate(joint.tolist()):
         while on >= 0:

@@ -4,12 +4,14 @@ from spacearm.robot.bodies import Body
 from spacearm.robot.centres import joint_centres
 from spacearm.robot.envelope_report import LinkEnvelope, envelope_report
 from spacearm.robot.kinematics import forward_kinematics, joint_frames
+from spacearm.robot.left_out import ApartPairs, UncheckedPair, unchecked_pairs
 from spacearm.robot.load import builtin_robots, load_robot
 from spacearm.robot.model import Frame, Joint, LinkCapsule, NamedConfiguration, Robot
 from spacearm.robot.self_collision import LinkPair, SelfPairs, find_self_pairs
 from spacearm.robot.urdf import load_urdf
 
 __all__ = [
+    "ApartPairs",
     "Body",
     "Frame",
     "Joint",
@@ -19,6 +21,7 @@ __all__ = [
     "NamedConfiguration",
     "Robot",
     "SelfPairs",
+    "UncheckedPair",
     "builtin_robots",
     "envelope_report",
     "find_self_pairs",
@@ -27,4 +30,5 @@ __all__ = [
     "joint_frames",
     "load_robot",
     "load_urdf",
+    "unchecked_pairs",
 ]

@@ -57,6 +57,8 @@ def _link_mass(link: str, inertial: Any) -> LinkMass:
     (mass,) = _numbers(inertial, "mass", "value", 1, None)
     if mass < 0:
         raise ValueError(f"<mass value> is {mass:g}, below 0")
+    if mass > 0 and inertial.find("inertia") is None:
+        raise ValueError("<inertia> is missing")
     xx, xy, xz, yy, yz, zz = (_numbers(inertial, "inertia", moment, 1, "0")[0] for moment in _MOMENTS)
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if mass == 0 and inertia.any():

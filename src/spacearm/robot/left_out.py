@@ -136,10 +136,7 @@ def settled_pairs(robot: Robot) -> dict[str, Any]:
         same = made_for == apart.made_for
         if not same and left:
             pairs = tuple(sorted({*pairs, *left}))
-        if not same or not left:
-            apart = None
-        elif len(left) < len(apart.pairs):
-            apart = apart_pairs(robot, left)
+        apart = None if not same else apart if len(left) == len(apart.pairs) else apart_pairs(robot, left)
     checked = {*pairs, *(() if apart is None else apart.pairs)}
     unchecked = {one.links: one for one in robot.unchecked if one.links not in checked and enclosed.issuperset(one.links)}
     return {"self_pairs": pairs, "apart": apart, "unchecked": tuple(unchecked[links] for links in sorted(unchecked))}
@@ -148,18 +145,14 @@ def settled_pairs(robot: Robot) -> dict[str, Any]:
 # ---- what is not checked ---------------------------------------------------------------------------------------------------
 def unchecked_pairs(robot: Robot) -> tuple[UncheckedPair, ...]:
     """List every pair of links with an envelope that is not kept clear of each other, with the reason, by name."""
-    carriers: dict[str, set[int]] = {}
-    for capsule in robot.capsules:
-        carriers.setdefault(capsule.name, set()).add(capsule.joint)
     checked = {*robot.self_pairs, *(() if robot.apart is None else robot.apart.pairs)}
-    recorded = {one.links: one for one in robot.unchecked}
-    ways = {joint: way_to(robot, joint) for joints in carriers.values() for joint in joints}
+    recorded, ways = {one.links: one for one in robot.unchecked}, ways_to_links(robot)
     out = []
-    for links in itertools.combinations(sorted(carriers), 2):
+    for links in itertools.combinations(sorted(ways), 2):
         if links in checked:
             continue
         one = recorded.get(links)
-        if is_rigid(robot, *([ways[joint] for joint in carriers[link]] for link in links)):
+        if is_rigid(robot, *(ways[link] for link in links)):
             one = UncheckedPair(links=links, reason="rigid")
         elif one is None or one.reason == "rigid":
             one = UncheckedPair(links=links, reason="not asked for")
@@ -167,6 +160,14 @@ def unchecked_pairs(robot: Robot) -> tuple[UncheckedPair, ...]:
             one = UncheckedPair(links=links, reason="changed")
         out.append(one)
     return tuple(out)
+
+
+def ways_to_links(robot: Robot) -> dict[str, list[frozenset[int]]]:
+    """Return for each link with an envelope the joints between the base and what its capsules ride on."""
+    carriers: dict[str, set[int]] = {}
+    for capsule in robot.capsules:
+        carriers.setdefault(capsule.name, set()).add(capsule.joint)
+    return {link: [way_to(robot, joint) for joint in joints] for link, joints in carriers.items()}
 
 
 def way_to(robot: Robot, joint: int) -> frozenset[int]:
@@ -225,17 +226,18 @@ def _some(words: Sequence[str]) -> str:
 
 # ---- robots without an envelope, or without masses -------------------------------------------------------------------------
 def lacks_envelope(robot: Robot) -> str:
-    """Say that nothing that a joint moves has an envelope, unless none is meant; "" if all is well."""
-    if robot.collision == "none" or any(capsule.joint >= 0 for capsule in robot.capsules):
+    """Say that a robot has no envelope, unless none is meant; "" if all is well."""
+    if robot.collision == "none" or robot.capsules:
         return ""
     return (
-        f"robot '{robot.name}' has no envelope: no link that moves has a collision shape, so it would be kept clear of "
-        "nothing; give it shapes ('spacearm doctor --fix' takes those that are drawn), or say that none is meant, with collision='none'"
+        f"robot '{robot.name}' has no envelope: none of its links has a collision shape, so it would be kept clear of nothing; "
+        "give it shapes ('spacearm doctor --fix' takes those that are drawn), or say that none is meant, with "
+        "collision='none'"
     )
 
 
 def require_envelope(robot: Robot) -> None:
-    """Refuse a robot of which nothing that a joint moves has an envelope, unless none is meant.
+    """Refuse a robot without an envelope, unless none is meant.
 
     Raises:
         RobotError: it has none.
@@ -256,19 +258,24 @@ def notes_on_envelope(robot: Robot) -> tuple[str, ...]:
 
 
 def bare_links(robot: Robot) -> tuple[str, ...]:
-    """List the links that have a shape or a mass in their URDF, but no envelope; none if none is meant to have one."""
+    """List the links that have a shape or a mass in their file, but no envelope; none if none is meant to have one.
+
+    Of a robot without a file these are bodies away from the origin of a joint on which no capsule rides.
+    """
     if robot.collision == "none":
         return ()
-    enclosed = {capsule.name for capsule in robot.capsules}
-    return tuple(link for link in robot.solid if link not in enclosed)
+    enclosed, carrying = {capsule.name for capsule in robot.capsules}, {capsule.joint for capsule in robot.capsules}
+    free = [body for body in robot.bodies if body.joint >= 0 and body.joint not in carrying]
+    solid = [*robot.solid, *(body.name for body in free if body.mass > 0 and body.com.any())]
+    return tuple(dict.fromkeys(link for link in solid if link not in enclosed))
 
 
 def without_mass(robot: Robot) -> tuple[tuple[str, str], ...]:
     """List the links that have a shape but no mass that is known, each with the reason; a robot that floats may have none.
 
-    Besides those that the robot itself names, these are links on a joint where nothing has a mass.
+    Besides those that the robot itself names, these are links on a joint on which no body rides, not even one of 0 kg.
     """
-    weighed = {body.joint for body in robot.bodies if body.mass > 0}
+    weighed = {body.joint for body in robot.bodies}
     known = dict(robot.unweighed)
     for capsule in robot.capsules:
         if capsule.joint >= 0 and capsule.joint not in weighed:

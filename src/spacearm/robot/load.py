@@ -66,13 +66,14 @@ def load_robot(
             (1e4 m or more) needs them; a turning one is without end there.
         joint_limits: path of MoveIt's joint_limits.yaml; where it and the robot's file both state a limit, the narrower
             one holds.
-        collision: "urdf" takes the envelope the file describes; "none" leaves the robot without one.
+        collision: "urdf" takes the envelope the file describes; "none" leaves the robot without one, on purpose. A robot
+            that comes out without one otherwise is told in its notes, and not planned with.
         capsules_per_shape: how many capsules may enclose one cylinder, box or mesh of a URDF, or a box of a robot file
             that does not say so itself; more hug it closer and take longer in every check. Fewer are used where more do
             not pay (`envelope_report` tells).
         self_collision: which links must keep clear of each other. "srdf": all but those that the SRDF allows to
-            touch; "computed": those that `find_self_pairs` finds; "none". "auto" is the SRDF where there is
-            one, else computed for a URDF and none for other robots.
+            touch, and those that meet in every configuration; "computed": those that `find_self_pairs` finds;
+            "none". "auto" is the SRDF where there is one, else computed for a URDF and none for other robots.
         base: "fixed" or "floating": how the base is held, unless a problem says otherwise. By default as spacearm's own
             robot file says; else fixed, whatever an SRDF's virtual joint would allow, which a note tells.
 

@@ -170,10 +170,10 @@ class Robot(Frozen):
         self_pairs: names of links that must keep clear of each other, two by two; empty if none need to.
         apart: pairs that must keep clear as well, but cannot meet within the limits: a search does not look at them, a
             certificate does. Where shapes, joints or limits change, they become `self_pairs`.
-        unchecked: pairs that were left out, and why. `left_out.unchecked_pairs` lists all that are not checked.
+        unchecked: pairs that were left out, and why. `unchecked_pairs(robot)` lists all that are not checked.
         collision: "none" says that the robot is meant to have no envelope; one without is refused otherwise.
-        solid: links that have a shape, drawn or for collision, or a mass in their URDF. Those of them without an envelope
-            are kept clear of nothing, which is told.
+        solid: links that are more than frames: those with a shape, drawn or for collision, or a mass in their file. Those of
+            them without an envelope are kept clear of nothing, which is told.
         unweighed: links with a shape whose mass is not known, each with the reason; a floating base refuses them.
         configurations: named ones.
         source: the file or built-in name it came from.

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from spacearm.checks import as_whole
 from spacearm.errors import RobotError
 from spacearm.robot.kinematics import base_and_joint_frames, skeleton
-from spacearm.robot.left_out import UncheckedPair, always_meets, apart_pairs, called, is_rigid, way_to
+from spacearm.robot.left_out import UncheckedPair, always_meets, apart_pairs, called, is_rigid, ways_to_links
 from spacearm.robot.model import Robot
 from spacearm.robot.never_meet import VAST, joints_between, never_meet
 from spacearm.robot.segments import Axes, PlacedAxes, clearance, least_clearance, link_axes, placed
@@ -83,9 +83,9 @@ class SelfPairs:
 
         Pairs that cannot meet, or that no joint with room between its limits moves, are looked at by a certificate only.
         """
-        apart, unchecked = [], []
+        apart, unchecked, ways = [], [], ways_to_links(robot)
         for one in self.found:
-            locked = one.reason == "rigid" and not _tied(robot, one.links)
+            locked = one.reason == "rigid" and not is_rigid(robot, *(ways[link] for link in one.links))
             if one.reason == "always" or (locked and one.clearance <= _TOUCHING):
                 unchecked.append(always_meets(robot, one.links))
             elif one.reason == "cannot meet" or locked:
@@ -154,12 +154,13 @@ def with_allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool], *, b
     frames = base_and_joint_frames(bones, _samples(robot, 0, 0))
     where = {name: placed(axes[name], frames) for name in axes}
     many: dict[str, PlacedAxes] = {}  # of the links that meet where all joints are at rest
-    pairs, unchecked, notes = [], [], []
+    pairs, unchecked, notes, ways = [], [], [], ways_to_links(robot)
     for links in itertools.combinations(sorted(axes), 2):
         if may_touch(*links):
             unchecked.append(UncheckedPair(links=links, reason="allowed"))
             continue
-        tied, meet = _tied(robot, links), bool(clearance(*(where[link] for link in links))[0] < 0)
+        tied = is_rigid(robot, *(ways[link] for link in links))
+        meet = bool(clearance(*(where[link] for link in links))[0] < 0)
         if tied and meet:
             notes.append(f"the envelopes of {called(links)} meet and no joint moves them apart: that pair is not checked")
         if tied:
@@ -180,15 +181,6 @@ def with_allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool], *, b
         )
     notes = [f"self-collision by {by}: {_pairs_of_links(len(pairs))} must keep clear", *notes]
     return replace(robot, self_pairs=tuple(pairs), apart=None, unchecked=tuple(unchecked), notes=(*robot.notes, *notes))
-
-
-def _tied(robot: Robot, links: tuple[str, str]) -> bool:
-    """Whether no joint moves two links against each other, whatever its limits."""
-    ways = [
-        [way_to(robot, joint) for joint in {capsule.joint for capsule in robot.capsules if capsule.name == link}]
-        for link in links
-    ]
-    return is_rigid(robot, *ways)
 
 
 def _pairs_of_links(count: int) -> str:

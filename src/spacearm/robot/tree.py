@@ -74,7 +74,7 @@ def build_robot(tree: LinkTree, *, velocity_limit: Any = None, acceleration_limi
         acceleration=limits[3],
         base=tree.base,
         collision="envelope" if tree.with_envelope else "none",
-        solid=_solid(tree),
+        solid=_solid(tree, places),
         unweighed=_unweighed(tree, places),
         source=tree.source,
         notes=(*tree.notes, *notes),
@@ -226,11 +226,15 @@ def _body(mass: LinkMass, place: tuple[int, Array]) -> Body:
     )
 
 
-def _solid(tree: LinkTree) -> tuple[str, ...]:
-    """List the links of a URDF that are more than frames: those with a shape or a mass."""
-    if not tree.shaped:  # a robot file, where a mass may stand for links at one point
-        return ()
-    massive = {mass.link for mass in tree.masses if mass.mass > 0}
+def _solid(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> tuple[str, ...]:
+    """List the links that are more than frames.
+
+    Of a URDF these have a shape or a mass. A robot file draws no shapes: there they have a mass away from their origin, for one
+    at it may stand for a link without a length, between joints at one point; and a joint moves them.
+    """
+    massive = {mass.link: mass for mass in tree.masses if mass.mass > 0}
+    if not tree.shaped:
+        return tuple(link for link, mass in massive.items() if places[link][0] >= 0 and mass.com.any())
     return tuple(link for link in tree.links if link in tree.shaped or link in massive)
 
 

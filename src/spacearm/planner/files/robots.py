@@ -9,7 +9,6 @@ from spacearm.errors import ProblemError
 from spacearm.planner.files.scenes import beside, placed, read_solid
 from spacearm.planner.held import hold
 from spacearm.reading import YamlFile
-from spacearm.robot.left_out import require_envelope
 from spacearm.robot.load import builtin_robots, load_robot
 from spacearm.robot.model import Robot
 
@@ -28,8 +27,6 @@ def read_robot(file: YamlFile, model: RobotModel) -> Robot:
     for i, held in enumerate(model.holding or ()):
         with file.at("robot", "holding", i):
             robot = _holding(robot, held, i, file.path.parent, model.capsules_per_shape)
-    with file.at("robot"):
-        require_envelope(robot)
     return robot
 
 

@@ -223,7 +223,9 @@ class RobotModel(StrictModel):
     acceleration_limit: Ceiling | None = Field(None, description="likewise [rad/s^2 or m/s^2]")
     position_limits: dict[Text, Range] | None = Field(None, description="lower and upper limit by joint [rad or m]")
     joint_limits: Text | None = Field(None, description="MoveIt's joint_limits.yaml; relative to the problem file")
-    collision: Literal["urdf", "none"] = Field("urdf", description="where the robot's envelope is from")
+    collision: Literal["urdf", "none"] = Field(
+        "urdf", description="where the robot's envelope is from; none: it is meant to have none"
+    )
     capsules_per_shape: Count = Field(
         CAPSULES_PER_SHAPE, description="how many capsules may enclose one box, cylinder or mesh, of the URDF or held"
     )

@@ -203,7 +203,7 @@ def _goal_in_collision(problem: Problem, rows: Array) -> EndReport:
 
 def _advice(what: str, met: tuple[Contact, ...]) -> str:
     if met and all(contact.kind == "link" for contact in met):
-        return f"change `{what}`, or let the links touch (an SRDF says which may)"
+        return f"change `{what}`, or let the links touch (an SRDF says which may, `touching` what a held thing may)"
     return f"change `{what}` or the scene"
 
 

@@ -202,12 +202,13 @@ def _switched_off(chart: Chart, one: LinkPair, share: float, srdf: Srdf | None, 
 
 
 def _always(chart: Chart, one: LinkPair, srdf: Srdf | None) -> None:
+    left_out = srdf is None or one.met == 1  # a pair that an SRDF wants apart is given up only where nothing keeps it so
     chart.found(
-        "warning" if srdf is None else "error",
+        "warning" if left_out else "error",
         "pair-always-meets",
         _joint_of(chart, one) if srdf is None else chart.root,
         f"their envelopes meet in {one.met:.0%} of all configurations"
-        + (": spacearm does not check them" if srdf is None else ", and the SRDF wants them apart: no plan can be found"),
+        + (": spacearm does not check them" if left_out else ", and the SRDF wants them apart: hardly a plan can be found"),
         place=_both(one),
         value=f"up to {-one.clearance:.3g} m deep",
         expected="shapes that can be apart",
