@@ -13,6 +13,7 @@ from spacearm.checks import shown
 from spacearm.cli.arguments import parsed
 from spacearm.cli.base_rows import base_rows
 from spacearm.cli.folder import results_folder
+from spacearm.cli.notes import tell_notes, tell_robot
 from spacearm.cli.plan_extras import export_trajectory, save_pareto
 from spacearm.cli.terminal import progress_bar, show_list
 from spacearm.errors import ProblemError, SettingsError
@@ -87,8 +88,8 @@ def run(arguments: Sequence[str]) -> int:
         written += export_trajectory(found, folder, options.export, epoch=options.epoch)
         if options.pareto is not None and found.found:
             written += save_pareto(found, folder, points=options.pareto, figures=options.figures)
-    for note in _notes(found):
-        print(f"spacearm: {options.problem}: {note}", file=sys.stderr)
+    tell_robot(found.problem.robot)
+    tell_notes(options.problem, () if found.trajectory is None else found.trajectory.notes)
     if options.json:
         print(json.dumps(plan_as_dict(found), indent=2))
     else:
@@ -103,7 +104,8 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
     save_plan(found, folder / "plan.json")
     written = ["plan.json"]
     if found.found and found.trajectory is not None:
-        save_trajectory(found.trajectory, folder / "trajectory.csv")
+        notes = save_trajectory(found.trajectory, folder / "trajectory.csv", jerk_limit=found.settings.jerk_limit)
+        tell_notes(folder / "trajectory.csv", notes)
         written.append("trajectory.csv")
     if figures and found.trajectory is not None:
         with unbroken():
@@ -113,11 +115,6 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
             bar(0, 0, "path, joints and clearance")
             written += [path.name for path in save_plan_figures(found, folder) if path.suffix == ".png"]
     return written
-
-
-def _notes(found: Plan) -> tuple[str, ...]:
-    """Return what was assumed of the robot, and how the time law came about."""
-    return (*found.problem.robot.notes, *(found.trajectory.notes if found.trajectory is not None else ()))
 
 
 def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[str, str]]:
