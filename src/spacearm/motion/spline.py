@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import Frozen, as_readonly
+from spacearm.checks import Frozen, as_numbers, as_readonly, as_whole
 from spacearm.errors import ProblemError
 from spacearm.motion.bernstein import weights
 
@@ -84,7 +84,8 @@ class Motion(Frozen):
         Returns:
             (..., n) [rad or m].
         """
-        at = np.minimum(np.maximum(np.asarray(s, dtype=np.float64), 0.0), 1.0)  # a fifth of the time of clip, where s are few
+        derivative = as_whole("derivative", derivative, ProblemError, at_least=0, at_most=DEGREE)
+        at = np.minimum(np.maximum(as_numbers("s", s, ProblemError), 0.0), 1.0)  # a fifth of the time of clip, where s are few
         rows = basis(at.ravel(), self.interior, derivative=derivative) @ self._moved(derivative)
         return rows.reshape(*at.shape, self.dof)
 
