@@ -52,7 +52,7 @@ def as_readonly(
     ending = f"; {advice}" if advice else ""
     try:
         given = np.asarray(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise error(f"{name} has rows of different lengths, expected numbers of shape {expected}{ending}") from None
     # Kinds are asked for because NumPy would turn None into NaN, and "1" and True into 1.0, without a word.
     if given.size and given.dtype.kind not in "iuf":
@@ -67,6 +67,45 @@ def as_readonly(
         raise error(f"{where} is {array[index]}, expected a {'finite ' if finite else ''}number")
     array.setflags(write=False)
     return array
+
+
+def as_numbers(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float64]:
+    """Return numbers of any shape as float64; those that are so already as they are, for that is done often.
+
+    Raises:
+        error: not numbers, or NaN among them.
+    """
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        return value
+    if isinstance(value, float) and value == value:
+        return np.asarray(value, dtype=np.float64)
+    try:
+        given = np.asarray(value)
+        array = given.astype(np.float64) if given.dtype.kind in "iuf" else None
+    except (TypeError, ValueError, OverflowError):
+        array = None
+    if array is None or np.isnan(array).any():
+        raise error(f"{name} is {shown(value)}, expected a number or an array of numbers")
+    return array
+
+
+def require_kind(name: str, value: Any, kind: type | tuple[type, ...], error: Raise, *, advice: str = "") -> None:
+    """Refuse what is not of our own kind.
+
+    Args:
+        name: what the user calls the value; begins the message.
+        value: to be looked at.
+        kind: the class, or several.
+        error: class of the error to raise.
+        advice: how to make one.
+
+    Raises:
+        error: another kind.
+    """
+    if not isinstance(value, kind):
+        names = " or ".join(one.__name__ for one in (kind if isinstance(kind, tuple) else (kind,)))
+        article = "an" if names[0] in "AEIOU" else "a"
+        raise error(f"{name} is {shown(value)}, expected {article} {names}{f'; {advice}' if advice else ''}")
 
 
 def as_number(
@@ -139,23 +178,6 @@ def as_whole(name: str, value: Any, error: Raise, *, at_least: int, at_most: int
     return number
 
 
-def as_floats(name: str, value: Any, error: Raise) -> NDArray[np.float64]:
-    """Take numbers of any shape, as (...,) arguments are given; infinities and NaN are taken too.
-
-    Raises:
-        error: anything else.
-    """
-    if isinstance(value, float) or (type(value) is np.ndarray and value.dtype == np.float64):  # at once, for it is often asked
-        return np.asarray(value, dtype=np.float64)
-    try:
-        given = np.asarray(value)
-    except (TypeError, ValueError):
-        raise error(f"{name} has rows of different lengths, expected numbers") from None
-    if given.size and given.dtype.kind not in "iuf":
-        raise error(f"{name} is {shown(value)}, expected numbers")
-    return given.astype(np.float64, copy=False)
-
-
 def dimensions_of(value: Any) -> int:
     """Return how many axes a value has as an array; -1 for rows of several lengths, which have none."""
     try:
@@ -222,6 +244,17 @@ def as_name(what: str, value: Any, error: Raise) -> str:
     if not isinstance(value, str) or not value.strip():
         raise error(f"{what} is {shown(value)}, expected a name (a string that is not empty)")
     return value
+
+
+def as_sentences(name: str, value: Any, error: Raise) -> tuple[str, ...]:
+    """Check some sentences.
+
+    Raises:
+        error: anything else.
+    """
+    if isinstance(value, (list, tuple)) and all(isinstance(sentence, str) for sentence in value):
+        return tuple(value)
+    raise error(f"{name} is {shown(value)}, expected sentences, as in ('measured',)")
 
 
 def shown(value: Any) -> str:

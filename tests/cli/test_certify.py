@@ -8,6 +8,10 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Refused, Told
+from spacearm.robot import load_robot
+
+URDF = """<robot name="arm"><link name="base"/><link name="a"/><joint name="j1" type="revolute"><parent link="base"/>
+<child link="a"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="2" effort="1"/></joint></robot>"""
 
 
 @pytest.fixture
@@ -61,6 +65,52 @@ def test_a_trajectory_in_csv_is_proven_for_a_problem(told: Told, planned: Path, 
     assert "no finite acceleration" in out
     straight = ["certify", "--problem", problem, planned / "trajectory.csv", "--interpolation", "linear"]
     assert told([*straight, "--limits", "position"])[0] == 0
+
+
+def test_the_duration_is_told_and_years_are_doubted(told: Told, planned: Path, problem: Path, tmp_path: Path) -> None:
+    assert "\nduration " in told(["certify", planned / "plan.json"])[1]
+    names = ",".join(load_robot("zhang2022").dof_names)
+    rows = "".join(f"{i * 10**9},{','.join([str(0.2 * i)] * 7)}\n" for i in range(3))
+    (tmp_path / "ns.csv").write_text(f"time,{names}\n{rows}")
+    words = ["certify", tmp_path / "ns.csv", "--problem", problem, "--limits", "velocity"]
+    _, out, err = told(words)
+    assert "duration    2e+09 s (63.4 years)\n" in out
+    assert "Then give time_unit='ns' (--time-unit ns)" in err
+    assert told([*words, "--time-unit", "ns"])[1].count("duration    2.000 s\n") == 1
+    values = json.loads(told([*words, "--json"])[1])
+    assert values["duration_s"] == 2e9
+
+
+def test_a_message_of_ros_is_proven_for_a_problem(told: Told, problem: Path, tmp_path: Path) -> None:
+    assert told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures", "--export", "ros"])[0] == 0
+    code, _, err = told(["certify", tmp_path / "out" / "trajectory.ros.json", "--problem", problem])
+    assert code == 0
+    assert "quintic between rows" in err
+    code, _, err = told(["certify", tmp_path / "out" / "trajectory.ros.json"])
+    assert code == 2
+    assert "is no plan in JSON, so it is taken for a trajectory; give --problem" in err
+
+
+def test_a_file_that_contradicts_itself_fails(told: Told, planned: Path, problem: Path) -> None:
+    path = planned / "trajectory.csv"
+    lines = path.read_text().splitlines()
+    cells = lines[100].split(",")
+    cells[lines[0].split(",").index("tip_x_m")] = "7"
+    lines[100] = ",".join(cells)
+    path.write_text("\n".join(lines))
+    code, out, _ = told(["certify", path, "--problem", problem])
+    assert code == 1
+    assert "\nfile contradicts  line 101: the end effector is " in out
+    assert len(json.loads(told(["certify", path, "--problem", problem, "--json"])[1])["contradictions"]) == 1
+
+
+def test_what_was_assumed_of_a_robot_is_told(told: Told, tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(URDF)
+    text = "spacearm: 1\nrobot: arm.urdf\nstart: [0]\ngoal: {configuration: [0.5]}\n"
+    (tmp_path / "p.yaml").write_text(text)
+    said = "spacearm: robot 'arm': no acceleration limit"
+    assert said in told(["plan", tmp_path / "p.yaml", "-o", tmp_path / "out", "--no-figures"])[2]
+    assert said in told(["certify", tmp_path / "out" / "plan.json"])[2]
 
 
 def test_more_clearance_than_there_is_fails(told: Told, planned: Path) -> None:

@@ -11,10 +11,12 @@ import contextlib
 import importlib
 import os
 import sys
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+TYPE_CHECKING = False  # as typing has it, which is slow to load: the less is loaded, the sooner Ctrl-C is looked after
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from spacearm.cli.stopping import Watch
 
 COMMANDS = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import Any, Literal
 
 from spacearm.cli.arguments import parsed
 from spacearm.cli.base_rows import base_rows
-from spacearm.cli.terminal import show_list, tell_notes
+from spacearm.cli.notes import tell_notes, tell_robot
+from spacearm.cli.terminal import show_list
 from spacearm.errors import SettingsError
 from spacearm.motion import load_trajectory
 from spacearm.motion.stated_times import as_duration
@@ -73,7 +73,8 @@ def run(arguments: Sequence[str]) -> int:
         arguments,
         command="certify",
         description="Prove that a saved plan, or a trajectory in CSV or as ROS has it, is free of collision and within the "
-        "joint limits at every instant. What the file says of itself is not believed. The exit code is 1 if the proof does not hold.",
+        "joint limits at every instant. What the file says of itself is not believed, but compared. The exit code is 1 if the "
+        "proof does not hold.",
     )
     if options.output is not None:
         require_new(options.output, advice="choose another name with -o")
@@ -84,6 +85,8 @@ def run(arguments: Sequence[str]) -> int:
         "version": version(),
         "file": options.file.name,
         "notes": list(found.notes),
+        "contradictions": list(found.certificate.contradictions),
+        "duration_s": found.certificate.trajectory.duration,
         **found.certificate.as_dict(),
     }
     if options.output is not None:
@@ -92,10 +95,8 @@ def run(arguments: Sequence[str]) -> int:
         print(json.dumps(values, indent=2, allow_nan=False))
     else:
         show_list(_summary(found))
-    robot = found.certificate.robot
-    tell_notes(robot.source, robot.notes, more="robot.notes in Python")
-    for note in found.notes:
-        print(f"spacearm: {options.file}: {note}", file=sys.stderr)
+    tell_robot(found.certificate.robot, more="robot.notes in Python")
+    tell_notes(options.file, found.notes)
     return 0 if found.certificate.holds else 1
 
 

@@ -30,16 +30,14 @@ def results_folder(path: Path) -> Iterator[Path]:
             claim_new_folder(path)
             ours = True
         yield path
-    except SpacearmError as error:
+    except BaseException as error:
         left = _tidied(path, absent, ours=ours)
-        raise type(error)(f"{error}; {left}" if left else str(error)) from None
-    except KeyboardInterrupt as interrupt:
-        left = _tidied(path, absent, ours=ours)
-        raise type(interrupt)(left or "nothing was written") from None
-    except BaseException:
-        left = _tidied(path, absent, ours=ours)
+        if isinstance(error, KeyboardInterrupt):
+            raise type(error)(left or "nothing was written") from None
         if came():  # it tripped over the interrupt
             raise KeyboardInterrupt(left or "nothing was written") from None
+        if isinstance(error, SpacearmError) and left:
+            raise type(error)(f"{error}; {left}") from None
         raise
     else:
         release_folder(path)

@@ -13,8 +13,9 @@ from spacearm.checks import shown
 from spacearm.cli.arguments import parsed
 from spacearm.cli.base_rows import base_rows
 from spacearm.cli.folder import results_folder
+from spacearm.cli.notes import tell_notes, tell_robot
 from spacearm.cli.plan_extras import export_trajectory, save_pareto
-from spacearm.cli.terminal import progress_bar, show_list, tell_notes
+from spacearm.cli.terminal import progress_bar, show_list
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.interrupts import unbroken
 from spacearm.motion.exports.aem import as_epoch
@@ -92,14 +93,12 @@ def run(arguments: Sequence[str]) -> int:
         written += export_trajectory(found, folder, options.export, epoch=options.epoch)
         if options.pareto is not None and found.found:
             written += save_pareto(found, folder, points=options.pareto, figures=options.figures)
-    for note in _notes(found):
-        print(f"spacearm: {options.problem}: {note}", file=sys.stderr)
+    tell_robot(found.problem.robot, more=f"plan.json in {options.output} (problem.robot.notes)")
+    tell_notes(options.problem, () if found.trajectory is None else found.trajectory.notes)
     if options.json:
         print(json.dumps(plan_as_dict(found), indent=2))
     else:
         show_list(_summary(found, folder, written))
-    robot = file.problem.robot
-    tell_notes(robot.source, robot.notes, more=f"plan.json in {options.output} (problem.robot.notes)")
     if not found.found:
         print(f"spacearm: {found.message}", file=sys.stderr)
     return 0 if found.found else 1
@@ -110,7 +109,8 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
     save_plan(found, folder / "plan.json")
     written = ["plan.json"]
     if found.found and found.trajectory is not None:
-        save_trajectory(found.trajectory, folder / "trajectory.csv")
+        notes = save_trajectory(found.trajectory, folder / "trajectory.csv", jerk_limit=found.settings.jerk_limit)
+        tell_notes(folder / "trajectory.csv", notes)
         written.append("trajectory.csv")
     if figures and found.trajectory is not None:
         with unbroken():
@@ -120,11 +120,6 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
             bar(0, 0, "path, joints and clearance")
             written += [path.name for path in save_plan_figures(found, folder) if path.suffix == ".png"]
     return written
-
-
-def _notes(found: Plan) -> tuple[str, ...]:
-    """Return what was assumed of the robot, and how the time law came about."""
-    return (*found.problem.robot.notes, *(found.trajectory.notes if found.trajectory is not None else ()))
 
 
 def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[str, str]]:

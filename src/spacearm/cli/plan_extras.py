@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from spacearm.cli.notes import tell_notes
 from spacearm.cli.terminal import progress_bar
 from spacearm.interrupts import unbroken
 from spacearm.motion.exports import write_aem, write_ros_trajectory
@@ -28,7 +29,7 @@ def export_trajectory(found: Plan, folder: Path, kinds: Sequence[str], *, epoch:
         write_aem(found.trajectory, folder / "trajectory.aem", start_epoch=epoch)
         written.append("trajectory.aem")
     if "ros" in kinds:
-        write_ros_trajectory(found.trajectory, folder / "trajectory.ros.json")
+        tell_notes(folder / "trajectory.ros.json", write_ros_trajectory(found.trajectory, folder / "trajectory.ros.json"))
         written.append("trajectory.ros.json")
     return written
 

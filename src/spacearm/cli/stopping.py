@@ -11,10 +11,14 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
 from contextlib import contextmanager
-from types import FrameType
-from typing import Any
+
+TYPE_CHECKING = False  # as typing has it, which is slow to load
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import FrameType
+    from typing import Any
 
 _AGAIN = 1.0  # [s] after which a signal that has not ended the command is raised once more
 _SOON = 0.05  # [s] the same after a finalizer swallowed it

@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import zip_longest
 
-_LONGEST = 240  # characters of a note
-
 Bar = Callable[[int, int, str], None]
 """Called with the work done, the work in all (0 where it is not known), and what is being done."""
 
@@ -49,27 +47,6 @@ def show_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
         ]
         print(gap.join(cells).rstrip())
     print()
-
-
-def tell_notes(source: str, notes: Sequence[str], *, more: str) -> None:
-    """Print what was assumed about a robot on stderr, a line each; of a long list the beginning.
-
-    Args:
-        source: the robot's; the notes of one that comes with spacearm say where its numbers are from, and are left out.
-        notes: sentences.
-        more: where they are in full.
-    """
-    from spacearm.robot import builtin_robots
-
-    cut = False
-    for note in () if source in builtin_robots() else notes:
-        if len(note) > _LONGEST:
-            shown = note[:_LONGEST].rpartition(", ")[0] or note[:_LONGEST]
-            more_of_it = note[len(shown) :].count(", ")
-            note, cut = f"{shown}, ..." + (f" ({more_of_it} more)" if more_of_it > 1 else ""), True
-        print(f"spacearm: note: {note}", file=sys.stderr)
-    if cut:
-        print(f"spacearm: {more} has the notes in full", file=sys.stderr)
 
 
 def show_list(rows: Sequence[tuple[str, str]]) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import inverse3, length, solved3
-from spacearm.checks import as_number, as_pose, shown
+from spacearm.checks import as_number, as_numbers, as_pose, require_kind, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum.blocks import system_mass
 from spacearm.momentum.masses import require_masses
@@ -107,9 +107,12 @@ class BaseMotion:
             ProblemError: a momentum other than 0 without duration, one that makes the base spin, or values that cannot be.
         """
         require_masses(robot)
+        if not all(hasattr(curve, name) for name in ("domain", "sample", "hulls")) or isinstance(curve, type):
+            raise ProblemError(f"curve is {shown(curve)}, expected a Motion or a PiecewisePath")
         self.robot, self.curve = robot, curve
         self.base_start = as_pose("base_start", base_start, ProblemError)
-        self.momentum = momentum or Momentum()
+        self.momentum = Momentum() if momentum is None else momentum
+        require_kind("momentum", self.momentum, Momentum, ProblemError)
         tolerance = as_number("tolerance", tolerance, ProblemError, above=0, unit="rad")
         self._begin, self._end = curve.domain
         self._duration, self._law = 0.0, None
@@ -132,7 +135,7 @@ class BaseMotion:
         Args:
             u: (...,) on the path; beyond its ends, what holds there.
         """
-        at = np.asarray(u, dtype=np.float64)
+        at = as_numbers("u", u, ProblemError)
         parts = [self._pose(part) for part in _chunks(self._variable(at.ravel()))]
         position, attitude = (np.concatenate(values) for values in zip(*parts, strict=True))
         return position.reshape(*at.shape, 3), attitude.reshape(*at.shape, 4)
@@ -153,7 +156,7 @@ class BaseMotion:
         Args:
             u: (...,) on the path; beyond its ends, what holds there.
         """
-        at = np.asarray(u, dtype=np.float64)
+        at = as_numbers("u", u, ProblemError)
         parts = [self._twist(part) for part in _chunks(self._variable(at.ravel()))]
         velocity, omega = (np.concatenate(values).reshape(*at.shape, 3) for values in zip(*parts, strict=True))
         return velocity, omega

@@ -17,10 +17,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import product, solved3
+from spacearm.checks import as_numbers
 from spacearm.errors import RobotError
 from spacearm.momentum.masses import Masses, lumped_masses
 from spacearm.momentum.turning import as_unit, cross, matrix_of
 from spacearm.robot import Robot, joint_frames
+from spacearm.robot.model import require_robot
 
 Array = NDArray[np.float64]
 
@@ -53,6 +55,7 @@ def moments(robot: Robot, q: ArrayLike) -> Moments:
     Raises:
         RobotError: masses that cannot be, or q does not fit the robot.
     """
+    require_robot(robot)
     masses = lumped_masses(robot)
     frames = joint_frames(robot, q)  # (..., j, 4, 4)
     rows = frames.reshape(-1, *frames.shape[-3:])
@@ -123,7 +126,8 @@ def base_rate(robot: Robot, q: ArrayLike, dq: ArrayLike) -> Array:
     Raises:
         RobotError: masses that cannot be, or q or dq does not fit the robot.
     """
-    rates = np.asarray(dq, dtype=np.float64)
+    require_robot(robot)
+    rates = as_numbers("dq", dq, RobotError)
     if rates.ndim == 0 or rates.shape[-1] != robot.dof:
         raise RobotError(f"dq has shape {rates.shape}, expected (..., {robot.dof}): one rate for each joint")
     found = moments(robot, q)
@@ -150,6 +154,7 @@ def center_of_mass(robot: Robot, q: ArrayLike) -> Array:
 
 def system_mass(robot: Robot) -> float:
     """Return the mass of base and arm [kg]."""
+    require_robot(robot)
     return float(sum(body.mass for body in robot.bodies))
 
 

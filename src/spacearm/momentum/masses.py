@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from spacearm.errors import RobotError
 from spacearm.robot import Robot
 from spacearm.robot.left_out import require_all_masses
+from spacearm.robot.model import require_robot
 
 Array = NDArray[np.float64]
 
@@ -70,6 +71,7 @@ def require_masses(robot: Robot) -> None:
     Raises:
         RobotError: it cannot.
     """
+    require_robot(robot)
     lumped_masses(robot)
 
 

@@ -76,7 +76,7 @@ def rows_of_messages(
         order = _order(robot, message, states[0], notes)
         _note_unused(message, around, notes)
         outer = {key: value for mapping in around for key, value in mapping.items()}
-        begin = _seconds((message.get("header") or {}).get("stamp", 0.0), None, "header.stamp")
+        begin = _seconds(_mapping(message.get("header"), "header").get("stamp", 0.0), None, "header.stamp")
         velocity, turning = _twists(outer, begin, float(t[0]))
         return Rows(
             places=places,
@@ -93,10 +93,16 @@ def rows_of_messages(
 def _documents(path: str | os.PathLike[str], content: bytes) -> list[Any]:
     if content.lstrip()[:1] in (b"{", b"["):
         try:
-            return [json.loads(content)]
+            return [json.loads(content, object_pairs_hook=_once)]
         except (ValueError, RecursionError):  # YAML may begin so too, and says better what is wrong
             pass
     return yaml_documents(path, what=_WHAT)
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    if len({key for key, _ in pairs}) < len(pairs):
+        raise ValueError("a key is given twice")
+    return dict(pairs)
 
 
 def _found(value: Any, around: list[dict[str, Any]], depth: int) -> Iterator[Found]:
@@ -141,6 +147,8 @@ def _points(message: dict[str, Any], unit: TimeUnit | None, only_positions: bool
             break
         if len(there) < len(points):
             missing = next(i for i, row in enumerate(values) if not row)
+            if kind == "positions":
+                raise FileFormatError(f"points[{missing}] has no positions, expected one a joint in every point")
             raise FileFormatError(
                 f"points[{missing}] has no {kind}, and others have, expected all or none; leave them out, or take straight "
                 "lines between the positions (interpolation 'linear')"
@@ -215,13 +223,13 @@ def _note_unused(message: dict[str, Any], around: Sequence[dict[str, Any]], note
         key for mapping in around for key, value in mapping.items()
         if key not in _KNOWN and key not in _HOLDS and key != "header" and value not in (None, [], {}, "", 0, 0.0)
     ]  # fmt: skip
-    frame = (message.get("header") or {}).get("frame_id")
+    frame = _mapping(message.get("header"), "header").get("frame_id")
     if frame:
         unused.append(f"header.frame_id '{frame}'")
     if any(point.get("effort") for point in message["points"]):
         unused.append("effort")
     if unused:
-        notes.append(f"left alone: {', '.join(dict.fromkeys(unused))}")
+        notes.append(f"left alone: {', '.join(dict.fromkeys(map(str, unused)))}")
 
 
 def _begin(start: Any) -> dict[str, float]:
@@ -238,7 +246,7 @@ def _base(outer: dict[str, Any], begin: float, first: float) -> Series | None:
     path, several = outer.get("base_path"), outer.get("multi_dof_joint_trajectory")
     rows: list[tuple[float, list[float], str]] = []
     if isinstance(path, dict):
-        for i, entry in enumerate(path.get("poses") or []):
+        for i, entry in enumerate(_listed(path.get("poses"), "base_path.poses")):
             where = f"base_path.poses[{i}]"
             pose = _member(entry, "pose", where)
             at = _seconds(_member(_member(entry, "header", where), "stamp", where), None, f"{where}.header.stamp") - begin
@@ -247,7 +255,7 @@ def _base(outer: dict[str, Any], begin: float, first: float) -> Series | None:
         names = several.get("joint_names")
         if not isinstance(names, list) or len(names) != 1:
             raise FileFormatError(f"multi_dof_joint_trajectory moves {shown(names)}, expected one joint, which holds the base")
-        for i, point in enumerate(several["points"]):
+        for i, point in enumerate(_listed(several["points"], "multi_dof_joint_trajectory.points")):
             where = f"multi_dof_joint_trajectory.points[{i}]"
             transforms = _member(point, "transforms", where)
             if not isinstance(transforms, list) or len(transforms) != 1:
@@ -264,7 +272,7 @@ def _base(outer: dict[str, Any], begin: float, first: float) -> Series | None:
 def _twists(outer: dict[str, Any], begin: float, first: float) -> tuple[Series | None, Series | None]:
     """Return the base's rates from `base_twists`."""
     rows = []
-    for i, entry in enumerate(outer.get("base_twists") or []):
+    for i, entry in enumerate(_listed(outer.get("base_twists"), "base_twists")):
         where = f"base_twists[{i}]"
         twist = _member(entry, "twist", where)
         at = _seconds(_member(_member(entry, "header", where), "stamp", where), None, f"{where}.header.stamp") - begin
@@ -274,6 +282,18 @@ def _twists(outer: dict[str, Any], begin: float, first: float) -> tuple[Series |
     t, places = np.array([row[0] for row in rows]) - first, [row[3] for row in rows]
     linear, angular = (Series(t=t, values=np.array([row[k] for row in rows]), places=places) for k in (1, 2))
     return linear, angular
+
+
+def _listed(given: Any, where: str) -> list[Any]:
+    if given is not None and not isinstance(given, list):
+        raise FileFormatError(f"{where} is {shown(given)}, expected a list")
+    return given or []
+
+
+def _mapping(given: Any, where: str) -> dict[str, Any]:
+    if given is not None and not isinstance(given, dict):
+        raise FileFormatError(f"{where} is {shown(given)}, expected a mapping")
+    return given or {}
 
 
 def _member(mapping: Any, key: str, where: str) -> Any:

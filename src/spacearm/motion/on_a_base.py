@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import product
-from spacearm.checks import Frozen, as_floats, as_pose, keep, shown
+from spacearm.checks import Frozen, as_numbers, as_pose, keep, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum import BaseMotion, JointPath, Momentum, require_masses
 from spacearm.momentum.turning import matrix_of, quaternion_of
@@ -72,7 +72,7 @@ class OnABase(Frozen):
         Args:
             t: (...,) time [s]; before 0 and after the duration, what holds at the ends.
         """
-        time = as_floats("t", t, ProblemError)
+        time = as_numbers("t", t, ProblemError)
         moving = self.base_motion
         if moving is not None:
             return moving.pose(self._along(time)[0])
@@ -87,7 +87,7 @@ class OnABase(Frozen):
         Returns:
             Each (..., 3).
         """
-        time = as_floats("t", t, ProblemError)
+        time = as_numbers("t", t, ProblemError)
         moving = self.base_motion
         if moving is None:
             return np.zeros((*time.shape, 3)), np.zeros((*time.shape, 3))
@@ -98,7 +98,7 @@ class OnABase(Frozen):
 
     def tip(self, t: ArrayLike, *, frame: str | None = None) -> Array:
         """Return where a frame is, the end effector unless named: T_w_tip (..., 4, 4), inertial frame [m]."""
-        time = as_floats("t", t, ProblemError)
+        time = as_numbers("t", t, ProblemError)
         T_b_tip = forward_kinematics(self.robot, self._configuration(time), frame=frame)
         if self.base == "fixed":
             return T_b_tip if np.array_equal(self.base_start, np.eye(4)) else product(self.base_start, T_b_tip)

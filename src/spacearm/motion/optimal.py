@@ -6,6 +6,8 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from spacearm.checks import require_kind
+from spacearm.errors import ProblemError
 from spacearm.momentum import Momentum
 from spacearm.motion.margins import as_jerk_limit, fastest_duration
 from spacearm.motion.on_a_base import Base
@@ -58,6 +60,7 @@ def time_optimal(
     """
     whole("gridpoints", gridpoints, at_least=8, at_most=_MOST)
     whole("pieces", pieces, at_least=8, at_most=_MOST)
+    require_kind("motion", motion, Motion, ProblemError, advice="make one with Motion([start, ..., goal])")
     held: dict[str, Any] = {"base": base, "base_start": base_start, "momentum": momentum}
     Trajectory(robot, motion, **held)  # that it fits the robot
     slow = fastest_duration(robot, motion, jerk_limit=jerk_limit)

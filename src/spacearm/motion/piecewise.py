@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import power, product
-from spacearm.checks import Frozen, as_floats, as_readonly, shown
+from spacearm.checks import Frozen, as_numbers, as_readonly, as_whole, shown
 from spacearm.errors import ProblemError
 from spacearm.motion.bernstein import differences, halvings, weights
 
 Array = NDArray[np.float64]
 
 _BISECTIONS = 3
+_MOST_DERIVATIVES = 100
 _AT_ONCE = 6  # halvings by one matrix
 _DIGITS = 64 * np.finfo(np.float64).eps  # what of a number's size is taken for rounding when pieces are compared
 _LEAST_SIZE = 1.0  # [rad or m] in that comparison: a joint that rests at 1e-17 does so by rounding in larger numbers
@@ -152,7 +153,8 @@ class PiecewisePath(Frozen):
         Returns:
             (..., n).
         """
-        at = np.clip(as_floats("u", u, ProblemError), *self.domain)
+        derivative = as_whole("derivative", derivative, ProblemError, at_least=0, at_most=_MOST_DERIVATIVES)
+        at = np.clip(as_numbers("u", u, ProblemError), *self.domain)
         flat = at.ravel()
         piece = np.clip(np.searchsorted(self.breaks, flat, side="right") - 1, 0, self.pieces - 1)
         length = self.breaks[piece + 1] - self.breaks[piece]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_floats, shown
+from spacearm.checks import as_numbers, as_sentences, require_kind, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum import JointPath, Momentum
 from spacearm.motion.margins import LimitMargins, path_margins
@@ -16,6 +16,7 @@ from spacearm.motion.on_a_base import Base, OnABase
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.trajectory import JointState, Trajectory
 from spacearm.robot import Robot
+from spacearm.robot.model import require_robot
 
 Array = NDArray[np.float64]
 
@@ -65,6 +66,7 @@ class RecordedTrajectory(OnABase):
         ) -> None: ...
 
     def __post_init__(self) -> None:
+        require_robot(self.robot)
         if not isinstance(self.path, PiecewisePath):
             raise ProblemError(
                 f"path is {shown(self.path)}, expected a PiecewisePath; make one with PiecewisePath.from_linear(t, q)"
@@ -86,8 +88,8 @@ class RecordedTrajectory(OnABase):
                 f"at {self.path.breaks[i + 1]:.9g} s, expected a path without jumps; join its pieces"
             )
         object.__setattr__(self, "path", path)
-        object.__setattr__(self, "notes", (*self.notes, *self._closed(given)))
-        object.__setattr__(self, "contradictions", tuple(self.contradictions))
+        object.__setattr__(self, "notes", (*as_sentences("notes", self.notes, ProblemError), *self._closed(given)))
+        object.__setattr__(self, "contradictions", as_sentences("contradictions", self.contradictions, ProblemError))
 
     def _closed(self, given: PiecewisePath) -> tuple[str, ...]:
         """Say where jumps were closed that are more than rounding in the joint's own numbers."""
@@ -142,11 +144,13 @@ class RecordedTrajectory(OnABase):
         Raises:
             ProblemError: a jerk limit that is no positive number.
         """
-        return path_margins(robot or self.robot, self.path, jerk_limit=jerk_limit)
+        robot = self.robot if robot is None else robot
+        require_robot(robot)
+        return path_margins(robot, self.path, jerk_limit=jerk_limit)
 
     def time_at(self, u: ArrayLike) -> Array:
         """Return when the path's parameter is reached, which is time itself, (...,) [s]."""
-        return np.clip(as_floats("u", u, ProblemError), *self.path.domain)
+        return np.clip(as_numbers("u", u, ProblemError), *self.path.domain)
 
     def sample(self, t: ArrayLike) -> JointState:
         """Return positions, rates and accelerations.
@@ -157,7 +161,7 @@ class RecordedTrajectory(OnABase):
         Returns:
             q, dq, ddq, each (..., n) [rad or m, per s, per s^2].
         """
-        time = as_floats("t", t, ProblemError)
+        time = as_numbers("t", t, ProblemError)
         within = ((time >= 0) & (time <= self.duration))[..., None]
         q, dq, ddq = (self.path.sample(time, k) for k in (0, 1, 2))
         return JointState(q, np.where(within, dq, 0.0), np.where(within, ddq, 0.0))
@@ -177,3 +181,13 @@ class RecordedTrajectory(OnABase):
 
 AnyTrajectory: TypeAlias = Trajectory | RecordedTrajectory
 """What can be sampled, proven and drawn: a motion with its time law, or joint positions over time from elsewhere."""
+
+
+def require_trajectory(trajectory: Any) -> None:
+    """Refuse what is no trajectory.
+
+    Raises:
+        ProblemError: it is none.
+    """
+    kinds = (Trajectory, RecordedTrajectory)
+    require_kind("trajectory", trajectory, kinds, ProblemError, advice="make one with Trajectory(robot, motion)")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spacearm.checks import as_number
 from spacearm.errors import SettingsError
-from spacearm.motion.recorded import AnyTrajectory
+from spacearm.motion.recorded import AnyTrajectory, require_trajectory
 
 Array = NDArray[np.float64]
 
@@ -39,6 +39,7 @@ def resampled(trajectory: AnyTrajectory, *, rate_hz: float | None = None, dt: fl
     Raises:
         SettingsError: both or neither is given, it is no positive number, or gives more than ten million samples.
     """
+    require_trajectory(trajectory)
     if (rate_hz is None) == (dt is None):
         raise SettingsError(f"rate_hz is {rate_hz} and dt is {dt}, expected one of them: samples per second, or the step [s]")
     if rate_hz is not None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import product
-from spacearm.checks import Frozen, as_floats, as_readonly, as_whole, shown
+from spacearm.checks import Frozen, as_numbers, as_readonly, as_whole
 from spacearm.errors import ProblemError
 
 Array = NDArray[np.float64]
@@ -96,9 +96,8 @@ class Motion(Frozen):
         Returns:
             (..., n) [rad or m].
         """
-        if derivative not in _DERIVATIVES:
-            raise ProblemError(f"derivative is {shown(derivative)}, expected 0 to {DEGREE}")
-        at = np.minimum(np.maximum(as_floats("s", s, ProblemError), 0.0), 1.0)  # a fifth of the time of clip, where s are few
+        derivative = as_whole("derivative", derivative, ProblemError, at_least=0, at_most=DEGREE)
+        at = np.minimum(np.maximum(as_numbers("s", s, ProblemError), 0.0), 1.0)  # a fifth of the time of clip, where s are few
         rows = product(basis(at.ravel(), self.interior, derivative=derivative), self._moved(derivative))
         return rows.reshape(*at.shape, self.dof)
 

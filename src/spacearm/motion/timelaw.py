@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import power, product
-from spacearm.checks import Frozen, as_floats, as_readonly
+from spacearm.checks import Frozen, as_numbers, as_readonly
 from spacearm.errors import ProblemError
 from spacearm.motion.bernstein import after, cuts, times, weights
 from spacearm.motion.piecewise import PiecewisePath
@@ -108,7 +108,7 @@ class TimeLaw(Frozen):
 
     def inverse(self, s: ArrayLike) -> Array:
         """Return at which share x of the duration s is reached, (...,); s in [0, 1]."""
-        wanted = np.clip(as_floats("s", s, ProblemError), 0.0, 1.0)
+        wanted = np.clip(as_numbers("s", s, ProblemError), 0.0, 1.0)
         starts, degree = self.coefficients[:, 0], self.coefficients.shape[1] - 1
         piece = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, len(starts) - 1)
         points = self.coefficients[piece]

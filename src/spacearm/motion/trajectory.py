@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_floats, as_number, shown
+from spacearm.checks import as_number, as_numbers, as_sentences, require_kind, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum import JointPath, Momentum
 from spacearm.motion.margins import LimitMargins, fastest_duration, limit_margins, position_margins
@@ -18,6 +18,7 @@ from spacearm.motion.retimed import fastest_duration_of_law, law_margins
 from spacearm.motion.spline import Motion
 from spacearm.motion.timelaw import TimeLaw, over_time
 from spacearm.robot import Robot
+from spacearm.robot.model import require_robot
 
 __all__ = ["JointState", "Trajectory", "resting_base"]
 
@@ -80,6 +81,8 @@ class Trajectory(OnABase):
         ) -> None: ...
 
     def __post_init__(self) -> None:
+        require_robot(self.robot)
+        require_kind("motion", self.motion, Motion, ProblemError, advice="make one with Motion([start, ..., goal])")
         if self.motion.dof != self.robot.dof:
             raise ProblemError(
                 f"the motion has {self.motion.dof} joints, expected the {self.robot.dof} of robot '{self.robot.name}'"
@@ -100,7 +103,7 @@ class Trajectory(OnABase):
                 "limit; leave it out for the fastest"
             )
         object.__setattr__(self, "duration", max(duration, fastest))
-        object.__setattr__(self, "notes", tuple(self.notes))
+        object.__setattr__(self, "notes", as_sentences("notes", self.notes, ProblemError))
         self._require_positions()
 
     @property
@@ -134,14 +137,15 @@ class Trajectory(OnABase):
         Raises:
             ProblemError: a jerk limit that is no positive number.
         """
-        robot = robot or self.robot
+        robot = self.robot if robot is None else robot
+        require_robot(robot)
         if self.time_law is None:
             return limit_margins(robot, self.motion, self.duration, jerk_limit=jerk_limit)
         return law_margins(robot, self.motion, self.time_law, self.duration, jerk_limit=jerk_limit)
 
     def time_at(self, s: ArrayLike) -> Array:
         """Return when the path's parameter s in [0, 1] is reached, (...,) [s]."""
-        share = np.clip(as_floats("s", s, ProblemError), 0.0, 1.0)
+        share = np.clip(as_numbers("s", s, ProblemError), 0.0, 1.0)
         return self.duration * (share if self.time_law is None else self.time_law.inverse(share))
 
     def sample(self, t: ArrayLike) -> JointState:
@@ -153,7 +157,7 @@ class Trajectory(OnABase):
         Returns:
             q, dq, ddq, each (..., n) [rad or m, per s, per s^2].
         """
-        time = as_floats("t", t, ProblemError)
+        time = as_numbers("t", t, ProblemError)
         if self.duration == 0:
             q = np.broadcast_to(self.motion.control_points[0], (*time.shape, self.robot.dof)).copy()
             return JointState(q, np.zeros_like(q), np.zeros_like(q))

@@ -32,6 +32,7 @@ from spacearm.motion.table_rows import rows_of_table
 from spacearm.motion.tables import read_table
 from spacearm.reading import located, read_bytes
 from spacearm.robot import Robot
+from spacearm.robot.model import require_robot
 
 Array = NDArray[np.float64]
 
@@ -82,7 +83,8 @@ def load_trajectory(
         ProblemError: a base that cannot be.
         RobotError: a floating base of a robot whose masses cannot be.
     """
-    if interpolation is not None and interpolation not in _NEEDS:
+    require_robot(robot)
+    if interpolation is not None and (not isinstance(interpolation, str) or interpolation not in _NEEDS):
         raise FileFormatError(f"interpolation is {shown(interpolation)}, expected 'linear', 'cubic' or 'quintic'")
     notes: list[str] = []
     rows = _rows(robot, path, time_unit, interpolation, notes)

@@ -9,6 +9,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.checks import shown
+from spacearm.errors import ProblemError
 from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
@@ -100,6 +102,8 @@ def clearance(problem: HasScene, q: ArrayLike) -> Array:
     Raises:
         RobotError: q does not fit the robot or is not finite.
     """
+    if not (isinstance(getattr(problem, "robot", None), Robot) and isinstance(getattr(problem, "scene", None), Scene)):
+        raise ProblemError(f"problem is {shown(problem)}, expected a Problem, or what else has a robot and a scene")
     scene = clearances(problem, q).min(axis=(-2, -1), initial=np.inf)
     return np.minimum(scene, self_clearances(problem, q).min(axis=-1, initial=np.inf))
 

@@ -15,7 +15,8 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.errors import ProblemError
+from spacearm.checks import require_kind
+from spacearm.errors import ProblemError, SettingsError
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Plan
 from spacearm.planner.search import plan
@@ -88,6 +89,7 @@ def pareto_front(
     whole("points", points, at_least=2, at_most=1000)
     require_choice(problem, measure)
     settings = PlannerSettings() if settings is None else settings
+    require_kind("settings", settings, PlannerSettings, SettingsError)
     seed, tell = seed_of(rng), progress or (lambda *_: None)
     found: list[Plan] = []
 

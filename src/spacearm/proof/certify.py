@@ -80,6 +80,8 @@ def certify(
     """
     if not isinstance(trajectory, (Trajectory, RecordedTrajectory)):
         raise ProblemError(f"trajectory is {shown(trajectory)}, expected a Trajectory; make one with Trajectory(robot, motion)")
+    if not (isinstance(getattr(problem, "robot", None), Robot) and isinstance(getattr(problem, "scene", None), Scene)):
+        raise ProblemError(f"problem is {shown(problem)}, expected a Problem, or what else has a robot and a scene")
     robot = problem.robot
     trajectory, notes = for_robot(trajectory, robot)
     stance = stance_of(problem, robot, who="problem")

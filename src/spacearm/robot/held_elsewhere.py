@@ -48,7 +48,7 @@ def held_values(robot: Robot) -> dict[str, float]:
     leaders = {lead.leader for lead in held_leaders(robot).values()}
     values = _fixed_by_user(robot.origin) if leaders else {}
     return {
-        joint.name: values.get(joint.name, rest_value(joint))
+        joint.name: values.get(joint.name, rest_value(joint, robot.origin.tree))
         for joint in (robot.origin.tree.joints if leaders else ())
         if joint.name in leaders
     }
@@ -145,7 +145,7 @@ def _tree_poses(robot: Robot, values: Mapping[str, float]) -> dict[str, Array]:
         T = np.asarray(joint.T_parent_child)
         if joint.kind in _MOVING:
             lead = leader_of(joint, tree)
-            at = values.get(lead.leader, fixed.get(lead.leader, rest_value(by_name[lead.leader])))
+            at = values.get(lead.leader, fixed.get(lead.leader, rest_value(by_name[lead.leader], tree)))
             T = T @ moved(joint, lead.multiplier * float(at) + lead.offset)
         poses[joint.child] = poses[joint.parent] @ T
     return poses

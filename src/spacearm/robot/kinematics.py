@@ -13,7 +13,7 @@ from spacearm._kernel import native
 from spacearm._kernel.exact import product
 from spacearm.checks import shown
 from spacearm.errors import RobotError
-from spacearm.robot.model import JOINT_KINDS, Robot
+from spacearm.robot.model import JOINT_KINDS, Robot, require_robot
 
 Array = NDArray[np.float64]
 
@@ -40,8 +40,8 @@ def as_configurations(robot: Robot, q: ArrayLike) -> Array:
         RobotError: the last axis is not n long, or a value is not finite.
     """
     try:
-        array = np.asarray(q, dtype=np.float64)
-    except (TypeError, ValueError):
+        array = np.asarray(None if np.iscomplexobj(q) else q, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
         raise RobotError(f"q is {shown(q)}, expected numbers of shape (..., {robot.dof})") from None
     if array.ndim == 0 or array.shape[-1] != robot.dof:
         raise RobotError(
@@ -117,7 +117,8 @@ def forward_kinematics(robot: Robot, q: ArrayLike, *, frame: str | None = None) 
     Raises:
         RobotError: no such frame, or q does not fit the robot or is not finite.
     """
-    wanted = robot.frame(frame or robot.tip)
+    require_robot(robot)
+    wanted = robot.frame(robot.tip if frame is None else frame)
     frames = joint_frames(robot, q)
     if wanted.joint < 0:
         return np.broadcast_to(wanted.T_joint_frame, (*frames.shape[:-3], 4, 4)).copy()

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, keep, shown
+from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, keep, require_kind, shown
 from spacearm.errors import RobotError, nearest
 from spacearm.robot.bodies import Body, as_index
 from spacearm.robot.left_out import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
@@ -244,7 +244,7 @@ class Robot(Frozen):
             RobotError: no frame has it; the nearest name and the known ones are listed.
         """
         for frame in self.frames:
-            if frame.name == name:
+            if isinstance(name, str) and frame.name == name:
                 return frame
         known = nearest(name, (frame.name for frame in self.frames))
         raise RobotError(f"robot '{self.name}' has no frame {shown(name)}; {known}")
@@ -256,7 +256,7 @@ class Robot(Frozen):
             RobotError: none has it; the nearest name and the known ones are listed.
         """
         for configuration in self.configurations:
-            if configuration.name == name:
+            if isinstance(name, str) and configuration.name == name:
                 return configuration.q
         known = nearest(name, (configuration.name for configuration in self.configurations))
         raise RobotError(f"robot '{self.name}' has no configuration {shown(name)}; {known}")
@@ -393,3 +393,12 @@ def _checked_limits(robot: Robot) -> dict[str, Array]:
             if not limits[what][i] > 0:
                 raise RobotError(f"joint '{name}' has {what} limit {limits[what][i]:g}, expected more than 0")
     return limits
+
+
+def require_robot(robot: Any) -> None:
+    """Refuse what is no robot.
+
+    Raises:
+        RobotError: it is none.
+    """
+    require_kind("robot", robot, Robot, RobotError, advice="make one with load_robot(...)")

@@ -23,7 +23,7 @@ from spacearm.checks import as_whole
 from spacearm.errors import RobotError
 from spacearm.robot.kinematics import base_and_joint_frames, skeleton
 from spacearm.robot.left_out import UncheckedPair, always_meets, apart_pairs, called, is_rigid, ways_to_links
-from spacearm.robot.model import Robot
+from spacearm.robot.model import Robot, require_robot
 from spacearm.robot.never_meet import VAST, joints_between, never_meet
 from spacearm.robot.segments import Axes, PlacedAxes, clearance, least_clearance, link_axes, placed
 
@@ -126,6 +126,7 @@ def find_self_pairs(robot: Robot, *, samples: int = _SAMPLES, seed: int = 0) -> 
     Raises:
         RobotError: `samples` or `seed` is no whole number, 0 or more.
     """
+    require_robot(robot)
     q = _samples(robot, as_whole("samples", samples, RobotError, at_least=0), as_whole("seed", seed, RobotError, at_least=0))
     axes, bones = link_axes(robot), skeleton(robot)
     frames = base_and_joint_frames(bones, q)

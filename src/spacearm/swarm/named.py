@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from spacearm.checks import shown
 from spacearm.errors import SettingsError, nearest
 from spacearm.swarm.settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
 
@@ -55,6 +56,6 @@ def named_settings(name: str) -> SwarmSettings:
     Raises:
         SettingsError: none has it; the nearest and the known names are listed.
     """
-    if name not in NAMED_SETTINGS:
-        raise SettingsError(f"there are no swarm settings named '{name}'; {nearest(name, NAMED_SETTINGS)}")
+    if not isinstance(name, str) or name not in NAMED_SETTINGS:
+        raise SettingsError(f"there are no swarm settings named {shown(name)}; {nearest(str(name), NAMED_SETTINGS)}")
     return NAMED_SETTINGS[name]

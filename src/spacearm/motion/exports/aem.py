@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from spacearm.checks import shown
 from spacearm.errors import SettingsError
 from spacearm.motion.exports.instants import instants
-from spacearm.motion.recorded import AnyTrajectory
+from spacearm.motion.recorded import AnyTrajectory, require_trajectory
 from spacearm.output import require_new, write_new
 from spacearm.version import version as spacearm_version
 
@@ -70,7 +70,8 @@ def write_aem(
         OutputError: the file exists already, or cannot be written.
         SettingsError: an epoch, a step, a version or a name that cannot be.
     """
-    if version not in VERSIONS:
+    require_trajectory(trajectory)
+    if not isinstance(version, str) or version not in VERSIONS:
         raise SettingsError(f"version is {shown(version)}, expected one of {', '.join(map(repr, VERSIONS))}")
     named = {
         "object_name": trajectory.robot.name if object_name is None else object_name,

@@ -20,7 +20,7 @@ from spacearm.errors import SettingsError
 from spacearm.momentum.turning import rotated
 from spacearm.motion.exports.instants import instants
 from spacearm.motion.exports.rows import rows_at, rows_of
-from spacearm.motion.recorded import AnyTrajectory
+from spacearm.motion.recorded import AnyTrajectory, require_trajectory
 from spacearm.output import require_new, write_new
 
 Array = NDArray[np.float64]
@@ -52,6 +52,7 @@ def write_ros_trajectory(
         OutputError: the file exists already, or cannot be written.
         SettingsError: a step or a name that cannot be.
     """
+    require_trajectory(trajectory)
     frame_id = as_name("frame_id", frame_id, SettingsError)
     require_new(path)
     if step is None:

@@ -162,8 +162,8 @@ def _excess(trajectory: AnyTrajectory, path: PiecewisePath, asked: LimitMargins,
     pairs = ((read.velocity, asked.velocity), (read.acceleration, asked.acceleration), (read.jerk, asked.jerk))
     for order, (now, then) in enumerate(pairs, start=1):
         if now is not None and then is not None:
-            share = np.where(np.isfinite(then), now / np.maximum(then, 1.0), 0.0)
-            factor = max(factor, float(share.max()) ** (1 / order))
+            share = now[np.isfinite(then)] / np.maximum(then[np.isfinite(then)], 1.0)
+            factor = max(factor, float(share.max(initial=0.0)) ** (1 / order))
     return factor
 
 

@@ -18,12 +18,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spacearm.checks import as_whole
-from spacearm.errors import SettingsError
+from spacearm.checks import as_whole, require_kind
+from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import AnyTrajectory
 from spacearm.motion.base_columns import BASE_COLUMNS, TIP_COLUMNS
 from spacearm.motion.exports.rows import rows_of
 from spacearm.motion.plain import trajectory_as_dict
+from spacearm.motion.recorded import require_trajectory
 from spacearm.output import require_new, write_new
 from spacearm.planner.clearance import Margins
 from spacearm.planner.goals import goal_as_dict
@@ -127,7 +128,10 @@ def save_plan(plan: Plan, path: str | os.PathLike[str]) -> None:
 
     Raises:
         OutputError: the file exists already, or cannot be written.
+        ProblemError: it is no plan.
     """
+    require_kind("plan", plan, Plan, ProblemError, advice="make one with plan(problem)")
+    require_new(path)
     save_json(plan_as_dict(plan), path)
 
 
@@ -168,6 +172,7 @@ def save_trajectory(
         OutputError: the file exists already, or cannot be written.
         SettingsError: samples that are none.
     """
+    require_trajectory(trajectory)
     require_new(path)
     least = as_whole("samples", samples, SettingsError, at_least=2, at_most=1_000_000)
     rows = rows_of(trajectory, least=least, jerk_limit=jerk_limit)

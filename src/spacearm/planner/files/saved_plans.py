@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from spacearm.checks import as_transform, shown
+from spacearm.checks import as_transform, require_kind, shown
 from spacearm.errors import FileFormatError, ProblemError
 from spacearm.momentum import Momentum
 from spacearm.motion import AnyTrajectory, Trajectory
@@ -56,6 +56,8 @@ def load_plan(path: str | os.PathLike[str], problem: Problem | None = None) -> T
         FileFormatError: the file is missing, broken or no plan, holds no motion, or is of another problem.
         ProblemError: its motion breaks the robot's limits.
     """
+    if problem is not None:
+        require_kind("problem", problem, Problem, ProblemError)
     saved = _read(path)
     robot = _problem(path, saved).robot if problem is None else problem.robot
     if problem is not None and saved["problem"]["hash"] != problem_hash(problem):
