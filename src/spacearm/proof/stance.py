@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm._kernel.exact import product
 from spacearm.checks import as_readonly, as_transform, shown
 from spacearm.errors import ProblemError
 from spacearm.robot import Robot
@@ -72,8 +73,10 @@ def stance_of(holder: Any, robot: Robot, *, who: str) -> Stance:
     )
     if not (pose == np.eye(4)).all():
         pose = pose.copy()  # a rotation may be 1e-9 off one: over some metres that is more than rounding
-        left, _, right = np.linalg.svd(pose[:3, :3])
-        pose[:3, :3] = left @ right
+        R = pose[:3, :3]
+        for _ in range(2):  # Newton's steps to the nearest rotation: an error e becomes e^2
+            R = product(R, 1.5 * np.eye(3) - 0.5 * product(R.T, R))
+        pose[:3, :3] = R
     return Stance(base=base, start=pose, linear=linear, angular=angular)
 
 
