@@ -115,9 +115,11 @@ template <class T> class base_track {
         double most = 0;
         for (int i = 1; i <= nodes(); ++i) {
             const quaternion& q = attitude_[i];
-            most = std::max(most, q.x * q.x + q.y * q.y + q.z * q.z);
+            const double squared = q.x * q.x + q.y * q.y + q.z * q.z;
+            if (!(squared <= most)) most = squared;   // a NaN is the greatest, and stays
+            if (most != most) return most;
         }
-        return std::sqrt(std::min(1.0, most));
+        return most < 1 ? std::sqrt(most) : 1;
     }
     // The base at any instant between nodes, given the system's centre of mass there.
     frame<T> base_at(const pack<T>& s, const vec3<T>& com, const constant_momentum<T>& momentum) const {

@@ -11,12 +11,8 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <atomic>
-#include <chrono>
 #include <cmath>
-#include <mutex>
 #include <optional>
-#include <thread>
 
 #include "model.hpp"
 
@@ -48,45 +44,6 @@ template <class Numbers> bool all_within(const Numbers& numbers, double most) {
 }
 inline constexpr double widest = 1e9;   // [m] of robots and scenes: what is squared twice on the way stays a float
 inline constexpr int most_dofs = 1 << 16;
-
-// Of a long call without the GIL: now and then, whether somebody pressed Ctrl-C, which ends it.
-class listener {
-  public:
-    void ask() {
-        const auto now = std::chrono::steady_clock::now();
-        if (now - asked_ < std::chrono::milliseconds(40)) return;
-        asked_ = now;
-        nb::gil_scoped_acquire hold;
-        if (PyErr_CheckSignals() != 0) throw nb::python_error();
-    }
-
-  private:
-    std::chrono::steady_clock::time_point asked_ = std::chrono::steady_clock::now();
-};
-
-// An object that several Python threads may share does one thing at a time. Who waits does so without the GIL, which the one at
-// work may want for its callback; the callback itself must not come back.
-class one_at_a_time {
-  public:
-    template <class Work> void operator()(Work&& work) {
-        require(owner_.load() != std::this_thread::get_id(), "called by its own callback");
-        nb::gil_scoped_release free;
-        listener signals;
-        while (!lock_.try_lock_for(std::chrono::milliseconds(40))) signals.ask();
-        const std::lock_guard<std::timed_mutex> hold(lock_, std::adopt_lock);
-        const mine here(owner_);
-        work();
-    }
-
-  private:
-    struct mine {
-        std::atomic<std::thread::id>& owner;
-        explicit mine(std::atomic<std::thread::id>& o) : owner(o) { owner = std::this_thread::get_id(); }
-        ~mine() { owner = std::thread::id(); }
-    };
-    std::timed_mutex lock_;
-    std::atomic<std::thread::id> owner_{};
-};
 
 // Takes a setting out of the dictionary, so that what is left is unknown.
 template <class V> void field(nb::dict& d, const char* key, V& value) {

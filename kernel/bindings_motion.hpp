@@ -1,7 +1,7 @@
 // Python's arrays and the search for motions.
 #pragma once
 
-#include "bindings_model.hpp"
+#include "bindings_threads.hpp"
 #include "motion_search.hpp"
 
 namespace SPACEARM_NAMESPACE {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "evolution.hpp"
+#include "ring.hpp"
 #include "swarm_settings.hpp"
 
 namespace SPACEARM_NAMESPACE {
@@ -352,42 +353,11 @@ template <class T> class swarm {
     }
 
     void follow_neighbours(int begin, int size, int k) {
-        if (k > many) guide_by_halves(begin, size, k);
-        else {
-            for (int i = 0; i < size; ++i) {
-                int best = begin + i;
-                for (int o = -k; o <= k; ++o) {
-                    int other = i + o;
-                    other = begin + (other < 0 ? other + size : other >= size ? other - size : other);
-                    if (personal(other).better_than(personal(best))) best = other;
-                }
-                guide_[i] = best;
-            }
-        }
+        follow_ring(size, k, [&](int i, int j) { return personal(begin + i).better_than(personal(begin + j)); }, guide_);
         for (int d = 0; d < dims_; ++d) {
             const T* from = &px_[at(d, 0)];
             T* to = &social_[at(d, begin)];
-            for (int i = 0; i < size; ++i) to[i] = from[guide_[i]];
-        }
-    }
-
-    static constexpr int many = 32;   // neighbours, from which on doubling is quicker
-    // The same for many neighbours, in time that does not depend on how many: the best of 1, 2, 4, ... particles in a row, the
-    // first of equals, until two such rows make the whole neighbourhood.
-    void guide_by_halves(int begin, int size, int k) {
-        const int width = 2 * k + 1, all = size + width - 1;   // the ring, cut open k before its first
-        std::vector<int> best(all);
-        for (int i = 0; i < all; ++i) best[i] = begin + (i + size - k % size) % size;
-        int reach = 1;
-        for (; 2 * reach <= width; reach *= 2) {
-            for (int i = 0; i + 2 * reach <= all; ++i) {
-                if (personal(best[i + reach]).better_than(personal(best[i]))) best[i] = best[i + reach];
-            }
-        }
-        for (int i = 0; i < size; ++i) {
-            const int first = best[i], last = best[i + width - reach], own = begin + i;
-            const int of_all = personal(last).better_than(personal(first)) ? last : first;
-            guide_[i] = personal(of_all).better_than(personal(own)) ? of_all : own;
+            for (int i = 0; i < size; ++i) to[i] = from[begin + guide_[i]];
         }
     }
 

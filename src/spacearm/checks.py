@@ -198,7 +198,7 @@ def as_transform(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float6
     T = as_readonly(name, value, (4, 4), error)
     R = T[:3, :3]
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        off, determinant = float(np.abs(R.T @ R - np.eye(3)).max()), float(np.linalg.det(R))
+        off, determinant = float(np.abs(np.einsum("ki,kj->ij", R, R) - np.eye(3)).max()), float(np.linalg.det(R))
     if not (off <= 1e-9 and determinant > 0):  # nor what is no number, where entries are too large to be squared
         raise error(
             f"{name} has an upper left block that is not a rotation (R^T R is {off:.2g} off the identity, "
@@ -214,7 +214,7 @@ def _turning(T: NDArray[np.float64]) -> NDArray[np.float64]:
     out = T.copy()
     R = T[:3, :3]
     for _ in range(2):  # 1e-9 becomes 1e-18 by the first; the second takes that one's rounding away
-        R = R @ (1.5 * np.eye(3) - 0.5 * (R.T @ R))
+        R = np.einsum("ik,kj->ij", R, 1.5 * np.eye(3) - 0.5 * np.einsum("ki,kj->ij", R, R))  # no BLAS: the same bits everywhere
     out[:3, :3] = R + 0.0
     out.setflags(write=False)
     return out

@@ -161,6 +161,33 @@ def ask_told(made: Any) -> Any:
     return made.positions()
 
 
+HUGE: list[tuple[str, float]] = [
+    ("ring", 2**30),
+    ("ring", 2**31 - 1),
+    ("particles", 2**31 - 1),
+    ("evaluations", 2**63 - 1),
+    ("memory", 2**31 - 1),
+    ("tolerance_power", 2**31 - 1),
+    ("shrink_to", 2**31 - 1),
+    *(
+        (name, value)
+        for name in ("inertia_start", "cognitive", "social", "velocity_clamp", "penalty_end")
+        for value in (1e300, np.nan)
+    ),
+]
+NUMBERS = ("multiplier", "offset", "rotation", "translation", "point_local", "capsule_radius", "sphere_center", "sphere_radius")
+
+
+def _model_without_number(name: str) -> Any:
+    arrays = tree_arrays(ROBOT) | {
+        "point_local": np.zeros((2, 3)),
+        "capsule_radius": np.array([0.1]),
+        "sphere_center": np.ones((1, 3)),
+        "sphere_radius": np.array([0.1]),
+    }
+    return model(**{name: np.full_like(arrays[name], np.nan)})
+
+
 Case = Callable[[], Any]
 REFUSED: dict[str, Case] = {
     "evaluate: too few columns": lambda: evaluated(seed(), 6),
@@ -309,6 +336,49 @@ REFUSED: dict[str, Case] = {
     "OPEN BUG: restore: gains cut short, asked": lambda: restored_asked(gain=np.zeros(0)),
     "OPEN BUG: restore: drawn factors cut short, asked": lambda: restored_asked(drawn_factor=np.zeros(1)),
     "restore: an archive of broken rows": lambda: restore(archive=np.zeros(3)),
+    "restore: more rounds than can be counted": lambda: restore(counters=counters(0, 2**40)),
+    "restore: more evaluations than can be counted": lambda: restore(counters=counters(1, 2**63 - 1)),
+    **{
+        f"settings: {name} of {value:.3g}": lambda name=name, value=value: ask_told(swarm(**{name: value}))
+        for name, value in HUGE
+    },
+    **{
+        f"motions: {name} of {value}": lambda name=name, value=value: motions(**{name: np.full(7, value)})
+        for name in ("start", "lower", "upper", "velocity", "acceleration", "jerk")
+        for value in (np.nan, -1e300)
+    },
+    "motions: a goal without end": lambda: motions(goals=np.full((2, 7), np.inf)),
+    "motions: a margin that is no number": lambda: motions(margin=np.nan),
+    "motions: a comfort of 1e300": lambda: motions(comfort=1e300),
+    "motions: weights of 1e300": lambda: motions(weights=np.full(12, 1e300)),
+    "motions: failures beyond counting": lambda: motions(settings={"swarm_stall": 2**31 - 1}),
+    "motions: a step of 1e300": lambda: motions(settings={"probe_step": 1e300}),
+    "motions: a step of 1e-300": lambda: motions(settings={"probe_step": 1e-300}),
+    "run: a negative budget": lambda: motions().run(-1, 0.0, False, 0, None),
+    "run: seconds that are no number": lambda: motions().run(1, np.nan, False, 0, None),
+    "add_instant: an instant that is no number": lambda: motions().add_instant(np.nan, 0.1),
+    "add_instant: an instant beyond the end": lambda: motions().add_instant(1.5, 0.1),
+    **{f"model: {name} of NaN": lambda name=name: _model_without_number(name) for name in NUMBERS},
+    "surrounded: a capsule without a number": lambda: surrounded(a=np.full((2, 3), np.nan)),
+    "surrounded: a radius without end": lambda: surrounded(radius=np.full(2, np.inf)),
+    **{
+        f"surrounded: an obstacle of kind {kind} without a number": lambda kind=kind: surrounded(
+            obstacle_kind=ints(kind), obstacle_numbers=np.full((1, 15), np.nan)
+        )
+        for kind in range(1, 6)
+    },
+    "surrounded: an obstacle of 1e300 m": lambda: surrounded(obstacle_numbers=np.full((1, 15), 1e300)),
+    "weighed: a mass that is no number": lambda: model().weighed(np.full(8, np.nan), q(8, 3), q(8, 6)),
+    "weighed: an inertia of 1e300": lambda: model().weighed(np.ones(8), q(8, 3), np.full((8, 6), 1e300)),
+    "swarm: bounds that are no numbers": lambda: BUILD.swarm(SETTINGS, [np.nan, 0], [1, 1]),
+    "swarm: bounds without end": lambda: BUILD.swarm(SETTINGS, [-np.inf, 0], [np.inf, 1]),
+    "swarm: bounds the wrong way round": lambda: BUILD.swarm(SETTINGS, [1, 1], [0, 0]),
+    "search: more trials than memory": lambda: search(trials=2**31 - 1),
+    "search: seconds that are no number": lambda: search(seconds=np.nan),
+    "product: matrices that do not fit": lambda: BUILD.module.product(q(1, 2, 3), q(1, 2, 3)),
+    "product: matrices of other numbers": lambda: BUILD.module.product(q(2, 2, 3), q(3, 3, 2)),
+    "solved: a vector too short": lambda: BUILD.module.solved(q(1, 3, 3), q(1, 2)),
+    "angles: fewer abscissae than ordinates": lambda: BUILD.module.angles(q(3), q(2)),
 }
 
 REFUSALS = {"ValueError", "TypeError", "IndexError", "KeyError"}

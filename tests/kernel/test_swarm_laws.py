@@ -207,6 +207,19 @@ def test_on_a_ring_each_is_pulled_towards_the_best_of_its_neighbours(build: Buil
     np.testing.assert_array_equal(pulled_towards(before, after), best)
 
 
+def test_many_neighbours_are_followed_as_few_are(build: Build) -> None:
+    """Of equals the particle itself, else the first from the far end of its neighbourhood on."""
+    reach, count = 40, 100
+    fitness = np.random.default_rng(1).integers(0, 9, count).astype(float)
+    before, after = one_step(build, {**PULLED, "particles": count, "ring": reach}, fitness, dims=13)
+    best = []
+    for i in range(count):
+        near = [(i + o) % count for o in range(-reach, reach + 1)]
+        first = min(near, key=lambda j: fitness[j])
+        best.append(i if fitness[i] <= fitness[first] else first)
+    np.testing.assert_array_equal(pulled_towards(before, after), best)
+
+
 def test_a_ring_that_reaches_all_is_the_swarms_best(build: Build) -> None:
     fitness = np.random.default_rng(0).permutation(11).astype(float)
     whole, ring = (one_step(build, {**PULLED, "particles": 11, "ring": reach}, fitness)[1] for reach in (0, 5))

@@ -26,7 +26,7 @@ class Protocol:
     Attributes:
         seeds: runs of each problem, with seeds 0, 1, ...
         search: how long the bare search goes on [s].
-        plan: how long the search of `plan()` goes on; the proof comes on top [s].
+        plan: the deadline of `plan()` [s]: for its search, its proof, and what is tried again.
     """
 
     seeds: int = 5

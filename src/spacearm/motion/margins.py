@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 ROUNDING = 1e-12
 _CLOSELY = 1e-9  # a path that was read back may use a limit to the full
 _SLIGHT = 1e-7
+_LEAST_JERK = 1e-9  # [rad/s^3 or m/s^3] less is rest
 _POSITION_TOLERANCE = 1e-10  # of the furthest: a path may run along a limit
 
 
@@ -148,9 +149,11 @@ def as_jerk_limit(robot: Robot, jerk_limit: ArrayLike) -> Array:
     """
     given = jerk_limit
     if dimensions_of(jerk_limit) == 0:
-        given = as_number("jerk_limit", jerk_limit, ProblemError, above=0) / greatest_multipliers(robot)
+        given = as_number("jerk_limit", jerk_limit, ProblemError, at_least=_LEAST_JERK) / greatest_multipliers(robot)
     limit = as_readonly("jerk_limit", given, (robot.dof,), ProblemError, advice="give one number, or one for each joint")
-    if not (limit > 0).all():
+    if not (limit >= _LEAST_JERK).all():
         worst = int(np.argmin(limit))
-        raise ProblemError(f"jerk_limit of joint '{robot.dof_names[worst]}' is {limit[worst]:g}, expected more than 0")
+        raise ProblemError(
+            f"jerk_limit of joint '{robot.dof_names[worst]}' is {limit[worst]:g}, expected {_LEAST_JERK:g} or more"
+        )
     return limit

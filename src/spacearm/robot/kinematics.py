@@ -17,6 +17,8 @@ from spacearm.robot.model import JOINT_KINDS, Robot, require_robot
 
 Array = NDArray[np.float64]
 
+_FURTHEST = 1e9  # [rad or m] beyond, sines have no digit left
+
 
 def tree_arrays(robot: Robot) -> dict[str, Any]:
     """Return the joints as the flat arrays that the kernel's models are made of."""
@@ -37,7 +39,7 @@ def as_configurations(robot: Robot, q: ArrayLike) -> Array:
     """Check a batch of configurations and return it as an array (..., n) of floats.
 
     Raises:
-        RobotError: the last axis is not n long, or a value is not finite.
+        RobotError: the last axis is not n long, or a value is not finite or beyond measure.
     """
     try:
         array = np.asarray(None if np.iscomplexobj(q) else q, dtype=np.float64)
@@ -47,9 +49,11 @@ def as_configurations(robot: Robot, q: ArrayLike) -> Array:
         raise RobotError(
             f"q has shape {array.shape}, expected (..., {robot.dof}): one value for each of {', '.join(robot.dof_names)}"
         )
-    if not np.isfinite(array).all():
-        at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise RobotError(f"q{list(at)} is {array[at]}, expected a finite value for joint '{robot.dof_names[at[-1]]}'")
+    sane = np.abs(array) <= _FURTHEST
+    if not sane.all():
+        at = tuple(int(i) for i in np.argwhere(~sane)[0])
+        wanted = f"at most {_FURTHEST:g}" if np.isfinite(array[at]) else "a finite value"
+        raise RobotError(f"q{list(at)} is {array[at]:g}, expected {wanted} for joint '{robot.dof_names[at[-1]]}'")
     return array
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm._kernel.exact import length
 from spacearm.checks import Frozen, as_number, as_pose, as_readonly, keep, shown
 from spacearm.errors import SceneError
 
@@ -167,9 +168,9 @@ class HalfSpace(Frozen):
             raise SceneError(
                 f"the half-space's normal is {normal.tolist()}, expected a direction; give a vector out of the solid"
             )
-        length = float(np.linalg.norm(normal))
-        if abs(length - 1) > 1e-15:
-            normal = as_readonly("the half-space's normal", normal / length, (3,), SceneError)
+        size = length(normal)
+        if abs(size - 1) > 1e-15:
+            normal = as_readonly("the half-space's normal", normal / size, (3,), SceneError)
         keep(self, normal=normal, point=_point("the half-space's point", self.point))
         _require_name(self.name)
 
@@ -238,7 +239,7 @@ def pose(position: ArrayLike = (0.0, 0.0, 0.0), q_wxyz: ArrayLike = (1.0, 0.0, 0
     q = as_readonly("q_wxyz", q_wxyz, (4,), SceneError)
     if not 1e-6 < math.hypot(*q) < 1e6:
         raise SceneError(f"q_wxyz is {q.tolist()}, expected a unit quaternion, scalar first; (1, 0, 0, 0) turns nothing")
-    w, x, y, z = q / float(np.linalg.norm(q))
+    w, x, y, z = q / length(q)
     T = np.eye(4)
     T[:3, :3] = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

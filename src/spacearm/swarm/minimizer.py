@@ -77,7 +77,7 @@ def minimize(
         raise SettingsError(f"callback is {shown(callback)}, expected a function of the swarm")
     stop = _Stop(target=target, stall_iterations=stall_iterations, max_seconds=max_seconds)
     one_of("history", history, ("best", "positions"))
-    whole("checkpoint_every", checkpoint_every, at_least=1, at_most=10**18)
+    whole("checkpoint_every", checkpoint_every, at_least=1, at_most=10**9)
     swarm = Swarm(lower, upper, settings, rng=rng, initial=initial, keep_positions=history == "positions")
     if checkpoint is not None:
         swarm = _opened(checkpoint, swarm, resume=resume, rng=rng, initial=initial)
@@ -109,7 +109,7 @@ class _Stop:
     def __init__(self, *, target: float | None, stall_iterations: int | None, max_seconds: float | None) -> None:
         self.target = None if target is None else as_number("target", target, SettingsError)
         self.stall = (
-            None if stall_iterations is None else whole("stall_iterations", stall_iterations, at_least=1, at_most=10**18)
+            None if stall_iterations is None else whole("stall_iterations", stall_iterations, at_least=1, at_most=10**9)
         )
         limit = (
             None
