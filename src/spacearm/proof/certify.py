@@ -13,6 +13,7 @@ from spacearm.checks import as_number, shown
 from spacearm.errors import ProblemError, nearest
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
 from spacearm.proof.base import Base
+from spacearm.proof.base_limits import exceeded
 from spacearm.proof.certificate import Certificate, ClosestApproach, FloatingBase, Limit, broken_limits
 from spacearm.proof.intervals import Proof
 from spacearm.proof.measuring import Near
@@ -29,7 +30,8 @@ _LARGEST = 1e6
 class HasScene(Protocol):
     """Whatever has a robot and a scene; a Problem does.
 
-    It may also have `base`, `base_start` and `momentum`: by default the base is as the robot says, at the origin, without.
+    It may also have `base`, `base_start` and `momentum`: by default the base is as the robot says, at the origin, without. And
+    `base_limits`, which a floating base has to keep at every instant.
     """
 
     @property
@@ -55,7 +57,8 @@ def certify(
     """Prove that a trajectory keeps clear of the obstacles, of the robot itself, and within the limits for all t.
 
     Args:
-        problem: the robot, the pairs of its links that must keep clear, the scene, and how the base is held.
+        problem: the robot, the pairs of its links that must keep clear, the scene, how the base is held, and how little a
+            floating one may be disturbed.
         trajectory: of that robot and that base, ours or anybody's. Where the base floats its motion is integrated anew, from
             the masses and the joints' path; what the trajectory itself says of it is compared.
         limits: those to be kept, of "position", "velocity" and "acceleration". A path with corners has no acceleration.
@@ -96,15 +99,17 @@ def certify(
     margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
     checked = checked if jerk_limit is None else (*checked, "jerk")
     proof.begin()
-    status, near = proof.judged()
-    floating = _floating(robot, trajectory, proof, base)
-    if broken_limits(robot, margins, checked) or (floating is not None and floating.broken):
+    floating = _floating(problem, trajectory, proof, base)
+    status, near = proof.judged() if floating is None or floating.followed else ("undecided", None)
+    clear = status == "holds"
+    if broken_limits(robot, margins, checked) or (floating is not None and (floating.broken or floating.broken_limits)):
         status = "fails"
     return Certificate(
         status=status,
+        clear=clear,
         clearance=proof.proven if status == "holds" else None,
         minimum_clearance=minimum,
-        closest=None if near is None else _closest(near, robot, problem.scene, trajectory, base),
+        closest=None if near is None else _closest(near, robot, problem.scene, base),
         limits=margins,
         checked=checked,
         resolution=proof.resolution,
@@ -119,28 +124,32 @@ def certify(
     )
 
 
-def _floating(robot: Robot, trajectory: AnyTrajectory, proof: Proof, base: Base) -> FloatingBase | None:
+def _floating(problem: HasScene, trajectory: AnyTrajectory, proof: Proof, base: Base) -> FloatingBase | None:
     """Return what is to be said about a base, None if it is fixed."""
     if base.drift is None:
         return None
-    account = account_of(robot, trajectory, base, proof.frames_at(instants_of(base))[:, -1])
-    final, peak = base.drift.final(), base.drift.peak()
+    u = instants_of(base)
+    account = account_of(problem.robot, trajectory, base, u, proof.frames_at(u)[:, -1])
+    figures = base.figures()
     return FloatingBase(
         residual_momentum=account.residual,
         elsewhere=account.elsewhere,
-        error=base.drift.error,
-        rotation_final=final,
-        rotation_peak=peak,
+        error=figures.error,
+        rotation_final=figures.final,
+        rotation_peak=figures.peak,
+        rate=figures.rate,
+        joint_momentum=figures.joint_momentum,
+        broken_limits=exceeded(figures, getattr(problem, "base_limits", None)),
     )
 
 
-def _closest(near: Near, robot: Robot, scene: Scene, trajectory: AnyTrajectory, base: Base) -> ClosestApproach:
+def _closest(near: Near, robot: Robot, scene: Scene, base: Base) -> ClosestApproach:
     obstacle, u = near.obstacle, base.own_parameter(near.u)
     return ClosestApproach(
         link=robot.capsules[near.capsule].name,
         other=f"link '{robot.capsules[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
         obstacle=obstacle,
-        time=float(trajectory.time_at(u)),
+        time=float(base.times(np.array([near.u]))[0]),
         u=u,
         clearance=near.clearance,
         points=near.points,

@@ -20,6 +20,7 @@ halved until all of this adds up to less than the tolerance. docs/certificate.md
 
 from __future__ import annotations
 
+from collections import deque
 from functools import lru_cache
 from typing import NamedTuple, TypeVar
 
@@ -188,29 +189,25 @@ class Drift:
 
     def peak(self) -> float:
         """Return a bound of how far the base is turned from its start at any u [rad]."""
-        d = self._to_integral(self._turns.slope)
-        sign = (-1.0) ** np.arange(1, d.shape[1] + 1)
-        first = np.array([1.0, 0.0, 0.0, 0.0]) - np.einsum("pjc,j->pc", d, sign)
-        Q = np.concatenate([first[:, None], d], axis=1)  # Chebyshev coefficients, (p, g + 1, 4)
-        Q = product(product(self._begin * CONJUGATE, self._turns.start[:-1])[:, None], Q)
+        at_start = product(self._begin * CONJUGATE, self._turns.start[:-1])
         scale = 1 / np.sqrt(1 - self._bounds.bent)
-        most = greatest_norm(Q[..., 1:], scale, np.zeros_like(scale))
+        most = greatest_norm(product(at_start[:, None], self._chebyshev_of_turn())[..., 1:], scale, np.zeros_like(scale))
         return min(np.pi, 2 * float(np.arcsin(min(1.0, most))) + self.error)
 
     def rate(self) -> float:
         """Return a bound of the base's rate of turn, per unit of u [rad]."""
         half, bounds = self._half, self._bounds
-        twice = chebyshev.chebpts1(2 * self._count)
-        slope = self._to_chebyshev @ self._turns.slope
+        at, to_chebyshev = _products(self._count)
+        Q, slope = at @ self._chebyshev_of_turn(), at[:, :-1] @ (self._to_chebyshev @ self._turns.slope)
+        omega = 2 * product(Q * CONJUGATE, slope)[..., 1:]  # |Q|^2 times it
+        extra = (bounds.rate + bounds.tumble / 2 * self.error) / half
+        return greatest_norm(to_chebyshev @ omega, 1 / (half * (1 - bounds.bent)), extra)
+
+    def _chebyshev_of_turn(self) -> Array:
+        """Return the Chebyshev coefficients of Q, (p, g + 1, 4)."""
         d = self._to_integral(self._turns.slope)
-        at = chebyshev.chebvander(twice, self._count)
-        Q = at[:, 1:] @ d - np.einsum("pjc,j->pc", d, (-1.0) ** np.arange(1, self._count + 1))[:, None]
-        Q[..., 0] += 1.0
-        omega = 2 * product(Q * CONJUGATE, at[:, :-1] @ slope)[..., 1:]
-        coefficients = np.linalg.inv(chebyshev.chebvander(twice, 2 * self._count - 1)) @ omega
-        return greatest_norm(
-            coefficients, 1 / (half * (1 - bounds.bent)), (bounds.rate + bounds.tumble / 2 * self.error) / half
-        )
+        first = np.array([1.0, 0.0, 0.0, 0.0]) - (-1.0) ** np.arange(1, self._count + 1) @ d
+        return np.concatenate([first[:, None], d], axis=1)
 
     def joint_momentum(self) -> float:
         """Return a bound of the arm's angular momentum by its joints' motion alone, per unit of u [N m s]."""
@@ -420,6 +417,24 @@ class Drift:
         return turned / np.linalg.norm(turned, axis=1)[:, None]
 
 
+# ---- those seen last ---------------------------------------------------------------------------------------------------
+
+_SEEN: deque[tuple[Robot, Curve, bytes, Drift]] = deque(maxlen=4)
+_MOST_KEPT = 5_000  # evaluations
+
+
+def drift_of(robot: Robot, curve: Curve, stance: Stance, *, time_rate: float) -> Drift:
+    """Return a `Drift`; the same one if the same robot and curve were asked about lately, in whatever time without momentum."""
+    key = stance.start.tobytes() + (stance.angular * time_rate).tobytes()
+    for seen, path, given, made in list(_SEEN):
+        if seen is robot and path is curve and given == key:
+            return made
+    made = Drift(robot, curve, stance, time_rate=time_rate)
+    if made.evaluations <= _MOST_KEPT:
+        _SEEN.append((robot, curve, key, made))
+    return made
+
+
 # ---- columns of panels -------------------------------------------------------------------------------------------------
 
 Columns = TypeVar("Columns", PanelPath, Growth, _Panels)
@@ -452,6 +467,14 @@ def _rule(points: int) -> tuple[Array, ...]:
     to_chebyshev = np.linalg.inv(chebyshev.chebvander(xi, points - 1))
     made = xi, weight, to_legendre, to_chebyshev, _integrals(xi, points) @ to_legendre, fall(points)
     return tuple(np.asarray(array, dtype=np.float64) for array in made)
+
+
+@lru_cache(maxsize=8)
+def _products(points: int) -> tuple[Array, Array]:
+    """Return Chebyshev polynomials 0 to g in 2 g points (2 g, g + 1), and the map from values there (2 g, 2 g)."""
+    at = chebyshev.chebpts1(2 * points)
+    values, whole = (np.asarray(chebyshev.chebvander(at, d), dtype=np.float64) for d in (points, 2 * points - 1))
+    return values, np.linalg.inv(whole).astype(np.float64)
 
 
 def _integrals(xi: Array, count: int) -> Array:
