@@ -56,6 +56,7 @@ _ROUNDING = 64 * _EPS  # [rad] of the attitude, a panel
 _DIGITS = 32  # units in the last place by which a joint's value may be off
 _OUTWARD = 1.001  # of bounds that are sums of some hundred terms
 _BENT = 0.5  # by which |Q|^2 may differ from 1
+_MANY = 4  # panels a piece, above which more points are better
 _PRESUMED = 3.0  # before H is known: |F| is so many times |h v'|
 _MOST_GROWTH = 30.0  # e to the power of it: errors of a tumbling base that grow by more are not worth a thought
 
@@ -173,8 +174,11 @@ class Drift:
         costs = [
             (points + more) * np.exp2(np.ceil(np.log2(np.maximum(far / most, 1.0)))).sum() for points, most, more in _POINTS
         ]
-        self._count = _POINTS[int(np.argmin(costs))][0]
-        self._xi, self._weight, self._to_coefficients, self._to_chebyshev, self._reach, self._fall = _rule(self._count)
+        self._use(_POINTS[int(np.argmin(costs))][0])
+
+    def _use(self, points: int) -> None:
+        self._count = points
+        self._xi, self._weight, self._to_coefficients, self._to_chebyshev, self._reach, self._fall = _rule(points)
 
     def attitude(self, u: Array) -> Array:
         """Return R_w_b (r, 3, 3) at parameters u (r,)."""
@@ -246,7 +250,12 @@ class Drift:
             if enough or self.evaluations > _MOST or halving == _HALVINGS - 1:
                 self.error = float(((bounds.cut + bounds.rounded) * bounds.later).sum())
                 break
-            cut, panels = self._halved(cut, panels, coarse)
+            if self._count < _POINTS[-1][0] and len(coarse) + coarse.sum() > _MANY * len(own.ends):
+                self._use(_POINTS[-1][0])
+                cut = self._first_cut(own)
+                panels = self._sampled(cut.path)
+            else:
+                cut, panels = self._halved(cut, panels, coarse)
         self._ends, self._start = self._cut.path.ends, self._turns.start[:-1]
         self._coefficients = self._to_coefficients @ self._turns.slope
 
@@ -255,9 +264,12 @@ class Drift:
         return TOLERANCE / 2 * (np.diff(ends, axis=1)[:, 0] / self._length + 1 / len(ends))
 
     def _first_cut(self, own: PanelPath) -> _Cut:
-        """Cut the path as will be needed, by what is known without its momentum."""
-        cut = self._grown(own)
+        """Cut the path as will be needed, by what is known without its momentum; where that is often, take more points."""
+        cut = whole = self._grown(own)
         for _ in range(_HALVINGS):
+            if len(cut.path.ends) > _MANY * len(own.ends) and self._count < _POINTS[-1][0]:
+                self._use(_POINTS[-1][0])
+                cut = whole
             tumble = self._spin * np.diff(cut.path.ends, axis=1) / 2
             missed = 4 * self._least_of(_PRESUMED * (cut.growth.carried + tumble)) / self._presumed
             coarse = missed > self._allowed(cut.path.ends)
@@ -374,13 +386,14 @@ class Drift:
         least = least * (1 - bent)
         # In the points themselves: rounding, and what a solution for a tumbling base left.
         trace = np.trace(panels.inertia, axis1=2, axis2=3).max(axis=1)
-        moving = slope[:, 0] + growth.travel
+        weight = np.where(self._joints.turns, 1.0, np.sqrt(2 * self._masses.total / trace)[:, None])  # of slides, by lengths
+        travel, size = (weight * growth.travel).sum(axis=1), (weight * cut.path.size).sum(axis=1)
         lost = 4 * cut.path.values.shape[1]  # by sums of so many terms
-        digits = _EPS * (64 + lost + (_DIGITS + lost) * cut.path.size)
-        there = digits * trace * 2 * moving + trace * turns.missed + 64 * _EPS * own
+        digits = _EPS * (64 + lost + (_DIGITS + lost) * size)
+        there = digits * trace * 2 * (slope[:, 0] + travel) + trace * turns.missed + 64 * _EPS * own
         cut_off, rounded = 4 * F / least, 2 * there / least + _ROUNDING
         rate = ((1 + points) * F + points * there) / least
-        carried = (1 + points) * _OUTWARD * self._least_of(growth.carried) + points * digits * trace * 2 * growth.travel
+        carried = (1 + points) * _OUTWARD * self._least_of(growth.carried) + points * digits * trace * 2 * travel
         cut_off, rate = (np.where(hopeless | np.isnan(off), np.inf, off) for off in (cut_off, rate))
         return _Bounds(cut_off, rounded, rate, carried, bent, 2 * own / least, own * np.maximum(1 / least - 1 / most, 0.0))
 
