@@ -201,6 +201,8 @@ class Drift:
     def rate(self) -> float:
         """Return a bound of the base's rate of turn, per unit of u [rad]."""
         half, bounds = self._half, self._bounds
+        if not np.isfinite(self.error):
+            return np.inf
         at, to_chebyshev = _products(self._count)
         Q, slope = at @ self._chebyshev_of_turn(), at[:, :-1] @ (self._to_chebyshev @ self._turns.slope)
         omega = 2 * product(Q * CONJUGATE, slope)[..., 1:]  # |Q|^2 times it
