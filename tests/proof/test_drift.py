@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import comb
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,15 +15,19 @@ from hypothesis import strategies as st
 from oracles.servicer import ROWS, servicer
 from proof.adrift import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
 from proof.test_bounds import curves, parabola
+from reliability.floating_checker import moving
 from spacearm.momentum import Momentum
 from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
 from spacearm.proof.base import Base
 from spacearm.proof.bodies import bodies_of, floating_bodies_of
+from spacearm.proof.certificate import LOST
 from spacearm.proof.drift import TOLERANCE, Drift
+from spacearm.proof.ellipses import RHO, PanelPath, ellipses_of
 from spacearm.proof.middles import JointMap, Middles
 from spacearm.proof.recoil import Reaction, _Held
 from spacearm.proof.spans import Spans
 from spacearm.proof.stance import Stance
+from spacearm.proof.suprema import greatest_norm
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
 from spacearm.scene import Scene
@@ -101,6 +107,98 @@ def test_many_turns_of_a_tumbling_base_are_followed() -> None:
     c, s = np.cos(40.0), np.sin(40.0)
     assert angle_between(found.attitude(np.ones(1)), np.array([[[c, 0, s], [0, 1, 0], [-s, 0, c]]])) <= found.error
     assert found.error < 1e-9
+
+
+# ---- nothing hides between the points ----------------------------------------------------------------------------------
+
+
+def blind(points: int, turn: float, count: int = 3) -> PiecewisePath:
+    """A flywheel's path whose rate has double zeros in all Gauss points of each piece, and at its ends."""
+    gauss = np.polynomial.legendre.leggauss(points)[0]
+    rate = np.polynomial.Polynomial.fromroots(np.repeat(np.concatenate([[-1.0, 1.0], gauss]), 2))
+    way = rate.integ(lbnd=-1)(np.polynomial.Polynomial([-1.0, 2.0])).coef  # powers of x in [0, 1]
+    degree = len(way) - 1
+    share = np.array([sum(comb(k, i) / comb(degree, i) * way[i] for i in range(k + 1)) for k in range(degree + 1)])
+    share = (share / share[-1] * turn / count)[:, None]
+    return PiecewisePath(np.arange(count + 1), [share - share[0] + share[-1] * k for k in range(count)])
+
+
+@pytest.mark.parametrize("points", [3, 5, 6, 8, 12])
+def test_a_rate_that_vanishes_in_gauss_points_turns_the_base_all_the_same(points: int) -> None:
+    path = blind(points, 1.3)
+    found = drift(wheel(), path)
+    u = np.linspace(0, 3, 601)
+    angle = -path.sample(u)[:, 0] / 4
+    expected = np.tile(np.eye(3), (601, 1, 1))
+    expected[:, 0, 0] = expected[:, 1, 1] = np.cos(angle)
+    expected[:, 1, 0], expected[:, 0, 1] = np.sin(angle), -np.sin(angle)
+    assert angle_between(found.attitude(u), expected) <= found.error < 1e-8
+    assert found.peak() == pytest.approx(np.abs(path.sample(np.linspace(0, 3, 20_001))).max() / 4, rel=1e-5)
+    assert found.rate() >= np.abs(path.sample(u, 1)).max() / 4
+
+
+@settings(max_examples=25)
+@given(st.data())
+def test_peak_rate_and_momentum_are_never_greater_than_said_and_hardly_less(data: st.DataObject) -> None:
+    robot = data.draw(floating_arms())
+    q = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1))).uniform(
+        -1.5, 1.5, (data.draw(st.integers(2, 4)), robot.dof)
+    )
+    made: Any = Motion(q) if data.draw(st.booleans()) else PiecewisePath.from_cubic(np.arange(len(q)), q)
+    momentum, time_rate = Momentum(angular=data.draw(st.sampled_from([(0, 0, 0), (0.1, -0.2, 0.3)]))), 2.0
+    found = drift(robot, made, momentum, time_rate)
+    u = np.linspace(*made.domain, 20_001)
+    turned = found.attitude(u)
+    _, H_w, H_q = momentum_map(robot, made.sample(u))
+    carried = (H_q @ made.sample(u, 1)[..., None])[..., 0]
+    local = np.swapaxes(turned, 1, 2) @ momentum.angular * time_rate
+    reached = (
+        2 * np.arcsin(np.minimum(1, np.linalg.norm(turned - turned[0], axis=(1, 2)) / np.sqrt(8))).max(),
+        np.linalg.norm(np.linalg.solve(H_w, (local - carried)[..., None])[..., 0], axis=1).max(),
+        np.linalg.norm(carried, axis=1).max(),
+    )
+    for most, said in zip(reached, (found.peak(), found.rate(), found.joint_momentum()), strict=True):
+        assert most <= said * (1 + 1e-9) + 1e-12
+        assert said <= most * (1 + 1e-4) + 3 * found.error + 1e-7  # half of a sample's step is 5e-5 of the path
+
+
+@settings(max_examples=25)
+@given(st.data())
+def test_momentum_at_complex_joint_values_is_within_its_bounds(data: st.DataObject) -> None:
+    robot = data.draw(floating_arms())
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    coefficients = rng.normal(size=(1, data.draw(st.integers(2, 7)), robot.dof)) * data.draw(st.sampled_from([0.05, 0.5]))
+    path = PiecewisePath([0.0, 2.0], coefficients)
+    panel = PanelPath.of(path, JointMap(robot))
+    growth = ellipses_of(robot).growth(panel)
+    for i, rho in enumerate(RHO[:8]):
+        at = rho * np.exp(2j * np.pi * np.arange(24) / 24)
+        xi = (at + 1 / at) / 2
+        x, degree = (1 + xi)[:, None] / 2, coefficients.shape[1] - 1
+        k = np.arange(degree + 1)
+        rows = np.array([comb(degree, i) for i in k]) * x**k * (1 - x) ** (degree - k)
+        lower, c = k[:-1], np.array([comb(degree - 1, i) for i in k[:-1]])
+        slopes = c * x**lower * (1 - x) ** (degree - 1 - lower) * degree / 2
+        found = moving(robot, rows @ coefficients[0], slopes @ np.diff(coefficients[0], axis=0))
+        assert (np.linalg.norm(found.H, ord=2, axis=(1, 2)) <= growth.inertia[0, i] * (1 + 1e-9)).all()
+        assert (np.linalg.norm(found.carried, axis=1) <= growth.carried[0, i] * (1 + 1e-9)).all()
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 3))
+def test_the_greatest_norm_of_a_polynomial_is_bounded_closely(seed: int, count: int, panels: int) -> None:
+    rng = np.random.default_rng(seed)
+    c = rng.normal(size=(panels, count, 3)) * 0.7 ** np.arange(count)[:, None]
+    scale, extra = rng.uniform(0.5, 2, panels), rng.uniform(0, 0.1, panels)
+    xi = np.cos(np.linspace(0, np.pi, 20_001))
+    values = np.polynomial.chebyshev.chebvander(xi, count - 1) @ c
+    reached = (scale[:, None] * np.linalg.norm(values, axis=2) + extra[:, None]).max()
+    assert reached <= greatest_norm(c, scale, extra) <= reached * (1 + 1e-5)
+
+
+def test_a_path_that_cannot_be_followed_is_said_to_be_so() -> None:
+    """The arm goes to and fro a thousand turns in a piece: no number of panels that there may be will do."""
+    found = drift(lander(), PiecewisePath([0, 1], [np.outer((-1.0) ** np.arange(40), [1e5, 1e5])]))
+    assert found.error > LOST
 
 
 # ---- how far it gets -------------------------------------------------------------------------------------------------

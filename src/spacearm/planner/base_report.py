@@ -6,30 +6,28 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spacearm.momentum.quick import moving
-from spacearm.momentum.turning import angle, conjugate, multiplied
+from spacearm.errors import ProblemError
+from spacearm.momentum.turning import angle, conjugate, multiplied, quaternion_of
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.onto_goal import pose_errors, tolerances
-
-Array = NDArray[np.float64]
-
-_INSTANTS = 129
-_SLACK = 1e-6  # relative: of a limit that is met by moving slower
+from spacearm.proof.base import Base, floating_base_of
+from spacearm.proof.base_limits import exceeded
+from spacearm.proof.stance import stance_of
+from spacearm.robot import forward_kinematics
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaseReport:
-    """A floating base over a trajectory; what is greatest is so of 129 instants, evenly spread over the path.
+    """A floating base over a trajectory; by the proof's bounds, so nothing between instants is missed.
 
     Attributes:
         final: angle between the base's attitudes at the end and at the beginning [rad].
-        peak: the greatest angle from the attitude at the beginning [rad].
-        rate: the greatest rate at which the base turns [rad/s].
-        joint_momentum: the arm's greatest angular momentum, of its joints' motion alone [N m s].
+        peak: the angle from the attitude at the beginning, at most, at any time [rad].
+        rate: how fast the base turns, at most, at any time [rad/s].
+        joint_momentum: the arm's angular momentum, of its joints' motion alone, at most, at any time [N m s].
         goal_distance: by how much the end effector misses its goal [m]; None for a goal in joint space.
         goal_angle: likewise [rad].
         base_angle: by how much the base misses its goal attitude [rad]; None if it has none.
@@ -47,43 +45,35 @@ class BaseReport:
 
 
 def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
-    """Report on the floating base of a problem's trajectory."""
-    t = trajectory.time_at(np.linspace(*trajectory.curve.domain, _INSTANTS))
-    attitude = trajectory.base_pose(t)[1]
-    turned = angle(_between(attitude[0], attitude))
-    state = trajectory.sample(t)
-    found = moving(problem.robot, state.q, state.dq)
-    omega = trajectory.base_rate(t)[1] if trajectory.momentum.angular.any() else found.free_rate
-    spin, arm = np.linalg.norm(omega, axis=-1), np.linalg.norm(found.arm, axis=-1)
-    final, peak, rate, momentum = float(turned[-1]), float(turned.max()), float(spin.max()), float(arm.max())
-    missed = []
-    limits = problem.base_limits
-    for what, value, limit, scale, unit in (
-        ("the base ends turned by", final, limits.final, math.degrees(1), "deg"),
-        ("the base turns by", peak, limits.peak, math.degrees(1), "deg"),
-        ("the base turns at", rate, limits.rate, math.degrees(1), "deg/s"),
-        ("the arm's momentum reaches", momentum, limits.joint_momentum, 1.0, "N m s"),
-    ):
-        if limit is not None and value > limit * (1 + _SLACK):
-            missed.append(f"{what} {value * scale:.4g} {unit}, more than {limit * scale:.4g}")
+    """Report on the floating base of a problem's trajectory.
+
+    Raises:
+        ProblemError: the problem's base is fixed, or the momentum turns it too often.
+    """
+    base = _base_of(problem, trajectory)
+    figures, T_w_b = base.figures(), base.at_end()
+    missed = list(exceeded(figures, problem.base_limits))
     distance = off = None
     if isinstance(problem.goal, (PositionGoal, PoseGoal)):
-        T = trajectory.tip(trajectory.duration, frame=problem.goal.frame)
+        q = trajectory.sample(trajectory.duration).q
+        T = T_w_b @ forward_kinematics(problem.robot, q, frame=problem.goal.frame)
         distance, off = (float(error[0]) for error in pose_errors(problem.goal, T[None]))
         near, turn = tolerances(problem.goal)
-        if distance > near or off > turn:
+        lever = float(np.linalg.norm(T[:3, 3] - base.center_at_end()))
+        if distance + figures.error * lever > near or off + figures.error > turn:
             angle_too = f" and {math.degrees(off):.3g} deg" if isinstance(problem.goal, PoseGoal) else ""
             missed.append(f"the end effector misses its goal by {distance * 1e3:.4g} mm{angle_too}")
     base_angle = None
     if problem.base_goal is not None:
-        base_angle = float(angle(_between(problem.base_goal.attitude_wxyz, attitude[-1])))
-        if base_angle > problem.base_goal.tolerance:
+        at_end = quaternion_of(T_w_b[:3, :3])
+        base_angle = float(angle(multiplied(conjugate(problem.base_goal.attitude_wxyz), at_end)))
+        if base_angle + figures.error > problem.base_goal.tolerance:
             missed.append(f"the base misses its goal attitude by {math.degrees(base_angle):.4g} deg")
     return BaseReport(
-        final=final,
-        peak=peak,
-        rate=rate,
-        joint_momentum=momentum,
+        final=figures.final,
+        peak=figures.peak,
+        rate=figures.rate,
+        joint_momentum=figures.joint_momentum,
         goal_distance=distance,
         goal_angle=off,
         base_angle=base_angle,
@@ -93,14 +83,16 @@ def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
 
 def within_base_limits(problem: Problem, trajectory: Trajectory) -> float:
     """Return by what factor a trajectory must be slower, 1 or more, for the base to keep its limits of rate and momentum."""
-    report, limits = report_base(problem, trajectory), problem.base_limits
+    figures, limits = _base_of(problem, trajectory).figures(), problem.base_limits
     shares = [
         value / limit
-        for value, limit in ((report.rate, limits.rate), (report.joint_momentum, limits.joint_momentum))
+        for value, limit in ((figures.rate, limits.rate), (figures.joint_momentum, limits.joint_momentum))
         if limit is not None
     ]
     return max([1.0, *shares])
 
 
-def _between(one: Array, other: Array) -> Array:
-    return multiplied(conjugate(np.asarray(one)), other)
+def _base_of(problem: Problem, trajectory: AnyTrajectory) -> Base:
+    if not problem.floats:
+        raise ProblemError("the problem's base is fixed, expected one that floats; give base='floating'")
+    return floating_base_of(problem.robot, trajectory, stance_of(problem, problem.robot, who="problem"))

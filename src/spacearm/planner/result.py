@@ -111,7 +111,8 @@ class Plan:
         if self.ends.message:
             return self.ends.message
         text = STATUSES[self.status]
-        if self.status == "not_proven" and self.certificate is not None and self.certificate.holds:
+        proven = self.certificate is not None and (self.certificate.holds or self.certificate.fails_by_base_limits)
+        if self.status == "not_proven" and proven:
             text = "a motion was found and proven free of collision, but it is not all that was asked for"
         text += "; it was interrupted" if self.interrupted else ""
         left_out = ""

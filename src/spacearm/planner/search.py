@@ -241,7 +241,7 @@ class _Run:
             if self._holds(motion):
                 return "found"
             last = motion
-            if self.certificate is not None and self.certificate.holds:  # but it is not as asked
+            if self._proven_but():  # but it is not as asked
                 self._again(less)
                 continue
             near = self.certificate.closest if self.certificate is not None else None
@@ -272,12 +272,16 @@ class _Run:
         self.trajectory = self._trajectory(motion)
         if self.settings.time_law != "uniform":  # costs more than a proof, and collisions do not depend on it
             self.certificate = certify(self.problem, self.trajectory, limits=())
-        if self.settings.time_law == "uniform" or (self.certificate is not None and self.certificate.holds):
+        if self.settings.time_law == "uniform" or (self.certificate is not None and self._proven_but()):
             self.trajectory = self._timed(motion)
             self.certificate = certify(self.problem, self.trajectory, jerk_limit=self.settings.jerk_limit)
         self._report()
         self.lap("certify")
         return self.certificate is not None and self.certificate.holds and not self._missed()
+
+    def _proven_but(self) -> bool:
+        """Whether the trajectory is proven, though it may not be all that was asked for."""
+        return self.certificate is not None and (self.certificate.holds or self.certificate.fails_by_base_limits)
 
     def _missed(self) -> list[str]:
         """Say what is not as was asked, beside what the certificate is for."""
@@ -329,13 +333,15 @@ class _Run:
 
     def _advice(self, status: Status) -> str:
         near, missed = self.certificate.message if self.certificate is not None else "", self._missed()
-        if missed:
+        if self.certificate is not None and self.certificate.fails_by_base_limits:
+            near = " and ".join(missed)
+        elif missed:
             near = f"{near}; {', and '.join(missed)}"
         if status == "not_found":
             said = f"the best one: {near}; " if near else ""
             other = "more interior_points" if missed else "or a smaller margin"
             return f"{said}allow more evaluations or time_budget, {other}"
-        if status == "not_proven" and missed and self.certificate is not None and self.certificate.holds:
+        if status == "not_proven" and missed and self._proven_but():
             return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
         if status == "not_proven":
             more = "a longer time_budget" if self.left <= 0 else "more proofs"

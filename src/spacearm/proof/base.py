@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.motion import AnyTrajectory, Curve, Trajectory
-from spacearm.proof.drift import Drift
+from spacearm.motion import AnyTrajectory, Curve, Motion, PiecewisePath, TimeLaw, Trajectory
+from spacearm.motion.timelaw import over_time
+from spacearm.proof.base_limits import BaseFigures
+from spacearm.proof.bodies import floating_bodies_of
+from spacearm.proof.drift import Drift, drift_of
 from spacearm.proof.masses import masses_of
+from spacearm.proof.middles import JointMap
 from spacearm.proof.recoil import Reaction
 from spacearm.proof.stance import Stance
+from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -50,7 +57,7 @@ class Base:
         begin, end = self.curve.domain
         time_rate = self._trajectory.duration / (end - begin)
         self._masses, self._begin = masses_of(self._robot), begin
-        self.drift = Drift(self._robot, self.curve, self.stance, time_rate=time_rate)
+        self.drift = drift_of(self._robot, self.curve, self.stance, time_rate=time_rate)
         linear, angular = self.stance.linear, self.stance.angular
         self.reaction = Reaction(self._robot, linear=linear, angular=angular, time_rate=time_rate, off=self.drift.error)
         self._velocity = linear * time_rate / self._masses.total
@@ -92,8 +99,65 @@ class Base:
         at = np.asarray(u, dtype=np.float64)
         return self._trajectory.time_at(at) if self.curve is self._trajectory.curve else at
 
+    def figures(self) -> BaseFigures:
+        """Return by how much a floating base is disturbed; bounds for every t."""
+        assert self.drift is not None
+        begin, end = self.curve.domain
+        rate = momentum = 0.0
+        if self._trajectory.duration > 0:
+            drift, speed = self.drift, (end - begin) / self._trajectory.duration
+            law = self._trajectory.time_law if isinstance(self._trajectory, Trajectory) else None
+            if law is not None and self.curve is self._trajectory.curve:  # how fast it goes along the path is the law's to say
+                assert isinstance(self._trajectory, Trajectory)
+                drift = drift_of(self._robot, _share_path(self._trajectory.motion, law), self.stance, time_rate=0.0)
+                speed = 1 / self._trajectory.duration
+            rate, momentum = drift.rate() * speed, drift.joint_momentum() * speed
+        return BaseFigures(
+            error=self.drift.error, final=self.drift.final(), peak=self.drift.peak(), rate=rate, joint_momentum=momentum
+        )
+
+    def at_end(self) -> Array:
+        """Return T_w_b (4, 4) of a floating base in the end; its attitude may be off by the drift's error."""
+        u = np.array(self.curve.domain[1:])
+        return self.placed(u, self._link_frames(u))[0, -1]
+
+    def center_at_end(self) -> Array:
+        """Return the system's centre of mass (3,) in the end, inertial frame [m]."""
+        begin, end = self.curve.domain
+        return self._center + (end - begin) * self._velocity
+
+    def _link_frames(self, u: Array) -> Array:
+        """Return T_b_joint (r, j + 1, 4, 4)."""
+        witness = Witness(self._robot, floating_bodies_of(self._robot)[0])
+        return witness.frames(JointMap(self._robot).values(self.curve.sample(u)))
+
     def _center_of(self, frames: Array) -> Array:
         """Return the system's centre of mass (r, 3) in the frames' frame."""
         at = frames[:, self._masses.joint]
         com = np.einsum("rbcd,bd->rbc", at[..., :3, :3], self._masses.com) + at[..., :3, 3]
         return np.einsum("b,rbc->rc", self._masses.mass, com) / self._masses.total
+
+
+def floating_base_of(robot: Robot, trajectory: AnyTrajectory, stance: Stance) -> Base:
+    """Return a floating base with its motion integrated, for what is not about clearance.
+
+    Raises:
+        RobotError: the robot's masses cannot be.
+        ProblemError: it tumbles too often.
+    """
+    base = Base(robot, trajectory, stance)
+    base.begin(base._link_frames(np.array(base.curve.domain[:1]))[0])
+    return base
+
+
+_SHARE_PATHS: deque[tuple[Motion, TimeLaw, PiecewisePath]] = deque(maxlen=4)
+
+
+def _share_path(motion: Motion, law: TimeLaw) -> PiecewisePath:
+    """Return the path over the share of the duration; the same one if the same motion and law were seen lately."""
+    for seen, with_law, made in list(_SHARE_PATHS):
+        if seen is motion and with_law is law:
+            return made
+    made = over_time(motion, law, 1.0)
+    _SHARE_PATHS.append((motion, law, made))
+    return made

@@ -20,6 +20,11 @@ from spacearm.scene import Scene
 Limit = Literal["position", "velocity", "acceleration", "jerk"]
 
 _DIGITS = 9  # of what is measured, where it is recorded
+_TELLS = 1e-7  # [rad] less is of no account
+
+LOST = 1e-3
+"""[rad] where an attitude may be off by more, nothing is said of what the base meets."""
+
 ROUNDING = 1e-12
 """[rad or m] this far beyond a position limit is rounding."""
 
@@ -53,10 +58,13 @@ class FloatingBase:
 
     Attributes:
         residual_momentum: by how much the momentum misses what was given, along the base motion that the trajectory itself
-            tells, over the greatest momentum of a link; Pinocchio's, at 33 instants.
-        elsewhere: how far that motion is from the one that was proven, at most: angle [rad] plus distance [m].
-        error: how far the attitude may be off in the proof, which allows for it [rad].
-        rotation_final, rotation_peak: angle to the first attitude at the end, and the greatest of 1001 samples [rad].
+            tells, over the greatest momentum of a link; Pinocchio's, at instants.
+        elsewhere: how far that motion is from the one that was proven, at most at instants: angle [rad] plus distance [m].
+        error: no attitude in the proof is further from the true one than this [rad]; the proof allows for it.
+        rotation_final: angle to the first attitude at the end, which may be off by the error [rad].
+        rotation_peak, rate, joint_momentum: bounds for all t of that angle [rad], of the base's rate of turn [rad/s], and of
+            the arm's angular momentum, by its joints' motion alone [N m s].
+        broken_limits: the problem's limits of these that are not kept, a phrase each.
     """
 
     residual_momentum: float
@@ -64,6 +72,14 @@ class FloatingBase:
     error: float
     rotation_final: float
     rotation_peak: float
+    rate: float
+    joint_momentum: float
+    broken_limits: tuple[str, ...] = ()
+
+    @property
+    def followed(self) -> bool:
+        """Whether it is known where the base turns to."""
+        return self.error <= LOST
 
     @property
     def broken(self) -> str:
@@ -73,18 +89,19 @@ class FloatingBase:
                 f"the trajectory's base motion does not conserve momentum: it misses {self.residual_momentum:.3g} of the "
                 f"greatest link's, expected at most {CONSERVED:g}"
             )
-        if not self.elsewhere <= SAME:
+        if self.followed and not self.elsewhere <= SAME + self.error:
             return f"the trajectory has its base {self.elsewhere:.3g} m or rad from where momentum takes it"
         return ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Certificate:
-    """Whether a trajectory is free of collision and within the joint limits, at every instant.
+    """Whether a trajectory is free of collision and within the limits, of joints and of a floating base, at every instant.
 
     Attributes:
         status: "holds", "fails" (a collision or a broken limit was found), or "undecided" (the arm comes too close to be
-            told from contact at the stated resolution).
+            told from contact at the stated resolution, or it is not known well enough where the base turns to).
+        clear: whether all of it is proven but for limits and what the trajectory tells of its base.
         clearance: proven: the clearance is at least this for all t [m]; None unless it holds; infinite without obstacles.
         minimum_clearance: more than this was asked for [m].
         closest: the least clearance measured at an instant; None without obstacles or links.
@@ -103,6 +120,7 @@ class Certificate:
     """
 
     status: Literal["holds", "fails", "undecided"]
+    clear: bool
     clearance: float | None
     minimum_clearance: float
     closest: ClosestApproach | None
@@ -133,7 +151,7 @@ class Certificate:
 
     @property
     def base_error(self) -> float | None:
-        """How far the base's attitude may be off in the proof, which allows for it [rad]; None: it is fixed."""
+        """No attitude of the base in the proof is further off than this, which it allows for [rad]; None: it is fixed."""
         return None if self.floating is None else self.floating.error
 
     @property
@@ -143,7 +161,7 @@ class Certificate:
 
     @property
     def base_rotation_peak(self) -> float | None:
-        """The greatest angle to the first attitude, of 1001 that are sampled [rad]; None: it is fixed."""
+        """No angle to the first attitude is greater, at any t [rad]; None: it is fixed."""
         return None if self.floating is None else self.floating.rotation_peak
 
     @property
@@ -172,6 +190,12 @@ class Certificate:
         return broken_limits(self.robot, self.limits, self.checked)
 
     @property
+    def fails_by_base_limits(self) -> bool:
+        """Whether it fails by limits of the base alone: all else is proven."""
+        base = self.floating
+        return self.status == "fails" and self.clear and not self.broken_limits and base is not None and not base.broken
+
+    @property
     def message(self) -> str:
         """The finding in a sentence, with what is not part of it."""
         said = [self._finding, *self.notes]
@@ -181,7 +205,8 @@ class Certificate:
 
     @property
     def _finding(self) -> str:
-        near, broken = self.closest, self.broken_limits
+        near = self.closest
+        broken = (*self.broken_limits, *(() if self.floating is None else self.floating.broken_limits))
         if near is not None and near.clearance <= self.minimum_clearance and self.status == "fails":
             return _too_close(near, self.minimum_clearance)
         for sentence in self.contradictions[:1]:
@@ -193,6 +218,11 @@ class Certificate:
         lacking = lacks_envelope(self.robot)
         if lacking:
             return lacking
+        if self.floating is not None and not self.floating.followed:
+            return (
+                f"where the base turns to is known to {self.floating.error:.2g} rad only, expected {LOST:g} at most: the path "
+                "bends too much, or the base tumbles too much; prove it in shorter parts"
+            )
         if near is None:
             kept = f"{', '.join(self.checked)} limits hold for all t" if self.checked else "limits were not looked at"
             free = "nothing is in the way" if self.robot.capsules else "the robot is meant to have no envelope"
@@ -200,7 +230,8 @@ class Certificate:
         where = f"link '{near.link}' and {near.other} at t = {near.time:.4g} s"
         if self.status == "undecided":
             than = f"{self.minimum_clearance * 1e3:.4g} mm" if self.minimum_clearance else "contact"
-            return f"{where} come within {near.clearance * 1e3:.3g} mm, too close to be told from {than}"
+            off = "" if (self.base_error or 0.0) < _TELLS else f" (the base's attitude is known to {self.base_error:.2g} rad)"
+            return f"{where} come within {near.clearance * 1e3:.3g} mm, too close to be told from {than}{off}"
         return f"clearance is at least {(self.clearance or 0) * 1e3:.4g} mm for all t; closest measured: {where}"
 
     def as_dict(self) -> dict[str, Any]:
@@ -217,10 +248,13 @@ class Certificate:
             if own is None
             else {
                 "base": {
-                    "residual_momentum": _rounded_up(own.residual_momentum) if math.isfinite(own.residual_momentum) else None,
-                    "attitude_error_rad": _rounded_up(own.error),
+                    "residual_momentum": _rounded_up(own.residual_momentum),
+                    "attitude_error_at_most_rad": _rounded_up(own.error),
                     "rotation_final_rad": round(own.rotation_final, _DIGITS),
-                    "rotation_peak_sampled_rad": round(own.rotation_peak, _DIGITS),
+                    "rotation_peak_at_most_rad": _rounded_up(own.rotation_peak, digits=8),
+                    "rate_at_most_rad_s": _rounded_up(own.rate, digits=8),
+                    "joint_momentum_at_most_n_m_s": _rounded_up(own.joint_momentum, digits=8),
+                    "broken_limits": list(own.broken_limits),
                 }
             }
         )
@@ -301,12 +335,14 @@ def _rounded_down(length: float) -> float:
     return down / scale if down / scale <= length else (down - 1) / scale
 
 
-def _rounded_up(error: float) -> float:
-    """Return the least number of two digits that is not below an error; what is not finite stays."""
-    if not 0 < error < math.inf:
-        return error
-    up = float(f"{error:.1e}")
-    return up if up >= error else float(f"{up + 0.1 * 10.0 ** math.floor(math.log10(up)):.1e}")
+def _rounded_up(bound: float, *, digits: int = 2) -> float | None:
+    """Return a number of few digits that is not below a bound of 0 or more; None where there is none."""
+    if not math.isfinite(bound):
+        return None
+    if bound <= 0:
+        return bound
+    up = float(f"{bound:.{digits - 1}e}")
+    return up if up >= bound else float(f"{up + 10.0 ** (math.floor(math.log10(up)) - digits + 1):.{digits - 1}e}")
 
 
 def _finite(values: NDArray[Any]) -> list[float | None]:

@@ -15,6 +15,7 @@ from spacearm.errors import ProblemError, nearest
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
 from spacearm.motion.for_robot import for_robot
 from spacearm.proof.base import Base
+from spacearm.proof.base_limits import exceeded
 from spacearm.proof.certificate import Certificate, ClosestApproach, FloatingBase, Limit, broken_limits
 from spacearm.proof.intervals import Proof, Status
 from spacearm.proof.kept import kept
@@ -33,7 +34,8 @@ _LARGEST = 1e6
 class HasScene(Protocol):
     """Whatever has a robot and a scene; a Problem does.
 
-    It may also have `base`, `base_start` and `momentum`: by default the base is as the robot says, at the origin, without.
+    It may also have `base`, `base_start` and `momentum`: by default the base is as the robot says, at the origin, without. And
+    `base_limits`, which a floating base has to keep at every instant.
     """
 
     @property
@@ -59,7 +61,8 @@ def certify(
     """Prove that a trajectory keeps clear of the obstacles, of the robot itself, and within the limits for all t.
 
     Args:
-        problem: the robot, the pairs of its links that must keep clear, the scene, and how the base is held.
+        problem: the robot, the pairs of its links that must keep clear, the scene, how the base is held, and how little a
+            floating one may be disturbed.
         trajectory: of that robot and that base, ours or anybody's. Its joints go by their names: another order is put right,
             and noted. Where the base floats its motion is integrated anew, from the masses and the joints' path; what the
             trajectory itself says of it is compared.
@@ -102,7 +105,8 @@ def certify(
     margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
     checked = checked if jerk_limit is None else (*checked, "jerk")
     proof.begin()
-    status, near = proof.judged()
+    floating = _floating(problem, trajectory, proof, base)
+    status, near = proof.judged() if floating is None or floating.followed else ("undecided", None)
     closest = None if near is None else _closest(near, robot, problem.scene, base)
     evaluations, shortest = proof.evaluations, proof.resolution
     if status == "holds" and robot.apart is not None:
@@ -112,13 +116,14 @@ def certify(
             status, closest = apart.status, apart.closest
     if status == "holds" and lacks_envelope(robot):
         status = "undecided"
-    floating = _floating(robot, trajectory, proof, base)
-    if broken_limits(robot, margins, checked) or (floating is not None and floating.broken):
+    clear = status == "holds"
+    if broken_limits(robot, margins, checked) or (floating is not None and (floating.broken or floating.broken_limits)):
         status = "fails"
     if getattr(trajectory, "contradictions", ()):  # its file states what is not so, and may be run by that
         status = "fails"
     return Certificate(
         status=status,
+        clear=clear,
         clearance=proof.proven if status == "holds" else None,
         minimum_clearance=minimum,
         closest=closest,
@@ -175,18 +180,22 @@ def _unchecked(robot: Robot) -> tuple[UncheckedPair, ...]:
     return unchecked_pairs(robot)
 
 
-def _floating(robot: Robot, trajectory: AnyTrajectory, proof: Proof, base: Base) -> FloatingBase | None:
+def _floating(problem: HasScene, trajectory: AnyTrajectory, proof: Proof, base: Base) -> FloatingBase | None:
     """Return what is to be said about a base, None if it is fixed."""
     if base.drift is None:
         return None
-    account = account_of(robot, trajectory, base, proof.frames_at(instants_of(base))[:, -1])
-    final, peak = base.drift.final(), base.drift.peak()
+    u = instants_of(base)
+    account = account_of(problem.robot, trajectory, base, u, proof.frames_at(u)[:, -1])
+    figures = base.figures()
     return FloatingBase(
         residual_momentum=account.residual,
         elsewhere=account.elsewhere,
-        error=base.drift.error,
-        rotation_final=final,
-        rotation_peak=peak,
+        error=figures.error,
+        rotation_final=figures.final,
+        rotation_peak=figures.peak,
+        rate=figures.rate,
+        joint_momentum=figures.joint_momentum,
+        broken_limits=exceeded(figures, getattr(problem, "base_limits", None)),
     )
 
 

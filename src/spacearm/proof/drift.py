@@ -20,6 +20,7 @@ halved until all of this adds up to less than the tolerance. docs/certificate.md
 
 from __future__ import annotations
 
+from collections import deque
 from functools import lru_cache
 from typing import NamedTuple, TypeVar
 
@@ -55,6 +56,7 @@ _ROUNDING = 64 * _EPS  # [rad] of the attitude, a panel
 _DIGITS = 32  # units in the last place by which a joint's value may be off
 _OUTWARD = 1.001  # of bounds that are sums of some hundred terms
 _BENT = 0.5  # by which |Q|^2 may differ from 1
+_MANY = 4  # panels a piece, above which more points are better
 _PRESUMED = 3.0  # before H is known: |F| is so many times |h v'|
 _MOST_GROWTH = 30.0  # e to the power of it: errors of a tumbling base that grow by more are not worth a thought
 
@@ -172,8 +174,11 @@ class Drift:
         costs = [
             (points + more) * np.exp2(np.ceil(np.log2(np.maximum(far / most, 1.0)))).sum() for points, most, more in _POINTS
         ]
-        self._count = _POINTS[int(np.argmin(costs))][0]
-        self._xi, self._weight, self._to_coefficients, self._to_chebyshev, self._reach, self._fall = _rule(self._count)
+        self._use(_POINTS[int(np.argmin(costs))][0])
+
+    def _use(self, points: int) -> None:
+        self._count = points
+        self._xi, self._weight, self._to_coefficients, self._to_chebyshev, self._reach, self._fall = _rule(points)
 
     def attitude(self, u: Array) -> Array:
         """Return R_w_b (r, 3, 3) at parameters u (r,)."""
@@ -188,29 +193,27 @@ class Drift:
 
     def peak(self) -> float:
         """Return a bound of how far the base is turned from its start at any u [rad]."""
-        d = self._to_integral(self._turns.slope)
-        sign = (-1.0) ** np.arange(1, d.shape[1] + 1)
-        first = np.array([1.0, 0.0, 0.0, 0.0]) - np.einsum("pjc,j->pc", d, sign)
-        Q = np.concatenate([first[:, None], d], axis=1)  # Chebyshev coefficients, (p, g + 1, 4)
-        Q = product(product(self._begin * CONJUGATE, self._turns.start[:-1])[:, None], Q)
+        at_start = product(self._begin * CONJUGATE, self._turns.start[:-1])
         scale = 1 / np.sqrt(1 - self._bounds.bent)
-        most = greatest_norm(Q[..., 1:], scale, np.zeros_like(scale))
+        most = greatest_norm(product(at_start[:, None], self._chebyshev_of_turn())[..., 1:], scale, np.zeros_like(scale))
         return min(np.pi, 2 * float(np.arcsin(min(1.0, most))) + self.error)
 
     def rate(self) -> float:
         """Return a bound of the base's rate of turn, per unit of u [rad]."""
         half, bounds = self._half, self._bounds
-        twice = chebyshev.chebpts1(2 * self._count)
-        slope = self._to_chebyshev @ self._turns.slope
+        if not np.isfinite(self.error):
+            return np.inf
+        at, to_chebyshev = _products(self._count)
+        Q, slope = at @ self._chebyshev_of_turn(), at[:, :-1] @ (self._to_chebyshev @ self._turns.slope)
+        omega = 2 * product(Q * CONJUGATE, slope)[..., 1:]  # |Q|^2 times it
+        extra = (bounds.rate + bounds.tumble / 2 * self.error) / half
+        return greatest_norm(to_chebyshev @ omega, 1 / (half * (1 - bounds.bent)), extra)
+
+    def _chebyshev_of_turn(self) -> Array:
+        """Return the Chebyshev coefficients of Q, (p, g + 1, 4)."""
         d = self._to_integral(self._turns.slope)
-        at = chebyshev.chebvander(twice, self._count)
-        Q = at[:, 1:] @ d - np.einsum("pjc,j->pc", d, (-1.0) ** np.arange(1, self._count + 1))[:, None]
-        Q[..., 0] += 1.0
-        omega = 2 * product(Q * CONJUGATE, at[:, :-1] @ slope)[..., 1:]
-        coefficients = np.linalg.inv(chebyshev.chebvander(twice, 2 * self._count - 1)) @ omega
-        return greatest_norm(
-            coefficients, 1 / (half * (1 - bounds.bent)), (bounds.rate + bounds.tumble / 2 * self.error) / half
-        )
+        first = np.array([1.0, 0.0, 0.0, 0.0]) - (-1.0) ** np.arange(1, self._count + 1) @ d
+        return np.concatenate([first[:, None], d], axis=1)
 
     def joint_momentum(self) -> float:
         """Return a bound of the arm's angular momentum by its joints' motion alone, per unit of u [N m s]."""
@@ -249,7 +252,12 @@ class Drift:
             if enough or self.evaluations > _MOST or halving == _HALVINGS - 1:
                 self.error = float(((bounds.cut + bounds.rounded) * bounds.later).sum())
                 break
-            cut, panels = self._halved(cut, panels, coarse)
+            if self._count < _POINTS[-1][0] and len(coarse) + coarse.sum() > _MANY * len(own.ends):
+                self._use(_POINTS[-1][0])
+                cut = self._first_cut(own)
+                panels = self._sampled(cut.path)
+            else:
+                cut, panels = self._halved(cut, panels, coarse)
         self._ends, self._start = self._cut.path.ends, self._turns.start[:-1]
         self._coefficients = self._to_coefficients @ self._turns.slope
 
@@ -258,9 +266,12 @@ class Drift:
         return TOLERANCE / 2 * (np.diff(ends, axis=1)[:, 0] / self._length + 1 / len(ends))
 
     def _first_cut(self, own: PanelPath) -> _Cut:
-        """Cut the path as will be needed, by what is known without its momentum."""
-        cut = self._grown(own)
+        """Cut the path as will be needed, by what is known without its momentum; where that is often, take more points."""
+        cut = whole = self._grown(own)
         for _ in range(_HALVINGS):
+            if len(cut.path.ends) > _MANY * len(own.ends) and self._count < _POINTS[-1][0]:
+                self._use(_POINTS[-1][0])
+                cut = whole
             tumble = self._spin * np.diff(cut.path.ends, axis=1) / 2
             missed = 4 * self._least_of(_PRESUMED * (cut.growth.carried + tumble)) / self._presumed
             coarse = missed > self._allowed(cut.path.ends)
@@ -377,13 +388,14 @@ class Drift:
         least = least * (1 - bent)
         # In the points themselves: rounding, and what a solution for a tumbling base left.
         trace = np.trace(panels.inertia, axis1=2, axis2=3).max(axis=1)
-        moving = slope[:, 0] + growth.travel
+        weight = np.where(self._joints.turns, 1.0, np.sqrt(2 * self._masses.total / trace)[:, None])  # of slides, by lengths
+        travel, size = (weight * growth.travel).sum(axis=1), (weight * cut.path.size).sum(axis=1)
         lost = 4 * cut.path.values.shape[1]  # by sums of so many terms
-        digits = _EPS * (64 + lost + (_DIGITS + lost) * cut.path.size)
-        there = digits * trace * 2 * moving + trace * turns.missed + 64 * _EPS * own
+        digits = _EPS * (64 + lost + (_DIGITS + lost) * size)
+        there = digits * trace * 2 * (slope[:, 0] + travel) + trace * turns.missed + 64 * _EPS * own
         cut_off, rounded = 4 * F / least, 2 * there / least + _ROUNDING
         rate = ((1 + points) * F + points * there) / least
-        carried = (1 + points) * _OUTWARD * self._least_of(growth.carried) + points * digits * trace * 2 * growth.travel
+        carried = (1 + points) * _OUTWARD * self._least_of(growth.carried) + points * digits * trace * 2 * travel
         cut_off, rate = (np.where(hopeless | np.isnan(off), np.inf, off) for off in (cut_off, rate))
         return _Bounds(cut_off, rounded, rate, carried, bent, 2 * own / least, own * np.maximum(1 / least - 1 / most, 0.0))
 
@@ -420,6 +432,24 @@ class Drift:
         return turned / np.linalg.norm(turned, axis=1)[:, None]
 
 
+# ---- those seen last ---------------------------------------------------------------------------------------------------
+
+_SEEN: deque[tuple[Robot, Curve, bytes, Drift]] = deque(maxlen=4)
+_MOST_KEPT = 5_000  # evaluations
+
+
+def drift_of(robot: Robot, curve: Curve, stance: Stance, *, time_rate: float) -> Drift:
+    """Return a `Drift`; the same one if the same robot and curve were asked about lately, in whatever time without momentum."""
+    key = stance.start.tobytes() + (stance.angular * time_rate).tobytes()
+    for seen, path, given, made in list(_SEEN):
+        if seen is robot and path is curve and given == key:
+            return made
+    made = Drift(robot, curve, stance, time_rate=time_rate)
+    if made.evaluations <= _MOST_KEPT:
+        _SEEN.append((robot, curve, key, made))
+    return made
+
+
 # ---- columns of panels -------------------------------------------------------------------------------------------------
 
 Columns = TypeVar("Columns", PanelPath, Growth, _Panels)
@@ -452,6 +482,14 @@ def _rule(points: int) -> tuple[Array, ...]:
     to_chebyshev = np.linalg.inv(chebyshev.chebvander(xi, points - 1))
     made = xi, weight, to_legendre, to_chebyshev, _integrals(xi, points) @ to_legendre, fall(points)
     return tuple(np.asarray(array, dtype=np.float64) for array in made)
+
+
+@lru_cache(maxsize=8)
+def _products(points: int) -> tuple[Array, Array]:
+    """Return Chebyshev polynomials 0 to g in 2 g points (2 g, g + 1), and the map from values there (2 g, 2 g)."""
+    at = chebyshev.chebpts1(2 * points)
+    values, whole = (np.asarray(chebyshev.chebvander(at, d), dtype=np.float64) for d in (points, 2 * points - 1))
+    return values, np.linalg.inv(whole).astype(np.float64)
 
 
 def _integrals(xi: Array, count: int) -> Array:

@@ -46,7 +46,7 @@ class Growth(NamedTuple):
     Attributes:
         inertia: (p, r) of |H| [kg m^2].
         carried: (p, r) of |h v'| [N m s].
-        travel: (p,) of the sum of the joints' |v'| on the panel itself [rad or m].
+        travel: (p, j) of the joints' |v'| on the panel itself [rad or m].
     """
 
     inertia: Array
@@ -63,7 +63,7 @@ class PanelPath(NamedTuple):
         rates: (p, e + 1, j) those of their derivatives, per unit of xi.
         coarse: (p, j) greatest of these on the whole piece of the curve, scaled to the panel's xi.
         share: (p,) of the piece that the panel is.
-        size: (p,) sum of the joints' greatest coefficients on the piece: what rounding is relative to.
+        size: (p, j) of the joints' greatest coefficients on the piece: what rounding is relative to.
     """
 
     ends: Array
@@ -79,7 +79,7 @@ class PanelPath(NamedTuple):
         ends = curve.hulls(0, bisections=0)[0]
         values = curve.bezier()[..., joints.dof] * joints.multiplier + joints.offset
         rates = curve.bezier(1)[..., joints.dof] * joints.multiplier * (np.diff(ends, axis=1) / 2)[..., None]
-        return cls(ends, values, rates, np.abs(rates).max(axis=1), np.ones(len(ends)), np.abs(values).max(axis=1).sum(axis=1))
+        return cls(ends, values, rates, np.abs(rates).max(axis=1), np.ones(len(ends)), np.abs(values).max(axis=1))
 
     @property
     def travel(self) -> Array:
@@ -162,7 +162,7 @@ class Ellipses:
         return Growth(
             inertia=np.where(hopeless, np.inf, inertia),
             carried=np.where(hopeless, np.inf, carried),
-            travel=V[:, 0].sum(axis=-1),
+            travel=V[:, 0],
         )
 
     def _of_parent(self, values: Array, base: float) -> Array:

@@ -11,6 +11,7 @@ from spacearm.motion import AnyTrajectory
 from spacearm.proof.base import Base
 from spacearm.proof.masses import free_model
 from spacearm.proof.middles import JointMap
+from spacearm.proof.quaternions import rotation
 from spacearm.proof.vectors import cross
 from spacearm.robot import Robot
 
@@ -22,7 +23,8 @@ CONSERVED = 1e-6
 SAME = 1e-6
 """[m] by which no point of the base within 1 m of its origin may be elsewhere than the proof says."""
 
-_SAMPLES = 33
+_INSTANTS = 1025  # at most; a motion of many more panels is compared at every second, third, ... end
+_RESIDUALS = 33  # of these, at which momentum is added up
 
 
 class Account(NamedTuple):
@@ -38,32 +40,49 @@ class Account(NamedTuple):
     elsewhere: float
 
 
-def account_of(robot: Robot, trajectory: AnyTrajectory, base: Base, frames: Array) -> Account:
-    """Compare at 33 instants.
+def instants_of(base: Base) -> Array:
+    """Return the parameters of the base's curve that are compared: where panels of its integration begin, and their middles."""
+    assert base.drift is not None
+    every = base.drift.instants
+    return every[np.unique(np.linspace(0, len(every) - 1, min(len(every), _INSTANTS)).astype(np.intp))]
+
+
+def account_of(robot: Robot, trajectory: AnyTrajectory, base: Base, u: Array, frames: Array) -> Account:
+    """Compare at instants what a trajectory tells; the proof itself does not rest on that.
 
     Args:
         robot: with masses.
         trajectory: with `base_pose` and `base_rate`.
         base: where the proof has it.
-        frames: (33, 4, 4) T_w_b of the proof at `instants_of` the curve.
+        u: (r,) parameters of the curve, as `instants_of` gives them.
+        frames: (r, 4, 4) T_w_b of the proof there.
     """
+    t = base.time_at(u)
+    position, wxyz = trajectory.base_pose(t)
+    R = rotation(wxyz / np.linalg.norm(wxyz, axis=1)[:, None])
+    # Of a rotation by the angle x the difference's Frobenius norm is root 8 times sin x/2.
+    turned = 2 * np.arcsin(np.minimum(1.0, np.linalg.norm(R - frames[:, :3, :3], axis=(1, 2)) / np.sqrt(8)))
+    elsewhere = float((turned + np.linalg.norm(position - frames[:, :3, 3], axis=1)).max())
+    some = np.unique(np.linspace(0, len(t) - 1, min(len(t), _RESIDUALS)).astype(np.intp))
+    return Account(_residual(robot, trajectory, base, t[some], position[some], wxyz[some]), elsewhere)
+
+
+def _residual(robot: Robot, trajectory: AnyTrajectory, base: Base, t: Array, position: Array, wxyz: Array) -> float:
+    """Add up the momentum of all links, by Pinocchio, at times (r,) and with the base where the trajectory says."""
     import pinocchio  # pyright: ignore[reportMissingImports]
 
     model, at_q, at_v = free_model(robot)
     state, joints = model.createData(), JointMap(robot)
-    t = base.time_at(instants_of(base))
     joint_state = trajectory.sample(t)
-    position, wxyz = trajectory.base_pose(t)
     velocity, omega = trajectory.base_rate(t)
     q, v = np.zeros((len(t), model.nq)), np.zeros((len(t), model.nv))
     q[:, :3], q[:, 3:7], q[:, at_q] = position, wxyz[:, [1, 2, 3, 0]], joints.values(joint_state.q)
     v[:, 3:6], v[:, at_v] = omega, joint_state.dq[:, joints.dof] * joints.multiplier
     bodies = range(1, model.njoints)
     totals, linear, angular = np.empty((len(t), 2, 3)), np.empty((len(t), len(bodies), 3)), np.empty((len(t), len(bodies), 3))
-    center, R = np.empty((len(t), 3)), np.empty((len(t), 3, 3))
+    center = np.empty((len(t), 3))
     for i, (row, rate, moved) in enumerate(zip(q, v, velocity, strict=True)):
-        R[i] = pinocchio.Quaternion(row[3:7]).toRotationMatrix()
-        rate[:3] = R[i].T @ moved
+        rate[:3] = pinocchio.Quaternion(row[3:7]).toRotationMatrix().T @ moved
         total = pinocchio.computeCentroidalMomentum(model, state, row, rate)
         totals[i], center[i] = (total.linear, total.angular), state.com[0]
         for k in bodies:
@@ -72,14 +91,5 @@ def account_of(robot: Robot, trajectory: AnyTrajectory, base: Base, frames: Arra
     angular -= cross(center[:, None], linear)
     missed = np.linalg.norm(totals - [base.stance.linear, base.stance.angular], axis=2).max(axis=0)
     greatest = np.array([np.linalg.norm(of, axis=2).max() for of in (linear, angular)])
-    # Of a rotation by the angle x the difference's Frobenius norm is root 8 times sin x/2.
-    turned = 2 * np.arcsin(np.minimum(1.0, np.linalg.norm(R - frames[:, :3, :3], axis=(1, 2)) / np.sqrt(8)))
-    elsewhere = float((turned + np.linalg.norm(position - frames[:, :3, 3], axis=1)).max())
     scale = float(greatest.max())  # of both, per metre: where links only turn, their linear momentum is all rounding
-    residual = float(missed.max()) / scale if scale > 0 else (np.inf if missed.any() else 0.0)
-    return Account(residual, elsewhere)
-
-
-def instants_of(base: Base) -> Array:
-    """Return the parameters (33,) of the base's curve that are compared."""
-    return np.linspace(*base.curve.domain, _SAMPLES)
+    return float(missed.max()) / scale if scale > 0 else (np.inf if missed.any() else 0.0)

@@ -8,7 +8,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm._kernel.exact import product
 from spacearm.checks import as_readonly, as_transform, shown
 from spacearm.errors import ProblemError
 from spacearm.robot import Robot
