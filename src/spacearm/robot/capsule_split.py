@@ -30,6 +30,7 @@ CHOSEN_BY_VOLUME = 3
 """How many capsules are chosen by their volume; of more it is how far they stand out that decides."""
 _PAYS = 0.98  # times what stands out with fewer: more must stand out less than that
 _SWOLLEN = 1.25  # times the volume of the few: more must not take up more room than that
+_CLOSE = 0.01  # of the shape's size: what stands out no more needs no further capsules
 _GRIDS = 2  # ways to cut into so many parts that are looked at closely
 _MANY = 1200  # triangles; of larger surfaces a selection of points tells where to cut
 _PLACES = 5  # cuts tried along each direction
@@ -73,7 +74,10 @@ def _of_least_excess(triangles: Array, best: list[Segment], count: int, excess: 
         plans.setdefault(_parts_of(plan), []).append((_rough_sum(rough, plan), plan))
     greedy = {len(plan) + 1: plan for plan in _greedy(rough, count)}
     least, most = excess(best), _SWOLLEN * union_volume(best, _IN_VOLUME)
+    close = _CLOSE * float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     for number in range(2, count + 1):
+        if least <= close:
+            break
         chosen = sorted(plans.get(number, []), key=lambda one: one[0])[:_GRIDS]
         tried: list[list[Segment]] = []
         for plan in [plan for _, plan in chosen] + [greedy[number]] * (number in greedy):
