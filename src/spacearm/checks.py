@@ -7,16 +7,21 @@ every room.
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 import numbers
 import operator
 from collections.abc import Callable
-from typing import Any, TypeVar
+from functools import cache
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.errors import SpacearmError
+from spacearm.errors import ProblemError, RobotError, SceneError, SettingsError, SpacearmError, nearest
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 Raise = Callable[[str], SpacearmError]
 """An error class: called with the sentence it gives the error to raise."""
@@ -295,6 +300,15 @@ class Frozen:
 
     __slots__ = ("_hash",)
 
+    def __new__(cls, *args: Any, **given: Any) -> Self:
+        """Refuse a wrong keyword, or too many or too few values, in our own words."""
+        names, positional, needed = _taken_by(cls)
+        passed = set(positional[: len(args)])
+        known = len(args) <= len(positional) and given.keys() <= names.keys()
+        if known and needed <= passed | given.keys() and not passed & given.keys():
+            return super().__new__(cls)
+        raise _error_of(cls)(_wrong_arguments(cls.__name__, args, given, names, positional, needed))
+
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
@@ -316,6 +330,75 @@ class Frozen:
 def value_fields(record: Any) -> list[str]:
     """Name the fields that are a record's value: all but those that its dataclass does not compare (`compare=False`)."""
     return [field.name for field in dataclasses.fields(record) if field.compare]
+
+
+@cache
+def _taken_by(cls: type) -> tuple[dict[str, None], tuple[str, ...], frozenset[str]]:
+    """Return the names of what a class is made of, in order, those that may be given by position, and those that must be."""
+    taken = list(inspect.signature(cls.__init__).parameters.values())[1:]
+    by_position = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    return (
+        {one.name: None for one in taken},
+        tuple(one.name for one in taken if one.kind in by_position),
+        frozenset(one.name for one in taken if one.default is inspect.Parameter.empty),
+    )
+
+
+def _wrong_arguments(
+    what: str,
+    args: tuple[Any, ...],
+    given: dict[str, Any],
+    names: dict[str, None],
+    positional: tuple[str, ...],
+    needed: frozenset[str],
+) -> str:
+    for name in given:
+        if name not in names:
+            other = next((word for word in _OTHER_WORDS.get(name, ()) if word in names), None)
+            if other is None:
+                return f"{what} has no {name!r}; {nearest(name, names)}"
+            return f"{what} has no {name!r}; did you mean {other!r}? known: {', '.join(names)}"
+    if len(args) > len(positional):
+        known = f"expected {len(positional)} at most ({', '.join(positional)})" if positional else "expected none"
+        return f"{what} is given {len(args)} values without a name, {known}; name them: {', '.join(names)}"
+    twice = [name for name in positional[: len(args)] if name in given]
+    if twice:
+        return f"{what} is given {twice[0]!r} twice, expected it once; remove one"
+    missing = [name for name in names if name in needed and name not in positional[: len(args)] and name not in given]
+    them = "it" if len(missing) == 1 else "them"
+    return f"{what} is made without {', '.join(map(repr, missing))}, expected {them}; known: {', '.join(names)}"
+
+
+def _error_of(cls: type) -> type[SpacearmError]:
+    """Return what is raised for a class of ours: its room's error."""
+    room = cls.__module__.split(".")[1] if "." in cls.__module__ else ""
+    if cls.__name__.endswith("Settings") or room in ("swarm", "settings"):
+        return SettingsError
+    return {"scene": SceneError, "robot": RobotError, "planner": ProblemError}.get(room, SpacearmError)
+
+
+_OTHER_WORDS = {
+    "position": ("pose", "center", "point"),
+    "orientation": ("pose", "normal"),
+    "transform": ("pose",),
+    "T": ("pose",),
+    "origin": ("pose", "center", "point"),
+    "center": ("pose", "centers", "point"),
+    "centre": ("center", "pose"),
+    "height": ("length",),
+    "dimensions": ("size", "radius"),
+    "extents": ("size",),
+    "half_extents": ("size",),
+    "half_size": ("size",),
+    "edges": ("size",),
+    "start": ("a",),
+    "end": ("b",),
+    "p0": ("a",),
+    "p1": ("b",),
+    "radius": ("radii",),
+    "offset": ("point",),
+}
+"""Words of other programs for what we call otherwise."""
 
 
 def _values(record: Any) -> list[Any]:

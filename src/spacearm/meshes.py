@@ -73,6 +73,16 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     return mesh
 
 
+def stl_of(triangles: Array) -> bytes:
+    """Return triangles (n, 3, 3) as a file of binary STL."""
+    rows = np.zeros(len(triangles), dtype=_STL_TRIANGLE)
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    rows["numbers"][:, :3] = normal / np.where(length > 0, length, 1.0)
+    rows["numbers"][:, 3:] = triangles.reshape(-1, 9)
+    return b"spacearm".ljust(_STL_HEADER - 4) + len(rows).to_bytes(4, "little") + rows.tobytes()
+
+
 def mesh_triangles(path: str | os.PathLike[str]) -> Array:
     """Return the triangles (n, 3, 3) of a mesh file, n > 0 [m]; errors as those of `read_mesh`."""
     return read_mesh(path).triangles
@@ -84,7 +94,7 @@ def _read(content: bytes, path: Path) -> Mesh:
     if b"<COLLADA" in content[:4000] or (ending == "dae" and start.startswith(b"<")):
         return _collada(content)
     known = next((kind for mark, kind in _KINDS.items() if start.startswith(mark)), None)
-    if known is None and (ending == "stl" or _is_text_stl(content) or _is_binary_stl(content)):
+    if known is None and (ending == "stl" or _is_text_stl(content) or is_binary_stl(content)):
         return Mesh(_stl(content))
     if ending == "obj" and _RELATIVE.search(content):
         return Mesh(_obj(content))
@@ -95,7 +105,7 @@ def _is_text_stl(content: bytes) -> bool:
     return content[:400].lstrip().lower().startswith(b"solid") and b"facet" in content[:4000].lower()
 
 
-def _is_binary_stl(content: bytes) -> bool:
+def is_binary_stl(content: bytes) -> bool:
     """Whether a file is as long as its number of triangles says; it may begin with "solid" all the same."""
     return len(content) > _STL_HEADER and len(content) == _STL_HEADER + _stl_count(content) * _STL_TRIANGLE.itemsize
 
@@ -105,7 +115,7 @@ def _stl_count(content: bytes) -> int:
 
 
 def _stl(content: bytes) -> Array:
-    if _is_text_stl(content) and not _is_binary_stl(content):
+    if _is_text_stl(content) and not is_binary_stl(content):
         rows = _VERTEX.findall(content)
         if len(rows) % 3:
             raise ValueError(f"it has {len(rows)} vertices, which make no whole number of triangles; it is cut off")

@@ -21,6 +21,7 @@ from spacearm.robot import LinkCapsule, envelope_report, load_robot, load_urdf
 from spacearm.robot.capsule_fit import Segment, fit_capsule, smallest_circle, union_volume
 from spacearm.robot.capsule_split import Plane, cut, enclose
 from spacearm.robot.envelope import Shape, enclosed, shape_triangles
+from spacearm.robot.excess import greatest_excess
 
 ROUNDING = 1e-12  # [m] sums of a few products of lengths of about one metre
 
@@ -183,7 +184,7 @@ def _signed_volume_of_convex(triangles: np.ndarray) -> float:
         ((1, 0.1, 0.1), 1, 1, 1.75),
         ((1, 1, 0.1), 1, 1, 12.2),
         ((1, 1, 0.1), 3, 3, 3.5),
-        ((1, 1, 0.1), 8, 8, 1.7),
+        ((1, 1, 0.1), 8, 8, 1.85),
         ((1, 0.5, 0.3), 3, 2, 1.8),
         ((1, 1, 1), 3, 1, 2.7),
         ((0.05, 0.08, 0.2), 3, 2, 1.75),
@@ -378,3 +379,34 @@ def test_the_prism_around_a_cylinder_holds_it() -> None:
 def test_capsules_per_shape_that_is_no_number_is_refused(count: object) -> None:
     case = f"capsules_per_shape is {count!r}"
     assert_refused("robot_file", case, RobotError, lambda: load_robot("zhang2022", capsules_per_shape=count))  # type: ignore[arg-type]
+
+
+SQUAT = {
+    "a bus": Shape("cylinder", (0.28, 0.37), np.eye(4)),
+    "a plate": Shape("box", (1.0, 0.9, 0.1), np.eye(4)),
+    "a brick": Shape("box", (1.0, 0.7, 0.6), np.eye(4)),
+}
+
+
+@pytest.mark.parametrize("name", SQUAT)
+def test_more_capsules_never_stand_out_more_and_hold_all(name: str) -> None:
+    shape = SQUAT[name]
+    points = drum(*shape.size) if shape.kind == "cylinder" else lattice(shape.size)  # type: ignore[arg-type]
+    excess = []
+    for count in (1, 3, 4, 6, 8):
+        capsules = enclosed([shape], count)
+        assert len(capsules) <= count
+        assert outside(points, capsules) <= ROUNDING
+        excess.append(greatest_excess([shape], capsules))
+    assert excess == sorted(excess, reverse=True)
+    assert excess[-1] < 0.75 * excess[0]
+
+
+def test_more_capsules_follow_an_angle_of_plates() -> None:
+    plates = [trimesh.creation.box((1, 0.3, 0.4)), trimesh.creation.box((0.3, 1, 0.4))]
+    plates[1].apply_translation((-0.35, 0.65, 0))
+    shape = Shape("mesh", (), np.eye(4), np.asarray(trimesh.util.concatenate(plates).triangles))
+    few, many = (enclosed([shape], count) for count in (3, 6))
+    assert greatest_excess([shape], many) < 0.75 * greatest_excess([shape], few)
+    for size, shift in (((1, 0.3, 0.4), 0), ((0.3, 1, 0.4), np.array((-0.35, 0.65, 0)))):
+        assert outside(lattice(size) + shift, many) <= ROUNDING

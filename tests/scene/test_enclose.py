@@ -241,7 +241,7 @@ AS_PEOPLE_HAVE_THEM: dict[str, np.ndarray] = {
     "faces without area": np.concatenate([BOX, BOX[:3, [0, 1, 1]], BOX[:3, [0, 0, 0]]]),
     "another part inside, turned inward": np.concatenate([BOX, 0.5 * BOX[:, ::-1]]),
     "another part inside": np.concatenate([BOX, 0.5 * BOX]),
-    "two with a wall in common": np.concatenate([BOX, BOX + (1.0, 0, 0)]),
+    "two with a wall in common": np.concatenate([BOX, BOX + np.array((1.0, 0, 0))]),
     "a bottle with a narrow neck": np.concatenate([FINE[np.abs(FINE - (0.5, 0.0, 0.0)).max(axis=(1, 2)) > 0.3], BOX * 0.01]),
 }
 

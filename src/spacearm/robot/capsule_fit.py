@@ -67,7 +67,7 @@ def fit_capsule(points: Array, *, refine: bool = True) -> Segment:
 
 def rough_volume(points: Array) -> float:
     """Return about the volume of the smallest capsule around points (k, 3) [m^3], quickly."""
-    return float(_rough_volumes(outermost(points, 60), _own_axes(points)).min())
+    return float(_rough_volumes(outermost(points, 60), own_axes(points)).min())
 
 
 def capsule_volume(length: float, radius: float) -> float:
@@ -117,9 +117,9 @@ def shortest_axis(at: Array, distance: Array) -> tuple[float, float, float]:
     least = float(distance.max())
     ball = float(np.hypot(at - (at.max() + at.min()) / 2, distance).max())  # needs no length at all
     radii = np.minimum(least * (1 + _GROWTH), max(ball, least))
-    best = int(np.argmin(_ends(at, distance, radii)[2]))
+    best = int(np.argmin(axis_ends(at, distance, radii)[2]))
     radii = np.linspace(radii[max(best - 1, 0)], radii[min(best + 1, len(radii) - 1)], 9)
-    firsts, lasts, volumes = _ends(at, distance, radii)
+    firsts, lasts, volumes = axis_ends(at, distance, radii)
     best = int(np.argmin(volumes))
     first, last = float(firsts[best]), float(lasts[best])
     if last < first:  # one ball holds them all, and may be put anywhere between
@@ -127,7 +127,7 @@ def shortest_axis(at: Array, distance: Array) -> tuple[float, float, float]:
     return first, last, float(radii[best])
 
 
-def _ends(at: Array, distance: Array, radii: Array) -> tuple[Array, Array, Array]:
+def axis_ends(at: Array, distance: Array, radii: Array) -> tuple[Array, Array, Array]:
     """Return the ends (g,) and (g,) of the shortest axes for given radii (g,), and the volumes (g,)."""
     slack = np.sqrt(np.maximum((radii[:, None] - distance) * (radii[:, None] + distance), 0.0))
     last, first = (at - slack).max(axis=1), (at + slack).min(axis=1)
@@ -183,7 +183,7 @@ def _circumcentre(a: Array, b: Array, c: Array) -> Array | None:
 
 
 def _best(points: Array, refine: bool) -> Segment:
-    axes = np.vstack([_own_axes(points), _hemisphere(40)])
+    axes = np.vstack([own_axes(points), _hemisphere(40)])
     promising = np.argsort(_rough_volumes(points, axes), kind="stable")[:3]
     found = sorted(((along(points, axes[i]), axes[i]) for i in promising), key=lambda pair: pair[0].volume)
     if not refine:
@@ -191,7 +191,7 @@ def _best(points: Array, refine: bool) -> Segment:
     return min((_refined(points, *pair) for pair in found[:2]), key=lambda capsule: capsule.volume)
 
 
-def _own_axes(points: Array) -> Array:
+def own_axes(points: Array) -> Array:
     """Return the main axes of points, and the coordinate axes, (k, 3)."""
     spread = points - points.mean(axis=0)
     main = np.linalg.eigh(spread.T @ spread)[1].T

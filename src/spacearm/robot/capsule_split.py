@@ -4,6 +4,9 @@ A capsule is convex, so it holds a piece of a triangle if it holds its corners. 
 lies inside as well, not only its skin: where the planes have one or two normals, a line through any point of
 the solid that runs along all the planes leaves it on both sides within its piece. With three normals there is
 no such line; then each cut closes both parts with the convex hull of where the plane meets the surface.
+
+Up to three capsules are chosen by their volume, with a price for each, since each costs time in every check. Who allows more
+wants a closer envelope: then what stands out least is chosen.
 """
 
 from __future__ import annotations
@@ -16,12 +19,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.robot.capsule_closer import closer
 from spacearm.robot.capsule_fit import Segment, across, fit_capsule, outermost, rough_volume, union_volume
+from spacearm.robot.excess import Excess
 
 Array = NDArray[np.float64]
 
 _PRICE = 0.2  # share of the volume that each further capsule must save, since each costs time in every check;
-_PRICE_OF_MANY = 0.6  # less, this over their number, for who allows more of them
+CHOSEN_BY_VOLUME = 3
+"""How many capsules are chosen by their volume; of more it is how far they stand out that decides."""
+_PAYS = 0.98  # times what stands out with fewer: more must stand out less than that
+_SWOLLEN = 1.25  # times the volume of the few: more must not take up more room than that
+_CLOSE = 0.01  # of the shape's size: what stands out no more needs no further capsules
+_GRIDS = 2  # ways to cut into so many parts that are looked at closely
 _MANY = 1200  # triangles; of larger surfaces a selection of points tells where to cut
 _PLACES = 5  # cuts tried along each direction
 _IN_VOLUME = 6000  # points by which the volume of a plan is measured
@@ -36,21 +46,66 @@ class Plane:
     offset: float
 
 
-def enclose(triangles: Array, count: int) -> list[Segment]:
+Plan = list[tuple[int, Plane]]
+"""Cuts, one after the other: which piece, and where; its two parts take its place in the list."""
+
+
+def enclose(triangles: Array, count: int, excess: Excess | None = None) -> list[Segment]:
     """Enclose a surface, and what is inside it, in at most `count` capsules.
 
     Args:
         triangles: (k, 3, 3) corners [m], at least one.
-        count: 1 or more. Fewer are used where more do not pay: what must fall is the volume of all together,
-            times 1 + price per further capsule; the price is 0.2, or 0.6 / count if that is less.
+        count: 1 or more. Fewer are used where more do not pay. Of up to three, what must fall is the volume of all together,
+            times 1 + 0.2 per further capsule; of more, how far they stand out, by 2 %.
+        excess: measures how far capsules stand out [m]; without it the volume decides for any count.
     """
+    best = _of_least_volume(triangles, count if excess is None else min(count, CHOSEN_BY_VOLUME))
+    return best if excess is None or count <= CHOSEN_BY_VOLUME else _of_least_excess(triangles, best, count, excess)
+
+
+def _of_least_excess(triangles: Array, best: list[Segment], count: int, excess: Excess) -> list[Segment]:
+    """Return the capsules that stand out least.
+
+    What is tried for a number of parts does not depend on how many are allowed, so that allowing more never makes it worse.
+    """
+    rough = _selection(triangles)
+    plans: dict[int, list[tuple[float, Plan]]] = {}
+    for plan in _grids(rough, count):
+        plans.setdefault(_parts_of(plan), []).append((_rough_sum(rough, plan), plan))
+    greedy = {len(plan) + 1: plan for plan in _greedy(rough, count)}
+    least, most = excess(best), _SWOLLEN * union_volume(best, _IN_VOLUME)
+    close = _CLOSE * float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
+    for number in range(2, count + 1):
+        if least <= close:
+            break
+        chosen = sorted(plans.get(number, []), key=lambda one: one[0])[:_GRIDS]
+        tried: list[list[Segment]] = []
+        for plan in [plan for _, plan in chosen] + [greedy[number]] * (number in greedy):
+            pieces = _pieces(triangles, plan)
+            capsules = [fit_capsule(piece.reshape(-1, 3), refine=False) for piece in pieces]
+            tried += [capsules, closer(pieces, capsules, excess.about)]
+        for capsules in tried:
+            out = excess(capsules)
+            if out < _PAYS * least and union_volume(capsules, _IN_VOLUME) < most:
+                best, least = capsules, out
+    return best
+
+
+def _parts_of(plan: Plan) -> int:
+    return len(plan) + 1
+
+
+def _rough_sum(rough: Array, plan: Plan) -> float:
+    return sum(_volume(piece) for piece in _pieces(rough, plan))
+
+
+def _of_least_volume(triangles: Array, count: int) -> list[Segment]:
     best = [triangles]
     least = fit_capsule(triangles.reshape(-1, 3), refine=False).volume if count > 1 else 0.0
-    price = min(_PRICE, _PRICE_OF_MANY / count)
     for plan in _promising(_selection(triangles), count) if count > 1 else ():
         pieces = _pieces(triangles, plan)
         capsules = [fit_capsule(piece.reshape(-1, 3), refine=False) for piece in pieces]
-        cost = union_volume(capsules, _IN_VOLUME) * (1 + price * (len(capsules) - 1))
+        cost = union_volume(capsules, _IN_VOLUME) * (1 + _PRICE * (len(capsules) - 1))
         if cost < least:
             best, least = pieces, cost
     return [fit_capsule(piece.reshape(-1, 3)) for piece in best]
@@ -112,10 +167,6 @@ def _hull(across: Array, up: Array) -> list[int]:
 
     lower, upper = half(order), half(order[::-1])
     return lower[:-1] + upper[:-1]
-
-
-Plan = list[tuple[int, Plane]]
-"""Cuts, one after the other: which piece, and where; its two parts take its place in the list."""
 
 
 def _pieces(triangles: Array, plan: Plan) -> list[Array]:

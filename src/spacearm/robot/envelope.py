@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from spacearm.errors import RobotError
 from spacearm.meshes import Mesh, read_mesh
 from spacearm.robot.capsule_fit import Segment, shortest_axis
-from spacearm.robot.capsule_split import enclose
+from spacearm.robot.capsule_split import CHOSEN_BY_VOLUME, enclose
+from spacearm.robot.excess import Excess
 from spacearm.robot.links import LONGEST
 from spacearm.robot.segments import point_segment_distance
 
@@ -139,14 +140,16 @@ def _enclosed(shape: Shape, count: int) -> tuple[Segment, ...]:
 
 @lru_cache(maxsize=_REMEMBERED)
 def _box_capsules(size: tuple[float, ...], count: int) -> tuple[Segment, ...]:
-    return tuple(enclose(shape_triangles("box", size), count))
+    shape = Shape("box", size, np.eye(4))
+    return tuple(enclose(shape_triangles("box", size), count, _excess(shape, count)))
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def _cylinder_capsules(radius: float, length: float, count: int) -> tuple[Segment, ...]:
     first, last, larger = shortest_axis(np.array([-length / 2, length / 2]), np.array([radius, radius]))
     alone = Segment(np.array([0.0, 0.0, first]), np.array([0.0, 0.0, last]), larger)
-    several = enclose(shape_triangles("cylinder", (radius, length)), count)
+    shape = Shape("cylinder", (radius, length), np.eye(4))
+    several = enclose(shape_triangles("cylinder", (radius, length)), count, _excess(shape, count))
     return (alone,) if len(several) == 1 and alone.volume <= several[0].volume else tuple(several)
 
 
@@ -158,8 +161,13 @@ def _mesh_capsules(triangles: Array, count: int) -> tuple[Segment, ...]:
     if key not in _meshes:
         if len(_meshes) >= _REMEMBERED:
             _meshes.clear()
-        _meshes[key] = tuple(enclose(triangles, count))
+        _meshes[key] = tuple(enclose(triangles, count, _excess(Shape("mesh", (), np.eye(4), triangles), count)))
     return _meshes[key]
+
+
+def _excess(shape: Shape, count: int) -> Excess | None:
+    """Return what measures how far capsules stand out of a shape; None where their volume decides, and it is not needed."""
+    return Excess([shape]) if count > CHOSEN_BY_VOLUME else None
 
 
 def _rounded_cylinders(shapes: list[Shape]) -> tuple[list[Segment], set[int]]:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import copy
+import math
 import os
 from pathlib import Path
 from typing import Any
 
 from spacearm.checks import shown
-from spacearm.robot.doctor.chart import Chart, number_of, numbers_of, setting, written
+from spacearm.robot.doctor.chart import Chart, link_of, number_of, numbers_of, setting, written
 from spacearm.robot.doctor.limits import FARTHEST
 from spacearm.robot.doctor.shapes import mesh_path, mesh_size
+from spacearm.robot.shape_notes import chain_length, looks_like_millimetres
 
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
 _LONGEST = 80  # characters of a path
 _SEARCHED = 5000  # files looked at for a mesh that has moved
+_LEAST = 1e-9  # [m] smaller meshes are points
 _SMALLEST = 1e-3  # [m] a mesh in millimetres is at least this large in metres
 
 
@@ -72,7 +75,7 @@ def _path(name: str) -> str:
 def _look_at_mesh(chart: Chart, part: Any, mesh: Any, path: Path, needed: bool) -> None:
     scale = numbers_of(mesh, "scale", 3, (1, 1, 1)) or (numbers_of(mesh, "scale", 1) or (1,)) * 3
     try:
-        size = float((mesh_size(path) * [abs(s) for s in scale]).max())
+        edges = mesh_size(path) * [abs(s) for s in scale]
     except (OSError, ValueError) as error:
         if needed:  # a visual one may be of a format that only others read
             chart.found(
@@ -85,18 +88,38 @@ def _look_at_mesh(chart: Chart, part: Any, mesh: Any, path: Path, needed: bool) 
                 advice="repair or convert the file",
             )
         return
-    if size > FARTHEST:
+    size = float(edges.max())
+    if not all(scale) or size < _LEAST:
+        chart.found(
+            "error" if needed else "warning",
+            "mesh-without-size",
+            mesh,
+            f"its {part.tag} mesh is nothing but a point" if all(scale) else f"its {part.tag} mesh is scaled to nothing",
+            value=mesh.get("scale") or "no scale",
+            expected="a surface, and factors other than 0",
+            advice="correct the scale or the file",
+        )
+        return
+    chain = chain_length((link_of(one, "parent"), link_of(one, "child"), _length(one)) for one in chart.joints)
+    if size > FARTHEST or looks_like_millimetres(size, chain):
         small = " ".join(written(s / 1e3) for s in scale)
         chart.found(
             "warning",
             "mesh-in-millimetres",
             mesh,
-            f"its {part.tag} mesh is {size:g} m long: it looks like millimetres",
+            f"its {part.tag} mesh is {size:g} m long"
+            + ("" if size > FARTHEST else f", and the joints reach {chain:.3g} m")
+            + ": it looks like millimetres",
             value=mesh.get("scale") or "no scale",
             expected="metres",
             advice=f'write scale="{small}", if so',
-            remedy=setting(mesh, "scale", small) if size / 1e3 >= _SMALLEST else None,
+            remedy=setting(mesh, "scale", small) if size > FARTHEST and size / 1e3 >= _SMALLEST else None,
         )
+
+
+def _length(joint: Any) -> float:
+    xyz = numbers_of(joint.find("origin"), "xyz", 3, (0, 0, 0))
+    return 0.0 if xyz is None else math.hypot(*xyz)
 
 
 def _elsewhere(name: str, directory: Path) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 from spacearm.checks import shown
 from spacearm.errors import OutputError
+from spacearm.meshes import is_binary_stl, read_mesh, stl_of
 from spacearm.output import write_atomically, write_new
 from spacearm.reading import read_bytes
 from spacearm.robot.doctor.chart import Choices, line_of, place_of
@@ -32,6 +33,9 @@ def mend_urdf(
     overwrite: bool = False,
 ) -> Mended:
     """Write a corrected copy of a URDF, and say what was changed and what is left.
+
+    A mesh that becomes a collision shape is written anew as binary STL beside the copy, unless it is STL or OBJ there already:
+    MuJoCo reads no others, and looks for them nowhere else.
 
     Names, numbers and units that are plainly meant otherwise are put right; what cannot be known is chosen with care
     (`Choices`), which each change says. Paths of meshes are rewritten where the copy lies in another directory.
@@ -64,6 +68,7 @@ def mend_urdf(
         if not able:
             break
         chart, _ = examined(root, source, srdf, base, choices, touching=False)
+    changes += _written_meshes(root, changes, source.parent, target, overwrite=overwrite)
     if target.resolve().parent != source.resolve().parent:
         changes += _moved_meshes(root, source.parent, target)
     xml = _as_before(_start_of_repaired(content) if repairs else content, root, crlf=b"\r\n" in content)
@@ -105,6 +110,42 @@ def _is_inside(element: Any, root: Any) -> bool:
     while element is not None and element is not root:
         element = element.getparent()
     return element is not None
+
+
+def _written_meshes(root: Any, changes: list[Change], directory: Path, target: Path, *, overwrite: bool) -> list[Change]:
+    """Write the meshes of collision shapes that were copied from visual ones where, and as what, every reader takes them."""
+    made = {change.place for change in changes if change.code == "collision-missing"}
+    written = []
+    for mesh in root.iterfind("link/collision/geometry/mesh"):
+        path = mesh_path(mesh, directory) if place_of(mesh) in made else None
+        if path is None or _as_others_read(path, target):
+            continue
+        link = mesh.getparent().getparent().getparent()
+        number = link.findall("collision").index(mesh.getparent().getparent())
+        name = re.sub(r"[^\w.-]", "_", f"{target.stem}_{link.get('name')}{f'_{number}' if number else ''}")
+        file = _written_mesh(target.parent, name, stl_of(read_mesh(path).triangles), overwrite=overwrite)
+        what = f"<mesh filename>: {mesh.get('filename')!r} -> {file!r}, written in metres as STL, which MuJoCo reads too"
+        mesh.set("filename", file)
+        written.append(Change(line=line_of(mesh), place=place_of(mesh), code="mesh-written", what=what))
+    return written
+
+
+def _as_others_read(path: Path, target: Path) -> bool:
+    """Whether MuJoCo, too, finds and reads a mesh: it takes OBJ and binary STL, and looks for them beside the model."""
+    if path.resolve().parent != target.resolve().parent:
+        return False
+    return path.suffix.lower() == ".obj" or (path.suffix.lower() == ".stl" and is_binary_stl(path.read_bytes()))
+
+
+def _written_mesh(folder: Path, name: str, content: bytes, *, overwrite: bool) -> str:
+    """Write a mesh under a name that is free, or where the same is already; return the file's name."""
+    for i in range(1, 1000):
+        file = folder / f"{name}{f'-{i}' if i > 1 else ''}.stl"
+        if file.exists() and not overwrite and file.read_bytes() != content:
+            continue
+        write_atomically(file, content)
+        return file.name
+    raise OutputError(f"{folder / name}.stl and 998 like it exist, expected a name that is free; remove them")
 
 
 def _moved_meshes(root: Any, directory: Path, target: Path) -> list[Change]:

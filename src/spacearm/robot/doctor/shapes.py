@@ -160,7 +160,7 @@ def _size(shape: Any) -> tuple[float, ...] | None:
 def _mesh(shape: Any, directory: Path) -> tuple[Array | None, float, Array, Array] | None:
     path = mesh_path(shape, directory)
     scale = numbers_of(shape, "scale", 3, (1, 1, 1)) or (numbers_of(shape, "scale", 1) or (0,)) * 3
-    if path is None or not any(scale) or max(map(abs, scale)) > LONGEST:
+    if path is None or not all(scale) or max(map(abs, scale)) > LONGEST:
         return None
     try:
         corners, faces, inside = (part * np.array(scale) for part in _hull(str(path), _stamp(path)))
