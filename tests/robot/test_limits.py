@@ -236,6 +236,20 @@ def test_limits_that_are_none_are_refused(case: str, options: dict[str, Any], tm
     assert_refused("joint_limits", case, RobotError, lambda: load_robot(path, **options), path=path)
 
 
+def test_limits_of_followers_in_a_robot_file_reach_the_degree_of_freedom(tmp_path: Path) -> None:
+    path = tmp_path / "arm.yaml"
+    path.write_text(
+        "spacearm-robot: 1\nname: arm\njoints:\n"
+        "  - {name: a, kind: revolute, parent: x, child: y, axis: [0, 0, 1], lower: -9, upper: 9, velocity: 4, acceleration: 9}\n"
+        "  - {name: b, kind: prismatic, parent: y, child: z, axis: [0, 0, 1], lower: -1, upper: 2, velocity: 6, acceleration: 3,\n"
+        "     mimic: {joint: a, multiplier: -5, offset: 1}}\n"
+    )
+    robot = load_robot(path)
+    np.testing.assert_allclose([robot.lower[0], robot.upper[0]], [-0.2, 0.4])
+    np.testing.assert_allclose([robot.velocity[0], robot.acceleration[0]], [1.2, 0.6])
+    np.testing.assert_allclose(load_robot(path, acceleration_limit={"b": 1}).acceleration, [0.2])
+
+
 def test_a_multiplier_that_leaves_no_speed_is_refused() -> None:
     with pytest.raises(RobotError, match="multiplier"):
         urdf_text.loaded(pair(1e308, limit='velocity="1e-3"'))

@@ -2,8 +2,8 @@
 
 Many links have nothing behind them and are no end: a frame of the controller fixed to the base, a camera on an upper arm. An
 end is on the last body of a chain, which joints move and from which no joint goes on. Where several frames are fixed to that
-body, a name that everybody uses (tool0, tcp, ...) decides, if only one has it; where chains fork, as into fingers, one on the
-body at which they do.
+body, a name that everybody uses (tool0, tcp, ...) decides, if only one has it, or that the others are sensors or fingers;
+where chains fork, as into fingers that move, a name on the body at which they do.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ _NAMES = (
 )
 """Words by which ends of arms go, the plain ones first."""
 
-_OTHERS = frozenset(["camera", "cam", "optical", "sensor", "ft", "imu", "finger", "fingertip", "thumb", "changer", "mount"])
+_OTHERS = frozenset(
+    ["camera", "cam", "optical", "sensor", "ft", "imu", "finger", "fingertip", "thumb", "changer", "mount", "sc"]
+)
 _LISTED = 8
 
 
@@ -82,6 +84,9 @@ def default_tip(tree: LinkTree) -> LinkTree:
     if len(ends.last) == len(candidates) == 1:
         return replace(tree, tip=candidates[0])
     named = _named_so(candidates)
+    plain = [link for link in candidates if not _words(link) & _OTHERS]
+    if named is None and len(ends.last) == 1 and len(plain) < 2:  # the others are cameras, fingers and the like
+        named = plain[0] if plain else _named_so(tuple(link for link in ends.after if ends.after[link][0] == ends.fork))
     if not ends.last or named is None:
         raise RobotError(f"robot '{tree.name}' {several_ends(ends)}; name the end effector, as in tip='{advised(ends)}'")
     others = [link for link in (*candidates, *ends.links) if link != named]

@@ -17,6 +17,7 @@ _ATTRIBUTE = re.compile(rf"(\s*)({_NAME})(\s*=\s*)([\"'])")
 _TAG_END = re.compile(r"\s*(/?)>")
 _AMPERSAND = re.compile(r"&(?!(?:amp|lt|gt|quot|apos);|#(?:x[0-9A-Fa-f]{1,6}|[0-9]{1,7});)")
 _REFERENCE = re.compile(r"&#(?:x([0-9A-Fa-f]+)|([0-9]+));")
+_BLANKS = " \t\r\n"
 _CONTROL = re.compile("[\x01-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff\ud800-\udfff]")
 _DECLARED = re.compile(rb"<\?xml[^>]{0,200}?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 _MARKS = (
@@ -134,12 +135,12 @@ def _prologue(scan: _Scan) -> bool:
         if begin < 0:
             return False
         between = text[scan.at : begin]
-        if between.strip():
+        if between.strip(_BLANKS):
             scan.mended("xml-text-outside", scan.at, "text before the first element", "left out")
             first = False
         elif between and text.startswith("<?xml", begin) and first:
             scan.mended("xml-declaration", begin, "something blank before <?xml", "the blank left out")
-        scan.out.append("\n" * between.count("\n") if between.strip() else between)
+        scan.out.append("\n" * between.count("\n") if between.strip(_BLANKS) else between)
         scan.at = begin
         if _TAG.match(text, begin):
             return True
@@ -233,6 +234,9 @@ def _elements(scan: _Scan) -> bool:
                 return False  # a second file inside the first
             scan.out.append(_without_controls(scan, text[begin:end], begin))
             scan.at = end
+        elif text.startswith("<!", begin):
+            if not _doctype(scan):
+                return False
         else:
             step = _tag(scan)
             if step is None:
@@ -251,7 +255,8 @@ def _tag(scan: _Scan) -> int | None:
     if match is None:
         return None
     scan.at = match.end()
-    parts, seen, prefixes, declared = [match[0]], set(), [match[2]], set()
+    tag = _qualified(scan, match[2], begin, element=True)
+    parts, seen, prefixes, declared = [f"<{match[1]}{tag}"], set(), [tag], set()
     while not match[1]:
         attribute = _ATTRIBUTE.match(scan.text, scan.at)
         if attribute is None:
@@ -259,17 +264,20 @@ def _tag(scan: _Scan) -> int | None:
         end = scan.text.find(attribute[4], attribute.end())
         if end < 0:
             return None
-        name, value = attribute[2], scan.text[attribute.end() : end]
-        if name in seen:
+        name, value = _qualified(scan, attribute[2], attribute.start(2)), scan.text[attribute.end() : end]
+        if name.startswith("xmlns:") and not value.strip():
+            scan.mended("xml-prefix", attribute.start(2), f"{name} declares nothing", "left out")
+        elif name in seen:
             scan.mended("xml-attribute-twice", attribute.start(2), f"attribute {name} is there twice", "the first one holds")
             parts.append("\n" * attribute[0].count("\n") + "\n" * value.count("\n"))
         else:
-            blank = attribute[1]
+            blank = _without_controls(scan, attribute[1], attribute.start())
             if not blank:
                 scan.mended("xml-blank", attribute.start(2), f"no blank before attribute {name}", "one put there")
                 blank = " "
             value = _escaped(scan, value, attribute.end(), outside=False)
-            parts.append(f"{blank}{name}{attribute[3]}{attribute[4]}{value}{attribute[4]}")
+            equals = _without_controls(scan, attribute[3], attribute.start(3))
+            parts.append(f"{blank}{name}{equals}{attribute[4]}{value}{attribute[4]}")
             if name.startswith("xmlns:"):
                 declared.add(name[6:])
             else:
@@ -279,7 +287,7 @@ def _tag(scan: _Scan) -> int | None:
     ending = _TAG_END.match(scan.text, scan.at)
     if ending is None or (match[1] and ending[1]):
         return None
-    parts.append(ending[0])
+    parts.append(_without_controls(scan, ending[0], scan.at))
     scan.at = ending.end()
     scan.out.append("".join(parts))
     if match[1]:
@@ -297,13 +305,24 @@ def _tag(scan: _Scan) -> int | None:
     return 1
 
 
+def _qualified(scan: _Scan, name: str, at: int, *, element: bool = False) -> str:
+    """Return a name with no more than one colon in it, and none at an end; XML's namespaces know no other."""
+    prefix, _, rest = name.partition(":")
+    if ":" not in name or (
+        prefix and rest and ":" not in rest and re.match(r"[^-.0-9]", rest) and not (element and prefix == "xmlns")
+    ):
+        return name
+    scan.mended("xml-prefix", at, f"{name!r} is no name with a prefix", "its colons written as dots")
+    return re.sub(r"^[-.0-9]", "_", name.replace(":", "."))
+
+
 def _epilogue(scan: _Scan) -> None:
     """Keep comments after the root element, drop the rest."""
     text = scan.text
     while scan.at < len(text):
         begin = text.find("<!--", scan.at)
         between = text[scan.at :] if begin < 0 else text[scan.at : begin]
-        if between.strip():
+        if between.strip(_BLANKS):
             scan.mended(
                 "xml-text-outside", scan.at + len(between) - len(between.lstrip()), "more after the root element", "left out"
             )
