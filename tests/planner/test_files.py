@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -15,7 +16,9 @@ from hypothesis import strategies as st
 import urdf_text
 from snapshot import assert_refused
 from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
+from spacearm.planner.files.plans import problem_as_dict, problem_hash
 from spacearm.planner.files.problems import load_problem, load_problem_file
+from spacearm.planner.files.saved_plans import problem_from_dict
 from spacearm.planner.goals import ConfigurationGoal, PositionGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.settings import PlannerSettings
@@ -60,6 +63,19 @@ def test_a_file_gives_the_same_problem_as_the_library(tmp_path: Path) -> None:
     )
     assert load_problem(written(tmp_path, PROBLEM)) == expected
     assert load_problem(str(tmp_path / "problem.yaml")) == expected
+
+
+def test_what_is_a_little_beyond_a_limit_is_set_onto_it_and_said(tmp_path: Path) -> None:
+    upper = float(load_robot("zhang2022").upper[3])
+    text = start(f"start: [0, 0, 0, {upper + 3e-6!r}, 0, 0, 0]")
+    made = load_problem(
+        written(tmp_path, text.replace("{position: [0.7, 0.3, 0.0]}", f"{{configuration: {{elbow: {upper + 5e-6!r}}}}}"))
+    )
+    assert made.start[3] == upper
+    assert made.goal.q[3] == upper  # type: ignore[union-attr]
+    assert [("3e-06" in note, "5e-06" in note) for note in made.notes] == [(True, False), (False, True)]
+    assert problem_from_dict(problem_as_dict(made)).notes == made.notes
+    assert problem_hash(made) == problem_hash(replace(made, notes=()))
 
 
 def test_the_formats_own_description_is_a_problem(tmp_path: Path) -> None:

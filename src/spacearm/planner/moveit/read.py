@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, ProblemError
-from spacearm.planner.moveit.attached import held_by, with_held
-from spacearm.planner.moveit.frames import frames_of
+from spacearm.planner.moveit.attached import Held, held_by, with_held
+from spacearm.planner.moveit.frames import Frames, frames_of
 from spacearm.planner.moveit.matrix import read_matrix, robot_with_matrix, say_matrix
 from spacearm.planner.moveit.part import Part, transform
 from spacearm.planner.moveit.request import goal_of, leftovers, require_no_other_demands, with_group_and_speed
@@ -100,7 +100,7 @@ def load_moveit(
         else read_matrix(parsed.need("allowed_collision_matrix") if acm else parsed.get("allowed_collision_matrix"))
     )
     robot = robot_with_matrix(robot, matrix) if acm and matrix is not None else robot
-    world = _World(parsed, robot, states, notes, mesh_excess)
+    world = _world(parsed, robot, states, notes, mesh_excess)
     found = scene_of(world.bodies) if parsed is not None else scene_of_text(text, scene, mesh_excess=mesh_excess)
     if matrix is not None:
         say_matrix(robot, matrix, set(world.bodies), set(world.held), notes, used=acm)
@@ -172,31 +172,32 @@ def _states(scene: Part | None, request: Part, robot: Robot, notes: list[str]) -
     return _States(scene=before, start=start, part=owner.part.get("joint_state") or owner.part)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _World:
-    """What a scene and a start state place around the robot and in its hand.
+    """What a scene and a start state place: the frames at the start, the world's objects, and what is attached to links."""
 
-    Attributes:
-        frames: at the start.
-        bodies: the world's objects, by id.
-        held: what is attached to links, by id.
-    """
+    frames: Frames
+    bodies: dict[str, Body]
+    held: dict[str, Held]
 
-    def __init__(self, scene: Part | None, robot: Robot, states: _States, notes: list[str], mesh_excess: float | None) -> None:
-        frames = frames_of(scene, robot, states.base_in_scene, frame_poses(robot, states.joints_in_scene), notes)
-        shaped = [item for item in states.scene.attached if _has_shapes(item)]
-        held_by(shaped, {}, {}, frames, robot, mesh_excess=mesh_excess)  # the world's objects may stand in their frames
-        self.bodies: dict[str, Body] = {} if scene is None else world_of(scene, frames, mesh_excess=mesh_excess)
-        held = held_by(states.scene.attached, {}, self.bodies, frames, robot, mesh_excess=mesh_excess)
-        self.frames = frames.at(states.base, frame_poses(robot, states.joints))
-        for one in held.values():
-            self.frames.attached.update({name: self.frames.links[one.link] @ T for name, T in one.body.frames().items()})
-        self.held = held_by(states.start.attached, held, self.bodies, self.frames, robot, mesh_excess=mesh_excess)
-        kept = [name for name in held if self.held.get(name) is held[name]]
-        if kept and states.start.joints and not states.start.is_diff:
-            notes.append(
-                f"the scene attaches {', '.join(kept)}, which stays attached at the start; MoveIt would let go of it, since "
-                "start_state has no is_diff"
-            )
+
+def _world(scene: Part | None, robot: Robot, states: _States, notes: list[str], mesh_excess: float | None) -> _World:
+    frames = frames_of(scene, robot, states.base_in_scene, frame_poses(robot, states.joints_in_scene), notes)
+    shaped = [item for item in states.scene.attached if _has_shapes(item)]
+    held_by(shaped, {}, {}, frames, robot, mesh_excess=mesh_excess)  # the world's objects may stand in their frames
+    bodies = {} if scene is None else world_of(scene, frames, mesh_excess=mesh_excess)
+    before = held_by(states.scene.attached, {}, bodies, frames, robot, mesh_excess=mesh_excess)
+    frames = frames.at(states.base, frame_poses(robot, states.joints))
+    for one in before.values():
+        frames.attached.update({name: frames.links[one.link] @ T for name, T in one.body.frames().items()})
+    held = held_by(states.start.attached, before, bodies, frames, robot, mesh_excess=mesh_excess)
+    kept = [name for name in before if held.get(name) is before[name]]
+    if kept and states.start.joints and not states.start.is_diff:
+        notes.append(
+            f"the scene attaches {', '.join(kept)}, which stays attached at the start; MoveIt would let go of it, since "
+            "start_state has no is_diff"
+        )
+    return _World(frames=frames, bodies=bodies, held=held)
 
 
 def _has_shapes(item: Part) -> bool:
