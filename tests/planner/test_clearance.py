@@ -11,9 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import strategies
-from kernel import drawn
+from kernel import drawn, objectives
+from kernel.builds import Build, surround
 from oracles import coal_shapes, pinocchio_points, solids
 from proof.dense import arms, planar
+from spacearm._kernel import available_levels
 from spacearm.errors import RobotError
 from spacearm.planner import Problem, clearance, clearances
 from spacearm.planner.clearance import clearance_of, margins_within_reach, self_clearances
@@ -185,6 +187,24 @@ def test_only_pairs_that_are_near_at_an_end_are_asked_for_less(
     assert bool(margins.message) == bool(lowered)
     assert [near.clearance for near in margins.lowered] == sorted(near.clearance for near in margins.lowered)
     assert margins.touching == any(near.clearance <= 0 for near in margins.lowered)
+
+
+def test_a_pairs_own_margin_is_the_same_bits_on_every_level() -> None:
+    robot = objectives.thick_arm()
+    problem = Problem(robot, Scene(objectives.CLUTTER), start=objectives.AROUND[0], goal=objectives.AROUND[1])
+    margins = margins_within_reach(problem, np.stack(objectives.AROUND), 0.3)
+    assert len(margins.most)
+    q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (50, robot.dof))
+    for precision in (32, 64):
+        rows = q.astype(f"f{precision // 8}")
+        found = [
+            surround(Build(level, precision), robot, objectives.CLUTTER)
+            .native.eased(margins.capsules, margins.obstacles, margins.others, margins.most)
+            .shortfalls(rows, 0.3, False)
+            for level in available_levels()
+        ]
+        for other in found[1:]:
+            np.testing.assert_array_equal(found[0], other)
 
 
 def test_what_a_bolted_base_is_near_to_lowers_nothing() -> None:
