@@ -240,8 +240,10 @@ def test_limits_of_followers_in_a_robot_file_reach_the_degree_of_freedom(tmp_pat
     path = tmp_path / "arm.yaml"
     path.write_text(
         "spacearm-robot: 1\nname: arm\njoints:\n"
-        "  - {name: a, kind: revolute, parent: x, child: y, axis: [0, 0, 1], lower: -9, upper: 9, velocity: 4, acceleration: 9}\n"
-        "  - {name: b, kind: prismatic, parent: y, child: z, axis: [0, 0, 1], lower: -1, upper: 2, velocity: 6, acceleration: 3,\n"
+        "  - {name: a, kind: revolute, parent: x, child: y, axis: [0, 0, 1],\n"
+        "     lower: -9, upper: 9, velocity: 4, acceleration: 9}\n"
+        "  - {name: b, kind: prismatic, parent: y, child: z, axis: [0, 0, 1],\n"
+        "     lower: -1, upper: 2, velocity: 6, acceleration: 3,\n"
         "     mimic: {joint: a, multiplier: -5, offset: 1}}\n"
     )
     robot = load_robot(path)

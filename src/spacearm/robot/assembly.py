@@ -26,6 +26,7 @@ from spacearm.robot.tip import default_tip, ends_of
 from spacearm.robot.tree import build_robot, require_tree
 
 SelfCollision = Literal["auto", "srdf", "computed", "none"]
+_FEW = 4  # joints that are all named
 _SELF_COLLISION = ("auto", "srdf", "computed", "none")
 
 
@@ -202,7 +203,7 @@ def _configurations(
         assumed = {name: default_value(robot, i) for i, name in enumerate(robot.dof_names) if name not in values}
         found[state.name] = NamedConfiguration(name=state.name, q=np.array([{**values, **assumed}[n] for n in robot.dof_names]))
         if assumed:
-            notes.append(f"'{state.name}' leaves out {', '.join(f'{name} (at {value:g})' for name, value in assumed.items())}")
+            notes.append(f"'{state.name}' leaves out {_placed_by_default(assumed)}")
     for name, stated in tree.configurations:
         if name not in found and all(dof in dict(stated) for dof in robot.dof_names):
             found[name] = NamedConfiguration(name=name, q=np.array([dict(stated)[dof] for dof in robot.dof_names]))
@@ -210,6 +211,14 @@ def _configurations(
     if twice:
         said.append(f"states of the SRDF that bear the name of another one are left out: {', '.join(twice)}")
     return tuple(found.values()), tuple(said)
+
+
+def _placed_by_default(assumed: dict[str, float]) -> str:
+    """Name joints that a state leaves out, and where they are; of many only those that are not at 0."""
+    said = [f"{name} (at {value:g})" for name, value in assumed.items() if value != 0.0 or len(assumed) <= _FEW]
+    if len(assumed) <= _FEW:
+        return ", ".join(said)
+    return f"{len(assumed)} joints (at 0{', but for ' if said else ''}{', '.join(said)})"
 
 
 def _stated(state: GroupState, robot: Robot, tree: LinkTree) -> dict[str, float]:
