@@ -68,7 +68,8 @@ def test_pairs_that_could_not_meet_are_checked_once_the_robot_is_another(change:
 
 def test_a_change_that_moves_nothing_keeps_the_pairs_apart() -> None:
     robot = folding()
-    for change in ({"velocity": [9] * 3}, {"tip": "l2"}, {"name": "other"}):
+    narrower = {"lower": [-0.1] * 3, "upper": [0.3, 0.2, 0]}
+    for change in ({"velocity": [9] * 3}, {"tip": "l2"}, {"name": "other"}, narrower):
         assert replace(robot, **change).apart == robot.apart
     assert hold(robot, Sphere((0, 0, 0), 0.1)).apart == robot.apart
     assert robot_from_dict(robot_as_dict(robot)) == robot
@@ -271,7 +272,7 @@ def test_pairs_that_are_none_are_refused() -> None:
         with pytest.raises(RobotError, match="pair"):
             UncheckedPair(links=links, reason="always")  # type: ignore[arg-type]
         with pytest.raises(RobotError, match="pair"):
-            ApartPairs(pairs=(links,), made_for="")  # type: ignore[arg-type]
+            ApartPairs(pairs=(links,), made_for="", lower=(), upper=())  # type: ignore[arg-type]
 
 
 def test_pairs_found_anew_fit_the_robot_that_was_changed() -> None:
