@@ -102,7 +102,7 @@ def test_a_path_of_many_pieces_is_followed_through_its_corners() -> None:
 
 def test_many_turns_of_a_tumbling_base_are_followed() -> None:
     """A base with equal moments keeps its rate: 40 rad in 20 s."""
-    ball = lander(bodies=(body("base", -1, 1.0, (0, 0, 0), 2.0),))
+    ball = lander(bodies=(body("base", -1, 1.0, (0, 0, 0), 2.0),), capsules=())
     found = drift(ball, Motion([[0, 0], [1, 1]]), Momentum(angular=(0, 4, 0)), 20.0)
     c, s = np.cos(40.0), np.sin(40.0)
     assert angle_between(found.attitude(np.ones(1)), np.array([[[c, 0, s], [0, 1, 0], [-s, 0, c]]])) <= found.error

@@ -404,6 +404,9 @@ def _changed(rng: np.random.Generator, draft: Draft, robot: Robot) -> Robot:
         draft.held = (draft.links[-1], (a, b, radius))
         draft.touching = tuple(link for link in draft.capsules if rng.random() < 0.4)
         return hold(robot, shape, touching=draft.touching)
+    if what < 0.7:  # narrower limits keep what is apart
+        middle = np.clip(np.zeros(robot.dof), robot.lower, robot.upper)
+        return replace(robot, lower=middle + 0.7 * (robot.lower - middle), upper=middle + 0.7 * (robot.upper - middle))
     return robot
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -68,10 +69,22 @@ def test_pairs_that_could_not_meet_are_checked_once_the_robot_is_another(change:
 
 def test_a_change_that_moves_nothing_keeps_the_pairs_apart() -> None:
     robot = folding()
-    for change in ({"velocity": [9] * 3}, {"tip": "l2"}, {"name": "other"}):
+    narrower = {"lower": [-0.1] * 3, "upper": [0.3, 0.2, 0]}
+    for change in ({"velocity": [9] * 3}, {"tip": "l2"}, {"name": "other"}, narrower):
         assert replace(robot, **change).apart == robot.apart
     assert hold(robot, Sphere((0, 0, 0), 0.1)).apart == robot.apart
     assert robot_from_dict(robot_as_dict(robot)) == robot
+
+
+def test_joints_that_turn_without_end_have_pairs_apart_too() -> None:
+    joints = [urdf_text.joint(f"j{i}", f"l{i}", f"l{i + 1}", kind="continuous", xyz="0 0 1", limit=None) for i in range(2)]
+    links = [urdf_text.link(f"l{i}", BALL) for i in range(3)]
+    robot = urdf_text.loaded(urdf_text.robot(*links, *joints), velocity_limit=1.0)
+    assert robot.apart is not None
+    assert ("l0", "l2") in robot.apart.pairs
+    assert robot.apart.upper == (None, None)
+    assert robot_from_dict(json.loads(json.dumps(robot_as_dict(robot)))) == robot
+    assert replace(robot, upper=[1, 1], lower=[0, 0]).apart == robot.apart
 
 
 def test_pairs_whose_links_lose_their_envelope_go_with_it() -> None:
@@ -271,7 +284,7 @@ def test_pairs_that_are_none_are_refused() -> None:
         with pytest.raises(RobotError, match="pair"):
             UncheckedPair(links=links, reason="always")  # type: ignore[arg-type]
         with pytest.raises(RobotError, match="pair"):
-            ApartPairs(pairs=(links,), made_for="")  # type: ignore[arg-type]
+            ApartPairs(pairs=(links,), made_for="", lower=(), upper=())  # type: ignore[arg-type]
 
 
 def test_pairs_found_anew_fit_the_robot_that_was_changed() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -69,7 +70,10 @@ class ApartPairs(Frozen):
 
     Attributes:
         pairs: names of links, two by two.
-        made_for: hash of the shapes, joints and limits for which that was found; a robot of others checks the pairs.
+        made_for: hash of the shapes and joints for which that was found.
+        lower, upper: (n,) the limits for which it was found [rad or m], None where a joint has none.
+
+    A robot of other shapes or joints, or with wider limits, checks the pairs.
 
     Raises:
         RobotError: what is no pair of names.
@@ -77,6 +81,8 @@ class ApartPairs(Frozen):
 
     pairs: tuple[Pair, ...]
     made_for: str
+    lower: tuple[float | None, ...]
+    upper: tuple[float | None, ...]
 
     def __post_init__(self) -> None:
         keep(self, pairs=tuple(sorted({_as_pair("a pair that cannot meet", pair) for pair in self.pairs})))
@@ -95,13 +101,14 @@ def called(links: Pair) -> str:
 
 
 # ---- what was found for a robot that has changed since -----------------------------------------------------------------
-def fingerprint(robot: Robot, links: Iterable[str]) -> str:
-    """Return the SHA-256 of all that decides whether some links can meet: their capsules, the joints, the limits."""
+def fingerprint(robot: Robot, links: Iterable[str], *, limits: bool = True) -> str:
+    """Return the SHA-256 of all that decides whether some links can meet: their capsules, the joints, and the limits."""
     wanted, hashed = set(links), hashlib.sha256()
     for joint in robot.joints:
         hashed.update(f"{joint.kind} {joint.parent} {joint.dof} {joint.multiplier!r} {joint.offset!r};".encode())
         hashed.update(joint.T_parent_joint.tobytes())
-    hashed.update(robot.lower.tobytes() + robot.upper.tobytes())
+    if limits:
+        hashed.update(robot.lower.tobytes() + robot.upper.tobytes())
     for capsule in robot.capsules:
         if capsule.name in wanted:
             hashed.update(f"{capsule.name!r} {capsule.joint} {capsule.radius!r};".encode())
@@ -114,7 +121,20 @@ def apart_pairs(robot: Robot, pairs: Iterable[Pair]) -> ApartPairs | None:
     listed = tuple(pairs)
     if not listed:
         return None
-    return ApartPairs(pairs=listed, made_for=fingerprint(robot, {link for pair in listed for link in pair}))
+    return ApartPairs(
+        pairs=listed,
+        made_for=fingerprint(robot, {link for pair in listed for link in pair}, limits=False),
+        lower=tuple(value if math.isfinite(value) else None for value in robot.lower.tolist()),
+        upper=tuple(value if math.isfinite(value) else None for value in robot.upper.tolist()),
+    )
+
+
+def _within(robot: Robot, apart: ApartPairs) -> bool:
+    """Whether a robot's limits lie within those for which pairs of it were found to be apart."""
+    if len(apart.lower) != robot.dof or len(apart.upper) != robot.dof:
+        return False
+    lower = all(low is None or low <= value for low, value in zip(apart.lower, robot.lower.tolist(), strict=True))
+    return lower and all(high is None or value <= high for high, value in zip(apart.upper, robot.upper.tolist(), strict=True))
 
 
 def always_meets(robot: Robot, links: Pair) -> UncheckedPair:
@@ -132,8 +152,8 @@ def settled_pairs(robot: Robot) -> dict[str, Any]:
     pairs, apart = robot.self_pairs, robot.apart
     if apart is not None:
         left = [pair for pair in apart.pairs if pair not in set(pairs) and enclosed.issuperset(pair)]
-        made_for = fingerprint(robot, {link for pair in apart.pairs for link in pair})
-        same = made_for == apart.made_for
+        made_for = fingerprint(robot, {link for pair in apart.pairs for link in pair}, limits=False)
+        same = made_for == apart.made_for and _within(robot, apart)
         if not same and left:
             pairs = tuple(sorted({*pairs, *left}))
         apart = None if not same else apart if len(left) == len(apart.pairs) else apart_pairs(robot, left)
