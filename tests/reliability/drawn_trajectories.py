@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from proof.adrift import along
+from proof.adrift import Way, along
 from spacearm.momentum import Momentum
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.proof import Certificate
@@ -232,10 +232,14 @@ def _high(rng: np.random.Generator, dof: int) -> PiecewisePath:
 
 def _law(rng: np.random.Generator) -> TimeLaw | None:
     """Steps between dwells, steep or not: every piece begins and ends at rest, or the law is one polynomial."""
-    how = rng.integers(0, 4)
+    how = rng.integers(0, 6)
     if how == 0:
         return None
-    if how == 1:
+    if how == 1:  # nearly all of the way in hardly any time
+        x, share, a = rng.uniform(0.2, 0.8), 10 ** rng.uniform(-7.5, -5), 10 ** rng.uniform(-4, -1)
+        b = 1 - a
+        return TimeLaw([0, x, x + share, 1], [[0, a / 2, a, a], [a, a, b, b], [b, b, 1 - a / 2, 1]])
+    if how == 2:
         inner = np.sort(rng.uniform(0, 1, int(rng.integers(0, 8))) ** rng.choice([0.1, 1, 8]))
         return TimeLaw([0, 1], [[0, *inner, 1]])
     count = int(rng.integers(1, 6))
@@ -396,7 +400,9 @@ def _clearance_complaints(case: Case, certificate: Certificate, t: np.ndarray, q
         return []
     T_w_b = None
     if case.base == "floating":
-        way = along(case, case.trajectory, steps=60)  # type: ignore[arg-type]
+        way = _way(case)
+        if way is None:
+            return []
         q, T_w_b = way.q, way.T_w_b
         most = np.random.default_rng(0).permutation(len(q))[:AT_ONCE]
         q, T_w_b = q[most], T_w_b[most]
@@ -405,6 +411,17 @@ def _clearance_complaints(case: Case, certificate: Certificate, t: np.ndarray, q
     if least < certificate.clearance - allowed:
         return [f"proven {certificate.clearance:.9g} m, seen {least:.9g} m"]
     return []
+
+
+def _way(case: Case) -> Way | None:
+    """Integrate the base's motion, in steps as short as it takes; None if the arm turns too far for that."""
+    before, steps = None, 60
+    while steps * case.trajectory.curve.pieces < 20_000:
+        way = along(case, case.trajectory, steps=steps)  # type: ignore[arg-type]
+        if before is not None and np.abs(way.T_w_b[-1] - before).max() < 1e-6:
+            return way
+        before, steps = way.T_w_b[-1], 2 * steps
+    return None
 
 
 def _acceleration_complaints(case: Case, t: np.ndarray, size: np.ndarray) -> list[str]:

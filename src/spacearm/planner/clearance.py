@@ -196,31 +196,33 @@ def margins_within_reach(problem: HasScene, ends: ArrayLike, margin: float) -> M
     model = kernel_model(robot, scene)
     rows = np.ascontiguousarray(as_configurations(robot, ends))
     to_scene = model.native.obstacle_clearances(rows).min(axis=0)  # (c, k)
-    if not getattr(problem, "floats", False):  # a bolted base and the obstacles have what they have
-        to_scene[[capsule.joint < 0 for capsule in robot.capsules]] = np.inf
     pairs = self_capsule_pairs(robot)
     to_self = model.native.pair_clearances(rows, pairs).min(axis=0)  # (p,)
-    if not ((to_scene < 2 * margin).any() or (to_self < 2 * margin).any()):
+    if min(to_scene.min(initial=np.inf), to_self.min(initial=np.inf)) >= 2 * margin:
         return Margins(asked=margin)
+    if not getattr(problem, "floats", False):  # a bolted base and the obstacles have what they have
+        to_scene[[capsule.joint < 0 for capsule in robot.capsules]] = np.inf
     names = [capsule.name for capsule in robot.capsules]
+    of: dict[str, list[int]] = {}  # the capsules of each link
+    for i, name in enumerate(names):
+        of.setdefault(name, []).append(i)
     near: dict[tuple[str, str], float] = {}
     listed: list[tuple[int, int, int, float]] = []
-    for obstacle in np.flatnonzero((to_scene < 2 * margin).any(axis=0)).tolist():
+    close = np.argwhere((to_scene < 2 * margin).T).tolist()
+    for obstacle, link in dict.fromkeys((k, names[i]) for k, i in close):
         other = f"obstacle {scene.called(int(model.obstacle_of[obstacle]))}"
-        for link in dict.fromkeys(names):
-            of = [i for i, name in enumerate(names) if name == link]
-            least = float(to_scene[of, obstacle].min())
-            if least < 2 * margin:
-                near[link, other] = min(near.get((link, other), np.inf), least)
-                listed += [(i, obstacle, -1, least) for i in of]
-    linked = [(names[i], names[k]) for i, k in pairs.tolist()]
-    least_of: dict[tuple[str, str], float] = {}
-    for pair, clear in zip(linked, to_self.tolist(), strict=True):
-        least_of[pair] = min(least_of.get(pair, np.inf), clear)
-    for pair, (i, k) in zip(linked, pairs.tolist(), strict=True):
-        if least_of[pair] < 2 * margin:
-            near[pair[0], f"link '{pair[1]}'"] = least_of[pair]
-            listed.append((i, -1, k, least_of[pair]))
+        least = float(to_scene[of[link], obstacle].min())
+        near[link, other] = min(near.get((link, other), np.inf), least)
+        listed += [(i, obstacle, -1, least) for i in of[link]]
+    if (to_self < 2 * margin).any():
+        linked = [(names[i], names[k]) for i, k in pairs.tolist()]
+        closest: dict[tuple[str, str], float] = {}
+        for pair, clear in zip(linked, to_self.tolist(), strict=True):
+            closest[pair] = min(closest.get(pair, np.inf), clear)
+        for pair, (i, k) in zip(linked, pairs.tolist(), strict=True):
+            if closest[pair] < 2 * margin:
+                near[pair[0], f"link '{pair[1]}'"] = closest[pair]
+                listed.append((i, -1, k, closest[pair]))
     capsules, obstacles, others = (np.array([row[column] for row in listed], dtype=np.int32) for column in range(3))
     return Margins(
         asked=margin,

@@ -12,7 +12,7 @@ from spacearm._kernel import native
 from spacearm.checks import as_readonly, shown
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion
-from spacearm.planner.clearance import margins_within_reach
+from spacearm.planner.clearance import Margins, margins_within_reach
 from spacearm.planner.goals import ConfigurationGoal, PoseGoal, PositionGoal
 from spacearm.planner.islands import Islands
 from spacearm.planner.problem import Problem
@@ -83,6 +83,11 @@ class MotionSwarm:
         seed = seed_of(rng)
         lower, upper = (np.tile(bound, self.interior) for bound in self._islands.bounds)
         self._swarm = Swarm(lower, upper, settings.swarm, rng=seed, initial=self._around_straight(seed, lower, upper))
+
+    @property
+    def margins(self) -> Margins:
+        """The clearances that `judge` asks for, and which of them were lowered: where start or goal are nearer."""
+        return self._islands.margins
 
     @property
     def done(self) -> bool:
