@@ -109,7 +109,7 @@ def test_a_file_has_the_mode_that_the_umask_leaves(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("path", [None, "", 3, "a\0b", b"bytes", object()])
 def test_a_path_that_is_none_is_refused(path: Any) -> None:
-    with pytest.raises(OutputError, match=r"^path is .*, expected the path of a new file"):
+    with pytest.raises(OutputError, match=r"^path is .*, expected the path of a file"):
         write_new(path, "content")
 
 

@@ -7,6 +7,7 @@ import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from spacearm.checks import shown
 from spacearm.errors import OutputError
@@ -24,6 +25,7 @@ def write_atomically(path: str | os.PathLike[str], content: bytes | str) -> None
     Raises:
         OutputError: the folder is missing or not writable, or the disk is full.
     """
+    require_path(path)
     target = Path(path)
     with unbroken(), _written_beside(target, content) as temporary:
         os.replace(temporary, target)
@@ -54,10 +56,23 @@ def require_new(path: str | os.PathLike[str], *, advice: str = "choose another n
     Raises:
         OutputError: the file exists already, or its name is none.
     """
-    if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
-        raise OutputError(f"path is {shown(path)}, expected the path of a new file (a str or a Path)")
+    require_path(path)
     if os.path.lexists(path):
         raise OutputError(_exists(path, advice))
+
+
+def require_path(path: Any) -> None:
+    """Refuse what cannot be the path of a file.
+
+    Raises:
+        OutputError: such a one.
+    """
+    try:
+        fine = isinstance(path, (str, os.PathLike)) and os.fsencode(path).strip() and b"\0" not in os.fsencode(path)
+    except (TypeError, ValueError):
+        fine = False
+    if not fine or isinstance(path, bytes):
+        raise OutputError(f"path is {shown(path)}, expected the path of a file (a str or a Path)")
 
 
 def make_new_folder(path: str | os.PathLike[str]) -> Path:

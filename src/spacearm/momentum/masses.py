@@ -14,6 +14,7 @@ from spacearm.robot.model import require_robot
 
 Array = NDArray[np.float64]
 
+_GREATEST = 1e15  # [kg, kg m, kg m^2]; of more float64 keeps no digits that count
 _SLACK = 0.01  # by which published moments of inertia, rounded, may miss the triangle inequality
 _ROUNDING = 1e-9
 _ADVICE = "run `spacearm doctor` on its model"
@@ -47,7 +48,16 @@ def lumped_masses(robot: Robot) -> Masses:
     count = 1 + len(robot.joints)
     pseudo = np.zeros((count, 4, 4))
     for body in robot.bodies:
-        pseudo[1 + body.joint] += _pseudo_inertia(body.mass, body.com, body.inertia)
+        with np.errstate(over="ignore", invalid="ignore"):
+            own = _pseudo_inertia(body.mass, body.com, body.inertia)
+        if not (np.abs(own) < _GREATEST).all():
+            raise RobotError(
+                f"robot '{robot.name}' cannot float: body '{body.name}' has a mass of {body.mass:.4g} kg at "
+                f"{body.com.tolist()} m and moments of inertia up to {np.abs(body.inertia).max():.4g} kg m^2, expected all "
+                f"below {_GREATEST:g}; "
+                f"{_ADVICE}"
+            )
+        pseudo[1 + body.joint] += own
     outward = np.eye(count)
     for child in range(count - 1, 0, -1):  # parents come before children
         outward[1 + robot.joints[child - 1].parent] += outward[child]

@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 
 DEGREE = 5
 REPEATED = 3  # how often each end is repeated: at rest, without acceleration
+_MOST_POINTS = 256  # its matrices grow with the square of them
 _BATCH = 16  # motions whose Bezier points fit into the cache together
 _BISECTIONS = 5  # hulls are taken on pieces cut into 2^5: within 0.1 % of the true extremes of the quintic
 
@@ -37,7 +38,7 @@ class Motion(Frozen):
         control_points: (K + 2, n) start, K interior points, goal [rad or m]. Two of them make the quintic.
 
     Raises:
-        ProblemError: fewer than two points, or numbers that are not finite.
+        ProblemError: fewer than two points or more than 256, or numbers that are not finite.
     """
 
     control_points: Array
@@ -51,6 +52,11 @@ class Motion(Frozen):
         if len(points) < 2 or not points.shape[1]:
             raise ProblemError(
                 f"control_points has shape {points.shape}, expected (K + 2, n): the start, K interior points, the goal"
+            )
+        if len(points) > _MOST_POINTS:
+            raise ProblemError(
+                f"control_points has {len(points)} rows, expected at most {_MOST_POINTS}: a path through more points is a "
+                "PiecewisePath, as in RecordedTrajectory(robot, PiecewisePath.from_cubic(t, q))"
             )
         object.__setattr__(self, "control_points", points)
 

@@ -123,7 +123,7 @@ class MotionSwarm:
                 f"control_points has shape {points.shape}, expected (m, K + 2, {n}): start, up to {_MOST_INTERIOR} points, "
                 "the goal"
             )
-        rows = np.ascontiguousarray(points[:, 1:-1].reshape(len(points), -1), dtype=np.float32)
+        rows = np.ascontiguousarray(points[:, 1:-1].reshape(len(points), interior * n), dtype=np.float32)
         found = self._islands.judge(rows, interior)
         terms = {name: found["terms"][:, i].astype(np.float64) for i, name in enumerate(native.motion_terms)}
         return Judged(

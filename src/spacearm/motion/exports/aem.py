@@ -74,7 +74,7 @@ def write_aem(
     if not isinstance(version, str) or version not in VERSIONS:
         raise SettingsError(f"version is {shown(version)}, expected one of {', '.join(map(repr, VERSIONS))}")
     named = {
-        "object_name": trajectory.robot.name if object_name is None else object_name,
+        "object_name": (_ascii(trajectory.robot.name).strip() or "UNKNOWN") if object_name is None else object_name,
         "object_id": object_id,
         "frame_a": frame_a,
         "frame_b": frame_b,

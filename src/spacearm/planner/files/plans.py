@@ -9,7 +9,10 @@ clearance without obstacles, is null. Timings are left out: the same search give
 
 from __future__ import annotations
 
+import csv
+import io
 import json
+import math
 import os
 from collections.abc import Iterator
 from typing import Any
@@ -42,30 +45,41 @@ _SAMPLES = 201
 def plan_as_dict(plan: Plan) -> dict[str, Any]:
     """Return a plan as plain values; see the module for the keys."""
     search = plan.goal_search
-    return {
-        KEY: VERSION,
-        "status": plan.status,
-        "message": plan.message,
-        "problem": {"hash": problem_hash(plan.problem), **problem_as_dict(plan.problem)},
-        "seed": plan.seed,
-        "settings": as_dict(plan.settings),
-        "motion": None if plan.trajectory is None else trajectory_as_dict(plan.trajectory),
-        **({} if plan.base is None else {"base": record_as_dict(plan.base)}),
-        "fitness": plan.fitness,
-        "goals": plan.goals.tolist(),
-        "goal_search": None
-        if search is None
-        else {"searches": search.searches, "reached": search.reached, "in_collision": search.in_collision},
-        "ends": record_as_dict(plan.ends),
-        "history": [
-            {key: value for key, value in record_as_dict(improvement).items() if key != "seconds"}
-            for improvement in plan.history
-        ],
-        "evaluations": plan.evaluations,
-        "proofs": plan.proofs,
-        "interrupted": plan.interrupted,
-        "certificate": None if plan.certificate is None else plan.certificate.as_dict(),
-    }
+    return _without_infinite(
+        {
+            KEY: VERSION,
+            "status": plan.status,
+            "message": plan.message,
+            "problem": {"hash": problem_hash(plan.problem), **problem_as_dict(plan.problem)},
+            "seed": plan.seed,
+            "settings": as_dict(plan.settings),
+            "motion": None if plan.trajectory is None else trajectory_as_dict(plan.trajectory),
+            **({} if plan.base is None else {"base": record_as_dict(plan.base)}),
+            "fitness": plan.fitness,
+            "goals": plan.goals.tolist(),
+            "goal_search": None
+            if search is None
+            else {"searches": search.searches, "reached": search.reached, "in_collision": search.in_collision},
+            "ends": record_as_dict(plan.ends),
+            "history": [
+                {key: value for key, value in record_as_dict(improvement).items() if key != "seconds"}
+                for improvement in plan.history
+            ],
+            "evaluations": plan.evaluations,
+            "proofs": plan.proofs,
+            "interrupted": plan.interrupted,
+            "certificate": None if plan.certificate is None else plan.certificate.as_dict(),
+        }
+    )
+
+
+def _without_infinite(value: Any) -> Any:
+    """Return plain values with null for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {key: _without_infinite(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_without_infinite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def problem_as_dict(problem: Problem) -> dict[str, Any]:
@@ -172,7 +186,9 @@ def save_trajectory(
         header += BASE_COLUMNS
         columns += rows.trajectory.base_pose(rows.t)
     lines = [",".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
-    write_new(path, "\n".join([",".join(header), *lines]) + "\n")
+    names_line = io.StringIO()
+    csv.writer(names_line, lineterminator="\n").writerow(header)  # a name may hold a comma
+    write_new(path, names_line.getvalue() + "\n".join(lines) + "\n")
     return rows.notes
 
 

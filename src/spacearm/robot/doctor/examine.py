@@ -88,7 +88,7 @@ def examined(
             srdf_root = xml_root(content, what="an SRDF", root="robot")
             if srdf_root.find("link") is not None:
                 raise FileFormatError("this holds <link> elements, expected an SRDF; is it the URDF?")
-    chart = Chart(root, path, base or _base_of(srdf_root), choices)
+    chart = Chart(root, path, _base_of(srdf_root) if base is None else base, choices)
     mass, base_mass = _look(chart)
     read = None
     if srdf is not None:
