@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from spacearm.checks import shown
-from spacearm.errors import OutputError
+from spacearm.errors import OutputError, SettingsError
 from spacearm.interrupts import unbroken
 
 CLAIM = ".spacearm-is-writing"
@@ -44,6 +44,33 @@ def write_new(path: str | os.PathLike[str], content: bytes | str) -> None:
             _linked(temporary, target)
         except FileExistsError:
             raise OutputError(_exists(target)) from None
+
+
+def write_out(path: str | os.PathLike[str], content: bytes | str, *, overwrite: bool) -> None:
+    """Write a file: a new one, or in place of what is there if that was asked for.
+
+    Raises:
+        OutputError: the file exists already and was not to be replaced, or it cannot be written.
+    """
+    if overwrite:
+        write_atomically(path, content)
+    else:
+        write_new(path, content)
+
+
+def require_writable(path: str | os.PathLike[str], *, overwrite: bool) -> None:
+    """Refuse, before the work is done, what `write_out` would refuse after it.
+
+    Raises:
+        OutputError: the file exists already and is not to be replaced, or its name is none.
+        SettingsError: overwrite is neither true nor false.
+    """
+    if not isinstance(overwrite, bool):
+        raise SettingsError(f"overwrite is {shown(overwrite)}, expected True or False")
+    if overwrite:
+        require_path(path)
+    else:
+        require_new(path, advice="choose another name, or give overwrite=True")
 
 
 def require_new(path: str | os.PathLike[str], *, advice: str = "choose another name") -> None:
