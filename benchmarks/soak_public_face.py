@@ -119,6 +119,7 @@ def calls(folder: Path) -> list[Call]:
     swarm = sa.Swarm([-1.0, -1.0], [1.0, 1.0], sa.PSO(particles=5, iterations=3), rng=0)
     judging = sa.MotionSwarm(problem, goal=goal, rng=0)
     asked = judging.ask()
+    at = ("sample", "tip", "base_pose", "base_rate", "time_at")
     new = {"count": 0}
 
     def fresh(save: Callable[..., Any]) -> Callable[..., Any]:
@@ -155,7 +156,8 @@ def calls(folder: Path) -> list[Call]:
             {"tip": "a", "velocity_limit": 1.0, "acceleration_limit": 1.0, "fixed": {}, "capsules_per_shape": 2},
         ),
         Call("Joint", sa.Joint, (), {
-            "name": "j", "kind": "revolute", "parent": -1, "T_parent_joint": np.eye(4), "dof": 0, "multiplier": 1.0, "offset": 0.0,
+            "name": "j", "kind": "revolute", "parent": -1, "T_parent_joint": np.eye(4), "dof": 0, "multiplier": 1.0,
+            "offset": 0.0,
         }),
         Call("Frame", sa.Frame, (), {"name": "tip", "joint": 0, "T_joint_frame": np.eye(4)}),
         Call("LinkCapsule", sa.LinkCapsule, (), {"name": "l", "joint": 0, "a": (0, 0, 0.0), "b": (1.0, 0, 0), "radius": 0.1}),
@@ -183,7 +185,7 @@ def calls(folder: Path) -> list[Call]:
         Call("PiecewisePath", sa.PiecewisePath, ([0.0, 1.0], np.zeros((1, 2, 7)))),
         Call("PiecewisePath.from_linear", sa.PiecewisePath.from_linear, ([0.0, 1.0], [home, goal])),
         Call("PiecewisePath.from_cubic", sa.PiecewisePath.from_cubic, ([0.0, 1.0], [home, goal], [home, home])),
-        Call("PiecewisePath.from_quintic", sa.PiecewisePath.from_quintic, ([0.0, 1.0], [home, goal], [home, home], [home, home])),
+        Call("PiecewisePath.from_quintic", sa.PiecewisePath.from_quintic, ([0.0, 1.0], *[[home, goal]] * 3)),
         Call("PiecewisePath.sample", path.sample, (0.5, 1)),
         Call("TimeLaw", sa.TimeLaw, ([0.0, 1.0], [[0.0, 0.0, 1.0, 1.0]])),
         Call("TimeLaw.sample", law.sample, (0.5, 1)),
@@ -191,10 +193,10 @@ def calls(folder: Path) -> list[Call]:
         Call("Trajectory", sa.Trajectory, (robot, motion), {
             "duration": 9.0, "time_law": law, "base": "fixed", "base_start": np.eye(4), "momentum": None, "notes": (),
         }),
-        *(Call(f"Trajectory.{name}", getattr(trajectory, name), (0.5,)) for name in ("sample", "tip", "base_pose", "base_rate", "time_at")),
+        *(Call(f"Trajectory.{name}", getattr(trajectory, name), (0.5,)) for name in at),
         Call("Trajectory.margins", trajectory.margins, (robot,), {"jerk_limit": 1.0}),
         Call("RecordedTrajectory", sa.RecordedTrajectory, (robot, path), {"base": "fixed", "notes": ()}),
-        *(Call(f"RecordedTrajectory.{name}", getattr(recorded, name), (0.5,)) for name in ("sample", "tip", "base_pose", "time_at")),
+        *(Call(f"RecordedTrajectory.{name}", getattr(recorded, name), (0.5,)) for name in at),
         Call("time_optimal", sa.time_optimal, (robot, motion), {"jerk_limit": 5.0}),
         Call("resampled", sa.resampled, (trajectory,), {"rate_hz": 10.0}),
         Call("load_trajectory", sa.load_trajectory, (robot, folder / "t.csv"), {
@@ -205,7 +207,9 @@ def calls(folder: Path) -> list[Call]:
         Call("ConfigurationGoal", sa.ConfigurationGoal, (goal,), {"tolerance": 0.1}),
         Call("ConfigurationsGoal", sa.ConfigurationsGoal, ([goal],), {"tolerance": 0.1}),
         Call("PositionGoal", sa.PositionGoal, ((0.5, 0.2, 0.3),), {"tolerance": 0.01, "frame": "tip"}),
-        Call("PoseGoal", sa.PoseGoal, (np.eye(4),), {"position_tolerance": 0.1, "orientation_tolerance": 0.1, "free_axis": "z"}),
+        Call("PoseGoal", sa.PoseGoal, (np.eye(4),), {
+            "position_tolerance": 0.1, "orientation_tolerance": 0.1, "free_axis": "z",
+        }),
         Call("AttitudeGoal", sa.AttitudeGoal, ((1.0, 0, 0, 0),), {"tolerance": 0.1}),
         Call("BaseLimits", sa.BaseLimits, (), {"final": 0.1, "peak": 0.1, "rate": 0.1, "joint_momentum": 0.1}),
         Call("Weights", sa.Weights, (), {"length": 1.0, "duration": 0.1, "clearance": 0.1, "base_peak": 0.1}),
@@ -233,12 +237,12 @@ def calls(folder: Path) -> list[Call]:
         Call("MotionSwarm.judge", judging.judge, (asked,)),
         Call("PSO", sa.PSO, (), {"particles": 5, "iterations": 3, "neighbours": 2, "inertia": 0.7}),
         Call("IPSO", sa.IPSO, (), {"particles": 6, "iterations": 3}),
-        Call("FeasibleFirst", sa.FeasibleFirst, (), {"forgiven": 0.5, "power": 2.0}),
+        Call("FeasibleFirst", sa.FeasibleFirst, (), {"forgiven": 0.5, "power": 2}),
         Call("Penalty", sa.Penalty, (), {"weight": 1.0}),
         Call("Swarm", sa.Swarm, ([-1.0, -1.0], [1.0, 1.0], sa.PSO(particles=5, iterations=3)), {"rng": 0}),
         Call("Swarm.tell", telling, (np.zeros(5), np.zeros(5))),
         Call("Swarm.load", sa.Swarm.load, (folder / "plan.json",)),
-        Call("Swarm.save", fresh(lambda swarm, path: swarm.save(path)), (swarm, folder)),
+        Call("Swarm.save", lambda path: fresh(lambda _, where: swarm.save(where))(None, path), (folder,)),
         Call("minimize", sa.minimize, (square, [-1.0, -1.0], [1.0, 1.0], sa.PSO(particles=5, iterations=3)), {"rng": 0}),
         Call("named_settings", sa.named_settings, ("ring",)),
     ]  # fmt: skip

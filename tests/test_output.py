@@ -109,7 +109,7 @@ def test_a_file_has_the_mode_that_the_umask_leaves(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("path", [None, "", 3, "a\0b", b"bytes", object()])
 def test_a_path_that_is_none_is_refused(path: Any) -> None:
-    with pytest.raises(OutputError, match=r"^path is .*, expected the path of a new file"):
+    with pytest.raises(OutputError, match=r"^path is .*, expected the path of a file"):
         write_new(path, "content")
 
 
@@ -184,3 +184,24 @@ def test_other_threads_have_nothing_to_put_off() -> None:
             pass
 
     assert at_once(work) == (6, [])
+
+
+@pytest.mark.parametrize("saver", ["CSV", "AEM", "ROS", "plan"])
+def test_a_second_run_replaces_what_it_is_told_to(saver: str, tmp_path: Path) -> None:
+    path = tmp_path / "file"
+
+    def save(**given: Any) -> None:
+        if saver == "plan":
+            save_plan(plan(Problem(ARM, [], start=np.zeros(7), goal=np.full(7, 0.1)), rng=0), path, **given)
+        else:
+            {"CSV": save_trajectory, "AEM": write_aem, "ROS": write_ros_trajectory}[saver](TRAJECTORY, path, **given)
+
+    path.write_text("mine")
+    with pytest.raises(OutputError, match="exists, expected a new file; choose another name, or give overwrite=True"):
+        save()
+    assert path.read_text() == "mine"
+    save(overwrite=True)
+    first = path.read_text()
+    save(overwrite=True)
+    assert first != "mine"
+    assert saver == "AEM" or path.read_text() == first  # which has its date in it

@@ -6,12 +6,9 @@ The public names, each loaded when it is first used.
 from __future__ import annotations
 
 import importlib
-
-TYPE_CHECKING = False  # as typing has it, which is slow to load
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from spacearm._kernel import KernelInfo, kernel_info
     from spacearm.errors import SpacearmError
     from spacearm.momentum import (

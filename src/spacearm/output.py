@@ -7,9 +7,10 @@ import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from spacearm.checks import shown
-from spacearm.errors import OutputError
+from spacearm.errors import OutputError, SettingsError
 from spacearm.interrupts import unbroken
 
 CLAIM = ".spacearm-is-writing"
@@ -24,6 +25,7 @@ def write_atomically(path: str | os.PathLike[str], content: bytes | str) -> None
     Raises:
         OutputError: the folder is missing or not writable, or the disk is full.
     """
+    require_path(path)
     target = Path(path)
     with unbroken(), _written_beside(target, content) as temporary:
         os.replace(temporary, target)
@@ -44,6 +46,33 @@ def write_new(path: str | os.PathLike[str], content: bytes | str) -> None:
             raise OutputError(_exists(target)) from None
 
 
+def write_out(path: str | os.PathLike[str], content: bytes | str, *, overwrite: bool) -> None:
+    """Write a file: a new one, or in place of what is there if that was asked for.
+
+    Raises:
+        OutputError: the file exists already and was not to be replaced, or it cannot be written.
+    """
+    if overwrite:
+        write_atomically(path, content)
+    else:
+        write_new(path, content)
+
+
+def require_writable(path: str | os.PathLike[str], *, overwrite: bool) -> None:
+    """Refuse, before the work is done, what `write_out` would refuse after it.
+
+    Raises:
+        OutputError: the file exists already and is not to be replaced, or its name is none.
+        SettingsError: overwrite is neither true nor false.
+    """
+    if not isinstance(overwrite, bool):
+        raise SettingsError(f"overwrite is {shown(overwrite)}, expected True or False")
+    if overwrite:
+        require_path(path)
+    else:
+        require_new(path, advice="choose another name, or give overwrite=True")
+
+
 def require_new(path: str | os.PathLike[str], *, advice: str = "choose another name") -> None:
     """Refuse to write over something, before the work is done that it would hold.
 
@@ -54,10 +83,23 @@ def require_new(path: str | os.PathLike[str], *, advice: str = "choose another n
     Raises:
         OutputError: the file exists already, or its name is none.
     """
-    if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
-        raise OutputError(f"path is {shown(path)}, expected the path of a new file (a str or a Path)")
+    require_path(path)
     if os.path.lexists(path):
         raise OutputError(_exists(path, advice))
+
+
+def require_path(path: Any) -> None:
+    """Refuse what cannot be the path of a file.
+
+    Raises:
+        OutputError: such a one.
+    """
+    try:
+        fine = isinstance(path, (str, os.PathLike)) and os.fsencode(path).strip() and b"\0" not in os.fsencode(path)
+    except (TypeError, ValueError):
+        fine = False
+    if not fine or isinstance(path, bytes):
+        raise OutputError(f"path is {shown(path)}, expected the path of a file (a str or a Path)")
 
 
 def make_new_folder(path: str | os.PathLike[str]) -> Path:

@@ -135,8 +135,9 @@ def test_lines_come_back_as_lines(tmp_path: Path) -> None:
 
 def test_too_few_rows_are_refused_and_too_wide_steps_told(tmp_path: Path) -> None:
     trajectory = time_optimal(ARM, drawn(1))
-    with pytest.raises(SettingsError, match=r"samples is 1, expected a whole number from 2"):
-        save_trajectory(trajectory, tmp_path / "t.csv", samples=1)
+    with pytest.raises(SettingsError, match=r"samples is 0, expected a whole number from 1"):
+        save_trajectory(trajectory, tmp_path / "t.csv", samples=0)
+    assert len(save_trajectory(trajectory, tmp_path / "t.csv", samples=8)) == 1
     notes = write_ros_trajectory(trajectory, tmp_path / "t.json", step=trajectory.duration / 7)
     assert len(notes) == 1
     assert notes[0].startswith("what is read between its rows may pass a limit that the trajectory keeps, by ")

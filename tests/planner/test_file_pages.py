@@ -5,15 +5,14 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
-import trimesh
 import yaml
 
 from house.source import REPOSITORY
-from house.test_docs import arm
 from spacearm.planner import plan
 from spacearm.planner.files.editor_schema import SCHEMA_FILE, problem_schema
 from spacearm.planner.files.problems import load_problem, load_problem_file
@@ -30,26 +29,12 @@ robot: {file: arm.urdf, srdf: arm.srdf}
 start: {j2: -0.6}
 goal: {position: [0.52, 0.2, 0.58]}
 """
-_JOINTS = "".join(f'<joint name="j{i + 1}" value="{q}"/>' for i, q in enumerate((0, -0.6, 0, -1.2, 0, 1)))
-READY = f'<group_state name="ready" group="arm">{_JOINTS}</group_state>'
-SCENE = """\
-world:
-  collision_objects:
-    - id: shelf
-      primitives: [{type: box, dimensions: [0.1, 0.2, 0.3]}]
-      primitive_poses: [{position: [0.5, 0, 0], orientation: [0, 0, 0, 1]}]
-"""
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Return a folder with the files that the page names."""
-    urdf, srdf = arm()
-    (tmp_path / "arm.urdf").write_text(urdf, encoding="utf-8")
-    (tmp_path / "arm.srdf").write_text(srdf.replace("</robot>", READY + "</robot>"), encoding="utf-8")
-    (tmp_path / "scan.csv").write_text("x,y,z\n0.5,0.5,0.5\n0.5,0.51,0.5\n", encoding="utf-8")
-    (tmp_path / "scene.yaml").write_text(SCENE, encoding="utf-8")
-    trimesh.creation.box((0.2, 0.1, 0.1)).export(tmp_path / "antenna.stl")
+    shutil.copytree(REPOSITORY / "examples", tmp_path, dirs_exist_ok=True)
     return tmp_path
 
 

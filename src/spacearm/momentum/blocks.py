@@ -169,7 +169,10 @@ def base_at_mass_center(robot: Robot, q: ArrayLike, attitude_wxyz: ArrayLike = (
     Raises:
         RobotError: masses that cannot be, q does not fit the robot, or an attitude that is none.
     """
+    center = center_of_mass(robot, q)
+    if center.shape != (3,):
+        raise RobotError(f"q has shape {np.shape(q)}, expected ({robot.dof},): one configuration")
     T = np.eye(4)
     T[:3, :3] = matrix_of(as_unit("attitude_wxyz", attitude_wxyz))
-    T[:3, 3] = -product(T[:3, :3], center_of_mass(robot, q))
+    T[:3, 3] = -product(T[:3, :3], center)
     return T

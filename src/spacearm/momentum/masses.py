@@ -15,9 +15,9 @@ from spacearm.robot.model import require_robot
 
 Array = NDArray[np.float64]
 
+_GREATEST = 1e15  # [kg, kg m, kg m^2]; of more float64 keeps no digits that count
 _SLACK = 0.01  # by which published moments of inertia, rounded, may miss the triangle inequality
 _ROUNDING = 1e-9
-_LARGEST = 1e15  # [kg, kg m or kg m^2]: products of three stay numbers
 _ADVICE = "run `spacearm doctor` on its model"
 
 
@@ -48,9 +48,17 @@ def lumped_masses(robot: Robot) -> Masses:
     """
     count = 1 + len(robot.joints)
     pseudo = np.zeros((count, 4, 4))
-    with np.errstate(over="ignore", invalid="ignore"):  # what is beyond numbers is refused below
-        for body in robot.bodies:
-            pseudo[1 + body.joint] += _pseudo_inertia(body.mass, body.com, body.inertia)
+    for body in robot.bodies:
+        with np.errstate(over="ignore", invalid="ignore"):
+            own = _pseudo_inertia(body.mass, body.com, body.inertia)
+        if not (np.abs(own) < _GREATEST).all():
+            raise RobotError(
+                f"robot '{robot.name}' cannot float: body '{body.name}' has a mass of {body.mass:.4g} kg at "
+                f"{body.com.tolist()} m and moments of inertia up to {np.abs(body.inertia).max():.4g} kg m^2, expected all "
+                f"below {_GREATEST:g}; "
+                f"{_ADVICE}"
+            )
+        pseudo[1 + body.joint] += own
     outward = np.eye(count)
     for child in range(count - 1, 0, -1):  # parents come before children
         outward[1 + robot.joints[child - 1].parent] += outward[child]
@@ -80,11 +88,11 @@ def _require_possible(robot: Robot, lumped: Array) -> None:
     if not robot.bodies:
         raise RobotError(f"{what} its model states no masses, expected some for the base and the links; {_ADVICE}")
     for i, pseudo in enumerate(lumped):
-        if not np.abs(pseudo).max() <= _LARGEST:
+        if not np.abs(pseudo).max() <= _GREATEST:
             where = "the base" if i == 0 else f"what joint '{robot.joints[i - 1].name}' moves"
             raise RobotError(
                 f"{what} {where} has a mass, a centre of mass or an inertia beyond measure (up to "
-                f"{np.abs(pseudo).max():.3g} in kg and m), expected at most {_LARGEST:g}; check the units"
+                f"{np.abs(pseudo).max():.3g} in kg and m), expected at most {_GREATEST:g}; check the units"
             )
         mass, where = pseudo[3, 3], "the base" if i == 0 else f"what joint '{robot.joints[i - 1].name}' moves"
         if mass == 0:

@@ -24,9 +24,8 @@ from spacearm.errors import ProblemError
 Array = NDArray[np.float64]
 
 DEGREE = 5
-_DERIVATIVES = range(DEGREE + 1)
-_MOST_POINTS = 200  # the bounds of a motion's derivatives take time and memory by the square of them
 REPEATED = 3  # how often each end is repeated: at rest, without acceleration
+_MOST_POINTS = 256  # its matrices grow with the square of them
 _BATCH = 16  # motions whose Bezier points fit into the cache together
 _BISECTIONS = 5  # hulls are taken on pieces cut into 2^5: within 0.1 % of the true extremes of the quintic
 
@@ -39,7 +38,7 @@ class Motion(Frozen):
         control_points: (K + 2, n) start, K interior points, goal [rad or m]. Two of them make the quintic.
 
     Raises:
-        ProblemError: fewer than two points or more than 200, or numbers that are not finite.
+        ProblemError: fewer than two points or more than 256, or numbers that are not finite.
     """
 
     control_points: Array
@@ -52,8 +51,8 @@ class Motion(Frozen):
         points = as_readonly("control_points", self.control_points, (None, None), ProblemError)
         if len(points) > _MOST_POINTS:
             raise ProblemError(
-                f"control_points has {len(points)} points, expected at most {_MOST_POINTS}: a motion is one smooth curve; give "
-                "a path of many points as a RecordedTrajectory"
+                f"control_points has {len(points)} points, expected at most {_MOST_POINTS}: a path through more points is a "
+                "PiecewisePath, as in RecordedTrajectory(robot, PiecewisePath.from_cubic(t, q))"
             )
         if len(points) < 2 or not points.shape[1]:
             raise ProblemError(

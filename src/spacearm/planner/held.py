@@ -129,8 +129,10 @@ def _links_to_touch(robot: Robot, touching: Any) -> set[str]:
     known = list(dict.fromkeys(entry.name for entry in (*robot.capsules, *robot.frames)))
     names = list(touching)
     for link in names:
-        if link not in known:
-            raise RobotError(f"touching names {shown(link)}, which is no link of robot '{robot.name}'; {nearest(link, known)}")
+        if not isinstance(link, str) or link not in known:
+            raise RobotError(
+                f"touching names {shown(link)}, which is no link of robot '{robot.name}'; {nearest(str(link), known)}"
+            )
     return set(names)
 
 

@@ -54,7 +54,7 @@ class Joint(Frozen):
 
     def __post_init__(self) -> None:
         as_name("a joint's name", self.name, RobotError)
-        if self.kind not in JOINT_KINDS:
+        if not isinstance(self.kind, str) or self.kind not in JOINT_KINDS:
             raise RobotError(f"joint '{self.name}' has kind {shown(self.kind)}, expected one of {', '.join(JOINT_KINDS)}")
         where = f"joint '{self.name}'"
         keep(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.errors import FileFormatError, OutputError, SpacearmError
-from spacearm.output import write_atomically
+from spacearm.output import require_path, write_atomically
 from spacearm.reading import read_bytes
 from spacearm.settings import as_dict
 from spacearm.swarm.settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
@@ -56,6 +56,7 @@ def write(
     infinite: tuple[int, int],
 ) -> None:
     """Write a checkpoint in place of an older one of ours; see `Swarm.save`."""
+    require_path(path)
     if Path(path).exists():
         try:
             read(path)

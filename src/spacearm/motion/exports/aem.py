@@ -19,7 +19,7 @@ from spacearm.checks import shown
 from spacearm.errors import SettingsError
 from spacearm.motion.exports.instants import instants
 from spacearm.motion.recorded import AnyTrajectory, require_trajectory
-from spacearm.output import require_new, write_new
+from spacearm.output import require_writable, write_out
 from spacearm.version import version as spacearm_version
 
 LOCAL_FRAME = "LOCAL_INERTIAL"
@@ -47,6 +47,7 @@ def write_aem(
     originator: str = "SPACEARM",
     creation_date: str | datetime | None = None,
     version: str = "2.0",
+    overwrite: bool = False,
 ) -> None:
     """Write the attitude of a trajectory's base as an AEM of CCSDS 504.0-B, type QUATERNION.
 
@@ -65,6 +66,7 @@ def write_aem(
         originator: who made the message.
         creation_date: of the message, UTC; None: now.
         version: of the format, "2.0", or "1.0" for readers of 504.0-B-1.
+        overwrite: replace a file that is there.
 
     Raises:
         OutputError: the file exists already, or cannot be written.
@@ -74,7 +76,7 @@ def write_aem(
     if not isinstance(version, str) or version not in VERSIONS:
         raise SettingsError(f"version is {shown(version)}, expected one of {', '.join(map(repr, VERSIONS))}")
     named = {
-        "object_name": trajectory.robot.name if object_name is None else object_name,
+        "object_name": (_ascii(trajectory.robot.name).strip() or "UNKNOWN") if object_name is None else object_name,
         "object_id": object_id,
         "frame_a": frame_a,
         "frame_b": frame_b,
@@ -85,7 +87,7 @@ def write_aem(
     start = as_epoch("start_epoch", _PLACEHOLDER if start_epoch is None else start_epoch)
     now = datetime.now(timezone.utc).replace(microsecond=0) if creation_date is None else creation_date
     created = _printed(as_epoch("creation_date", now))
-    require_new(path)
+    require_writable(path, overwrite=overwrite)
     at = instants(trajectory, step, ticks=_TICKS)
     try:
         epochs = [_printed(start + timedelta(microseconds=tick)) for tick in at.tolist()]
@@ -116,7 +118,7 @@ def write_aem(
         *(f"{epoch} {_numbers(row)}" for epoch, row in zip(epochs, _scalar_last(trajectory, at), strict=True)),
         "DATA_STOP",
     ]
-    write_new(path, "\n".join(lines) + "\n")
+    write_out(path, "\n".join(lines) + "\n", overwrite=overwrite)
 
 
 def _scalar_last(trajectory: AnyTrajectory, at: NDArray[np.int64]) -> NDArray[np.float64]:

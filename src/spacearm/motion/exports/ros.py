@@ -21,7 +21,7 @@ from spacearm.momentum.turning import rotated
 from spacearm.motion.exports.instants import instants
 from spacearm.motion.exports.rows import rows_at, rows_of
 from spacearm.motion.recorded import AnyTrajectory, require_trajectory
-from spacearm.output import require_new, write_new
+from spacearm.output import require_writable, write_out
 
 Array = NDArray[np.float64]
 
@@ -35,6 +35,7 @@ def write_ros_trajectory(
     *,
     step: float | None = None,
     frame_id: str = "inertial",
+    overwrite: bool = False,
 ) -> tuple[str, ...]:
     """Write a trajectory as messages of ROS 2 in JSON: joint_names and points, and where a floating base is.
 
@@ -44,6 +45,7 @@ def write_ros_trajectory(
         step: between two points [s]; None: about a 200th of the duration, and less where that is needed for what is read
             between the points to be the trajectory again, within its limits.
         frame_id: the name of the inertial frame.
+        overwrite: replace a file that is there.
 
     Returns:
         What differs from the trajectory by more than the last digits, a sentence each; mostly nothing.
@@ -54,7 +56,7 @@ def write_ros_trajectory(
     """
     require_trajectory(trajectory)
     frame_id = as_name("frame_id", frame_id, SettingsError)
-    require_new(path)
+    require_writable(path, overwrite=overwrite)
     if step is None:
         rows = rows_of(trajectory, least=_POINTS, ticks=_TICKS)
         at = np.round(rows.t * _TICKS).astype(np.int64)
@@ -87,7 +89,7 @@ def write_ros_trajectory(
             "poses": [{"header": header, "pose": pose} for header, pose in zip(headers, poses, strict=True)],
         }
         values["base_twists"] = [{"header": header, "twist": twist} for header, twist in zip(headers, twists, strict=True)]
-    write_new(path, "".join(_parts(values)) + "\n")
+    write_out(path, "".join(_parts(values)) + "\n", overwrite=overwrite)
     return rows.notes
 
 

@@ -10,7 +10,10 @@ as a clearance without obstacles, is null. Timings are left out: the same search
 
 from __future__ import annotations
 
+import csv
+import io
 import json
+import math
 import os
 from collections.abc import Iterator
 from typing import Any
@@ -22,10 +25,10 @@ from spacearm.checks import as_whole, require_kind
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import AnyTrajectory
 from spacearm.motion.base_columns import BASE_COLUMNS, TIP_COLUMNS
-from spacearm.motion.exports.rows import rows_of
+from spacearm.motion.exports.rows import rows_at, rows_of
 from spacearm.motion.plain import trajectory_as_dict
 from spacearm.motion.recorded import require_trajectory
-from spacearm.output import require_new, write_new
+from spacearm.output import require_writable, write_new, write_out
 from spacearm.planner.clearance import Margins
 from spacearm.planner.goals import goal_as_dict
 from spacearm.planner.problem import Problem
@@ -44,31 +47,42 @@ _SAMPLES = 201
 def plan_as_dict(plan: Plan) -> dict[str, Any]:
     """Return a plan as plain values; see the module for the keys."""
     search = plan.goal_search
-    return {
-        KEY: VERSION,
-        "status": plan.status,
-        "message": plan.message,
-        "problem": {"hash": problem_hash(plan.problem), **problem_as_dict(plan.problem)},
-        "seed": plan.seed,
-        "settings": as_dict(plan.settings),
-        "motion": None if plan.trajectory is None else trajectory_as_dict(plan.trajectory),
-        **({} if plan.base is None else {"base": record_as_dict(plan.base)}),
-        "fitness": plan.fitness,
-        **({} if plan.margins is None else {"margins": _margins_as_dict(plan.margins)}),
-        "goals": plan.goals.tolist(),
-        "goal_search": None
-        if search is None
-        else {"searches": search.searches, "reached": search.reached, "in_collision": search.in_collision},
-        "ends": record_as_dict(plan.ends),
-        "history": [
-            {key: value for key, value in record_as_dict(improvement).items() if key != "seconds"}
-            for improvement in plan.history
-        ],
-        "evaluations": plan.evaluations,
-        "proofs": plan.proofs,
-        "interrupted": plan.interrupted,
-        "certificate": None if plan.certificate is None else plan.certificate.as_dict(),
-    }
+    return _without_infinite(
+        {
+            KEY: VERSION,
+            "status": plan.status,
+            "message": plan.message,
+            "problem": {"hash": problem_hash(plan.problem), **problem_as_dict(plan.problem)},
+            "seed": plan.seed,
+            "settings": as_dict(plan.settings),
+            "motion": None if plan.trajectory is None else trajectory_as_dict(plan.trajectory),
+            **({} if plan.base is None else {"base": record_as_dict(plan.base)}),
+            "fitness": plan.fitness,
+            **({} if plan.margins is None else {"margins": _margins_as_dict(plan.margins)}),
+            "goals": plan.goals.tolist(),
+            "goal_search": None
+            if search is None
+            else {"searches": search.searches, "reached": search.reached, "in_collision": search.in_collision},
+            "ends": record_as_dict(plan.ends),
+            "history": [
+                {key: value for key, value in record_as_dict(improvement).items() if key != "seconds"}
+                for improvement in plan.history
+            ],
+            "evaluations": plan.evaluations,
+            "proofs": plan.proofs,
+            "interrupted": plan.interrupted,
+            "certificate": None if plan.certificate is None else plan.certificate.as_dict(),
+        }
+    )
+
+
+def _without_infinite(value: Any) -> Any:
+    """Return plain values with null for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {key: _without_infinite(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_without_infinite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _margins_as_dict(margins: Margins) -> dict[str, Any]:
@@ -123,16 +137,21 @@ def values_that_count(problem: Problem) -> dict[str, Any]:
     return values
 
 
-def save_plan(plan: Plan, path: str | os.PathLike[str]) -> None:
+def save_plan(plan: Plan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     """Write a plan as JSON.
+
+    Args:
+        plan: to be written, found or not.
+        path: of the file, a new one.
+        overwrite: replace a file that is there.
 
     Raises:
         OutputError: the file exists already, or cannot be written.
         ProblemError: it is no plan.
     """
     require_kind("plan", plan, Plan, ProblemError, advice="make one with plan(problem)")
-    require_new(path)
-    save_json(plan_as_dict(plan), path)
+    require_writable(path, overwrite=overwrite)
+    write_out(path, _text(plan_as_dict(plan)), overwrite=overwrite)
 
 
 def save_json(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
@@ -141,16 +160,16 @@ def save_json(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
     Raises:
         OutputError: the file exists already, or cannot be written.
     """
-    require_new(path)
-    write_new(path, "".join(_json(values, "")) + "\n")
+    write_new(path, _text(values))
 
 
 def save_trajectory(
     trajectory: AnyTrajectory,
     path: str | os.PathLike[str],
     *,
-    samples: int = _SAMPLES,
+    samples: int | None = None,
     jerk_limit: ArrayLike | None = None,
+    overwrite: bool = False,
 ) -> tuple[str, ...]:
     """Write a trajectory as CSV: time [s], then position, rate and acceleration of every joint, and the tip's position.
 
@@ -162,8 +181,10 @@ def save_trajectory(
     Args:
         trajectory: to be written.
         path: of the file, a new one.
-        samples: how many rows there are at least, or nearly so. Steps are equal only where the trajectory's pieces are.
+        samples: so many rows at equal steps, which may be too few to keep the limits; None: about 200 or as many as it takes,
+            at equal steps if the trajectory's pieces are equal.
         jerk_limit: to be kept by what is read, too.
+        overwrite: replace a file that is there.
 
     Returns:
         What differs from the trajectory by more than the last digits, a sentence each; mostly nothing.
@@ -173,9 +194,12 @@ def save_trajectory(
         SettingsError: samples that are none.
     """
     require_trajectory(trajectory)
-    require_new(path)
-    least = as_whole("samples", samples, SettingsError, at_least=2, at_most=1_000_000)
-    rows = rows_of(trajectory, least=least, jerk_limit=jerk_limit)
+    require_writable(path, overwrite=overwrite)
+    if samples is None:
+        rows = rows_of(trajectory, least=_SAMPLES, jerk_limit=jerk_limit)
+    else:
+        count = as_whole("samples", samples, SettingsError, at_least=1, at_most=1_000_000)
+        rows = rows_at(trajectory, np.linspace(0.0, trajectory.duration, count))
     names = trajectory.robot.dof_names
     kinds = ("q", "dq", "ddq")[: len(rows.states)]
     header = ["t_s", *(f"{kind}_{name}" for kind in kinds for name in names), *TIP_COLUMNS]
@@ -184,8 +208,14 @@ def save_trajectory(
         header += BASE_COLUMNS
         columns += rows.trajectory.base_pose(rows.t)
     lines = [",".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
-    write_new(path, "\n".join([",".join(header), *lines]) + "\n")
+    names_line = io.StringIO()
+    csv.writer(names_line, lineterminator="\n").writerow(header)  # a name may hold a comma
+    write_out(path, names_line.getvalue() + "\n".join(lines) + "\n", overwrite=overwrite)
     return rows.notes
+
+
+def _text(values: dict[str, Any]) -> str:
+    return "".join(_json(values, "")) + "\n"
 
 
 def _json(value: Any, indent: str) -> Iterator[str]:

@@ -91,7 +91,7 @@ def examined(
             srdf_root, srdf_repairs = xml_document(content, what="an SRDF", root="robot")
             if srdf_root.find("link") is not None:
                 raise FileFormatError("this holds <link> elements, expected an SRDF; is it the URDF?")
-    chart = Chart(root, path, base or _base_of(srdf_root), choices)
+    chart = Chart(root, path, _base_of(srdf_root) if base is None else base, choices)
     _look_at_repairs(chart, repairs)
     _look_at_repairs(chart, srdf_repairs, file=srdf)
     mass, base_mass = _look(chart)

@@ -10,7 +10,7 @@ from typing import Any
 from spacearm.checks import shown
 from spacearm.errors import OutputError
 from spacearm.meshes import is_binary_stl, read_mesh, stl_of
-from spacearm.output import write_atomically, write_new
+from spacearm.output import require_path, write_atomically, write_new
 from spacearm.reading import read_bytes
 from spacearm.robot.doctor.chart import Choices, line_of, place_of
 from spacearm.robot.doctor.diagnosis import Change, Mended
@@ -50,8 +50,9 @@ def mend_urdf(
         FileFormatError: as in `diagnose`.
         OutputError: the copy cannot be written there, or is there already.
     """
-    source, target = Path(path), Path(output)
     content = read_bytes(path, what="a URDF")
+    require_path(output)
+    source, target = Path(path), Path(output)
     require_new(source, target, overwrite=overwrite)
     (root, repairs), choices = urdf_root(content, path), choices or Choices()
     chart, before = examined(root, source, srdf, base, choices, repairs=repairs)
