@@ -10,7 +10,7 @@ import dataclasses
 import math
 import numbers
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -180,6 +180,11 @@ def as_transform(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float6
     if not np.array_equal(T[3], (0, 0, 0, 1)):
         raise error(f"{name} has last row {T[3].tolist()}, expected [0, 0, 0, 1]")
     return T
+
+
+def is_a_row(value: Any) -> bool:
+    """Whether a value may be iterated over: an array of no axis is iterable by its class, but not so."""
+    return isinstance(value, Iterable) and not (isinstance(value, np.ndarray) and value.ndim == 0)
 
 
 def as_pose(name: str, value: ArrayLike | None, error: Raise) -> NDArray[np.float64]:

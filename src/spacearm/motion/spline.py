@@ -91,7 +91,7 @@ class Motion(Frozen):
         Returns:
             (..., n) [rad or m].
         """
-        if derivative not in _DERIVATIVES:
+        if not isinstance(derivative, (int, np.integer)) or derivative not in _DERIVATIVES:
             raise ProblemError(f"derivative is {shown(derivative)}, expected 0 to {DEGREE}")
         at = np.minimum(np.maximum(as_floats("s", s, ProblemError), 0.0), 1.0)  # a fifth of the time of clip, where s are few
         rows = product(basis(at.ravel(), self.interior, derivative=derivative), self._moved(derivative))
