@@ -11,7 +11,7 @@ import inspect
 import math
 import numbers
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -223,6 +223,11 @@ def _turning(T: NDArray[np.float64]) -> NDArray[np.float64]:
     out[:3, :3] = R + 0.0
     out.setflags(write=False)
     return out
+
+
+def is_a_row(value: Any) -> bool:
+    """Whether a value may be iterated over: an array of no axis is iterable by its class, but not so."""
+    return isinstance(value, Iterable) and not (isinstance(value, np.ndarray) and value.ndim == 0)
 
 
 def as_pose(name: str, value: ArrayLike | None, error: Raise) -> NDArray[np.float64]:

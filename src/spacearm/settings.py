@@ -105,6 +105,6 @@ def one_of(name: str, value: Any, known: tuple[str, ...]) -> str:
     Raises:
         SettingsError: anything else; the nearest known word is named.
     """
-    if value not in known:
-        raise SettingsError(f"{name} is {shown(value)}; {nearest(str(value), known)}")
+    if not isinstance(value, str) or value not in known:
+        raise SettingsError(f"{name} is {shown(value)}; {nearest(value if isinstance(value, str) else shown(value), known)}")
     return value

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_name, as_pose, as_whole, shown
+from spacearm.checks import as_name, as_pose, as_whole, is_a_row, shown
 from spacearm.errors import RobotError, nearest
 from spacearm.planner.held_mass import held_body
 from spacearm.robot.capsule_fit import Segment
@@ -124,15 +124,14 @@ def _enclosed(obstacle: Any, count: int) -> tuple[Array, list[Segment], str]:
 
 
 def _links_to_touch(robot: Robot, touching: Any) -> set[str]:
-    if isinstance(touching, (str, bytes)) or not isinstance(touching, Iterable):
+    if isinstance(touching, (str, bytes)) or not is_a_row(touching):
         raise RobotError(f"touching is {shown(touching)}, expected a list of links, as in touching=['hand']")
     known = list(dict.fromkeys(entry.name for entry in (*robot.capsules, *robot.frames)))
     names = list(touching)
     for link in names:
-        if not isinstance(link, str) or link not in known:
-            raise RobotError(
-                f"touching names {shown(link)}, which is no link of robot '{robot.name}'; {nearest(str(link), known)}"
-            )
+        as_name("a link to touch", link, RobotError)
+        if link not in known:
+            raise RobotError(f"touching names {shown(link)}, which is no link of robot '{robot.name}'; {nearest(link, known)}")
     return set(names)
 
 

@@ -243,6 +243,7 @@ class Robot(Frozen):
         Raises:
             RobotError: no frame has it; the nearest name and the known ones are listed.
         """
+        as_name("a frame's name", name, RobotError)
         for frame in self.frames:
             if isinstance(name, str) and frame.name == name:
                 return frame
@@ -255,6 +256,7 @@ class Robot(Frozen):
         Raises:
             RobotError: none has it; the nearest name and the known ones are listed.
         """
+        as_name("a configuration's name", name, RobotError)
         for configuration in self.configurations:
             if isinstance(name, str) and configuration.name == name:
                 return configuration.q
@@ -267,6 +269,7 @@ class Robot(Frozen):
         Raises:
             RobotError: none has it; the nearest name and the known ones are listed.
         """
+        as_name("a joint's name", name, RobotError)
         if name in self.dof_names:
             return self.dof_names.index(name)
         raise RobotError(f"robot '{self.name}' has no joint {shown(name)}; {nearest(name, self.dof_names)}")

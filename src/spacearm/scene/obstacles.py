@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from spacearm.checks import Frozen, shown
+from spacearm.checks import Frozen, is_a_row, shown
 from spacearm.errors import SceneError
 from spacearm.scene.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere, SphereSet
 
@@ -35,7 +35,7 @@ class Scene(Frozen):
 
     def __post_init__(self) -> None:
         given: Any = self.obstacles
-        if isinstance(given, (*_SHAPES, str, bytes, dict)) or not isinstance(given, Iterable):
+        if isinstance(given, (*_SHAPES, str, bytes, dict)) or not is_a_row(given):
             raise SceneError(f"obstacles is {shown(given)}, expected a list of them; write Scene([Sphere(...), ...])")
         obstacles = tuple(given)
         for i, item in enumerate(obstacles):
