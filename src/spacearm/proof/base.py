@@ -11,7 +11,7 @@ from spacearm.motion import AnyTrajectory, Curve, Motion, PiecewisePath, TimeLaw
 from spacearm.motion.timelaw import over_time
 from spacearm.proof.base_limits import BaseFigures
 from spacearm.proof.bodies import floating_bodies_of
-from spacearm.proof.drift import Drift, drift_of
+from spacearm.proof.drift import Drift
 from spacearm.proof.masses import masses_of
 from spacearm.proof.middles import JointMap
 from spacearm.proof.recoil import Reaction
@@ -57,7 +57,7 @@ class Base:
         begin, end = self.curve.domain
         time_rate = self._trajectory.duration / (end - begin)
         self._masses, self._begin = masses_of(self._robot), begin
-        self.drift = drift_of(self._robot, self.curve, self.stance, time_rate=time_rate)
+        self.drift = _drift_of(self._robot, self.curve, self.stance, time_rate=time_rate)
         linear, angular = self.stance.linear, self.stance.angular
         self.reaction = Reaction(self._robot, linear=linear, angular=angular, time_rate=time_rate, off=self.drift.error)
         self._velocity = linear * time_rate / self._masses.total
@@ -109,7 +109,7 @@ class Base:
             law = self._trajectory.time_law if isinstance(self._trajectory, Trajectory) else None
             if law is not None and self.curve is self._trajectory.curve:  # how fast it goes along the path is the law's to say
                 assert isinstance(self._trajectory, Trajectory)
-                drift = drift_of(self._robot, _share_path(self._trajectory.motion, law), self.stance, time_rate=0.0)
+                drift = _drift_of(self._robot, _share_path(self._trajectory.motion, law), self.stance, time_rate=0.0)
                 speed = 1 / self._trajectory.duration
             rate, momentum = drift.rate() * speed, drift.joint_momentum() * speed
         return BaseFigures(
@@ -160,4 +160,20 @@ def _share_path(motion: Motion, law: TimeLaw) -> PiecewisePath:
             return made
     made = over_time(motion, law, 1.0)
     _SHARE_PATHS.append((motion, law, made))
+    return made
+
+
+_SEEN: deque[tuple[Robot, Curve, bytes, Drift]] = deque(maxlen=4)
+_MOST_KEPT = 5_000  # evaluations
+
+
+def _drift_of(robot: Robot, curve: Curve, stance: Stance, *, time_rate: float) -> Drift:
+    """Return a `Drift`; the same one if the same robot and curve were asked about lately, in whatever time without momentum."""
+    key = stance.start.tobytes() + (stance.angular * time_rate).tobytes()
+    for seen, path, given, made in list(_SEEN):
+        if seen is robot and path is curve and given == key:
+            return made
+    made = Drift(robot, curve, stance, time_rate=time_rate)
+    if made.evaluations <= _MOST_KEPT:
+        _SEEN.append((robot, curve, key, made))
     return made

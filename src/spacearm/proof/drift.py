@@ -20,7 +20,6 @@ halved until all of this adds up to less than the tolerance. docs/certificate.md
 
 from __future__ import annotations
 
-from collections import deque
 from functools import lru_cache
 from typing import NamedTuple, TypeVar
 
@@ -37,6 +36,7 @@ from spacearm.proof.middles import JointMap
 from spacearm.proof.quaternions import CONJUGATE, product, quaternion, rotation, running, times
 from spacearm.proof.stance import Stance
 from spacearm.proof.suprema import greatest_norm
+from spacearm.proof.tumbling import factors, factors_of, flow_of
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -58,7 +58,7 @@ _OUTWARD = 1.001  # of bounds that are sums of some hundred terms
 _BENT = 0.5  # by which |Q|^2 may differ from 1
 _MANY = 4  # panels a piece, above which more points are better
 _PRESUMED = 3.0  # before H is known: |F| is so many times |h v'|
-_MOST_GROWTH = 30.0  # e to the power of it: errors of a tumbling base that grow by more are not worth a thought
+_GROWS_LITTLE = 1.0  # e to the power of it: what errors of a tumbling base may grow by without a closer look
 
 
 class _Cut(NamedTuple):
@@ -113,7 +113,7 @@ class _Bounds(NamedTuple):
         carried: (p,) of the arm's angular momentum, interpolated.
         bent: (p,) by how much |Q|^2 differs from 1.
         tumble: (p,) how far the base turns by its momentum, at most [rad].
-        grows: (p,) logarithm of the factor by which earlier errors grow.
+        later: (p,) by what factor errors that are made here may grow until the end.
     """
 
     cut: Array
@@ -122,12 +122,7 @@ class _Bounds(NamedTuple):
     carried: Array
     bent: Array
     tumble: Array
-    grows: Array
-
-    @property
-    def later(self) -> Array:
-        """By what factor the errors made on a panel grow until the end, (p,)."""
-        return np.exp(np.minimum(np.cumsum(self.grows[::-1])[::-1], _MOST_GROWTH * 10))
+    later: Array
 
 
 class Drift:
@@ -397,7 +392,25 @@ class Drift:
         rate = ((1 + points) * F + points * there) / least
         carried = (1 + points) * _OUTWARD * self._least_of(growth.carried) + points * digits * trace * 2 * travel
         cut_off, rate = (np.where(hopeless | np.isnan(off), np.inf, off) for off in (cut_off, rate))
-        return _Bounds(cut_off, rounded, rate, carried, bent, 2 * own / least, own * np.maximum(1 / least - 1 / most, 0.0))
+        later = np.ones(len(own))
+        if self._spin:
+            grows = own * np.maximum(1 / least - 1 / most, 0.0)
+            later = self._grown_later(grows, cut_off + rounded, growth.inertia, near, least)
+        return _Bounds(cut_off, rounded, rate, carried, bent, 2 * own / least, later)
+
+    def _grown_later(self, grows: Array, made: Array, inertia: Array, near: Array, least: Array) -> Array:
+        """Return by what factors errors made on panels grow until the end, (p,)."""
+        if grows.sum() < _GROWS_LITTLE or not np.isfinite(made).all():
+            return factors(grows)
+        panels, own = self._panels, self._spin * self._half
+        R = rotation(product(self._turns.start[:-1, None], self._turns.inside))
+        x, y, z = self._angular
+        L = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        A = R @ panels.yielding @ np.swapaxes(R, -1, -2) @ L * self._half[:, None, None, None]
+        flow = flow_of(A, self._reach, self._weight, self._to_chebyshev)
+        missed = near**2 * (inertia * flow.slope + own[:, None] * flow.inside)
+        off = np.exp(grows) * 4 * _OUTWARD * self._least_of(np.where(np.isfinite(missed), missed, np.inf)) / least
+        return factors_of(flow, off, grows, made, 2 * own / least)
 
     def _least_of(self, sizes: Array) -> Array:
         """Return how far interpolation may be off, of functions of these sizes (p, r) on the ellipses: (p,) by the best one."""
@@ -430,24 +443,6 @@ class Drift:
         turned[:, 0] += 1.0
         turned = product(self._start[panel], turned)
         return turned / np.linalg.norm(turned, axis=1)[:, None]
-
-
-# ---- those seen last ---------------------------------------------------------------------------------------------------
-
-_SEEN: deque[tuple[Robot, Curve, bytes, Drift]] = deque(maxlen=4)
-_MOST_KEPT = 5_000  # evaluations
-
-
-def drift_of(robot: Robot, curve: Curve, stance: Stance, *, time_rate: float) -> Drift:
-    """Return a `Drift`; the same one if the same robot and curve were asked about lately, in whatever time without momentum."""
-    key = stance.start.tobytes() + (stance.angular * time_rate).tobytes()
-    for seen, path, given, made in list(_SEEN):
-        if seen is robot and path is curve and given == key:
-            return made
-    made = Drift(robot, curve, stance, time_rate=time_rate)
-    if made.evaluations <= _MOST_KEPT:
-        _SEEN.append((robot, curve, key, made))
-    return made
 
 
 # ---- columns of panels -------------------------------------------------------------------------------------------------
