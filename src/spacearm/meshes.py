@@ -115,7 +115,7 @@ def _stl_count(content: bytes) -> int:
 
 
 def _stl(content: bytes) -> Array:
-    if _is_text_stl(content) and not is_binary_stl(content):
+    if content[:400].lstrip().lower().startswith(b"solid") and not is_binary_stl(content):
         rows = _VERTEX.findall(content)
         if len(rows) % 3:
             raise ValueError(f"it has {len(rows)} vertices, which make no whole number of triangles; it is cut off")

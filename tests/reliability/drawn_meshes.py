@@ -233,6 +233,7 @@ def _openings(mesh: DrawnMesh, rng: np.random.Generator) -> None:
     if kept.any():
         mesh.triangles = mesh.triangles[kept]
         mesh.open = True
+        mesh.solids = []
 
 
 SPOILT: dict[str, Callable[[DrawnMesh, np.random.Generator], None]] = {
@@ -266,7 +267,9 @@ def winding(points: Array, triangles: Array) -> Array:
 def distance(points: Array, triangles: Array) -> Array:
     """Return about how far points (m, 3) are from triangles (n, 3, 3), (m,) [m]."""
     vertices, faces = _merged(triangles)
-    return trimesh.proximity.closest_point(trimesh.Trimesh(vertices, faces, process=False), points)[1]
+    middle, size = vertices.mean(axis=0), float(np.ptp(vertices, axis=0).max())  # trimesh takes 1e-8 for nothing
+    mesh = trimesh.Trimesh((vertices - middle) / size, faces, process=False)
+    return size * trimesh.proximity.closest_point(mesh, (points - middle) / size)[1]
 
 
 def solid_points(mesh: DrawnMesh, rng: np.random.Generator, count: int) -> Array:
@@ -323,7 +326,8 @@ def looked_at(seed: int, number: int, folder: Path) -> Outcome:
         if beyond > 0:
             wrong.append(f"{beyond:.3g} m of the surface is outside the balls")
         if mesh.open:
-            if not any("open" in note or "shuts off" in note or "closed" in note for note in balls.notes):
+            closed = trimesh.Trimesh(*_merged(mesh.triangles), process=False).is_watertight  # whole parts were taken away
+            if not closed and not any("open" in note or "shuts off" in note or "closed" in note for note in balls.notes):
                 wrong.append(f"it is open, which no note says: {balls.notes}")
         elif len(inner) and (deepest := float(_apart(inner, balls).max())) > 0:
             wrong.append(f"a point inside the solid is {deepest:.3g} m outside the balls ({deepest / size:.2g} of its size)")

@@ -18,11 +18,12 @@ from hypothesis import strategies as st
 import strategies
 from snapshot import assert_refused
 from spacearm.errors import FileFormatError, SceneError
-from spacearm.scene import SphereSet, enclose_mesh, enclose_points, pose
+from spacearm.scene import Scene, Sphere, SphereSet, enclose_mesh, enclose_points, pose
 from spacearm.scene.enclose.files import read_points
 from spacearm.scene.enclose.inside import Inside
 from spacearm.scene.enclose.surface import Surface
 from spacearm.scene.enclose.topology import solid_of
+from spacearm.scene.plain import scene_as_list, scene_from_list
 
 COORDINATE = st.floats(-1.0, 1.0, allow_subnormal=False)
 QUICK = hypothesis_settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -448,3 +449,18 @@ def test_a_damaged_mesh_file_is_read_or_refused_in_one_line(kind: str, noise: by
         except (FileFormatError, SceneError) as error:
             said = str(error)
         assert "\n" not in said
+
+
+def test_a_scene_tells_what_was_found_in_its_meshes() -> None:
+    balls = enclose_mesh(BOX[:-4], spheres=2, name="tray")
+    assert all(note.startswith("obstacle 'tray': ") for note in Scene([balls]).notes)
+    assert any("open" in note for note in Scene([balls]).notes)
+    assert scene_from_list(scene_as_list(Scene([balls]))) == Scene([balls])
+    assert Scene([Sphere((0, 0, 0), 1)]).notes == ()
+
+
+def test_an_unknown_way_to_tell_the_inside_is_refused() -> None:
+    assert_refused("scene", "inside unknown", SceneError, lambda: enclose_mesh(BOX, inside="full"))  # type: ignore[arg-type]
+    assert_refused("scene", "inside oriented of an open mesh", SceneError, lambda: enclose_mesh(BOX[1:], inside="oriented"))
+    turned = np.concatenate([BOX[:1, ::-1], BOX[1:]])
+    assert_refused("scene", "inside oriented of turned faces", SceneError, lambda: enclose_mesh(turned, inside="oriented"))

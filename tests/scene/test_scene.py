@@ -13,7 +13,7 @@ from hypothesis import given
 import strategies
 from snapshot import assert_refused
 from spacearm.errors import SceneError
-from spacearm.scene import Scene, Sphere
+from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
 
 
 def test_a_scene_takes_any_iterable_and_keeps_a_tuple() -> None:
@@ -25,6 +25,24 @@ def test_a_scene_takes_any_iterable_and_keeps_a_tuple() -> None:
 
 def test_a_scene_may_be_empty() -> None:
     assert Scene().obstacles == Scene([]).obstacles == ()  # type: ignore[arg-type]
+
+
+WRONG_WORDS = {
+    "box with a position": lambda: Box(size=(1, 1, 1), position=(0, 0, 0)),  # type: ignore[call-arg]
+    "cylinder with a height": lambda: Cylinder(radius=1, height=2),  # type: ignore[call-arg]
+    "capsule with a start": lambda: Capsule(start=(0, 0, 0), end=(0, 0, 1), radius=1),  # type: ignore[call-arg]
+    "sphere without a radius": lambda: Sphere((0, 0, 0)),  # type: ignore[call-arg]
+    "sphere with a name by position": lambda: Sphere((0, 0, 0), 1, "n"),  # type: ignore[misc]
+    "sphere with a centre twice": lambda: Sphere((0, 0, 0), center=(0, 0, 0), radius=1),  # type: ignore[misc]
+    "half-space with an offset": lambda: HalfSpace((0, 0, 1), offset=1),  # type: ignore[call-arg]
+    "sphere set with a radius": lambda: SphereSet([(0, 0, 0)], radius=1),  # type: ignore[call-arg]
+    "scene of an unknown word": lambda: Scene(shapes=[]),  # type: ignore[call-arg]
+}
+
+
+@pytest.mark.parametrize("case", WRONG_WORDS)
+def test_a_word_that_a_shape_does_not_know_is_told(case: str) -> None:
+    assert_refused("scene", case, SceneError, WRONG_WORDS[case])
 
 
 def test_a_spheres_center_is_copied_and_read_only() -> None:

@@ -79,6 +79,8 @@ def run(arguments: Sequence[str]) -> int:
         "best one seen is in plan.json, and the exit code is 1.",
     )
     file = load_problem_file(options.problem)
+    for note in file.problem.scene.notes:
+        print(f"spacearm: {note}", file=sys.stderr)
     if options.pareto is not None:
         with located(options.problem):
             require_choice(file.problem, "peak")

@@ -44,6 +44,12 @@ class Scene(Frozen):
                 raise SceneError(f"obstacles[{i}] is {shown(item)}, expected an obstacle: {names}")
         object.__setattr__(self, "obstacles", obstacles)
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was found and assumed in enclosing its meshes, a sentence each, the obstacle named."""
+        named = [(self.called(i), item) for i, item in enumerate(self.obstacles) if isinstance(item, SphereSet)]
+        return tuple(f"obstacle {name}: {note}" for name, item in named for note in item.notes)
+
     def called(self, index: int) -> str:
         """Return what a message calls an obstacle: its name, or its place in the list."""
         name = self.obstacles[index].name
