@@ -192,7 +192,8 @@ def _halved_edges(mesh: DrawnMesh, rng: np.random.Generator) -> None:
 def _small_holes(mesh: DrawnMesh, rng: np.random.Generator) -> None:
     """Single faces of a fine mesh are missing."""
     size = min(float(np.ptp(solid.reshape(-1, 3), axis=0).max()) for solid in mesh.solids)
-    if _size(mesh) > 12 * size:
+    area = np.linalg.norm(np.cross(*np.moveaxis(mesh.triangles[:, 1:] - mesh.triangles[:, :1], 1, 0)), axis=1).sum() / 2
+    if area > 30 * size**2:
         return  # too many faces
     fine = _finer(mesh.triangles, 0.12 * size)
     missing = rng.choice(len(fine), size=min(3, len(fine) // 50), replace=False)

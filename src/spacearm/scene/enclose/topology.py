@@ -226,24 +226,30 @@ def _outward(triangles: Array, inside: Within | Inside | Winding | None, size: f
     """Turn triangles so that their normals point out of the solid; that makes for fewer balls."""
     if inside is None:
         return triangles
-    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    length = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    step = 1e-6 * size * normal / length
-    middle = triangles.mean(axis=1)
-    inward = inside(middle + step) & ~inside(middle - step)
-    out = triangles.copy()
-    out[inward] = out[inward, ::-1]
+
+    def inward(chosen: Array) -> NDArray[np.bool_]:
+        first, second = _beside(chosen, size)
+        return inside(first) & ~inside(second)
+
+    if not inward(triangles[:: max(1, len(triangles) // _LOOKED_AT)]).any():  # most meshes are turned right
+        return triangles
+    wrong, out = inward(triangles), triangles.copy()
+    out[wrong] = out[wrong, ::-1]
     return out
+
+
+def _beside(triangles: Array, size: float) -> tuple[Array, Array]:
+    """Return a place just before and one just behind the middle of each triangle (n, 3, 3), (n, 3) each [m]."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    step = 1e-6 * size * normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    return triangles.mean(axis=1) + step, triangles.mean(axis=1) - step
 
 
 def _has_cavity(found: Surfaces, inside: Within, size: float) -> bool:
     """Whether beside some face is a place that is taken for solid and that the surface does not wind around."""
     if _turns(found.faces, found.edge).any():
         return False
-    corners = found.vertices[found.faces[:: max(1, len(found.faces) // _LOOKED_AT)]]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    step = 1e-6 * size * normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    beside = np.concatenate([corners.mean(axis=1) + step, corners.mean(axis=1) - step])
+    beside = np.concatenate(_beside(found.vertices[found.faces[:: max(1, len(found.faces) // _LOOKED_AT)]], size))
     return bool((inside(beside) & ~Winding(found.vertices, found.faces)(beside)).any())
 
 
