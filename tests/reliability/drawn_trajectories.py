@@ -258,6 +258,14 @@ def _law(rng: np.random.Generator) -> TimeLaw | None:
 
 def _timed(rng: np.random.Generator, dof: int) -> tuple[Motion, TimeLaw | None, float]:
     points = _rows(rng, int(rng.choice([2, 3, 4, 12])), dof)
+    if rng.random() < 0.4:  # out, a rest, and back or on: a piece of the spline that does not move
+        points = np.vstack(
+            [
+                points[0],
+                *[points[0] + 10 ** rng.uniform(-2, 0) * rng.normal(size=dof)] * 10,
+                points[int(rng.integers(0, 2)) - 1],
+            ]
+        )
     return Motion(np.clip(points, -1e5, 1e5)), _law(rng), float(10 ** rng.uniform(-1, 2))
 
 
