@@ -124,13 +124,14 @@ def _limited(rng: np.random.Generator, robot: Robot, t: np.ndarray, q: np.ndarra
     span = np.maximum(np.ptp(q, axis=0), 1e-9) * 0.5 * near()
     middle = (q.max(axis=0) + q.min(axis=0)) / 2
     bends = np.abs(np.diff(rates, axis=0)) / np.maximum(t[2:] - t[:-2], 1e-9)[:, None]
+    share = float(rng.choice([0.8, 0.98, 1.0, 1.0]))  # of the instants: what is quick for an instant only may be overlooked
     bounded = rng.random(robot.dof) < 0.5
     return replace(
         robot,
         lower=np.where(bounded, middle - span, -np.inf),
         upper=np.where(bounded, middle + span, np.inf),
-        velocity=np.maximum(rates.max(axis=0), 1e-9) * near(),
-        acceleration=np.maximum(np.quantile(bends, 0.98, axis=0), 1e-9) * near(),
+        velocity=np.maximum(np.quantile(rates, share, axis=0), 1e-9) * near(),
+        acceleration=np.maximum(np.quantile(bends, share, axis=0), 1e-9) * near(),
     )
 
 
@@ -258,6 +259,14 @@ def _law(rng: np.random.Generator) -> TimeLaw | None:
 
 def _timed(rng: np.random.Generator, dof: int) -> tuple[Motion, TimeLaw | None, float]:
     points = _rows(rng, int(rng.choice([2, 3, 4, 12])), dof)
+    if rng.random() < 0.4:  # out, a rest, and back or on: a piece of the spline that does not move
+        points = np.vstack(
+            [
+                points[0],
+                *[points[0] + 10 ** rng.uniform(-2, 0) * rng.normal(size=dof)] * 10,
+                points[int(rng.integers(0, 2)) - 1],
+            ]
+        )
     return Motion(np.clip(points, -1e5, 1e5)), _law(rng), float(10 ** rng.uniform(-1, 2))
 
 
