@@ -30,12 +30,13 @@ from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 
-RHO = np.array([1.0, 1.15, 1.4, 1.8, 2.3, 3.0, 4.0, 5.5, 8.0, 12.0, 20.0, 40.0])
+RHO = np.array([1.0, 1.2, 1.6, 2.1, 2.9, 4.0, 5.5, 8.0, 12.0, 20.0, 40.0, 100.0, 250.0])
 """The ellipses; the first is the real panel itself."""
 
 _EPS = float(np.finfo(np.float64).eps)
 _STEEP = 80.0  # beyond e to the power of that nothing is learned
 _HIGH = 8  # degrees above which rounding, times rho to that power, counts
+_AT_ONCE = 128  # panels, so that what is computed stays in the cache
 _WIDER = 2.0 ** np.arange(1, 13)
 _LEAST = 1e-300
 
@@ -126,7 +127,9 @@ class Ellipses:
     def growth(self, path: PanelPath) -> Growth:
         """Bound inertia and momentum on panels."""
         with np.errstate(over="ignore", invalid="ignore"):
-            return self._growth(path)
+            rows = range(0, len(path.ends), _AT_ONCE)
+            parts = [self._growth(PanelPath(*(column[i : i + _AT_ONCE] for column in path))) for i in rows]
+        return Growth(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def _growth(self, path: PanelPath) -> Growth:
         rates = self._coefficients(path)  # (p, e + 1, j) absolute Chebyshev coefficients
