@@ -135,8 +135,11 @@ def _points(message: dict[str, Any], unit: TimeUnit | None, only_positions: bool
         count = len(points) if isinstance(points, list) else 0
         raise FileFormatError(f"it holds {count} point(s), expected two or more: a start and a goal")
     for i, point in enumerate(points):
-        if not isinstance(point, dict) or "time_from_start" not in point or "positions" not in point:
+        if not isinstance(point, dict):
             raise FileFormatError(f"points[{i}] is {shown(point)}, expected a mapping with positions and time_from_start")
+        for key in ("positions", "time_from_start"):
+            if key not in point:
+                raise FileFormatError(f"points[{i}] has no {key}, expected positions and time_from_start in every point")
         _require_keys(point, i)
     t = np.array([_seconds(point["time_from_start"], unit, f"points[{i}].time_from_start") for i, point in enumerate(points)])
     states = []
