@@ -113,9 +113,8 @@ def _links_to_touch(robot: Robot, touching: Any) -> set[str]:
     names = list(touching)
     for link in names:
         if not isinstance(link, str) or link not in known:
-            raise RobotError(
-                f"touching names {shown(link)}, which is no link of robot '{robot.name}'; {nearest(link if isinstance(link, str) else shown(link), known)}"
-            )
+            meant = nearest(link if isinstance(link, str) else shown(link), known)
+            raise RobotError(f"touching names {shown(link)}, which is no link of robot '{robot.name}'; {meant}")
     return set(names)
 
 
