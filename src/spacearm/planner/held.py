@@ -129,9 +129,9 @@ def _links_to_touch(robot: Robot, touching: Any) -> set[str]:
     known = list(dict.fromkeys(entry.name for entry in (*robot.capsules, *robot.frames)))
     names = list(touching)
     for link in names:
-        as_name("a link to touch", link, RobotError)
-        if link not in known:
-            raise RobotError(f"touching names {shown(link)}, which is no link of robot '{robot.name}'; {nearest(link, known)}")
+        if not isinstance(link, str) or link not in known:
+            meant = nearest(link if isinstance(link, str) else shown(link), known)
+            raise RobotError(f"touching names {shown(link)}, which is no link of robot '{robot.name}'; {meant}")
     return set(names)
 
 
