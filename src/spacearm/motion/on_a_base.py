@@ -13,6 +13,7 @@ from spacearm.errors import ProblemError
 from spacearm.momentum import BaseMotion, JointPath, Momentum, require_masses
 from spacearm.momentum.turning import matrix_of, quaternion_of
 from spacearm.robot import Robot, forward_kinematics
+from spacearm.robot.left_out import lacks_masses
 from spacearm.robot.model import BASE_KINDS
 
 Array = NDArray[np.float64]
@@ -124,7 +125,8 @@ def checked_base(robot: Robot, base: Any, base_start: Any, momentum: Any) -> dic
     if not isinstance(momentum, Momentum):
         raise ProblemError(f"momentum is {shown(momentum)}, expected a Momentum(linear=..., angular=...), or None")
     if base == "floating":
-        require_masses(robot)
+        if not lacks_masses(robot):  # else whoever asks where the base goes is told; to plan is refused
+            require_masses(robot)
     elif not momentum.is_zero:
         raise ProblemError("base is 'fixed' and momentum is not 0, expected a floating base with it; give base='floating'")
     return {"base": base, "base_start": as_pose("base_start", base_start, ProblemError), "momentum": momentum}

@@ -23,7 +23,7 @@ from spacearm.planner.reaching.search import GoalConfigurations, find_goal_confi
 from spacearm.planner.result import Plan
 from spacearm.planner.settings import PlannerSettings
 from spacearm.proof import Certificate, certify
-from spacearm.robot.left_out import lacks_envelope
+from spacearm.robot.left_out import lacks_envelope, require_all_masses
 from spacearm.settings import setting_names
 from spacearm.swarm import Rng, seed_of
 
@@ -68,6 +68,7 @@ def plan(
 
     Raises:
         ProblemError: no problem.
+        RobotError: a floating base of a robot that has links, or holds something, of unknown mass.
         SettingsError: settings of something else.
         KeyboardInterrupt: Ctrl-C before there was anything to return.
     """
@@ -77,6 +78,8 @@ def plan(
     if not isinstance(settings, PlannerSettings):
         raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
     require_timing(problem, settings)
+    if problem.floats:
+        require_all_masses(problem.robot)
     run = _Run(problem=problem, settings=settings, seed=seed_of(rng), tell=progress or (lambda _: None))
     try:
         return run.planned()

@@ -14,7 +14,7 @@ from spacearm.proof.digest import problem_digest, trajectory_digest
 from spacearm.proof.residual import CONSERVED, SAME
 from spacearm.proof.stance import Stance
 from spacearm.robot import Robot
-from spacearm.robot.left_out import REASONS, UncheckedPair, lacks_envelope, words_on_unchecked
+from spacearm.robot.left_out import REASONS, UncheckedPair, lacks_envelope, lacks_masses, words_on_unchecked
 from spacearm.scene import Scene
 
 Limit = Literal["position", "velocity", "acceleration", "jerk"]
@@ -215,7 +215,7 @@ class Certificate:
             return self.floating.broken
         for sentence in broken[:1]:
             return f"{sentence} (and {len(broken) - 1} more)" if len(broken) > 1 else sentence
-        lacking = lacks_envelope(self.robot)
+        lacking = (lacks_masses(self.robot) if self.stance.floating else "") or lacks_envelope(self.robot)
         if lacking:
             return lacking
         if self.floating is not None and not self.floating.followed:

@@ -23,7 +23,7 @@ from spacearm.proof.measuring import Near
 from spacearm.proof.residual import account_of, instants_of
 from spacearm.proof.stance import Stance, require_same, stance_of
 from spacearm.robot import Robot
-from spacearm.robot.left_out import UncheckedPair, bare_links, lacks_envelope, unchecked_pairs
+from spacearm.robot.left_out import UncheckedPair, bare_links, lacks_envelope, lacks_masses, unchecked_pairs
 from spacearm.scene import Scene
 
 LIMITS: tuple[Limit, ...] = ("position", "velocity", "acceleration")
@@ -104,9 +104,14 @@ def certify(
         )
     margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
     checked = checked if jerk_limit is None else (*checked, "jerk")
-    proof.begin()
-    floating = _floating(problem, trajectory, proof, base)
-    status, near = proof.judged() if floating is None or floating.followed else ("undecided", None)
+    floating: FloatingBase | None = None
+    status: Status = "undecided"
+    near: Near | None = None
+    if not (stance.floating and lacks_masses(robot)):
+        proof.begin()
+        floating = _floating(problem, trajectory, proof, base)
+        if floating is None or floating.followed:
+            status, near = proof.judged()
     closest = None if near is None else _closest(near, robot, problem.scene, base)
     evaluations, shortest = proof.evaluations, proof.resolution
     if status == "holds" and robot.apart is not None:
