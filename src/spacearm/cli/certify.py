@@ -127,6 +127,8 @@ def _summary(found: Recheck) -> list[tuple[str, str]]:
             ("clearance", f"{certificate.clearance * 1e3:.4g} mm proven, {certificate.closest.clearance * 1e3:.4g} mm measured")
         )
     rows += [("limits", text) for text in certificate.broken_limits] or [("limits", _kept(certificate.checked))]
+    if certificate.floating is not None and certificate.floating.checked and not certificate.floating.broken_limits:
+        rows.append(("base's limits", _kept([name.replace("_", " ") for name in certificate.floating.checked])))
     if found.base is not None:
         rows += base_rows(found.base)
     if found.agrees is not None:

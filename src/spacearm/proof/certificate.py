@@ -62,7 +62,8 @@ class FloatingBase:
         rotation_final: angle to the first attitude at the end, which may be off by the error [rad].
         rotation_peak, rate, joint_momentum: bounds for all t of that angle [rad], of the base's rate of turn [rad/s], and of
             the arm's angular momentum, by its joints' motion alone [N m s].
-        broken_limits: the problem's limits of these that are not kept, a phrase each.
+        checked: the problem's limits of these, by name: "final", "peak", "rate", "joint_momentum".
+        broken_limits: those that are not proven to be kept, a phrase each.
     """
 
     residual_momentum: float
@@ -72,6 +73,7 @@ class FloatingBase:
     rotation_peak: float
     rate: float
     joint_momentum: float
+    checked: tuple[str, ...] = ()
     broken_limits: tuple[str, ...] = ()
 
     @property
@@ -186,7 +188,8 @@ class Certificate:
     def message(self) -> str:
         """The finding in a sentence."""
         near = self.closest
-        broken = (*self.broken_limits, *(() if self.floating is None else self.floating.broken_limits))
+        base = self.floating
+        broken = (*self.broken_limits, *(base.broken_limits if base is not None and base.followed else ()))
         if near is not None and near.clearance <= self.minimum_clearance and self.status == "fails":
             return _too_close(near, self.minimum_clearance)
         if self.floating is not None and self.floating.broken:
@@ -226,7 +229,8 @@ class Certificate:
                     "rotation_peak_at_most_rad": _number(own.rotation_peak),
                     "rate_at_most_rad_s": _number(own.rate),
                     "joint_momentum_at_most_n_m_s": _number(own.joint_momentum),
-                    "broken_limits": list(own.broken_limits),
+                    "limits_checked": list(own.checked),
+                    "limits_broken": list(own.broken_limits),
                 }
             }
         )

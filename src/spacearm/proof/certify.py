@@ -13,7 +13,7 @@ from spacearm.checks import as_number, shown
 from spacearm.errors import ProblemError, nearest
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
 from spacearm.proof.base import Base
-from spacearm.proof.base_limits import exceeded
+from spacearm.proof.base_limits import asked, exceeded
 from spacearm.proof.certificate import Certificate, ClosestApproach, FloatingBase, Limit, broken_limits
 from spacearm.proof.intervals import Proof
 from spacearm.proof.measuring import Near
@@ -102,7 +102,8 @@ def certify(
     floating = _floating(problem, trajectory, proof, base)
     status, near = proof.judged() if floating is None or floating.followed else ("undecided", None)
     clear = status == "holds"
-    if broken_limits(robot, margins, checked) or (floating is not None and (floating.broken or floating.broken_limits)):
+    disturbed = floating is not None and floating.followed and bool(floating.broken_limits)
+    if broken_limits(robot, margins, checked) or disturbed or (floating is not None and floating.broken):
         status = "fails"
     return Certificate(
         status=status,
@@ -130,7 +131,7 @@ def _floating(problem: HasScene, trajectory: AnyTrajectory, proof: Proof, base: 
         return None
     u = instants_of(base)
     account = account_of(problem.robot, trajectory, base, u, proof.frames_at(u)[:, -1])
-    figures = base.figures()
+    figures, limits = base.figures(), getattr(problem, "base_limits", None)
     return FloatingBase(
         residual_momentum=account.residual,
         elsewhere=account.elsewhere,
@@ -139,7 +140,8 @@ def _floating(problem: HasScene, trajectory: AnyTrajectory, proof: Proof, base: 
         rotation_peak=figures.peak,
         rate=figures.rate,
         joint_momentum=figures.joint_momentum,
-        broken_limits=exceeded(figures, getattr(problem, "base_limits", None)),
+        checked=asked(limits),
+        broken_limits=exceeded(figures, limits),
     )
 
 
