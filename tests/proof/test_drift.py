@@ -183,7 +183,9 @@ def test_momentum_at_complex_joint_values_is_within_its_bounds(data: st.DataObje
     path = PiecewisePath([0.0, 2.0], coefficients)
     panel = PanelPath.of(path, JointMap(robot))
     growth = ellipses_of(robot).growth(panel)
-    for i, rho in enumerate(RHO[:8]):
+    for i, rho in enumerate(RHO):
+        if not growth.inertia[0, i] < 1e60:
+            break  # and further out it is no less
         at = rho * np.exp(2j * np.pi * np.arange(24) / 24)
         xi = (at + 1 / at) / 2
         x, degree = (1 + xi)[:, None] / 2, coefficients.shape[1] - 1

@@ -331,7 +331,8 @@ def test_limits_of_the_base_are_proven_for_every_instant() -> None:
         assert strict.fails_by_base_limits
         assert strict.clearance is None
         assert "more than" in strict.message
-        assert strict.as_dict()["base"]["broken_limits"] == [strict.message]
+        assert strict.as_dict()["base"]["limits_broken"] == [strict.message]
+        assert strict.as_dict()["base"]["limits_checked"] == [name]
     law = TimeLaw([0, 1], [[0, 0.2, 0.4, 1]])
     slow = replace(made, time_law=law, duration=30.0)
     t = np.linspace(0, 30, 20_001)

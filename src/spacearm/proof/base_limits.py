@@ -52,6 +52,11 @@ class BaseFigures:
     joint_momentum: float
 
 
+def asked(limits: HasBaseLimits | None) -> tuple[str, ...]:
+    """Return the names of the limits that there are."""
+    return tuple(name for name in ("final", "peak", "rate", "joint_momentum") if getattr(limits, name, None) is not None)
+
+
 def exceeded(figures: BaseFigures, limits: HasBaseLimits | None) -> tuple[str, ...]:
     """Return a phrase for each limit that is not proven to be kept at every instant."""
     if limits is None:

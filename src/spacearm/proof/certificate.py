@@ -64,7 +64,8 @@ class FloatingBase:
         rotation_final: angle to the first attitude at the end, which may be off by the error [rad].
         rotation_peak, rate, joint_momentum: bounds for all t of that angle [rad], of the base's rate of turn [rad/s], and of
             the arm's angular momentum, by its joints' motion alone [N m s].
-        broken_limits: the problem's limits of these that are not kept, a phrase each.
+        checked: the problem's limits of these, by name: "final", "peak", "rate", "joint_momentum".
+        broken_limits: those that are not proven to be kept, a phrase each.
     """
 
     residual_momentum: float
@@ -74,6 +75,7 @@ class FloatingBase:
     rotation_peak: float
     rate: float
     joint_momentum: float
+    checked: tuple[str, ...] = ()
     broken_limits: tuple[str, ...] = ()
 
     @property
@@ -206,7 +208,8 @@ class Certificate:
     @property
     def _finding(self) -> str:
         near = self.closest
-        broken = (*self.broken_limits, *(() if self.floating is None else self.floating.broken_limits))
+        base = self.floating
+        broken = (*self.broken_limits, *(base.broken_limits if base is not None and base.followed else ()))
         if near is not None and near.clearance <= self.minimum_clearance and self.status == "fails":
             return _too_close(near, self.minimum_clearance)
         for sentence in self.contradictions[:1]:
@@ -254,7 +257,8 @@ class Certificate:
                     "rotation_peak_at_most_rad": _rounded_up(own.rotation_peak, digits=8),
                     "rate_at_most_rad_s": _rounded_up(own.rate, digits=8),
                     "joint_momentum_at_most_n_m_s": _rounded_up(own.joint_momentum, digits=8),
-                    "broken_limits": list(own.broken_limits),
+                    "limits_checked": list(own.checked),
+                    "limits_broken": list(own.broken_limits),
                 }
             }
         )

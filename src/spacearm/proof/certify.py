@@ -15,7 +15,7 @@ from spacearm.errors import ProblemError, nearest
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
 from spacearm.motion.for_robot import for_robot
 from spacearm.proof.base import Base
-from spacearm.proof.base_limits import exceeded
+from spacearm.proof.base_limits import asked, exceeded
 from spacearm.proof.certificate import Certificate, ClosestApproach, FloatingBase, Limit, broken_limits
 from spacearm.proof.intervals import Proof, Status
 from spacearm.proof.kept import kept
@@ -122,7 +122,8 @@ def certify(
     if status == "holds" and lacks_envelope(robot):
         status = "undecided"
     clear = status == "holds"
-    if broken_limits(robot, margins, checked) or (floating is not None and (floating.broken or floating.broken_limits)):
+    disturbed = floating is not None and floating.followed and bool(floating.broken_limits)
+    if broken_limits(robot, margins, checked) or disturbed or (floating is not None and floating.broken):
         status = "fails"
     if getattr(trajectory, "contradictions", ()):  # its file states what is not so, and may be run by that
         status = "fails"
@@ -191,7 +192,7 @@ def _floating(problem: HasScene, trajectory: AnyTrajectory, proof: Proof, base: 
         return None
     u = instants_of(base)
     account = account_of(problem.robot, trajectory, base, u, proof.frames_at(u)[:, -1])
-    figures = base.figures()
+    figures, limits = base.figures(), getattr(problem, "base_limits", None)
     return FloatingBase(
         residual_momentum=account.residual,
         elsewhere=account.elsewhere,
@@ -200,7 +201,8 @@ def _floating(problem: HasScene, trajectory: AnyTrajectory, proof: Proof, base: 
         rotation_peak=figures.peak,
         rate=figures.rate,
         joint_momentum=figures.joint_momentum,
-        broken_limits=exceeded(figures, getattr(problem, "base_limits", None)),
+        checked=asked(limits),
+        broken_limits=exceeded(figures, limits),
     )
 
 
