@@ -148,7 +148,7 @@ CALLS: dict[str, Call] = {
     "Trajectory.time_at": (lambda **k: TRAJECTORY.time_at(**k), {"s": 0.5}),
     "Trajectory.margins": (lambda **k: TRAJECTORY.margins(**k), {"jerk_limit": 9.0}),
     "certify": (
-        lambda **k: sa.certify(PROBLEM, sa.Trajectory(ROBOT, MOTION), **k),
+        lambda **k: sa.certify(PROBLEM, sa.Trajectory(ROBOT, MOTION, base="fixed"), **k),
         {"jerk_limit": 9.0, "minimum_clearance": 0.0},
     ),
     "clearance": (lambda **k: sa.clearance(PROBLEM, **k), {"q": START}),
