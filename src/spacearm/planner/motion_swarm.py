@@ -15,7 +15,7 @@ from spacearm.motion import Motion
 from spacearm.planner.clearance import Margins, margins_within_reach
 from spacearm.planner.goals import ConfigurationGoal, PoseGoal, PositionGoal
 from spacearm.planner.islands import Islands
-from spacearm.planner.problem import Problem
+from spacearm.planner.problem import Problem, require_searchable
 from spacearm.planner.settings import PlannerSettings
 from spacearm.robot.left_out import require_envelope
 from spacearm.swarm import Rng, Swarm, seed_of
@@ -72,6 +72,7 @@ class MotionSwarm:
         settings = PlannerSettings() if settings is None else settings
         if not isinstance(settings, PlannerSettings):
             raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
+        require_searchable(problem)
         require_envelope(problem.robot)
         self.problem, self.settings = problem, settings
         self.goal = _configuration(problem, goal)

@@ -26,7 +26,8 @@ Array = NDArray[np.float64]
 
 _ROUNDING = 1e-5  # [rad or m] this far beyond a limit is a file's rounding, and is set onto the limit
 _FURTHEST = 1e6  # [m]
-_MOST_TURNED = 1e4  # [rad or m] of a joint: beyond, float32 has too few digits to search with
+_MOST_TURNED = 1e6  # [rad or m] of a joint: beyond, float64 has too few digits to prove anything with
+_MOST_SEARCHED = 1e4  # [rad or m] of a joint: beyond, float32 has too few digits to search with
 _SHORTEST, _LONGEST = 1e-6, 1e9  # [s]
 _MOST_TUMBLING = 18.0  # [rad] nearly three turns
 _MOST_ANGULAR = 1e9  # [N m s]
@@ -227,12 +228,7 @@ def within_limits(
     name = prefix + ("start" if what == "start" else "the goal configuration")
     given = as_readonly(name, q, (robot.dof,), ProblemError, advice=_one_per_joint(robot))
     kept = np.clip(given, robot.lower, robot.upper)
-    far = int(np.argmax(np.abs(given)))
-    if abs(given[far]) > _MOST_TURNED:
-        raise ProblemError(
-            f"{prefix}joint '{robot.dof_names[far]}' {'starts' if what == 'start' else 'ends'} at {given[far]:.4g}, expected "
-            f"at most {_MOST_TURNED:g} {'m' if robot.is_prismatic(far) else 'rad'}; check the units, or take whole turns away"
-        )
+    _require_at_most(_MOST_TURNED, robot, given, what=what, prefix=prefix)
     beyond = np.flatnonzero(np.abs(given - kept) > _ROUNDING)
     if beyond.size:
         raise ProblemError(prefix + _beyond_limit(robot, given, beyond, what))
@@ -244,6 +240,27 @@ def within_limits(
         ]
         notes.append(f"{name} is a little beyond the limits and was set onto them: joint {', '.join(each)}")
     return as_readonly(name, kept, (robot.dof,), ProblemError)
+
+
+def require_searchable(problem: Problem) -> None:
+    """Check that start and goal are near enough to 0 for the search, which computes in float32.
+
+    Raises:
+        ProblemError: a joint is more than 1e4 rad or m from 0.
+    """
+    _require_at_most(_MOST_SEARCHED, problem.robot, problem.start, what="start")
+    goal = problem.goal
+    for q in np.atleast_2d(goal.q) if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) else ():
+        _require_at_most(_MOST_SEARCHED, problem.robot, q, what="goal")
+
+
+def _require_at_most(most: float, robot: Robot, q: Array, *, what: str, prefix: str = "") -> None:
+    far = int(np.argmax(np.abs(q)))
+    if abs(q[far]) > most:
+        raise ProblemError(
+            f"{prefix}joint '{robot.dof_names[far]}' {'starts' if what == 'start' else 'ends'} at {q[far]:.4g}, expected "
+            f"at most {most:g} {'m' if robot.is_prismatic(far) else 'rad'}; check the units, or take whole turns away"
+        )
 
 
 def _one_per_joint(robot: Robot) -> str:

@@ -17,7 +17,7 @@ from spacearm.motion import Motion, Trajectory, fastest_duration, time_optimal
 from spacearm.planner.base_report import BaseReport, report_base, within_base_limits
 from spacearm.planner.clearance import margins_within_reach
 from spacearm.planner.islands import Islands
-from spacearm.planner.problem import Problem
+from spacearm.planner.problem import Problem, require_searchable
 from spacearm.planner.reaching.explain import EndReport, check_ends, explain_goal
 from spacearm.planner.reaching.search import GoalConfigurations, find_goal_configurations
 from spacearm.planner.result import Plan
@@ -78,6 +78,7 @@ def plan(
     if not isinstance(settings, PlannerSettings):
         raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
     require_timing(problem, settings)
+    require_searchable(problem)
     if problem.floats:
         require_all_masses(problem.robot)
     run = _Run(problem=problem, settings=settings, seed=seed_of(rng), tell=progress or (lambda _: None))
