@@ -14,7 +14,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import urdf_text
-from spacearm import forward_kinematics, hold, load_moveit, load_moveit_scene, load_robot
+from spacearm import forward_kinematics, hold, load_moveit, load_moveit_scene, load_robot, plan
 from spacearm.errors import FileFormatError, RobotError
 from spacearm.planner import Problem
 from spacearm.robot import Robot
@@ -361,8 +361,14 @@ def test_what_is_attached_in_another_frame_is_where_the_state_has_that(load: Loa
 
 
 def test_what_is_attached_to_a_floating_robot_needs_a_mass(load: Load, folder: Path) -> None:
-    with pytest.raises(RobotError, match="'can' is attached to robot 'lifted', whose base floats"):
-        load(lifted(folder, base="floating"), start=state(START, **attached(item("can", "fore"))))
+    robot = lifted(folder, base="floating")
+    without = load(robot, start=state(START, **attached(item("can", "fore"))))
+    with pytest.raises(RobotError, match="'can'"):
+        plan(without)
+    weighed = load(robot, start=state(START, **attached(item("can", "fore"), weight=2.0)))
+    (body,) = (body for body in weighed.robot.bodies if body.name == "can")
+    assert body.mass == 2.0
+    assert told(weighed, "fills its shape evenly")
 
 
 def test_an_object_of_the_world_is_taken_up(load: Load) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.checks import shown
-from spacearm.errors import RobotError, nearest
+from spacearm.errors import nearest
 from spacearm.planner.held import hold
 from spacearm.planner.moveit.frames import Frames, plain_name
 from spacearm.planner.moveit.part import Part
@@ -160,20 +160,21 @@ def _in_hand(robot: Robot, one: Held, may_touch: Callable[[str, str], bool] | No
     if strange:
         notes.append(f"'{name}' may touch {', '.join(strange)}, which robot '{robot.name}' does not have")
     touching = [link for link in links if link in one.touching or (may_touch is not None and may_touch(name, link))]
-    if robot.base == "floating":  # MoveIt's weight is a mass, but nothing states an inertia
-        raise RobotError(
-            f"'{name}' is attached to robot '{robot.name}', whose base floats: mass and inertia are needed, MoveIt states no "
-            "inertia; remove it here and add it with hold(), or load the robot with base='fixed'"
-        )
     posture = one.part.get("detach_posture")
     if posture is not None and posture.get("points") is not None and posture.items("points"):
         notes.append(f"the detach_posture of '{name}' is left out: nothing lets go of it")
-    if one.mass:
-        notes.append(f"the weight of '{name}', {one.mass:g} kg, is left out: it moves nothing on a fixed base")
+    mass = one.mass if one.mass > 0 and len(one.body.shapes) == 1 else None  # how it is spread over several, nothing says
+    if mass is not None:
+        notes.append(f"the weight of '{name}', {mass:g} kg, is taken for a mass that fills its shape evenly")
+    elif one.mass:
+        notes.append(
+            f"the weight of '{name}', {one.mass:g} kg, is left out: it has {len(one.body.shapes)} shapes, and how it is spread "
+            "over them is not stated; it would matter if the base floated"
+        )
     for i, shape in enumerate(one.body.shapes):
         label = named(name, i, len(one.body.shapes))
         obstacle = shape.part.located(lambda shape=shape, label=label: shape.made.make(shape.T, label))
-        robot = hold(robot, obstacle, frame=one.link, pose=one.body.T, touching=touching, name=label)
+        robot = hold(robot, obstacle, frame=one.link, pose=one.body.T, touching=touching, name=label, mass=mass)
     return _with_frames(robot, one)
 
 
