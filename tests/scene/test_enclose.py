@@ -131,6 +131,15 @@ def test_any_triangles_are_held_by_so_many_balls(triangles: np.ndarray, count: i
     assert apart(on_triangles(triangles, np.random.default_rng(seed), 300), balls).max() <= 0
 
 
+def test_slivers_whose_corners_nearly_are_one_are_held() -> None:
+    """Corners that are taken for one in looking for the inside are not taken for one in what is enclosed."""
+    slivers = np.array([[(0, 0, 1e-9), (0, 0, 0.75), (0, 0, 0.7500001)], [(0, 0, 0), (0, 0, 1e-9), (0.3, 0, 1)]])
+    for triangles in (slivers, slivers[:1], slivers[1:], np.concatenate([slivers, BOX])):
+        for how in ({"excess": 0.05}, {"spheres": 1}):
+            balls = enclose_mesh(triangles, **how)  # type: ignore[arg-type]
+            assert apart(on_triangles(triangles, np.random.default_rng(0), 300), balls).max() <= 0
+
+
 def _in_hull(mesh: trimesh.Trimesh, points: np.ndarray) -> np.ndarray:
     middle = mesh.vertices.mean(axis=0)
     heights = np.einsum("ijk,jk->ij", points[:, None] - mesh.triangles[:, 0], mesh.face_normals)

@@ -147,6 +147,7 @@ def _enclosed(
             "allow a greater excess"
         )
     centers, radii, out = found
+    rounding += solid.slack
     radii = np.maximum(radii + rounding, _FINEST)
     return centers + middle, radii, float(out.max()) + rounding + _FINEST, solid.notes
 

@@ -49,11 +49,13 @@ class Solid:
         triangles: (n, 3, 3) its surface: each of its triangles once, and what closes its holes [m].
         inside: what tells the inside; None if nothing is.
         notes: what was found and assumed.
+        slack: how far the surface may be off what the inside is told by [m]: corners that nearly are one are one there.
     """
 
     triangles: Array
     inside: Within | Inside | Winding | None
     notes: tuple[str, ...] = ()
+    slack: float = 0.0
 
 
 def solid_of(triangles: Array, *, fuzz: float = 0.0) -> Solid:
@@ -64,31 +66,31 @@ def solid_of(triangles: Array, *, fuzz: float = 0.0) -> Solid:
         fuzz: how far corners that are meant as one may be apart through rounding [m].
     """
     found = surfaces_of(triangles)
-    if not len(found.faces):
-        return Solid(triangles, None, ("it has no inside: all its faces are flat",))
+    given = _once(triangles, found)
     notes: list[str] = []
-    size = float(np.ptp(found.vertices, axis=0).max())
+    size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
+    slack = max(_NEAR * size, fuzz) if _open_edges(found).any() else 0.0
+    if slack:
+        found = surfaces_of(triangles, near=slack)
+    if not len(found.faces):
+        return Solid(given, None, ("it has no inside: all its faces are without area",))
     if _open_edges(found).any():
-        found = surfaces_of(triangles, near=max(_NEAR * size, fuzz))
         found, holes = _closed_where_small(found)
         notes += [] if holes is None else [holes]
     if (~found.odd).any():
         notes.append("faces that are there twice count once")
     testers, open_faces = _layers(found)
-    surface = np.concatenate([triangles[found.kept[found.kept >= 0]], found.vertices[found.faces[found.kept < 0]]])
+    surface = np.concatenate([given, found.vertices[found.faces[found.kept < 0]]])
     crossed = bool((np.bincount(found.edge.reshape(-1)) > 2).any())
     look = crossed or bool(open_faces.any())
     within = Within(testers, found.vertices, found.faces, look_behind=look, crossed=crossed)
     notes += _open_notes(found, open_faces, within)
-    left_out = np.ones(len(triangles), dtype=bool)
-    left_out[found.kept[found.kept >= 0]] = False
-    points = triangles[left_out & _flat(triangles)]  # segments and points, which are no faces
     inside = within if within else None
     if inside is not None and not open_faces.any() and _has_cavity(found, inside, size):
         notes.append(
             'cavities, or parts inside out, are taken for solid (inside="oriented" leaves what faces turn inward free)'
         )
-    return Solid(np.concatenate([_outward(surface, inside, size), points]), inside, tuple(notes))
+    return Solid(_outward(surface, inside, size), inside, tuple(notes), slack if inside is not None else 0.0)
 
 
 def wound_solid(triangles: Array) -> Solid | str:
@@ -118,6 +120,11 @@ def surfaces_of(triangles: Array, *, near: float = 0.0) -> Surfaces:
     order = np.argsort(first)
     kept = which[first[order]]
     return _numbered(vertices, corners[kept], kept, count[order] % 2 == 1)
+
+
+def _once(triangles: Array, found: Surfaces) -> Array:
+    """Leave out the triangles that are there already, corner by corner the same; segments and points stay."""
+    return np.concatenate([triangles[found.kept], triangles[_flat(triangles)]])
 
 
 def _numbered(vertices: Array, faces: NDArray[np.intp], kept: Indices, odd: NDArray[np.bool_]) -> Surfaces:
