@@ -365,13 +365,28 @@ def test_the_file_of_a_fixed_base_is_as_it_was() -> None:
     assert fixed.problem_hash == judged(Adrift(replace(robot, base="fixed"), scene, base="fixed"), SWING).problem_hash
     floating = judged(Adrift(robot, scene), SWING)
     assert floating.problem_hash != fixed.problem_hash
-    assert floating.as_dict()["base"]["rotation_final_rad"] == floating.base_rotation_final
+    assert floating.as_dict()["base"]["rotation_final_rad"] == pytest.approx(floating.base_rotation_final, abs=5e-10)
     start = np.eye(4)
     start[0, 3] = 1.0
     others = [Adrift(robot, scene, base_start=start), Adrift(robot, scene, momentum=Momentum(linear=(1, 0, 0)))]
     hashes = {floating.problem_hash, *(judged(other, SWING, duration=9.0).problem_hash for other in others)}
     assert len(hashes) == 3
     assert problem_digest(robot, scene, fixed.stance) == fixed.problem_hash
+
+
+def test_what_is_recorded_says_no_more_than_what_was_proven() -> None:
+    certificate = judged(Adrift(lander(), Scene([Sphere((0, 5, 0), 0.1)])), SWING)
+    values = certificate.as_dict()
+    assert certificate.clearance is not None
+    assert certificate.base_error is not None
+    assert certificate.residual_momentum is not None
+    assert certificate.clearance - 1.1e-9 < values["clearance_m"] <= certificate.clearance
+    for recorded, error in (
+        ("attitude_error_rad", certificate.base_error),
+        ("residual_momentum", certificate.residual_momentum),
+    ):
+        assert error <= values["base"][recorded] <= 1.11 * error
+        assert float(f"{values['base'][recorded]:.1e}") == values["base"][recorded]  # two digits
 
 
 # ---- refusals --------------------------------------------------------------------------------------------------------
