@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.errors import FileFormatError
 from spacearm.momentum.turning import angle, conjugate, multiplied, rotated
 from spacearm.motion.base_columns import TIP_COLUMNS
 from spacearm.motion.recorded import RecordedTrajectory
@@ -75,6 +76,9 @@ def contradictions(read: RecordedTrajectory, rows: Rows, notes: list[str]) -> tu
         read: the trajectory as it was read.
         rows: the file.
         notes: to be added to.
+
+    Raises:
+        FileFormatError: the base moves in the file, and is fixed here: one of the two was not meant.
     """
     return (
         *_words(read.robot, rows),
@@ -161,7 +165,7 @@ def _base(read: RecordedTrajectory, rows: Rows, notes: list[str]) -> Iterator[st
     if off[i] > _allowed(poses) + 2 * _digits(rows.states[0]) * read.robot.dof:
         where = f"{places[i]}: the base is {away[i]:.4g} m and {turned[i]:.4g} rad from where"
         if read.base == "fixed":
-            yield f"{where} a fixed base stays; give base='floating', or leave the base's columns out"
+            raise FileFormatError(f"{where} a fixed base stays; give base='floating', or leave the base's columns out")
         else:
             yield f"{where} momentum takes it: something else moves it, or holds it, or the masses are others"
     elif read.base == "fixed":

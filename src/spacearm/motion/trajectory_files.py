@@ -79,7 +79,7 @@ def load_trajectory(
 
     Raises:
         FileFormatError: the file is missing or broken, lacks a joint or the time, has a joint twice or one that moves and that
-            the robot does not have, holds what is no number, or its times do not increase.
+            the robot does not have, holds what is no number, its times do not increase, or its base moves though it is fixed.
         ProblemError: a base that cannot be.
         RobotError: a floating base of a robot whose masses cannot be.
     """
