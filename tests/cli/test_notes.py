@@ -24,7 +24,8 @@ def test_notes_are_printed_by_plan_and_certify_and_folded(told: Told, tmp_path: 
         f"goal: {{configuration: {[0.1] * COUNT}}}\n"
     )
     code, _, err = told(["plan", problem, "-o", tmp_path / "out", "--no-figures", "--seed", 0])
-    lines = [line for line in err.splitlines() if line.startswith("spacearm: note: ")]
+    begins = "spacearm: robot 'arm': "
+    lines = [line for line in err.splitlines() if line.startswith(begins)]
     assert code == 0
     assert len(lines) == len(set(lines)) < 8
     assert all(len(line) < 280 for line in lines)
@@ -36,4 +37,4 @@ def test_notes_are_printed_by_plan_and_certify_and_folded(told: Told, tmp_path: 
     for more in ([], ["--problem", problem]):
         code, _, err = told(["certify", tmp_path / "out" / "plan.json", *more])
         assert code == 0
-        assert [line for line in err.splitlines() if line.startswith("spacearm: note: ")] == lines
+        assert [line for line in err.splitlines() if line.startswith(begins)] == lines

@@ -42,8 +42,8 @@ def by_csv(trajectory: AnyTrajectory, folder: Path, **given: Any) -> tuple[Recor
     return read(trajectory, folder / "t.csv"), notes
 
 
-def by_ros(trajectory: AnyTrajectory, folder: Path) -> tuple[RecordedTrajectory, tuple[str, ...]]:
-    notes = write_ros_trajectory(trajectory, folder / "t.json")
+def by_ros(trajectory: AnyTrajectory, folder: Path, **given: Any) -> tuple[RecordedTrajectory, tuple[str, ...]]:
+    notes = write_ros_trajectory(trajectory, folder / "t.json", **given)
     return read(trajectory, folder / "t.json"), notes
 
 
@@ -115,9 +115,10 @@ def test_a_motion_that_takes_no_time_is_a_short_rest(tmp_path: Path) -> None:
     assert notes == ("the trajectory takes 0 s, and is written as 0.001 s of rest",)
 
 
-def test_a_jerk_limit_is_kept_if_it_is_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize("way", [by_csv, by_ros])
+def test_a_jerk_limit_is_kept_if_it_is_named(way: Any, tmp_path: Path) -> None:
     trajectory = time_optimal(ARM, drawn(1), jerk_limit=3.0)
-    back, _ = by_csv(trajectory, tmp_path, jerk_limit=3.0)
+    back, _ = way(trajectory, tmp_path, jerk_limit=3.0)
     jerk = back.margins(jerk_limit=3.0).jerk
     assert jerk is not None
     assert jerk.max() <= 1

@@ -25,9 +25,11 @@ from spacearm.planner import (
     save_plan,
     save_trajectory,
 )
+from spacearm.planner.files.plans import problem_hash
 from spacearm.planner.files.recheck import recheck_plan, recheck_trajectory
+from spacearm.proof import certify
 from spacearm.robot import load_robot
-from spacearm.scene import Sphere, pose
+from spacearm.scene import Sphere, SphereSet, pose
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +50,21 @@ def test_an_untouched_plan_holds_again_and_nothing_is_odd(found: Plan, saved: Pa
     assert again.certificate.as_dict() == found.certificate.as_dict()
     assert (again.agrees, again.notes) == (True, ())
     assert recheck_plan(saved, PROBLEM).notes == ()
+
+
+def test_notes_on_a_mesh_are_in_the_file_and_no_part_of_a_hash(tmp_path: Path) -> None:
+    balls = SphereSet([[5, 5, 5]], [0.1], notes=("it is open",))
+    problem = replace(PROBLEM, scene=[*PROBLEM.scene.obstacles, balls])
+    without = replace(PROBLEM, scene=[*PROBLEM.scene.obstacles, replace(balls, notes=())])
+    assert problem_hash(problem) == problem_hash(without)
+    found = plan(problem, SMALL, rng=0)
+    assert found.certificate is not None
+    assert found.certificate.problem_hash == certify(without, found.trajectory).problem_hash
+    save_plan(found, tmp_path / "plan.json")
+    content = json.loads((tmp_path / "plan.json").read_text())
+    assert content["problem"]["obstacles"][-1]["sphere_set"].pop("notes") == ["it is open"]
+    (tmp_path / "older.json").write_text(json.dumps(content))  # written when balls had no notes
+    assert recheck_plan(tmp_path / "older.json").notes == ()
 
 
 def in_the_way(content: dict[str, Any]) -> None:

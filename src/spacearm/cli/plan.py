@@ -26,11 +26,8 @@ from spacearm.reading import located
 from spacearm.robot.left_out import rows_on_unchecked
 from spacearm.settings import whole
 
-_WRONG = (
-    "no_envelope",
-    "start_in_collision",
-    "goal_in_collision",
-)  # as given: the input's fault, and there is nothing to search for
+_WRONG = ("no_envelope", "start_in_collision", "goal_in_collision")
+"""As given: the input's fault, and there is nothing to search for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,8 +76,7 @@ def run(arguments: Sequence[str]) -> int:
         "best one seen is in plan.json, and the exit code is 1.",
     )
     file = load_problem_file(options.problem)
-    for note in file.problem.scene.notes:
-        print(f"spacearm: {note}", file=sys.stderr)
+    tell_notes(options.problem, file.problem.scene.notes)
     if options.pareto is not None:
         with located(options.problem):
             require_choice(file.problem, "peak")

@@ -29,7 +29,8 @@ def export_trajectory(found: Plan, folder: Path, kinds: Sequence[str], *, epoch:
         write_aem(found.trajectory, folder / "trajectory.aem", start_epoch=epoch)
         written.append("trajectory.aem")
     if "ros" in kinds:
-        tell_notes(folder / "trajectory.ros.json", write_ros_trajectory(found.trajectory, folder / "trajectory.ros.json"))
+        path = folder / "trajectory.ros.json"
+        tell_notes(path, write_ros_trajectory(found.trajectory, path, jerk_limit=found.settings.jerk_limit))
         written.append("trajectory.ros.json")
     return written
 

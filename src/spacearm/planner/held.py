@@ -14,7 +14,7 @@ from spacearm.errors import RobotError, nearest
 from spacearm.planner.held_mass import held_body
 from spacearm.robot.capsule_fit import Segment
 from spacearm.robot.envelope import Shape, enclosed
-from spacearm.robot.envelope_report import greatest_excess
+from spacearm.robot.excess import greatest_excess
 from spacearm.robot.left_out import NOT_SAID, UncheckedPair, is_rigid, way_to, ways_to_links
 from spacearm.robot.model import Frame, LinkCapsule, Robot
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE

@@ -105,8 +105,10 @@ class Certificate:
             told from contact at the stated resolution, or it is not known well enough where the base turns to).
         clear: whether all of it is proven but for limits and what the trajectory tells of its base.
         clearance: proven: the clearance is at least this for all t [m]; None unless it holds; infinite without obstacles.
-        minimum_clearance: more than this was asked for [m].
-        closest: the least clearance measured at an instant; None without obstacles or links.
+            Of obstacles and `robot.self_pairs`; of pairs that cannot meet (`robot.apart`) it is only proven that they do not.
+        minimum_clearance: more than this was asked for [m], of the same.
+        closest: the least clearance measured at an instant, of the same; None without obstacles or links. Where the pairs that
+            cannot meet are why it does not hold, theirs.
         limits: margins of the joint limits, for all t.
         checked: the limits that were asked for: "position", "velocity", "acceleration", "jerk".
         resolution: the shortest interval looked at, as a share of the curve, all its pieces counting alike.
@@ -195,7 +197,8 @@ class Certificate:
     def fails_by_base_limits(self) -> bool:
         """Whether it fails by limits of the base alone: all else is proven."""
         base = self.floating
-        return self.status == "fails" and self.clear and not self.broken_limits and base is not None and not base.broken
+        others = self.broken_limits or self.contradictions
+        return self.status == "fails" and self.clear and not others and base is not None and not base.broken
 
     @property
     def message(self) -> str:

@@ -68,7 +68,7 @@ def certify(
             trajectory itself says of it is compared.
         limits: those to be kept, of "position", "velocity" and "acceleration". A path with corners has no acceleration.
         jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: jerk is not looked at.
-        minimum_clearance: the clearance must be more than this [m].
+        minimum_clearance: the clearance must be more than this [m]; of pairs that cannot meet (`robot.apart`) more than 0.
         resolution: intervals shorter than this share of the curve, all its pieces counting alike, are not halved again;
             "undecided" is said then.
 

@@ -36,7 +36,7 @@ def problem_digest(robot: Robot, scene: Scene, stance: Stance) -> str:
         held = {"base": stance.base, "base_start": stance.start.tolist()}
     if stance.tumbling:
         held["momentum"] = [stance.linear.tolist(), stance.angular.tolist()]
-    return digest({"robot": values, "obstacles": scene_as_list(scene), **held})
+    return digest({"robot": values, "obstacles": scene_as_list(scene, notes=False), **held})
 
 
 def trajectory_digest(trajectory: AnyTrajectory) -> str:

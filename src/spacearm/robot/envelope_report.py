@@ -15,7 +15,7 @@ from spacearm.errors import RobotError
 from spacearm.reading import located
 from spacearm.robot.capsule_fit import Segment, union_volume
 from spacearm.robot.envelope import Shape, enclosed, link_shapes
-from spacearm.robot.excess import greatest_excess as greatest_excess
+from spacearm.robot.excess import greatest_excess
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE, parsed_urdf
 
 Array = NDArray[np.float64]

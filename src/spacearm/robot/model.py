@@ -245,7 +245,7 @@ class Robot(Frozen):
         """
         as_name("a frame's name", name, RobotError)
         for frame in self.frames:
-            if isinstance(name, str) and frame.name == name:
+            if frame.name == name:
                 return frame
         known = nearest(name, (frame.name for frame in self.frames))
         raise RobotError(f"robot '{self.name}' has no frame {shown(name)}; {known}")
@@ -258,7 +258,7 @@ class Robot(Frozen):
         """
         as_name("a configuration's name", name, RobotError)
         for configuration in self.configurations:
-            if isinstance(name, str) and configuration.name == name:
+            if configuration.name == name:
                 return configuration.q
         known = nearest(name, (configuration.name for configuration in self.configurations))
         raise RobotError(f"robot '{self.name}' has no configuration {shown(name)}; {known}")

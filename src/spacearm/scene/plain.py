@@ -21,10 +21,16 @@ _SHAPES: dict[str, type[Obstacle]] = {
 }
 
 
-def scene_as_list(scene: Scene) -> list[dict[str, Any]]:
-    """Return a scene's obstacles as plain values: each a mapping from the shape's name to its attributes."""
+def scene_as_list(scene: Scene, *, notes: bool = True) -> list[dict[str, Any]]:
+    """Return a scene's obstacles as plain values: each a mapping from the shape's name to its attributes.
+
+    Args:
+        scene: the obstacles.
+        notes: with what was found in enclosing meshes; a hash is made without.
+    """
     names = {shape: name for name, shape in _SHAPES.items()}
-    return [{names[type(item)]: record_as_dict(item)} for item in scene.obstacles]
+    every = [(names[type(item)], record_as_dict(item)) for item in scene.obstacles]
+    return [{name: {key: value for key, value in values.items() if notes or key != "notes"}} for name, values in every]
 
 
 def scene_from_list(values: Any) -> Scene:

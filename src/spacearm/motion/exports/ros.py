@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import as_name
 from spacearm.errors import SettingsError
@@ -35,6 +35,7 @@ def write_ros_trajectory(
     *,
     step: float | None = None,
     frame_id: str = "inertial",
+    jerk_limit: ArrayLike | None = None,
     overwrite: bool = False,
 ) -> tuple[str, ...]:
     """Write a trajectory as messages of ROS 2 in JSON: joint_names and points, and where a floating base is.
@@ -45,6 +46,7 @@ def write_ros_trajectory(
         step: between two points [s]; None: about a 200th of the duration, and less where that is needed for what is read
             between the points to be the trajectory again, within its limits.
         frame_id: the name of the inertial frame.
+        jerk_limit: to be kept by what is read, too, one number or (n,) [rad/s^3 or m/s^3]; not looked at if a step is given.
         overwrite: replace a file that is there.
 
     Returns:
@@ -58,7 +60,7 @@ def write_ros_trajectory(
     frame_id = as_name("frame_id", frame_id, SettingsError)
     require_writable(path, overwrite=overwrite)
     if step is None:
-        rows = rows_of(trajectory, least=_POINTS, ticks=_TICKS)
+        rows = rows_of(trajectory, least=_POINTS, ticks=_TICKS, jerk_limit=jerk_limit)
         at = np.round(rows.t * _TICKS).astype(np.int64)
     else:
         at = instants(trajectory, step, ticks=_TICKS)

@@ -132,6 +132,7 @@ def values_that_count(problem: Problem) -> dict[str, Any]:
     """Return a problem as plain values, without notes, where its robot was read from, and how that has its base held."""
     values = problem_as_dict(problem)
     values.pop("notes", None)
+    values["obstacles"] = scene_as_list(problem.scene, notes=False)
     for other in ("base", *PROVENANCE):
         values["robot"].pop(other, None)
     return values

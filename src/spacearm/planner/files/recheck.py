@@ -67,7 +67,7 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
         trajectory, other = _of_robot(saved.trajectory, against)
     certificate = certify(against, trajectory, **options)
     said = None if saved.certificate is None else saved.certificate.get("status")
-    base = _base(against, trajectory)
+    base = _base(against, trajectory, certificate)
     notes = [*saved.trajectory.notes, *other, *_edited(saved)]
     notes += [*_other_problem(saved.problem, against), *_ends(against, trajectory, base)]
     agrees = None if said is None else said == certificate.status
@@ -89,7 +89,7 @@ def recheck_trajectory(problem: Problem, trajectory: AnyTrajectory, **options: A
     """
     certificate = certify(problem, trajectory, **options)
     ours = certificate.trajectory  # its joints in the problem's order
-    base = _base(problem, ours)
+    base = _base(problem, ours, certificate)
     notes = (*trajectory.notes, *certificate.notes, *_ends(problem, ours, base))
     return Recheck(certificate=certificate, notes=notes, agrees=None, base=base)
 
@@ -115,9 +115,9 @@ def _require_same_base(problem: Problem, trajectory: AnyTrajectory) -> None:
     require_same(asked, taken)
 
 
-def _base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport | None:
+def _base(problem: Problem, trajectory: AnyTrajectory, certificate: Certificate) -> BaseReport | None:
     """Report on a floating base, with the problem's masses, whatever those are that the file has."""
-    if not problem.floats:
+    if certificate.floating is None:  # it is fixed, or masses are not known, which the certificate says
         return None
     if trajectory.robot != problem.robot and trajectory.duration > 0:
         trajectory = RecordedTrajectory(problem.robot, trajectory.path, **_held(problem))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
 
 from spacearm.checks import shown
 from spacearm.planner.moveit.part import Part
+from spacearm.robot.left_out import unchecked_pairs
 from spacearm.robot.model import Robot
-from spacearm.robot.never_meet import joints_between
-from spacearm.robot.segments import link_axes
 from spacearm.robot.self_collision import with_allowed_pairs
 
 _MOST_NAMED = 8
@@ -58,7 +56,8 @@ def robot_with_matrix(robot: Robot, matrix: Matrix) -> Robot:
 
     Pairs that no joint moves against each other are left out, as for an SRDF.
     """
-    kept = tuple(note for note in robot.notes if not note.startswith("self-collision "))
+    of_pairs = ("self-collision ", "the envelopes of ")  # how notes on pairs begin: new ones are added in their place
+    kept = tuple(note for note in robot.notes if not note.startswith(of_pairs))
     return with_allowed_pairs(replace(robot, notes=kept), matrix.may_touch, by="MoveIt's matrix")
 
 
@@ -90,15 +89,15 @@ def say_matrix(robot: Robot, matrix: Matrix, objects: set[str], held: set[str], 
 
 
 def _unchecked(robot: Robot, matrix: Matrix) -> list[tuple[str, str]]:
-    """List the pairs of links that a matrix names and wants kept clear, that can move, and that the robot does not check."""
-    axes, checked = link_axes(robot), set(robot.self_pairs)
-    links = sorted(set(axes) & {*matrix.names, *matrix.defaults})
+    """List the pairs of links that a matrix names and wants kept clear, that can move, and that nobody checks.
+
+    Pairs that cannot meet within the limits are not among them: the certificate proves these.
+    """
+    named = {*matrix.names, *matrix.defaults}
     return [
-        (first, second)
-        for first, second in itertools.combinations(links, 2)
-        if (first, second) not in checked
-        and not matrix.may_touch(first, second)
-        and joints_between(robot, axes[first], axes[second])
+        one.links
+        for one in unchecked_pairs(robot)
+        if one.reason != "rigid" and named.issuperset(one.links) and not matrix.may_touch(*one.links)
     ]
 
 
