@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import copy
+import os
 import signal
 import sys
 import tempfile
@@ -308,6 +309,7 @@ def main() -> int:
     given = parser.parse_args()
     found: Counter[tuple[str, str]] = Counter()
     with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)  # a wrong path may be a good name for a file
         for name, what, came in faults(Path(folder), count=given.count, seed=given.seed):
             kind = (name, came.split(":")[0])
             found[kind] += 1

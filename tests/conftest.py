@@ -1,11 +1,16 @@
 """Put tests/ on the path, so that tests in any room find strategies, oracles and snapshots."""
 
+import signal
 import sys
 from pathlib import Path
 
 from hypothesis import settings
 
 sys.path.insert(0, str(Path(__file__).parent))
+
+# A shell that runs the tests in the background lets them ignore Ctrl-C, and the programs that they start too.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # No test is timed: the first one to import Pinocchio or yourdfpy would fail for being first.
 settings.register_profile("spacearm", deadline=None)

@@ -43,7 +43,11 @@ def drawn_robot(rng: np.random.Generator) -> Robot:
         )
         dofs += not follows
     bodies = [_body(rng, "base", -1, heavy * light, size)]
-    bodies += [_body(rng, f"b{i}", i, heavy * rng.uniform(0.1, 3), size) for i in range(count) if rng.random() < 0.8]
+    for i in range(count):
+        if rng.random() < 0.8:
+            bodies.append(_body(rng, f"b{i}", i, heavy * rng.uniform(0.1, 3), size))
+        else:  # stated to weigh nothing: a robot of unknown masses may not float
+            bodies.append(Body(name=f"b{i}", joint=i, mass=0.0, com=np.zeros(3), inertia=np.zeros((3, 3))))
     capsules = []
     for k in range(int(rng.integers(2, 5))):
         joint = -1 if k == 0 else int(rng.integers(-1, count))

@@ -31,7 +31,8 @@ def soak() -> Any:
     return module
 
 
-def test_wrong_input_is_a_spacearm_error(soak: Any, tmp_path: Path) -> None:
+def test_wrong_input_is_a_spacearm_error(soak: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # a wrong path may be a good name for a file
     assert list(soak.faults(tmp_path, count=800, seed=20)) == []
 
 
