@@ -262,9 +262,11 @@ def as_sentences(name: str, value: Any, error: Raise) -> tuple[str, ...]:
     Raises:
         error: anything else.
     """
-    given = tuple(value) if is_a_row(value) and not isinstance(value, (str, bytes)) else (None,)
-    if all(isinstance(sentence, str) for sentence in given):
-        return given
+    if is_a_row(value) and not isinstance(value, (str, bytes)):
+        given = tuple(value)
+        if all(isinstance(sentence, str) for sentence in given):
+            return given
+        value = given
     raise error(f"{name} is {shown(value)}, expected sentences, as in ('measured',)")
 
 

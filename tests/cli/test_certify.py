@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 
 import pytest
@@ -77,7 +76,7 @@ def test_the_duration_is_told_and_years_are_doubted(told: Told, planned: Path, p
     _, out, err = told(words)
     assert ["duration", "2e+09 s (63.4 years)"] in [line.split(maxsplit=1) for line in out.splitlines()]
     assert "Then give time_unit='ns' (--time-unit ns)" in err
-    assert told([*words, "--time-unit", "ns"])[1].count("duration    2.000 s\n") == 1
+    assert told([*words, "--time-unit", "ns"])[1].split("duration", 1)[1].lstrip().startswith("2.000 s\n")
     values = json.loads(told([*words, "--json"])[1])
     assert values["duration_s"] == 2e9
 
