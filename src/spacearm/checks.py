@@ -257,13 +257,16 @@ def as_name(what: str, value: Any, error: Raise) -> str:
 
 
 def as_sentences(name: str, value: Any, error: Raise) -> tuple[str, ...]:
-    """Check some sentences.
+    """Check some sentences, in a list or whatever else may be iterated over.
 
     Raises:
         error: anything else.
     """
-    if isinstance(value, (list, tuple)) and all(isinstance(sentence, str) for sentence in value):
-        return tuple(value)
+    if is_a_row(value) and not isinstance(value, (str, bytes)):
+        given = tuple(value)
+        if all(isinstance(sentence, str) for sentence in given):
+            return given
+        value = given
     raise error(f"{name} is {shown(value)}, expected sentences, as in ('measured',)")
 
 

@@ -74,9 +74,9 @@ def test_the_duration_is_told_and_years_are_doubted(told: Told, planned: Path, p
     (tmp_path / "ns.csv").write_text(f"time,{names}\n{rows}")
     words = ["certify", tmp_path / "ns.csv", "--problem", problem, "--limits", "velocity"]
     _, out, err = told(words)
-    assert "duration    2e+09 s (63.4 years)\n" in out
+    assert ["duration", "2e+09 s (63.4 years)"] in [line.split(maxsplit=1) for line in out.splitlines()]
     assert "Then give time_unit='ns' (--time-unit ns)" in err
-    assert told([*words, "--time-unit", "ns"])[1].count("duration    2.000 s\n") == 1
+    assert told([*words, "--time-unit", "ns"])[1].split("duration", 1)[1].lstrip().startswith("2.000 s\n")
     values = json.loads(told([*words, "--json"])[1])
     assert values["duration_s"] == 2e9
 
@@ -106,7 +106,7 @@ def test_a_file_that_contradicts_itself_fails(told: Told, planned: Path, problem
 
 def test_what_was_assumed_of_a_robot_is_told(told: Told, tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(URDF)
-    text = "spacearm: 1\nrobot: arm.urdf\nstart: [0]\ngoal: {configuration: [0.5]}\n"
+    text = "spacearm: 1\nrobot: {file: arm.urdf, collision: none}\nstart: [0]\ngoal: {configuration: [0.5]}\n"
     (tmp_path / "p.yaml").write_text(text)
     said = "spacearm: robot 'arm': no acceleration limit"
     assert said in told(["plan", tmp_path / "p.yaml", "-o", tmp_path / "out", "--no-figures"])[2]

@@ -112,7 +112,9 @@ def test_many_turns_of_a_tumbling_base_are_followed() -> None:
 @pytest.mark.parametrize("axis", [(1.0, 0, 0), (0.3, 1.0, 0.2), (0, 0.05, 1.0)])
 def test_errors_of_a_long_body_that_tumbles_grow_with_time_only(axis: tuple[float, float, float]) -> None:
     """Moments of 1, 11 and 11.3, and radians of tumbling: by the most that they could grow at any time it would be e^25."""
-    stick = lander(bodies=(body("base", -1, 5.0, (0, 0, 0), (1.0, 11.0, 11.3)), body("fore", 1, 1.0, (0.5, 0, 0), 0.1)))
+    stick = lander(
+        bodies=(body("base", -1, 5.0, (0, 0, 0), (1.0, 11.0, 11.3)), body("fore", 1, 1.0, (0.5, 0, 0), 0.1)), capsules=()
+    )
     momentum = Momentum(angular=11.0 * np.array(axis) / np.linalg.norm(axis) * 0.25)
     path = Motion([[0, 0], [1, -1]])
     found = drift(stick, path, momentum, 20.0)

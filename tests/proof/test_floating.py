@@ -382,7 +382,7 @@ def test_what_is_recorded_says_no_more_than_what_was_proven() -> None:
     assert certificate.residual_momentum is not None
     assert certificate.clearance - 1.1e-9 < values["clearance_m"] <= certificate.clearance
     for recorded, error in (
-        ("attitude_error_rad", certificate.base_error),
+        ("attitude_error_at_most_rad", certificate.base_error),
         ("residual_momentum", certificate.residual_momentum),
     ):
         assert error <= values["base"][recorded] <= 1.11 * error

@@ -61,7 +61,7 @@ def test_no_joint_passes_a_limit_that_the_user_gives(m: float, kind: str, v: flo
 
 
 def test_a_certificate_holds_for_the_joint_that_follows_too() -> None:
-    robot = urdf_text.loaded(pair(5), velocity_limit=2.0, acceleration_limit=2.0)
+    robot = urdf_text.loaded(pair(5), velocity_limit=2.0, acceleration_limit=2.0, collision="none")
     trajectory = Trajectory(robot, Motion([[-0.1], [0.1]]))
     assert certify(Problem(robot, [], start=[-0.1], goal=[0.1]), trajectory).holds
     samples = trajectory.sample(np.linspace(0, trajectory.duration, 1001))

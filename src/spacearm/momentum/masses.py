@@ -46,18 +46,7 @@ def lumped_masses(robot: Robot) -> Masses:
     Raises:
         RobotError: masses of which nothing that floats can be made.
     """
-    count = 1 + len(robot.joints)
-    pseudo = np.zeros((count, 4, 4))
-    for body in robot.bodies:
-        with np.errstate(over="ignore", invalid="ignore"):
-            own = _pseudo_inertia(body.mass, body.com, body.inertia)
-        if not (np.abs(own) < _GREATEST).all():
-            raise RobotError(
-                f"robot '{robot.name}' cannot float: body '{body.name}' has a mass of {body.mass:.4g} kg at "
-                f"{body.com.tolist()} m and moments of inertia up to {np.abs(body.inertia).max():.4g} kg m^2, which is beyond "
-                f"measure, expected all below {_GREATEST:g}; {_ADVICE}"
-            )
-        pseudo[1 + body.joint] += own
+    count, pseudo = 1 + len(robot.joints), _pseudo_inertias(robot)
     outward = np.eye(count)
     for child in range(count - 1, 0, -1):  # parents come before children
         outward[1 + robot.joints[child - 1].parent] += outward[child]
@@ -80,6 +69,36 @@ def require_masses(robot: Robot) -> None:
     """
     require_robot(robot)
     lumped_masses(robot)
+
+
+def require_possible_masses(robot: Robot) -> None:
+    """Refuse masses with which no base can float; links of unknown mass are passed over, which `require_masses` refuses.
+
+    Raises:
+        RobotError: no masses, a base without one, or some that no body has.
+    """
+    require_robot(robot)
+    _require_possible(robot, _pseudo_inertias(robot))
+
+
+def _pseudo_inertias(robot: Robot) -> Array:
+    """Return those of the base and of what each joint carries, (1 + j, 4, 4).
+
+    Raises:
+        RobotError: numbers beyond measure.
+    """
+    pseudo = np.zeros((1 + len(robot.joints), 4, 4))
+    for body in robot.bodies:
+        with np.errstate(over="ignore", invalid="ignore"):
+            own = _pseudo_inertia(body.mass, body.com, body.inertia)
+        if not (np.abs(own) < _GREATEST).all():
+            raise RobotError(
+                f"robot '{robot.name}' cannot float: body '{body.name}' has a mass of {body.mass:.4g} kg at "
+                f"{body.com.tolist()} m and moments of inertia up to {np.abs(body.inertia).max():.4g} kg m^2, which is beyond "
+                f"measure, expected all below {_GREATEST:g}; {_ADVICE}"
+            )
+        pseudo[1 + body.joint] += own
+    return pseudo
 
 
 def _require_possible(robot: Robot, lumped: Array) -> None:

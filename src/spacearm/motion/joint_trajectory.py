@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError, nearest
 from spacearm.motion.base_columns import unit_poses
-from spacearm.motion.stated import Rows, Series
+from spacearm.motion.stated import STILL, Rows, Series
 from spacearm.motion.stated_times import PER_SECOND, TimeUnit, checked_unit
 from spacearm.reading import located, yaml_documents
 from spacearm.robot import Robot
@@ -35,7 +35,6 @@ _KNOWN = frozenset(
 )
 _KINDS = ("positions", "velocities", "accelerations")
 _STATE_KEYS = frozenset({*_KINDS, "effort", "time_from_start"})
-_STILL = 1e-9  # [rad or m] by which a joint that is not the robot's may move: not at all
 _SHOWN = 6
 
 Found = tuple[dict[str, Any], list[dict[str, Any]]]
@@ -205,7 +204,7 @@ def _order(robot: Robot, message: dict[str, Any], q: Array, notes: list[str]) ->
                 f"joint_names has no '{joint}', expected all joints of robot '{robot.name}'; {nearest(joint, names)}"
             )
     others = [name for name in names if name not in robot.dof_names]
-    moved = [name for name in others if np.ptp(q[:, names.index(name)]) > _STILL]
+    moved = [name for name in others if np.ptp(q[:, names.index(name)]) > STILL]
     if moved:
         raise FileFormatError(
             f"joint_names has '{moved[0]}', which moves and which robot '{robot.name}' does not have or holds still; "

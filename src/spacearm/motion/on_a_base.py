@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm._kernel.exact import product
 from spacearm.checks import Frozen, as_numbers, as_pose, keep, shown
 from spacearm.errors import ProblemError
-from spacearm.momentum import BaseMotion, JointPath, Momentum, require_masses
+from spacearm.momentum import BaseMotion, JointPath, Momentum
+from spacearm.momentum.masses import require_possible_masses
 from spacearm.momentum.turning import matrix_of, quaternion_of
 from spacearm.robot import Robot, forward_kinematics
-from spacearm.robot.left_out import lacks_masses
 from spacearm.robot.model import BASE_KINDS
 
 Array = NDArray[np.float64]
@@ -125,8 +125,7 @@ def checked_base(robot: Robot, base: Any, base_start: Any, momentum: Any) -> dic
     if not isinstance(momentum, Momentum):
         raise ProblemError(f"momentum is {shown(momentum)}, expected a Momentum(linear=..., angular=...), or None")
     if base == "floating":
-        if not lacks_masses(robot):  # else whoever asks where the base goes is told; to plan is refused
-            require_masses(robot)
+        require_possible_masses(robot)  # where one is not known, whoever asks where the base goes is told; to plan is refused
     elif not momentum.is_zero:
         raise ProblemError("base is 'fixed' and momentum is not 0, expected a floating base with it; give base='floating'")
     return {"base": base, "base_start": as_pose("base_start", base_start, ProblemError), "momentum": momentum}

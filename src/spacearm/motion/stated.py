@@ -21,6 +21,8 @@ from spacearm.robot import Robot
 Array = NDArray[np.float64]
 
 KINDS = ("q", "dq", "ddq")
+STILL = 1e-9
+"""[rad or m] By no more than this may a joint move in a file that is not the robot's: that is not at all."""
 
 _SAME = 1e-6  # [m, rad, per s] as the certificate has it for a base
 _DECIMALS = range(4, 13)  # of numbers; with fewer they are taken as they are

@@ -18,7 +18,7 @@ from spacearm.motion.base_columns import (
     columns_of,
     unit_poses,
 )
-from spacearm.motion.stated import KINDS, Rows, Series
+from spacearm.motion.stated import KINDS, STILL, Rows, Series
 from spacearm.motion.stated_times import PER_SECOND, TimeUnit, checked_unit, time_column, whole_and_rest
 from spacearm.motion.tables import Table
 from spacearm.robot import Robot
@@ -26,7 +26,6 @@ from spacearm.robot import Robot
 Array = NDArray[np.float64]
 
 _SHOWN = 12
-_STILL = 1e-9  # [rad or m] by which a joint that is not the robot's may move: not at all
 
 
 def rows_of_table(robot: Robot, table: Table, *, unit: TimeUnit | None, notes: list[str]) -> Rows:
@@ -138,7 +137,7 @@ def _require_no_other_joints(robot: Robot, table: Table, columns: dict[str, int]
                     f"column '{name}' is there without the rates before it, expected dq_ where there is ddq_; leave it out"
                 )
             values = table.values[:, columns[name]]
-            if np.ptp(values) > _STILL or (kind != "q" and np.abs(values).max() > _STILL):
+            if np.ptp(values) > STILL or (kind != "q" and np.abs(values).max() > STILL):
                 raise FileFormatError(
                     f"line {table.header_line}: column '{name}' moves a joint '{joint}', which robot '{robot.name}' does not "
                     f"have or holds still; {nearest(joint, robot.dof_names)}; leave the column out if it does not count"

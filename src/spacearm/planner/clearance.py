@@ -100,6 +100,7 @@ def clearance(problem: HasScene, q: ArrayLike) -> Array:
         (...,) [m]; negative is penetration; infinite without obstacles and pairs.
 
     Raises:
+        ProblemError: what has no robot and scene.
         RobotError: q does not fit the robot or is not finite.
     """
     if not (isinstance(getattr(problem, "robot", None), Robot) and isinstance(getattr(problem, "scene", None), Scene)):

@@ -121,9 +121,8 @@ class Islands:
                 stopped = True
 
         helpers = _started(help_out, min(self._settings.threads or os.cpu_count() or 1, len(self._all)) - 1)
-        share = seconds / -(
-            -len(self._all) // (1 + len(helpers))
-        )  # islands that wait for a thread have their share of the time
+        rounds = -(-len(self._all) // (1 + len(helpers)))
+        share = seconds / rounds  # islands that wait for a thread have their share of the time
         try:
             begin.set()
             work()

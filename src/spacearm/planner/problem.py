@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import product
-from spacearm.checks import Frozen, as_number, as_readonly, keep, shown
+from spacearm.checks import Frozen, as_number, as_readonly, as_sentences, keep, shown
 from spacearm.errors import ProblemError, nearest
 from spacearm.momentum import Momentum, momentum_map, system_mass
 from spacearm.momentum.turning import matrix_of, quaternion_of
@@ -104,7 +104,7 @@ class Problem(_WithLocal):
             keep(self, scene=_scene(self.scene))
         keep(self, **checked_base(self.robot, self.base, self.base_start, self.momentum))
         keep(self, **_asked_of_the_base(self))
-        notes = _sentences(self.notes)
+        notes = list(as_sentences("notes", self.notes, ProblemError))
         keep(self, start=within_limits(self.robot, self.start, what="start", notes=notes))
         keep(self, goal=_goal(self.robot, self.goal, self.start, notes), notes=tuple(dict.fromkeys(notes)), _local=None)
         _require_slow_tumbling(self)
@@ -306,16 +306,6 @@ def whole_turns(robot: Robot) -> NDArray[np.bool_]:
     for joint in robot.joints:
         out[joint.dof] &= joint.kind == "revolute" and float(joint.multiplier).is_integer()
     return out
-
-
-def _sentences(given: Any) -> list[str]:
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise ProblemError(f"notes is {shown(given)}, expected a list of sentences")
-    notes = list(given)
-    for note in notes:
-        if not isinstance(note, str):
-            raise ProblemError(f"notes holds {shown(note)}, expected a sentence")
-    return notes
 
 
 def _scene(given: Any) -> Scene:

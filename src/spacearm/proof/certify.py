@@ -119,6 +119,8 @@ def certify(
         evaluations, shortest = evaluations + apart.evaluations, min(shortest, apart.resolution)
         if apart.status != "holds":
             status, closest = apart.status, apart.closest
+        elif closest is not None and apart.closest is not None and apart.closest.clearance < proof.proven:
+            notes = (*notes, _nearer(apart.closest))
     if status == "holds" and lacks_envelope(robot):
         status = "undecided"
     clear = status == "holds"
@@ -171,6 +173,14 @@ def _apart(robot: Robot, trajectory: AnyTrajectory, finest: float) -> _Apart:
     status, near = proof.judged()
     closest = None if near is None else _closest(near, bones, Scene(), base)
     return _Apart(status, closest, proof.evaluations, proof.resolution)
+
+
+def _nearer(near: ClosestApproach) -> str:
+    """Say that pairs of which no clearance is claimed come nearer than the clearance that is."""
+    return (
+        f"link '{near.link}' and {near.other} come nearer, {near.clearance * 1e3:.3g} mm as measured: they cannot meet within "
+        "the limits, and of such links it is only proven that they do not"
+    )
 
 
 @kept

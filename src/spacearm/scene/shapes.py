@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm._kernel.exact import length
-from spacearm.checks import Frozen, as_number, as_pose, as_readonly, keep, shown
+from spacearm.checks import Frozen, as_number, as_pose, as_readonly, as_sentences, keep, shown
 from spacearm.errors import SceneError
 
 Array = NDArray[np.float64]
@@ -219,9 +219,7 @@ class SphereSet(Frozen):
             raise SceneError(f"the sphere set's radii[{worst}] is {radii[worst]:g}, expected a finite number above 0 [m]")
         if self.excess is not None:
             keep(self, excess=as_number("the sphere set's excess", self.excess, SceneError, at_least=0, unit="m"))
-        if not isinstance(self.notes, (tuple, list)) or not all(isinstance(note, str) for note in self.notes):
-            raise SceneError(f"the sphere set's notes is {shown(self.notes)}, expected a list of sentences")
-        keep(self, centers=centers, radii=radii, notes=tuple(self.notes))
+        keep(self, centers=centers, radii=radii, notes=as_sentences("the sphere set's notes", self.notes, SceneError))
         _require_name(self.name)
 
 
