@@ -367,6 +367,9 @@ REFUSED: dict[str, Any] = {
     "recorded, no path": lambda: RecordedTrajectory(ARM, "path"),  # type: ignore[arg-type]
     "recorded, another robot's": lambda: RecordedTrajectory(ARM, PiecewisePath.from_linear([0, 1], np.zeros((2, 2)))),
     "recorded, from later": lambda: RecordedTrajectory(two_link(), PiecewisePath.from_linear([5, 6], np.zeros((2, 2)))),
+    "recorded, without end": lambda: RecordedTrajectory(
+        two_link(), PiecewisePath.from_linear([0, 1e200], [[0.0, 0.0], [0.1, 0.1]])
+    ),
     "recorded, jumping": lambda: RecordedTrajectory(
         two_link(), PiecewisePath([0, 1, 2], [[[0.0, 0.0], [0.1, 0.1]], [[0.1, 0.3], [0.1, 0.3]]])
     ),

@@ -157,6 +157,7 @@ def test_a_robot_without_an_envelope_may_hold_something() -> None:
         ("held: pose of two numbers", lambda: hold(ARMS, Sphere((0, 0, 0), 1), pose=(1, 2))),
         ("held: pose that is no rotation", lambda: hold(ARMS, Sphere((0, 0, 0), 1), pose=2 * np.eye(4))),
         ("held: no capsules", lambda: hold(ARMS, Box((1, 1, 1)), capsules_per_shape=0)),
+        ("held: more capsules than may be", lambda: hold(ARMS, Box((1, 1, 1)), capsules_per_shape=2**31)),
     ],
 )
 def test_what_cannot_be_held_is_refused(case: str, call: Callable[[], Robot]) -> None:

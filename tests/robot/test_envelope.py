@@ -375,7 +375,7 @@ def test_the_prism_around_a_cylinder_holds_it() -> None:
     assert (np.abs(points @ normals.T) <= reach + ROUNDING).all()
 
 
-@pytest.mark.parametrize("count", [0, 1.5, True, "3", None])
+@pytest.mark.parametrize("count", [0, 1.5, True, "3", None, 10**12])
 def test_capsules_per_shape_that_is_no_number_is_refused(count: object) -> None:
     case = f"capsules_per_shape is {count!r}"
     assert_refused("robot_file", case, RobotError, lambda: load_robot("zhang2022", capsules_per_shape=count))  # type: ignore[arg-type]

@@ -14,7 +14,7 @@ from spacearm.momentum import JointPath, Momentum
 from spacearm.motion.margins import LimitMargins, path_margins
 from spacearm.motion.on_a_base import Base, OnABase
 from spacearm.motion.piecewise import PiecewisePath
-from spacearm.motion.trajectory import JointState, Trajectory
+from spacearm.motion.trajectory import LONGEST, JointState, Trajectory
 from spacearm.robot import Robot
 from spacearm.robot.model import require_robot
 
@@ -110,6 +110,10 @@ class RecordedTrajectory(OnABase):
             raise ProblemError(
                 f"the path has a piece of {lengths[shortest]:.3g} s at {self.path.breaks[shortest]:.9g} s, "
                 f"expected {_SHORTEST:g} s or more; leave it out"
+            )
+        if self.path.domain[1] > LONGEST:
+            raise ProblemError(
+                f"the path takes {self.path.domain[1]:.4g} s, expected at most {LONGEST:g} s; check the unit of its times"
             )
         furthest = np.abs(self.path.coefficients).max(axis=(0, 1))
         joint = int(np.argmax(furthest))

@@ -24,6 +24,7 @@ __all__ = ["JointState", "Trajectory", "resting_base"]
 
 Array = NDArray[np.float64]
 
+LONGEST = 1e15  # [s] of a trajectory; squares and cubes of far longer ones are no numbers
 _SLACK = 1e-9  # a duration this much (relative) below the fastest is a file's last digit
 
 
@@ -51,7 +52,7 @@ class Trajectory(OnABase):
 
     Raises:
         ProblemError: the motion is for another number of joints, leaves the position limits, the duration is too short for
-            the velocity or acceleration limits, or a base that cannot be.
+            the velocity or acceleration limits or longer than 1e15 s, or a base that cannot be.
         RobotError: a floating base of a robot whose masses cannot be.
     """
 
@@ -94,9 +95,13 @@ class Trajectory(OnABase):
             fastest = fastest_duration_of_law(self.robot, self.motion, self.time_law)
         else:
             raise ProblemError(f"time_law is {shown(self.time_law)}, expected a TimeLaw, or None for a uniform one")
+        if not fastest <= LONGEST:
+            raise ProblemError(
+                f"within the joints' limits the motion takes {fastest:.4g} s, expected at most {LONGEST:g} s; check the limits"
+            )
         if self.duration is None:
             object.__setattr__(self, "duration", fastest)
-        duration = as_number("duration", self.duration, ProblemError, at_least=0, unit="s")
+        duration = as_number("duration", self.duration, ProblemError, at_least=0, at_most=LONGEST, unit="s")
         if duration < fastest * (1 - _SLACK):
             raise ProblemError(
                 f"duration is {duration:.6g} s, expected at least {fastest:.6g} s: faster breaks a velocity or acceleration "

@@ -17,7 +17,7 @@ from spacearm.robot.envelope import Shape, enclosed
 from spacearm.robot.excess import greatest_excess
 from spacearm.robot.left_out import NOT_SAID, UncheckedPair, is_rigid, way_to, ways_to_links
 from spacearm.robot.model import Frame, LinkCapsule, Robot
-from spacearm.robot.urdf import CAPSULES_PER_SHAPE
+from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 
 Array = NDArray[np.float64]
@@ -70,7 +70,8 @@ def hold(
     holder = robot.frame(robot.tip if frame is None else frame)
     free = _links_to_touch(robot, touching)
     T_joint_x = holder.T_joint_frame @ as_pose("pose", pose, RobotError)
-    origin, capsules, excess = _enclosed(obstacle, as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1))
+    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1, at_most=MOST_CAPSULES_PER_SHAPE)
+    origin, capsules, excess = _enclosed(obstacle, count)
     carried = tuple(
         LinkCapsule(name=name, joint=holder.joint, a=_moved(T_joint_x, c.a), b=_moved(T_joint_x, c.b), radius=c.radius)
         for c in capsules

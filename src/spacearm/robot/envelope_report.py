@@ -16,7 +16,7 @@ from spacearm.reading import located
 from spacearm.robot.capsule_fit import Segment, union_volume
 from spacearm.robot.envelope import Shape, enclosed, link_shapes
 from spacearm.robot.excess import greatest_excess
-from spacearm.robot.urdf import CAPSULES_PER_SHAPE, parsed_urdf
+from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE, parsed_urdf
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def envelope_report(urdf: str | os.PathLike[str], *, capsules_per_shape: int = C
         FileFormatError: no such file, or no URDF.
         RobotError: a mesh that cannot be read, or `capsules_per_shape` below 1.
     """
-    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1)
+    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1, at_most=MOST_CAPSULES_PER_SHAPE)
     links = parsed_urdf(urdf).links
     with located(urdf):
         found = [(link.name, link_shapes(link, Path(urdf).parent)) for link in links]

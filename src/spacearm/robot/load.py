@@ -18,7 +18,7 @@ from spacearm.robot.assembly import Assembly, SelfCollision, assemble
 from spacearm.robot.links import LinkTree
 from spacearm.robot.model import Robot
 from spacearm.robot.tree import require_collision
-from spacearm.robot.urdf import CAPSULES_PER_SHAPE, urdf_tree
+from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE, urdf_tree
 from spacearm.robot.yaml_robot import tree_from_yaml
 
 _BUILTIN = resources.files("spacearm.robot") / "builtin"
@@ -82,7 +82,7 @@ def load_robot(
         FileFormatError: a file that is missing, broken or of another format.
     """
     require_collision(collision)
-    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1)
+    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1, at_most=MOST_CAPSULES_PER_SHAPE)
     choices = Assembly(
         srdf=srdf,
         group=group,

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 CAPSULES_PER_SHAPE = 3
 """The default of how many capsules may enclose one cylinder, box or mesh."""
 
+MOST_CAPSULES_PER_SHAPE = 100
+"""How many that may be at most: the time to find them grows with the square of it."""
+
 
 def load_urdf(
     path: str | os.PathLike[str],
@@ -67,7 +70,7 @@ def urdf_tree(
 ) -> LinkTree:
     """Read a URDF file as a tree of links; arguments and errors as those of `load_urdf`."""
     require_collision(collision)
-    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1)
+    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1, at_most=MOST_CAPSULES_PER_SHAPE)
     content = read_bytes(path, what="a URDF")
     with located(path):
         root, repairs = xml_document(content, what="a URDF", root="robot")
