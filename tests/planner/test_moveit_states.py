@@ -159,7 +159,7 @@ def test_what_was_changed_since_loading_stays_changed(load: Load, folder: Path) 
 def test_joints_that_are_not_there_are_named(load: Load) -> None:
     problem = load(start=state({**START, "l_wheel": 0.1, "post": 0.2}))
     assert told(problem, "does not have", "l_wheel at 0.1")
-    assert told(problem, "fixed in the robot's file", "post at 0.2")
+    assert told(problem, "fixed in place", "post at 0.2")
 
 
 def test_a_goal_for_a_held_joint_is_where_it_is_held_or_refused(load: Load) -> None:
