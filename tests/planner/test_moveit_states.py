@@ -289,8 +289,11 @@ def test_objects_are_appended_moved_and_removed(load: Load) -> None:
         {"id": "c", "pose": away, "operation": 3},
         item("d", operation=2, pose=away),
         item("e", operation="\0"),
+        {"id": "gone", "operation": 1},
     ]
-    names = {o.name: o.center for o in load(scene={"world": {"collision_objects": items}}).scene.obstacles}  # type: ignore[union-attr]
+    problem = load(scene={"world": {"collision_objects": items}})
+    assert told(problem, "'gone'", "not there")
+    names = {o.name: o.center for o in problem.scene.obstacles}  # type: ignore[union-attr]
     assert sorted(names) == ["a", "c", "d 1", "d 2", "e"]
     assert names["c"].tolist() == [5, 0, 0]  # an object of one shape has that one's pose
     np.testing.assert_allclose(names["d 2"], [5.1, 0.2, 0.3], atol=1e-12)
