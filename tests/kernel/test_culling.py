@@ -53,7 +53,7 @@ def enveloped(rng: np.random.Generator, robot: Robot, most: int) -> Robot:
         capsules = [capsules[i] for i in rng.permutation(len(capsules))]
     links = sorted({c.name for c in capsules})
     pairs = tuple((one, two) for i, one in enumerate(links) for two in links[i + 1 :] if rng.random() < 0.5)
-    return replace(robot, capsules=tuple(capsules), self_pairs=pairs)
+    return replace(robot, capsules=tuple(capsules), self_pairs=pairs, collision="envelope" if capsules else "none")
 
 
 def touching(rng: np.random.Generator, robot: Robot, frames: np.ndarray, depth: float) -> list[Obstacle]:

@@ -160,7 +160,7 @@ def test_what_was_changed_since_loading_stays_changed(load: Load, folder: Path) 
 def test_joints_that_are_not_there_are_named(load: Load) -> None:
     problem = load(start=state({**START, "l_wheel": 0.1, "post": 0.2}))
     assert told(problem, "does not have", "l_wheel at 0.1")
-    assert told(problem, "fixed in the robot's file", "post at 0.2")
+    assert told(problem, "fixed in place", "post at 0.2")
 
 
 def test_a_goal_for_a_held_joint_is_where_it_is_held_or_refused(load: Load) -> None:
@@ -295,8 +295,11 @@ def test_objects_are_appended_moved_and_removed(load: Load) -> None:
         {"id": "c", "pose": away, "operation": 3},
         item("d", operation=2, pose=away),
         item("e", operation="\0"),
+        {"id": "gone", "operation": 1},
     ]
-    names = {o.name: o.center for o in load(scene={"world": {"collision_objects": items}}).scene.obstacles}  # type: ignore[union-attr]
+    problem = load(scene={"world": {"collision_objects": items}})
+    assert told(problem, "'gone'", "not there")
+    names = {o.name: o.center for o in problem.scene.obstacles}  # type: ignore[union-attr]
     assert sorted(names) == ["a", "c", "d 1", "d 2", "e"]
     assert names["c"].tolist() == [5, 0, 0]  # an object of one shape has that one's pose
     np.testing.assert_allclose(names["d 2"], [5.1, 0.2, 0.3], atol=1e-12)

@@ -20,7 +20,7 @@ from spacearm.errors import RobotError
 from spacearm.robot import LinkCapsule, envelope_report, load_robot, load_urdf
 from spacearm.robot.capsule_fit import Segment, fit_capsule, smallest_circle, union_volume
 from spacearm.robot.capsule_split import Plane, cut, enclose
-from spacearm.robot.envelope import Shape, enclosed, shape_triangles
+from spacearm.robot.envelope import Shape, enclosed, found_mesh, shape_triangles
 from spacearm.robot.excess import greatest_excess
 
 ROUNDING = 1e-12  # [m] sums of a few products of lengths of about one metre
@@ -311,6 +311,22 @@ def test_a_mesh_lies_in_its_capsules(suffix: str, filename: str, place: str, tmp
     )
     capsules = [Segment(c.a, c.b, c.radius) for c in load_urdf(path, capsules_per_shape=2).capsules]
     assert abs(outside(mesh.vertices * (1.0, 2.0, 0.5), capsules)) <= 1e-6  # the files hold single precision
+
+
+def test_a_mesh_is_named_by_every_form_of_uri_but_never_fetched(tmp_path: Path) -> None:
+    (tmp_path / "arm" / "my meshes").mkdir(parents=True)
+    path = tmp_path / "arm" / "my meshes" / "part.stl"
+    trimesh.creation.box((1, 1, 1)).export(path)
+    for name in (
+        f"file:{path}",
+        f"file://{path}",
+        path.as_uri(),
+        f"file://localhost{path}",
+        "package://arm/my%20meshes/part.stl",
+    ):
+        assert found_mesh(name, tmp_path) == path, name
+    for name in ("http://arm/my%20meshes/part.stl", "https://arm/my meshes/part.stl"):
+        assert found_mesh(name, tmp_path) is None, name
 
 
 SHAPES = {

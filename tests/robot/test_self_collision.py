@@ -201,6 +201,18 @@ def test_links_that_always_meet_are_told_in_a_note() -> None:
     assert any("'base' and 'fore' meet in 100% of all configurations" in note for note in robot.notes)
 
 
+def test_many_pairs_that_always_meet_are_told_in_one_note() -> None:
+    ball, names = urdf_text.collision('<sphere radius="0.5"/>'), [f"link_{i}" for i in range(6)]
+    joints = [urdf_text.joint(f"j{i}", names[i], names[i + 1], xyz="0 0 0.1", axis="1 0 0") for i in range(5)]
+    robot = urdf_text.loaded(urdf_text.robot(*(urdf_text.link(name, ball) for name in names), *joints))
+    always = [pair for pair in robot.unchecked if pair.reason == "always"]
+    told = [note for note in robot.notes if "of all configurations" in note]
+    assert len(always) > 6
+    assert len(told) == 1
+    assert f"of {len(always)} pairs of links meet in 95% or more" in told[0]
+    assert f"({len(always) - 6} more)" in told[0]
+
+
 def test_the_same_seed_gives_the_same_answer_and_no_sample_is_enough_for_the_proofs() -> None:
     robot = srdf_text.loaded(srdf_text.two_arms(), tip="left_tool")
     assert find_self_pairs(robot, seed=3) == find_self_pairs(robot, seed=3)

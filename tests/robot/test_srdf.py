@@ -216,6 +216,14 @@ def test_rigid_pairs_are_left_out_and_told_where_they_meet() -> None:
     assert noted(robot, "'link_0' and 'link_1' meet and no joint moves them apart")
 
 
+def test_pairs_that_meet_in_every_configuration_are_told_in_one_note() -> None:
+    robot = srdf_text.loaded(chain_of(4).replace("0 0 0.5", "0 0 0.05"), srdf())
+    told = [note for note in robot.notes if "in every configuration" in note]
+    assert len(robot.unchecked) > 1
+    assert len(told) == 1
+    assert f"of {len(robot.unchecked)} pairs of links" in told[0]
+
+
 def test_the_srdf_decides_unless_asked_otherwise() -> None:
     urdf, text = chain_of(3).replace('lower="-1" upper="1"', 'lower="-3" upper="3"'), srdf(disabled("link_0", "link_3"))
     assert ("link_0", "link_3") not in srdf_text.loaded(urdf, text).self_pairs

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _OTHERWISE = 'or load with collision="none"'
+_URI = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://|file:(?=/)", re.IGNORECASE)  # file:/a/b is one, too
 _SIDES = 32  # of the prism around a cylinder that is cut into pieces
 _REMEMBERED = 256  # shapes, so that a robot that is loaded again need not be enclosed again
 _SMALLEST = 1e-9  # [m] the least size of a mesh
@@ -231,17 +234,24 @@ def _mesh(filename: str, link: str, directory: Path) -> Mesh:
 
 
 def found_mesh(filename: str, directory: Path) -> Path | None:
-    """Look for a mesh: beside the URDF, and for package:// in the directories above it as well."""
-    for path in _candidates(filename, directory):
-        if os.path.isfile(path):  # which, unlike Path.is_file, answers False to a name that is too long
-            return path
+    """Look for a mesh: beside the URDF, and for package:// in the directories above it as well.
+
+    In a URI %20 may stand for a blank, and so on; a file of exactly that name goes first. Nothing is fetched from the web.
+    """
+    for name in dict.fromkeys((filename, unquote(filename) if _URI.match(filename) else filename)):
+        for path in _candidates(name, directory):
+            if os.path.isfile(path):  # which, unlike Path.is_file, answers False to a name that is too long
+                return path
     return None
 
 
 def _candidates(filename: str, directory: Path) -> Iterator[Path]:
-    scheme, separator, rest = filename.partition("://")
-    if not separator or scheme == "file":
-        yield directory / (rest if separator else filename)
+    uri = _URI.match(filename)
+    scheme, rest = (filename.partition(":")[0].lower(), filename[uri.end() :]) if uri else ("file", filename)
+    if scheme in ("http", "https"):
+        return  # a file here that only has the same name may be another one
+    if scheme == "file":
+        yield directory / (rest[len("localhost") :] if uri and rest.startswith("localhost/") else rest)
         return
     inside_package = Path(*Path(rest).parts[1:])
     for base in (directory, *directory.resolve().parents):

@@ -34,6 +34,7 @@ Reason = Literal["checked", "rigid", "adjacent", "always", "cannot meet"]
 _COINCIDENT = 1e-9  # [m] joints whose origins are nearer than this turn about one point
 
 _SAMPLES = 1000
+_NAMED = 6  # pairs that a note names
 _TOUCHING = 1e-6  # [m] links that only a locked joint is between are told from touching ones by this
 
 ALWAYS = 0.95
@@ -96,23 +97,31 @@ class SelfPairs:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A sentence on the whole, and one on each pair that was left out although it can meet."""
+        """A sentence on the whole, and one on each kind of pairs that were left out although they can meet."""
         counts = Counter(pair.reason for pair in self.found)
         left_out = ", ".join(f"{counts[why]} {why}" for why in ("rigid", "adjacent", "cannot meet") if counts[why])
         notes = [
             f"self-collision was computed: {_pairs_of_links(len(self.pairs))} must keep clear"
             + (f" (left out: {left_out})" if left_out else "")
         ]
-        for pair in self.found:
-            both = " and ".join(f"'{link}'" for link in pair.links)
-            if pair.reason == "always":
-                notes.append(f"the envelopes of {both} meet in {pair.met:.0%} of all configurations: that pair is not checked")
-            elif pair.reason == "adjacent" and 0 < pair.met < ALWAYS:
-                notes.append(
-                    f"{both} are neighbours and their envelopes meet in {pair.met:.1%} of all configurations: that pair is not "
-                    "checked, the joint's limits must keep them apart"
-                )
-        return tuple(notes)
+        always = [(pair.links, f"{pair.met:.0%}") for pair in self.found if pair.reason == "always"]
+        notes += _told_of_pairs(
+            always,
+            one="the envelopes of {} meet in {} of all configurations: that pair is not checked",
+            several=f"the envelopes of {{}} pairs of links meet in {ALWAYS:.0%} or more of all configurations: they are not "
+            "checked",
+        )
+        near = [(pair.links, f"{pair.met:.1%}") for pair in self.found if pair.reason == "adjacent" and 0 < pair.met < ALWAYS]
+        return (
+            *notes,
+            *_told_of_pairs(
+                near,
+                one="{} are neighbours and their envelopes meet in {} of all configurations: that pair is not checked, the "
+                "joint's limits must keep them apart",
+                several="{} pairs of neighbours have envelopes that meet in some configurations: they are not checked, the "
+                "limits of the joints between them must keep them apart",
+            ),
+        )
 
 
 def find_self_pairs(robot: Robot, *, samples: int = _SAMPLES, seed: int = 0) -> SelfPairs:
@@ -155,7 +164,7 @@ def with_allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool], *, b
     frames = base_and_joint_frames(bones, _samples(robot, 0, 0))
     where = {name: placed(axes[name], frames) for name in axes}
     many: dict[str, PlacedAxes] = {}  # of the links that meet where all joints are at rest
-    pairs, unchecked, notes, ways = [], [], [], ways_to_links(robot)
+    pairs, unchecked, stuck, always, ways = [], [], [], [], ways_to_links(robot)
     for links in itertools.combinations(sorted(axes), 2):
         if may_touch(*links):
             unchecked.append(UncheckedPair(links=links, reason="allowed"))
@@ -163,7 +172,7 @@ def with_allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool], *, b
         tied = is_rigid(robot, *(ways[link] for link in links))
         meet = bool(clearance(*(where[link] for link in links))[0] < 0)
         if tied and meet:
-            notes.append(f"the envelopes of {called(links)} meet and no joint moves them apart: that pair is not checked")
+            stuck.append((links, ""))
         if tied:
             continue
         if meet:
@@ -176,12 +185,29 @@ def with_allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool], *, b
             pairs.append(links)
             continue
         unchecked.append(always_meets(robot, links))
-        notes.append(
-            f"the envelopes of {called(links)} meet in every configuration, and {by} does not allow them to: that pair is not "
-            "checked"
-        )
-    notes = [f"self-collision by {by}: {_pairs_of_links(len(pairs))} must keep clear", *notes]
+        always.append((links, ""))
+    notes = [f"self-collision by {by}: {_pairs_of_links(len(pairs))} must keep clear"]
+    notes += _told_of_pairs(
+        stuck,
+        one="the envelopes of {} meet and no joint moves them apart: that pair is not checked",
+        several="the envelopes of {} pairs of links meet and no joint moves them apart: they are not checked",
+    )
+    notes += _told_of_pairs(
+        always,
+        one=f"the envelopes of {{}} meet in every configuration, and {by} does not allow them to: that pair is not checked",
+        several=f"the envelopes of {{}} pairs of links meet in every configuration, and {by} does not allow them to: they are "
+        "not checked",
+    )
     return replace(robot, self_pairs=tuple(pairs), apart=None, unchecked=tuple(unchecked), notes=(*robot.notes, *notes))
+
+
+def _told_of_pairs(found: list[tuple[tuple[str, str], str]], *, one: str, several: str) -> list[str]:
+    """Return one note on all pairs of a kind, each with its share of the samples or ""; `unchecked` of the robot has all."""
+    if len(found) < 2:
+        return [one.format(called(links), share) for links, share in found]
+    said = [f"{called(links)} ({share})" if share else called(links) for links, share in found[:_NAMED]]
+    more = f", ... ({len(found) - _NAMED} more)" if len(found) > _NAMED else ""
+    return [f"{several.format(len(found))}: {', '.join(said)}{more}"]
 
 
 def _pairs_of_links(count: int) -> str:

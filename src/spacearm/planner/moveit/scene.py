@@ -119,6 +119,8 @@ def _apply(item: Part, bodies: dict[str, Body], frames: Frames, mesh_excess: flo
     given, operation = item.get("id"), operation_of(item)
     name = "" if given is None else given.text()
     if operation == REMOVE:
+        if name and name not in bodies:
+            frames.say(f"object {shown(name)} is to be removed, which is not there; nothing was removed")
         for gone in [name] if name else list(bodies):
             bodies.pop(gone, None)
         return

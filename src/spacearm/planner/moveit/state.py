@@ -204,7 +204,9 @@ def _say_unknown(robot: Robot, values: Mapping[str, float], held: Mapping[str, o
     known = {*held, *(joint.name for joint in robot.joints), *robot.dof_names}
     still = [f"{name} at {value:g}" for name, value in values.items() if name in fixed and value]
     if still:
-        notes.append(f"joints of the start that are fixed in the robot's file stay where they are there: {', '.join(still)}")
+        notes.append(
+            f"values of the start that are left out, for the robot's file has these joints fixed in place: {', '.join(still)}"
+        )
     others = {name: value for name, value in values.items() if name not in known and name not in fixed}
     unknown = [f"{name} at {value:g}" for name, value in others.items() if name.rpartition("/")[0] not in root_joints(robot)]
     if unknown:
