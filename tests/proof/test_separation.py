@@ -72,8 +72,10 @@ def test_a_direction_of_any_length_proves_no_more_than_that_of_length_1(
 ) -> None:
     robot, n = resting(a, b, 0.05), n / np.linalg.norm(n)
     known, scaled = looked(robot, obstacle, n), looked(robot, obstacle, n * 10.0**size)
-    np.testing.assert_allclose(scaled.left, known.left, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(scaled.least, known.least, rtol=0, atol=1e-12)
+    # Its rounding may take it off the one direction that proves anything of a half-space.
+    lost = np.isneginf(scaled.left) if isinstance(obstacle, HalfSpace) else np.zeros(len(scaled.left), dtype=bool)
+    np.testing.assert_allclose(scaled.left[~lost], known.left[~lost], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(scaled.least[~lost], known.least[~lost], rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("n", [(0, 0, 0), (np.nan, 0, 1), (np.inf, 0, 0), (np.inf, np.nan, -np.inf)])

@@ -230,9 +230,8 @@ def beside(folder: Path) -> None:
 
 def readers() -> dict[str, Reader]:
     """All readers by name."""
-    from spacearm.meshes import mesh_triangles
     from spacearm.planner.moveit.read import load_moveit, load_moveit_scene
-    from spacearm.scene.enclose.files import read_points
+    from spacearm.scene.enclose.files import mesh_of, read_points
 
     def proven(path: Path) -> object:
         saved = load_saved_plan(path)
@@ -257,8 +256,8 @@ def readers() -> dict[str, Reader]:
         "moveit matrix": Reader(
             "yaml", (MOVEIT_SCENE,), lambda path: load_moveit(robot(), path, path.with_name("request.yaml"), acm=True)
         ),
-        "mesh stl": Reader("stl", (_stl(),), mesh_triangles),
-        "mesh obj": Reader("obj", (OBJ,), mesh_triangles),
+        "mesh stl": Reader("stl", (_stl(),), mesh_of),
+        "mesh obj": Reader("obj", (OBJ,), mesh_of),
         "checkpoint": Reader("npz", _checkpoints(), _checkpoint_read),
         "points": Reader("xyz", (CLOUD,), read_points),
     }
