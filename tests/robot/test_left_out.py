@@ -14,10 +14,10 @@ import srdf_text
 import urdf_text
 from spacearm.errors import RobotError
 from spacearm.planner import hold
-from spacearm.robot import LinkCapsule, Robot, builtin_robots, find_self_pairs, load_robot
+from spacearm.robot import Frame, Joint, LinkCapsule, Robot, builtin_robots, find_self_pairs, load_robot
 from spacearm.robot.left_out import ApartPairs, UncheckedPair, bare_links, unchecked_pairs, without_mass
 from spacearm.robot.plain import robot_as_dict, robot_from_dict
-from spacearm.scene import Box, Sphere
+from spacearm.scene import Box, Sphere, pose
 
 ROD = urdf_text.collision('<cylinder radius="0.05" length="0.8"/>', xyz="0.5 0 0", rpy="0 1.5707963267948966 0")
 BALL = urdf_text.collision('<sphere radius="0.06"/>')
@@ -199,6 +199,20 @@ masses:
     (tmp_path / "two.yaml").write_text(text)
     assert bare_links(load_robot(tmp_path / "two.yaml")) == ("fore",)
     assert all(bare_links(load_robot(name)) == () for name in builtin_robots())
+
+
+def test_what_a_joint_moves_without_an_envelope_is_named_of_a_robot_made_by_hand() -> None:
+    joints = [Joint(name=f"j{i}", kind="revolute", parent=i - 1, T_parent_joint=pose((0, 0, 0.5 * (i != 2)))) for i in range(4)]
+    limits: Any = {"lower": [-1] * 4, "upper": [1] * 4, "velocity": [1] * 4, "acceleration": [1] * 4}
+    frames = [
+        Frame(name="wrist", joint=2, T_joint_frame=np.eye(4)),
+        Frame(name="tip", joint=3, T_joint_frame=pose((0, 0, 0.2))),
+    ]
+    ball = LinkCapsule(name="ball", joint=0, a=(0, 0, 0), b=(0, 0, 0), radius=0.1)
+    robot = Robot(name="hand-made", joints=joints, capsules=[ball], frames=frames, tip="tip", **limits)
+    assert bare_links(robot) == ("wrist", "j3")
+    assert bare_links(replace(robot, tip="wrist")) == ("wrist",)
+    assert bare_links(replace(robot, collision="none")) == ()
 
 
 def floating(*parts: str, **options: Any) -> Robot:

@@ -280,14 +280,28 @@ def notes_on_envelope(robot: Robot) -> tuple[str, ...]:
 def bare_links(robot: Robot) -> tuple[str, ...]:
     """List the links that have a shape or a mass in their file, but no envelope; none if none is meant to have one.
 
-    Of a robot without a file these are bodies away from the origin of a joint on which no capsule rides.
+    Where no file tells, these are what a joint moves on which no capsule rides: bodies away from its origin, and what reaches
+    from it to a next joint or to the end effector.
     """
     if robot.collision == "none":
         return ()
     enclosed, carrying = {capsule.name for capsule in robot.capsules}, {capsule.joint for capsule in robot.capsules}
     free = [body for body in robot.bodies if body.joint >= 0 and body.joint not in carrying]
     solid = [*robot.solid, *(body.name for body in free if body.mass > 0 and body.com.any())]
+    if not robot.solid:
+        solid += _spanning(robot, carrying | {body.joint for body in free if body.name in solid})
     return tuple(dict.fromkeys(link for link in solid if link not in enclosed))
+
+
+def _spanning(robot: Robot, known: set[int]) -> list[str]:
+    """Name what reaches from one joint to the next or to the end effector, of joints that are not known.
+
+    A frame in the joint's origin has the link's name; without one it is the joint's.
+    """
+    long = {joint.parent for joint in robot.joints if joint.parent >= 0 and joint.T_parent_joint[:3, 3].any()}
+    long |= {frame.joint for frame in robot.frames if frame.name == robot.tip and frame.T_joint_frame[:3, 3].any()} - {-1}
+    names = {frame.joint: frame.name for frame in robot.frames if not frame.T_joint_frame[:3, 3].any()}
+    return [names.get(i, robot.joints[i].name) for i in sorted(long - known)]
 
 
 def without_mass(robot: Robot) -> tuple[tuple[str, str], ...]:
