@@ -55,7 +55,7 @@ CODES = {"spacearm doctor": {0, 1}}
 def lines_of(page: Path) -> list[tuple[str, str]]:
     """Return a page's Python blocks and commands, in order: ("python", a block) or ("shell", a line)."""
     text = page.read_text(encoding="utf-8")
-    found = re.finditer(r"^```(\w*)\n(.*?)^```|^((?:    .*\n)+)", text, flags=re.DOTALL | re.MULTILINE)
+    found = re.finditer(r"^```(\w*)\n(.*?)^```|^((?:    [^\n]*\n)+)", text, flags=re.DOTALL | re.MULTILINE)
     items = []
     for match in found:
         language, block, indented = match.groups()
