@@ -106,7 +106,10 @@ class Frames:
                 "frame in header.frame_id, and the planning frame in child_frame_id"
             )
         if not self.with_robot:
-            return f"frame '{name}' is not known without a robot, expected {self._known()}; use load_moveit(robot, ...)"
+            return (
+                f"frame '{name}' is not known without a robot, expected {self._known()}; leave frame_id out where it is the "
+                "planning frame, or use load_moveit(robot, ...)"
+            )
         return f"frame '{name}' is not known, expected one of {self._known()}; place it in fixed_frame_transforms"
 
     def _known(self) -> str:
