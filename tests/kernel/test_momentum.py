@@ -22,7 +22,7 @@ from spacearm.motion import Motion, Trajectory
 from spacearm.planner import PoseGoal, PositionGoal, Problem, clearances
 from spacearm.planner.islands import asked_of_the_base
 from spacearm.planner.reaching.onto_goal import pose_errors
-from spacearm.robot import LinkCapsule, Robot
+from spacearm.robot import Body, LinkCapsule, Robot
 from spacearm.scene import Box, Capsule, HalfSpace, Scene, Sphere
 from spacearm.scene.moved import moved_scene
 
@@ -49,6 +49,10 @@ def with_envelope(robot: Robot, seed: int) -> Robot:
         LinkCapsule(name=f"link{joint}", joint=joint, a=rng.normal(size=3) * 0.1, b=rng.normal(size=3) * 0.2, radius=0.05)
         for joint in [-1, -1, *range(len(robot.joints))]
     ]
+    weighed = {body.joint for body in robot.bodies}
+    none = [joint for joint in range(len(robot.joints)) if joint not in weighed]  # said to weigh nothing, not forgotten
+    light = [Body(name=f"light{i}", joint=i, mass=0.0, com=np.zeros(3), inertia=np.zeros((3, 3))) for i in none]
+    robot = replace(robot, bodies=(*robot.bodies, *light))
     return replace(robot, capsules=tuple(capsules), self_pairs=(("link-1", f"link{len(robot.joints) - 1}"),))
 
 
