@@ -50,13 +50,10 @@ def with_envelope(robot: Robot, seed: int) -> Robot:
         for joint in [-1, -1, *range(len(robot.joints))]
     ]
     weighed = {body.joint for body in robot.bodies}
-    light = [
-        Body(name=f"light{joint}", joint=joint, mass=0.0, com=np.zeros(3), inertia=np.zeros((3, 3)))
-        for joint in range(len(robot.joints))
-        if joint not in weighed
-    ]
-    pairs = (("link-1", f"link{len(robot.joints) - 1}"),)
-    return replace(robot, capsules=tuple(capsules), self_pairs=pairs, bodies=(*robot.bodies, *light))
+    none = [joint for joint in range(len(robot.joints)) if joint not in weighed]  # said to weigh nothing, not forgotten
+    light = [Body(name=f"light{i}", joint=i, mass=0.0, com=np.zeros(3), inertia=np.zeros((3, 3))) for i in none]
+    robot = replace(robot, bodies=(*robot.bodies, *light))
+    return replace(robot, capsules=tuple(capsules), self_pairs=(("link-1", f"link{len(robot.joints) - 1}"),))
 
 
 def rows_of(build: Build, motion: Motion) -> np.ndarray:

@@ -25,7 +25,8 @@ robot:
   capsules_per_shape: 2
   self_collision: computed
   holding:
-    - {box: {size: [0.1, 0.1, 0.1], rpy_deg: [0, 0, 3]}, frame: hand, position: [0, 0, 0], touching: [hand], name: unit, mass: 2}
+    - {box: {size: [0.1, 0.1, 0.1], rpy_deg: [0, 0, 3]}, frame: hand, position: [0, 0, 0], touching: [hand], name: unit,
+       mass: 2}
 scene:
   - {name: a, sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}}
   - capsule: {a: [0, 0.9, -0.5], b: [0, 0.9, -0.3], radius: 0.02}

@@ -17,7 +17,7 @@ import urdf_text
 from spacearm import forward_kinematics, hold, load_moveit, load_moveit_scene, load_robot, plan
 from spacearm.errors import FileFormatError, RobotError
 from spacearm.planner import Problem
-from spacearm.robot import Robot
+from spacearm.robot import Body, Robot
 from spacearm.robot.left_out import apart_pairs
 from spacearm.scene import Sphere, pose
 
@@ -370,12 +370,14 @@ def test_what_is_attached_in_another_frame_is_where_the_state_has_that(load: Loa
 
 
 def test_what_is_attached_to_a_floating_robot_needs_a_mass(load: Load, folder: Path) -> None:
-    robot = lifted(folder, base="floating")
-    without = load(robot, start=state(START, **attached(item("can", "fore"))))
+    without = load(start=state(START, **attached(item("can", "fore"))))
     assert "can" in dict(without.robot.unweighed)
+    base = Body(name="stand", joint=-1, mass=9.0, com=np.zeros(3), inertia=np.eye(3))
     with pytest.raises(RobotError, match="is not known"):
-        plan(without)
-    weighed = load(robot, start=state(START, **attached(item("can", "fore"), weight=2.0)))
+        plan(replace(without, robot=replace(without.robot, bodies=(base,)), base="floating"))
+    with pytest.raises(RobotError, match="states no masses"):
+        load(lifted(folder, base="floating"))
+    weighed = load(start=state(START, **attached(item("can", "fore"), weight=2.0)))
     (body,) = (body for body in weighed.robot.bodies if body.name == "can")
     assert body.mass == 2.0
     assert told(weighed, "fills its shape evenly")

@@ -89,7 +89,9 @@ def within_base_limits(problem: Problem, trajectory: Trajectory) -> float:
         for value, limit in ((figures.rate, limits.rate), (figures.joint_momentum, limits.joint_momentum))
         if limit is not None
     ]
-    return max([1.0, *shares])
+    factor = max([1.0, *shares])
+    # The proof's figures are other people's arithmetic, whose last digits depend on the processor; a duration's must not.
+    return factor if factor == 1 else math.ceil(factor * _STEPS) / _STEPS
 
 
 def _base_of(problem: Problem, trajectory: AnyTrajectory) -> Base:
