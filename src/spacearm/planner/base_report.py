@@ -18,6 +18,8 @@ from spacearm.proof.base_limits import exceeded
 from spacearm.proof.stance import stance_of
 from spacearm.robot import forward_kinematics
 
+_STEPS = 1e9  # a factor of time is a whole number of shares so small
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaseReport:
