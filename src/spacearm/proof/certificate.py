@@ -20,6 +20,8 @@ from spacearm.scene import Scene
 Limit = Literal["position", "velocity", "acceleration", "jerk"]
 
 _DIGITS = 9  # of what is measured, where it is recorded
+_TOLD = 1e-9  # [rad] a smaller error of the attitude is recorded as this: it depends on the processor's rounding
+_NOISE = 1e-12  # a smaller share of the momentum, likewise
 _TELLS = 1e-7  # [rad] less is of no account
 
 LOST = 1e-3
@@ -254,8 +256,8 @@ class Certificate:
             if own is None
             else {
                 "base": {
-                    "residual_momentum": _rounded_up(own.residual_momentum),
-                    "attitude_error_at_most_rad": _rounded_up(own.error),
+                    "residual_momentum": _rounded_up(max(own.residual_momentum, _NOISE), digits=1),
+                    "attitude_error_at_most_rad": _rounded_up(max(own.error, _TOLD), digits=1),
                     "rotation_final_rad": round(own.rotation_final, _DIGITS),
                     "rotation_peak_at_most_rad": _rounded_up(own.rotation_peak, digits=8),
                     "rate_at_most_rad_s": _rounded_up(own.rate, digits=8),
