@@ -53,15 +53,12 @@ def own_limits(drawn: DrawnFiles) -> dict[str, Own]:
 
 def _own(name: str, elements: dict[str, ET.Element], moveit: dict[str, Any], options: dict[str, Any]) -> Own:
     joint = elements[name]
-    limit, soft = joint.find("limit"), joint.find("safety_controller")
+    limit = joint.find("limit")
     assert limit is not None
     lower, upper, speed = (float(limit.get(key, "nan")) for key in ("lower", "upper", "velocity"))
     kind = joint.get("type", "")
     if kind == "continuous":
         lower, upper = -math.inf, math.inf
-    elif soft is not None and float(soft.get("soft_lower_limit", "0")) < float(soft.get("soft_upper_limit", "0")):
-        low, high = max(lower, float(soft.get("soft_lower_limit", "0"))), min(upper, float(soft.get("soft_upper_limit", "0")))
-        lower, upper = (low, high) if low <= high else (lower, upper)
     ranges = [(lower, upper), (options.get("position_limits") or {}).get(name, (-math.inf, math.inf))]
     ranges.append((moveit.get("min_position", -math.inf), moveit.get("max_position", math.inf)))
     lower, upper = max(r[0] for r in ranges), min(r[1] for r in ranges)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import io
 import math
 import os
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -78,8 +77,8 @@ def urdf_tree(
         soft = _soft_limits(root)
         shaped = shaped_links(root)
         urdf = _parsed(root, with_collision=collision == "urdf")
-        joints, softened = _with_soft_limits([_joint(joint) for joint in urdf.joints], soft)
-        notes = (*note_on_repairs(repairs, "the URDF"), *notes_on_masses(unreadable), *softened)
+        joints = tuple(_joint(joint) for joint in urdf.joints)
+        notes = (*note_on_repairs(repairs, "the URDF"), *notes_on_masses(unreadable), *_notes_on_soft_limits(joints, soft))
         capsules: list[tuple[str, Array, Array, float]] = []
         if collision == "urdf":
             from spacearm.robot.envelope import enclosed, link_shapes
@@ -145,25 +144,20 @@ def _soft_limits(root: Any) -> dict[str, tuple[float, float]]:
     return found
 
 
-def _with_soft_limits(
-    joints: list[LinkJoint], soft: dict[str, tuple[float, float]]
-) -> tuple[tuple[LinkJoint, ...], tuple[str, ...]]:
-    """Narrow joints to their soft limits, which a controller keeps, as MoveIt does; say which."""
-    narrowed, names, contrary = [], [], []
+def _notes_on_soft_limits(joints: tuple[LinkJoint, ...], soft: dict[str, tuple[float, float]]) -> tuple[str, ...]:
+    """Say which soft limits are narrower than the joint's own. They are a controller's, and requests of others go beyond them."""
+    said = []
     for joint in joints:
         low, high = soft.get(joint.name, (-math.inf, math.inf))
-        if joint.kind in ("revolute", "prismatic") and joint.lower is not None and joint.upper is not None:
-            low, high = max(low, joint.lower), min(high, joint.upper)
-            if low > high and joint.lower <= joint.upper:
-                contrary.append(joint.name)
-            elif low <= high and (low, high) != (joint.lower, joint.upper):
-                joint = replace(joint, lower=low, upper=high)
-                names.append(joint.name)
-        narrowed.append(joint)
-    notes = [f"the soft limits of <safety_controller> are kept for {', '.join(names)}"] if names else []
-    if contrary:
-        notes.append(f"soft limits that have nothing in common with the joint's limits are left out: {', '.join(contrary)}")
-    return tuple(narrowed), tuple(notes)
+        lower, upper = (-math.inf if joint.lower is None else joint.lower), (math.inf if joint.upper is None else joint.upper)
+        if joint.kind in ("revolute", "prismatic", "continuous") and (low > lower or high < upper):
+            said.append(f"{joint.name} ({low:.4g} to {high:.4g})")
+    if not said:
+        return ()
+    return (
+        f"soft limits of <safety_controller> are narrower than the limits, and are not followed: {', '.join(said)}; give "
+        "position_limits= to keep them",
+    )
 
 
 def _joint(joint: yourdfpy.Joint) -> LinkJoint:
