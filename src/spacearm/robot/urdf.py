@@ -145,7 +145,7 @@ def _soft_limits(root: Any) -> dict[str, tuple[float, float]]:
 
 
 def _notes_on_soft_limits(joints: tuple[LinkJoint, ...], soft: dict[str, tuple[float, float]]) -> tuple[str, ...]:
-    """Say which soft limits are narrower than the joint's own. They are a controller's, and requests of others go beyond them."""
+    """Say which soft limits are narrower than a joint's own: they are a controller's, and requests of others go beyond."""
     said = []
     for joint in joints:
         low, high = soft.get(joint.name, (-math.inf, math.inf))
