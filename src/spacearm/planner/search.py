@@ -35,6 +35,7 @@ _KEPT = 0.2  # of the time: for the same
 _INTERRUPTED = 30  # motions given to the proof after Ctrl-C, at most
 _LATE = 1e-6  # relative: so much longer than asked for is rounding
 _LEAST_EVALUATIONS, _LEAST_SECONDS = 500, 0.02  # for the same
+_TRIED_AGAIN = 0.15  # [s] from the beginning: so long a proof that fails may be tried again, however short the time budget
 _AT_ONCE = 1e-6  # [s] a search for so long looks at the straight motions
 
 Status = Literal[
@@ -152,6 +153,12 @@ class _Run:
         budget = self.settings.time_budget
         return math.inf if budget is None else self.begun + budget - time.perf_counter()
 
+    @property
+    def left_again(self) -> float:
+        """The time that is left for what is tried again where a proof failed [s]."""
+        budget = self.settings.time_budget
+        return math.inf if budget is None else self.begun + max(budget, _TRIED_AGAIN) - time.perf_counter()
+
     def search(self) -> Plan:
         goals = self.goals
         # Where the base will be at the goal is not known yet: there nothing can be said of what is near.
@@ -221,7 +228,7 @@ class _Run:
         """After a proof that failed: search a little more, within the time that is left."""
         if budget["seconds"]:
             given = self.settings.time_budget or 0.0
-            budget = budget | {"seconds": max(_AT_ONCE, min(max(_LEAST_SECONDS, _AFTERWARDS * given), self.left))}
+            budget = budget | {"seconds": max(_AT_ONCE, min(max(_LEAST_SECONDS, _AFTERWARDS * given), self.left_again))}
         self._go_on(**budget)
 
     def _proven(self, budget: dict[str, Any]) -> Status:
@@ -235,7 +242,7 @@ class _Run:
             motion = self.islands.best
             if motion is None and self.certificate is None:
                 return "not_found"
-            if self.certificate is not None and self.left <= 0:
+            if self.certificate is not None and self.left_again <= 0:
                 return "not_proven"
             if motion is None:  # none that passes where proofs failed: a little longer
                 self._again(less)
@@ -348,6 +355,6 @@ class _Run:
         if status == "not_proven" and missed and self._proven_but():
             return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
         if status == "not_proven":
-            more = "a longer time_budget" if self.left <= 0 else "more proofs"
+            more = "a longer time_budget" if self.left_again <= 0 else "more proofs"
             return f"the last one: {near}; ask for a larger margin, or allow {more}"
         return ""

@@ -86,7 +86,8 @@ class PlannerSettings:
             the end as a 32nd.
         time_budget: planning ends after this time [s]: goal configurations, motions, proofs, and what is tried again where a
             proof failed, for which a fifth is kept. Once and however little it is there are the first swarms for the goal, a
-            look at the straight motions, and the proof of the best motion. None: no limit.
+            look at the straight motions, and the proof of the best motion; where that fails, others are tried until 0.15 s
+            after the beginning. None: no limit.
         convergence: evaluations without an improvement of 0.1 %, or without any motion, after which an island ends; None:
             never.
         stop_at_first: be content with the first motion.
