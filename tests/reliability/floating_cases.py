@@ -156,6 +156,12 @@ def drawn(seed: int, number: int) -> tuple[Case, AnyTrajectory, Motions]:
     return case._replace(scene=scene, base_limits=limits), trajectory, way
 
 
+def drawn_again(case: Case, trajectory: AnyTrajectory, way: Motions, rng: np.random.Generator) -> Case:
+    """The same motion beside another obstacle, and with another limit of the base or none."""
+    limits = _limits_near(rng, trajectory, way) if rng.random() < 0.5 else BaseLimits()
+    return case._replace(scene=_grazed(rng, case.robot, way), base_limits=limits)
+
+
 def _grazed(rng: np.random.Generator, robot: Robot, way: Motions) -> Scene:
     """One obstacle as large as it can be, or a little larger or smaller."""
     size = float(np.ptp(way.ends, axis=(0, 1, 2)).max()) + 1e-6
