@@ -103,11 +103,11 @@ def test_links_behind_a_locked_joint_are_checked_once_it_moves() -> None:
     assert set(free.self_pairs) >= set(NOT_NEXT)
 
 
-def always_meeting(**options: Any) -> Robot:
+def always_meeting(apart: float = 0.06, **options: Any) -> Robot:
     """Balls at the ends of two joints that turn about one point meet whatever these do; their file allows the neighbours."""
     joints = [
         urdf_text.joint("j1", "base", "a", xyz="0 0 0.1", axis="0 1 0"),
-        urdf_text.joint("j2", "a", "b", xyz="0 0 0.06"),
+        urdf_text.joint("j2", "a", "b", xyz=f"0 0 {apart}"),
         urdf_text.joint("j3", "b", "c"),
     ]
     text = urdf_text.robot(urdf_text.link("base"), *(urdf_text.link(name, BALL) for name in "abc"), *joints)
@@ -122,6 +122,11 @@ def test_a_pair_that_an_srdf_forgets_but_that_always_meets_is_left_out_and_told(
     (note,) = [note for note in robot.notes if "every configuration" in note]
     assert "'a' and 'c'" in note
     assert "not checked" in note
+
+
+def test_a_pair_that_touches_in_every_configuration_always_meets() -> None:
+    assert reasons(always_meeting(apart=0.12))["a", "c"] == "always"  # balls of 0.06 m
+    assert ("a", "c") in always_meeting(apart=0.13).self_pairs
 
 
 def test_a_pair_that_meets_at_times_stays_with_the_srdf() -> None:

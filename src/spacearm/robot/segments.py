@@ -13,6 +13,9 @@ from spacearm.robot.model import LinkCapsule, Robot
 
 Array = NDArray[np.float64]
 
+CONTACT = 1e-9
+"""[m] links that are nearer than this meet: what touches is never free to move."""
+
 
 @dataclass(frozen=True, slots=True)
 class Axes:
@@ -82,8 +85,8 @@ def least_clearance(first: PlacedAxes, second: PlacedAxes) -> tuple[float, float
     (c1, r1), (c2, r2) = _ball(first), _ball(second)
     nearest = np.argsort(np.linalg.norm(c1 - c2, axis=1) - r1 - r2)[:20]
     guess = float(_clearance(_rows(first, nearest), _rows(second, nearest)).min())
-    gap = clearance(first, second, up_to=max(guess, 0.0))
-    return float(gap.min()), float((gap < 0).mean())
+    gap = clearance(first, second, up_to=max(guess, CONTACT))
+    return float(gap.min()), float((gap < CONTACT).mean())
 
 
 def _clearance(first: PlacedAxes, second: PlacedAxes) -> Array:

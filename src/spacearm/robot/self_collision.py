@@ -25,7 +25,7 @@ from spacearm.robot.kinematics import base_and_joint_frames, skeleton
 from spacearm.robot.left_out import UncheckedPair, always_meets, apart_pairs, called, is_rigid, ways_to_links
 from spacearm.robot.model import Robot, require_robot
 from spacearm.robot.never_meet import VAST, joints_between, never_meet
-from spacearm.robot.segments import Axes, PlacedAxes, clearance, least_clearance, link_axes, placed
+from spacearm.robot.segments import CONTACT, Axes, PlacedAxes, clearance, least_clearance, link_axes, placed
 
 Array = NDArray[np.float64]
 
@@ -170,7 +170,7 @@ def with_allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool], *, b
             unchecked.append(UncheckedPair(links=links, reason="allowed"))
             continue
         tied = is_rigid(robot, *(ways[link] for link in links))
-        meet = bool(clearance(*(where[link] for link in links))[0] < 0)
+        meet = bool(clearance(*(where[link] for link in links))[0] < CONTACT)
         if tied and meet:
             stuck.append((links, ""))
         if tied:
