@@ -90,7 +90,8 @@ template <class T> void report() {
             }
         }
     });
-    std::printf("%.3f %.3f\n", objective * 1e9 / (times * packs * lanes_of<T>), randomness * 1e9 / (4 * draws * word_lanes));
+    std::printf("%.3f %.3f\n", objective * 1e9 / (times * packs * lanes_of<T>),
+                randomness * 1e9 / (4 * draws * word_lanes));
 }
 
 }  // namespace SPACEARM_NAMESPACE

@@ -1,10 +1,12 @@
 // Where a floating base goes while the joints follow a motion.
 //
-// The rate w(s) = -H^-1 h is known at all nodes of an even grid at once, on packs whose lanes are the nodes; only the attitude
-// is a sequence, the ordered product of the small turns between nodes. Each of these is a Magnus step: the integral of w by the
-// polynomial through six nodes, and the commutator of fourth order (Iserles et al., 2000, Lie-group methods).
+// The rate w(s) = -H^-1 h is known at all nodes of an even grid at once, on packs whose lanes are the nodes; only the
+// attitude is a sequence, the ordered product of the small turns between nodes. Each of these is a Magnus step: the
+// integral of w by the polynomial through six nodes, and the commutator of fourth order (Iserles et al., 2000,
+// Lie-group methods).
 //
-// All is told in the frame of the base as it stands at the beginning: there it has the attitude of unity, and its origin is 0.
+// All is told in the frame of the base as it stands at the beginning: there it has the attitude of unity, and its
+// origin is 0.
 #pragma once
 
 #include "model.hpp"
@@ -46,24 +48,27 @@ inline quaternion operator*(const quaternion& a, const quaternion& b) {
 }
 inline quaternion conjugate(const quaternion& q) { return {q.w, -q.x, -q.y, -q.z}; }
 
-// The system's momentum about its centre of mass, in the frame of the base at the beginning, over a motion of given duration.
+// The system's momentum about its centre of mass, in the frame of the base at the beginning, over a motion of given
+// duration.
 template <class T> struct constant_momentum {
     bool any = false;
-    T angular[3] = {};        // [N m s]
-    T drift[3] = {};          // of the centre of mass over the whole motion [m]
-    T duration = 0;           // [s]
+    T angular[3] = {};  // [N m s]
+    T drift[3] = {};    // of the centre of mass over the whole motion [m]
+    T duration = 0;     // [s]
 };
 
 template <class T> class base_track {
   public:
     static constexpr int W = lanes_of<T>;
 
-    explicit base_track(const model<T>& scene) : m_(scene), rates_(scene.robot.joints.size()), q_(scene.robot.dofs), dq_(scene.robot.dofs) {}
+    explicit base_track(const model<T>& scene)
+        : m_(scene), rates_(scene.robot.joints.size()), q_(scene.robot.dofs), dq_(scene.robot.dofs) {}
 
-    // control(k, d): the motion's control point k, 0 the start and K + 1 the end. With `keep_frames` the joints' frames at all
-    // nodes stay, in the base frame.
-    template <class Control> void follow(int interior, int packs, const constant_momentum<T>& momentum, bool keep_frames, Control&& control) {
-        constexpr int margin = 2;   // nodes beyond either end, by extrapolation
+    // control(k, d): the motion's control point k, 0 the start and K + 1 the end. With `keep_frames` the joints' frames
+    // at all nodes stay, in the base frame.
+    template <class Control>
+    void follow(int interior, int packs, const constant_momentum<T>& momentum, bool keep_frames, Control&& control) {
+        constexpr int margin = 2;  // nodes beyond either end, by extrapolation
         if (packs != packs_) resize(packs);
         const int n = m_.robot.dofs, joints = static_cast<int>(m_.robot.joints.size());
         if (!tables_ || interior != interior_) tables_ = node_table_of<T>(interior, packs);
@@ -94,7 +99,7 @@ template <class T> class base_track {
             (-w.y).store(&own_[1][margin + 1 + l * W]);
             (-w.z).store(&own_[2][margin + 1 + l * W]);
         }
-        for (int k = 0; k < 3; ++k) own_[k][margin] = 0;   // at rest
+        for (int k = 0; k < 3; ++k) own_[k][margin] = 0;  // at rest
         if (!momentum.any) integrate(own_);
         else with_momentum(momentum);
         place(momentum);
@@ -102,13 +107,16 @@ template <class T> class base_track {
 
     int nodes() const { return packs_ * W; }
     int packs() const { return packs_; }
-    const frame<T>* frames(int l) const { return &frames_[static_cast<std::size_t>(kept_ ? l : 0) * m_.robot.joints.size()]; }
-    const frame<T>& base(int l) const { return base_[l]; }               // where the base is
-    const vec3<T>& com(int l) const { return com_[l]; }                  // of the system, in the base frame
-    const vec3<T>& arm_momentum(int l) const { return arm_[l]; }         // per unit of s
-    quaternion attitude(int node) const { return attitude_[node]; }      // 0 the beginning
-    vec3<T> rate(int l) const {                                          // per unit of s, base axes
-        return {pack<T>::load(&rate_[0][3 + l * W]), pack<T>::load(&rate_[1][3 + l * W]), pack<T>::load(&rate_[2][3 + l * W])};
+    const frame<T>* frames(int l) const {
+        return &frames_[static_cast<std::size_t>(kept_ ? l : 0) * m_.robot.joints.size()];
+    }
+    const frame<T>& base(int l) const { return base_[l]; }           // where the base is
+    const vec3<T>& com(int l) const { return com_[l]; }              // of the system, in the base frame
+    const vec3<T>& arm_momentum(int l) const { return arm_[l]; }     // per unit of s
+    quaternion attitude(int node) const { return attitude_[node]; }  // 0 the beginning
+    vec3<T> rate(int l) const {                                      // per unit of s, base axes
+        return {pack<T>::load(&rate_[0][3 + l * W]), pack<T>::load(&rate_[1][3 + l * W]),
+                pack<T>::load(&rate_[2][3 + l * W])};
     }
     // Sine of half the angle that the base has turned by, the greatest over all nodes.
     double greatest_half_sine() const {
@@ -116,7 +124,7 @@ template <class T> class base_track {
         for (int i = 1; i <= nodes(); ++i) {
             const quaternion& q = attitude_[i];
             const double squared = q.x * q.x + q.y * q.y + q.z * q.z;
-            if (!(squared <= most)) most = squared;   // a NaN is the greatest, and stays
+            if (!(squared <= most)) most = squared;  // a NaN is the greatest, and stays
             if (most != most) return most;
         }
         return most < 1 ? std::sqrt(most) : 1;
@@ -129,7 +137,7 @@ template <class T> class base_track {
             const double at = double(lane[i]) * nodes();
             const int node = std::clamp(static_cast<int>(at), 0, nodes() - 1);
             const double share = at - node;
-            const quaternion &a = attitude_[node], &b = attitude_[node + 1];   // nearly the same: along the chord
+            const quaternion &a = attitude_[node], &b = attitude_[node + 1];  // nearly the same: along the chord
             const double sign = a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z < 0 ? -1 : 1;
             quat[0][i] = static_cast<T>(a.w + (sign * b.w - a.w) * share);
             quat[1][i] = static_cast<T>(a.x + (sign * b.x - a.x) * share);
@@ -152,7 +160,7 @@ template <class T> class base_track {
         inertia_.resize(packs);
         attitude_.resize(packs * W + 1);
         for (int k = 0; k < 3; ++k) {
-            own_[k].assign(packs * W + 5 + W, T(0));    // [2 + i] is node i
+            own_[k].assign(packs * W + 5 + W, T(0));  // [2 + i] is node i
             rate_[k].assign(packs * W + 5 + W, T(0));
             turn_[k].assign(packs * W, T(0));
         }
@@ -198,14 +206,16 @@ template <class T> class base_track {
             f[N + 1] = 6 * f[N] - 15 * f[N - 1] + 20 * f[N - 2] - 15 * f[N - 3] + 6 * f[N - 4] - f[N - 5];
             f[N + 2] = 6 * f[N + 1] - 15 * f[N] + 20 * f[N - 1] - 15 * f[N - 2] + 6 * f[N - 3] - f[N - 4];
         }
-        const T h = T(1) / T(N), outer = h * T(11.0 / 1440), middle = h * T(-93.0 / 1440), inner = h * T(802.0 / 1440), twist = h * h / T(12);
+        const T h = T(1) / T(N), outer = h * T(11.0 / 1440), middle = h * T(-93.0 / 1440), inner = h * T(802.0 / 1440),
+                twist = h * h / T(12);
         for (int i = 0; i < N; i += W) {
             pack<T> v[3], a[3], b[3];
             for (int k = 0; k < 3; ++k) {
                 const T* f = &rate_[k][i];
                 a[k] = pack<T>::load(f + 2);
                 b[k] = pack<T>::load(f + 3);
-                v[k] = (pack<T>::load(f) + pack<T>::load(f + 5)) * outer + (pack<T>::load(f + 1) + pack<T>::load(f + 4)) * middle + (a[k] + b[k]) * inner;
+                v[k] = (pack<T>::load(f) + pack<T>::load(f + 5)) * outer
+                       + (pack<T>::load(f + 1) + pack<T>::load(f + 4)) * middle + (a[k] + b[k]) * inner;
             }
             const vec3<T> c = cross(vec3<T>{a[0], a[1], a[2]}, vec3<T>{b[0], b[1], b[2]});
             (v[0] + c.x * twist).store(&turn_[0][i]);
@@ -215,7 +225,7 @@ template <class T> class base_track {
         attitude_[0] = {};
         for (int i = 0; i < N; ++i) {
             const double x = turn_[0][i], y = turn_[1][i], z = turn_[2][i], half = (x * x + y * y + z * z) / 4;
-            double c, s;   // cosine, and sine over the angle, of half the turn
+            double c, s;  // cosine, and sine over the angle, of half the turn
             if (half < 0.01) {
                 c = 1 - half / 2 * (1 - half / 12 * (1 - half / 30));
                 s = 0.5 * (1 - half / 6 * (1 - half / 20 * (1 - half / 42)));
@@ -227,8 +237,8 @@ template <class T> class base_track {
             attitude_[i + 1] = attitude_[i] * quaternion{c, x * s, y * s, z * s};
         }
     }
-    // The momentum is constant in space, so what it turns the base by depends on the attitude: again and again, from the last
-    // attitudes, until they stay; within 40 rounds they do for up to some 20 rad.
+    // The momentum is constant in space, so what it turns the base by depends on the attitude: again and again, from
+    // the last attitudes, until they stay; within 40 rounds they do for up to some 20 rad.
     void with_momentum(const constant_momentum<T>& momentum) {
         const int N = nodes();
         for (int i = 0; i <= N; ++i) attitude_[i] = {};
@@ -240,9 +250,11 @@ template <class T> class base_track {
                 set_columns(l);
                 const frame<T>& R = base_[l];
                 const vec3<T> L = constant(momentum.angular);
-                const vec3<T> w = solved(inertia_[l], vec3<T>{dot(R.column[0], L), dot(R.column[1], L), dot(R.column[2], L)});
+                const vec3<T> w =
+                    solved(inertia_[l], vec3<T>{dot(R.column[0], L), dot(R.column[1], L), dot(R.column[2], L)});
                 const pack<T>* r[3] = {&w.x, &w.y, &w.z};
-                for (int k = 0; k < 3; ++k) (pack<T>::load(&own_[k][3 + l * W]) + *r[k] * momentum.duration).store(&rate_[k][3 + l * W]);
+                for (int k = 0; k < 3; ++k)
+                    (pack<T>::load(&own_[k][3 + l * W]) + *r[k] * momentum.duration).store(&rate_[k][3 + l * W]);
             }
             integrate(rate_);
             double most = 0;
@@ -250,10 +262,13 @@ template <class T> class base_track {
                 const quaternion d = conjugate(before[i]) * attitude_[i];
                 most = std::max(most, d.x * d.x + d.y * d.y + d.z * d.z);
             }
-            if (most < 1e-3 * double(std::numeric_limits<T>::epsilon()) * double(std::numeric_limits<T>::epsilon()) + 1e-26) break;
+            if (most
+                < 1e-3 * double(std::numeric_limits<T>::epsilon()) * double(std::numeric_limits<T>::epsilon()) + 1e-26)
+                break;
         }
     }
-    static SPACEARM_INLINE void columns(const pack<T>& w, const pack<T>& x, const pack<T>& y, const pack<T>& z, frame<T>& out) {
+    static SPACEARM_INLINE void columns(const pack<T>& w, const pack<T>& x, const pack<T>& y, const pack<T>& z,
+                                        frame<T>& out) {
         const pack<T> s = pack<T>(T(2)) / (w * w + x * x + y * y + z * z), one(T(1));
         const pack<T> xs = x * s, ys = y * s, zs = z * s;
         out.column[0] = {one - (y * ys + z * zs), x * ys + w * zs, x * zs - w * ys};
@@ -306,7 +321,8 @@ template <class T> class base_track {
 };
 
 // A frame given in the base frame, where the base is: the columns in `needed`, and the origin.
-template <class T> SPACEARM_INLINE void put(const frame<T>& base, const frame<T>& local, unsigned needed, frame<T>& out) {
+template <class T>
+SPACEARM_INLINE void put(const frame<T>& base, const frame<T>& local, unsigned needed, frame<T>& out) {
     const auto turn = [&](const vec3<T>& v) {
         return vec3<T>{base.column[0].x * v.x + base.column[1].x * v.y + base.column[2].x * v.z,
                        base.column[0].y * v.x + base.column[1].y * v.y + base.column[2].y * v.z,

@@ -17,7 +17,7 @@ using namespace nb::literals;
 namespace SPACEARM_NAMESPACE {
 
 template <class T> using in1 = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-template <class T> using in2 = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;   // any strides
+template <class T> using in2 = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;  // any strides
 template <class T> using in2c = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 template <class T> nb::object array_of(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
@@ -37,7 +37,7 @@ template <class Numbers> bool all_within(const Numbers& numbers, double most) {
     }
     return true;
 }
-inline constexpr double widest = 1e9;   // [m] of robots and scenes: what is squared twice on the way stays a float
+inline constexpr double widest = 1e9;  // [m] of robots and scenes: what is squared twice on the way stays a float
 inline constexpr int most_dofs = 1 << 16;
 
 }  // namespace SPACEARM_NAMESPACE

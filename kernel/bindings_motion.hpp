@@ -13,19 +13,25 @@ template <class T> std::vector<T> numbers_of(const in1<double>& from) {
 }
 
 inline constexpr int most_interior = 32;
-inline const char* const term_names[term_count] = {"length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3",
+inline const char* const term_names[term_count] = {"length",     "duration",  "tip",       "clearance",
+                                                   "smoothness", "f1",        "f2",        "f3",
                                                    "base_final", "base_peak", "base_rate", "joint_momentum"};
 
 template <class T>
-motion_problem<T> make_motion_problem(const model<T>& scene, in1<double> start, in2c<double> goals, in1<double> lower, in1<double> upper,
-                                      in1<double> velocity, in1<double> acceleration, in1<double> jerk, double margin, double comfort, int tip,
+motion_problem<T> make_motion_problem(const model<T>& scene, in1<double> start, in2c<double> goals, in1<double> lower,
+                                      in1<double> upper, in1<double> velocity, in1<double> acceleration,
+                                      in1<double> jerk, double margin, double comfort, int tip,
                                       in1<std::int32_t> centers, in1<double> weights) {
     motion_problem<T> p;
     const std::size_t n = scene.robot.dofs;
     p.scene = scene;
-    for (const auto& array : {start, lower, upper, velocity, acceleration}) require(array.shape(0) == n, "a motion's arrays do not fit");
-    require(goals.shape(0) >= 1 && goals.shape(0) <= 1'000'000 && goals.shape(1) == n && (jerk.shape(0) == n || jerk.shape(0) == 0), "a motion's arrays do not fit");
-    require(weights.shape(0) == term_count && tip >= 0 && tip < static_cast<int>(scene.points.size()), "a motion's arrays do not fit");
+    for (const auto& array : {start, lower, upper, velocity, acceleration})
+        require(array.shape(0) == n, "a motion's arrays do not fit");
+    require(goals.shape(0) >= 1 && goals.shape(0) <= 1'000'000 && goals.shape(1) == n
+                && (jerk.shape(0) == n || jerk.shape(0) == 0),
+            "a motion's arrays do not fit");
+    require(weights.shape(0) == term_count && tip >= 0 && tip < static_cast<int>(scene.points.size()),
+            "a motion's arrays do not fit");
     p.start = numbers_of<T>(start);
     p.goals.assign(goals.data(), goals.data() + goals.size());
     p.lower = numbers_of<T>(lower);
@@ -34,11 +40,13 @@ motion_problem<T> make_motion_problem(const model<T>& scene, in1<double> start, 
     p.acceleration = numbers_of<T>(acceleration);
     p.jerk = numbers_of<T>(jerk);
     for (std::size_t d = 0; d < n; ++d) require(p.lower[d] <= p.upper[d], "a lower bound above the upper one");
-    for (const auto* numbers : {&p.start, &p.goals, &p.lower, &p.upper}) require(all_within(*numbers, furthest), "a joint position that is none, or too far");
+    for (const auto* numbers : {&p.start, &p.goals, &p.lower, &p.upper})
+        require(all_within(*numbers, furthest), "a joint position that is none, or too far");
     for (const auto* limits : {&p.velocity, &p.acceleration, &p.jerk}) {
         for (T limit : *limits) require(limit > T(1e-30), "a limit that is not above 0");
     }
-    require(within(margin, widest) && within(comfort, widest) && all_within(weights, most_weight), "a number that is none, or too large");
+    require(within(margin, widest) && within(comfort, widest) && all_within(weights, most_weight),
+            "a number that is none, or too large");
     p.margin = static_cast<T>(margin);
     p.comfort = static_cast<T>(comfort);
     p.tip = tip;
@@ -47,12 +55,17 @@ motion_problem<T> make_motion_problem(const model<T>& scene, in1<double> start, 
         p.centers.push_back(centers(i));
     }
     const std::vector<T> w = numbers_of<T>(weights);
-    p.weight = {w[term_length], w[term_duration], w[term_tip], w[term_clearance], w[term_smoothness], {w[term_f1], w[term_f2], w[term_f3]},
+    p.weight = {w[term_length],
+                w[term_duration],
+                w[term_tip],
+                w[term_clearance],
+                w[term_smoothness],
+                {w[term_f1], w[term_f2], w[term_f3]},
                 {w[term_base_final], w[term_base_peak], w[term_base_rate], w[term_joint_momentum]}};
     return p;
 }
 
-inline void take_turn(const std::vector<double>& rows, turn_matrix& out) {   // from nine numbers, row by row
+inline void take_turn(const std::vector<double>& rows, turn_matrix& out) {  // from nine numbers, row by row
     require(rows.size() == 9, "a rotation's numbers do not fit");
     for (int i = 0; i < 3; ++i) {
         for (int k = 0; k < 3; ++k) out.c[k][i] = rows[3 * i + k];
@@ -63,7 +76,8 @@ inline void take3(const std::vector<double>& from, double* out) {
     std::copy(from.begin(), from.end(), out);
 }
 
-// What is asked of a floating base: a dictionary, empty for a base that is fixed. All in the frame of the base as it begins.
+// What is asked of a floating base: a dictionary, empty for a base that is fixed. All in the frame of the base as it
+// begins.
 template <class T> floating_base<T> floating_from(const nb::dict& given, const model<T>& scene) {
     floating_base<T> b;
     if (given.size() == 0) return b;
@@ -71,7 +85,7 @@ template <class T> floating_base<T> floating_from(const nb::dict& given, const m
     d.update(given);
     bool fixed = false;
     field(d, "fixed", fixed);
-    if (fixed) {   // it may have to keep to a duration all the same
+    if (fixed) {  // it may have to keep to a duration all the same
         field(d, "duration", b.momentum.duration);
         require(d.size() == 0, "an unknown key of the base's");
         return b;
@@ -92,7 +106,8 @@ template <class T> floating_base<T> floating_from(const nb::dict& given, const m
         field(d, "axis", axis);
         field(d, "near", b.ends.near);
         field(d, "turned", b.ends.turned);
-        require(b.ends.joint >= 0 && b.ends.joint < static_cast<int>(scene.robot.joints.size()), "a goal's joint is out of range");
+        require(b.ends.joint >= 0 && b.ends.joint < static_cast<int>(scene.robot.joints.size()),
+                "a goal's joint is out of range");
         take_turn(local, b.ends.local);
         take_turn(wanted, b.ends.wanted);
         take3(offset, b.ends.offset);
@@ -123,7 +138,8 @@ template <class T> floating_base<T> floating_from(const nb::dict& given, const m
         }
     }
     require(d.size() == 0, "an unknown key of the base's");
-    for (double x : {b.ends.near, b.ends.turned, b.ends.base_turned, double(b.most_turned), double(b.most_rate), double(b.most_arm), double(b.momentum.duration)}) {
+    for (double x : {b.ends.near, b.ends.turned, b.ends.base_turned, double(b.most_turned), double(b.most_rate),
+                     double(b.most_arm), double(b.momentum.duration)}) {
         require(x >= 0 && x <= widest * widest, "a tolerance or limit of the base's that is none");
     }
     for (const auto* numbers : {&local, &offset, &wanted, &position, &axis, &attitude, &angular, &drift}) {
@@ -133,7 +149,8 @@ template <class T> floating_base<T> floating_from(const nb::dict& given, const m
 }
 
 // Rows of K n numbers; with n more where they end.
-template <class T> motion<T> motion_from(const motion_problem<T>& p, const T* row, int interior, int goal, bool own_end) {
+template <class T>
+motion<T> motion_from(const motion_problem<T>& p, const T* row, int interior, int goal, bool own_end) {
     const T* end = row + static_cast<std::size_t>(interior) * p.dofs();
     motion<T> m{interior, goal, std::vector<T>(row, end)};
     if (own_end) m.end.assign(end, end + p.dofs());
@@ -153,23 +170,26 @@ template <class T> struct shared_search {
     one_at_a_time turn;
     shared_search(motion_problem<T> problem, motion_search_settings settings, std::uint64_t seed, std::uint32_t island)
         : search(std::move(problem), std::move(settings), seed, island) {}
-    const motion_problem<T>& problem() { return search.checker().problem(); }   // never changes
+    const motion_problem<T>& problem() { return search.checker().problem(); }  // never changes
 };
 
-// Where the base is at the nodes of motions: (m, nodes + 1, 7), position and attitude wxyz in the frame of the base as it
-// begins. Of the last node alone with `ends_only`, so that nothing but the kernel's own time counts: (m, 1, 7).
-template <class T> nb::object base_along(shared_search<T>& s, in2c<T> rows, int interior, int goal, int nodes, bool ends_only) {
+// Where the base is at the nodes of motions: (m, nodes + 1, 7), position and attitude wxyz in the frame of the base as
+// it begins. Of the last node alone with `ends_only`, so that nothing but the kernel's own time counts: (m, 1, 7).
+template <class T>
+nb::object base_along(shared_search<T>& s, in2c<T> rows, int interior, int goal, int nodes, bool ends_only) {
     motion_checker<T>& checker = s.search.checker();
     const motion_problem<T>& p = s.problem();
     const bool own_end = has_own_end(p, rows, interior, goal);
-    require(p.base.on && nodes >= 16 && nodes <= 4096 && nodes % 16 == 0, "a fixed base, or a number of nodes that is none");
+    require(p.base.on && nodes >= 16 && nodes <= 4096 && nodes % 16 == 0,
+            "a fixed base, or a number of nodes that is none");
     const std::size_t count = rows.shape(0), kept = ends_only ? 1 : nodes + 1, W = lanes_of<T>;
     std::vector<T> out(count * kept * 7, T(0));
     s.turn([&] {
         listener signals;
         for (std::size_t i = 0; i < count; ++i) {
             signals.ask();
-            const base_track<T>& track = checker.follow(motion_from(p, rows.data() + i * rows.shape(1), interior, goal, own_end), nodes, false);
+            const base_track<T>& track =
+                checker.follow(motion_from(p, rows.data() + i * rows.shape(1), interior, goal, own_end), nodes, false);
             for (std::size_t k = 0; k < kept; ++k) {
                 const std::size_t node = ends_only ? static_cast<std::size_t>(nodes) : k;
                 T* to = &out[(i * kept + k) * 7];
@@ -196,7 +216,8 @@ template <class T> nb::object settled(shared_search<T>& s, in2c<T> rows, int int
     motion_checker<T>& checker = s.search.checker();
     const motion_problem<T>& p = s.problem();
     const bool own_end = has_own_end(p, rows, interior, goal);
-    const std::size_t count = rows.shape(0), width = static_cast<std::size_t>(interior + (p.base.free_end ? 1 : 0)) * p.dofs();
+    const std::size_t count = rows.shape(0),
+                      width = static_cast<std::size_t>(interior + (p.base.free_end ? 1 : 0)) * p.dofs();
     std::vector<T> out;
     std::vector<char> there;
     s.turn([&] {
@@ -218,10 +239,12 @@ template <class T> nb::object settled(shared_search<T>& s, in2c<T> rows, int int
     return nb::make_tuple(array_of(std::move(out), {count, width}), met);
 }
 
-template <class T> nb::object points_of(const motion<T>& m, int dofs) {   // the interior ones; one more where it has an end of its own
+template <class T>
+nb::object points_of(const motion<T>& m, int dofs) {  // the interior ones; one more where it has an end of its own
     std::vector<T> all = m.points;
     all.insert(all.end(), m.end.begin(), m.end.end());
-    return array_of(std::move(all), {static_cast<std::size_t>(m.interior + !m.end.empty()), static_cast<std::size_t>(dofs)});
+    return array_of(std::move(all),
+                    {static_cast<std::size_t>(m.interior + !m.end.empty()), static_cast<std::size_t>(dofs)});
 }
 
 // Fitness, violation and terms of many motions: rows of K n numbers.
@@ -295,76 +318,95 @@ inline motion_search_settings motion_settings_from(const nb::dict& given, const 
     }
     constexpr int often = 1'000'000;
     const auto counted = [](int n, int least) { return n >= least && n <= often; };
-    require(s.probe.step >= 1e-3 && s.probe.step <= 1e3 && counted(s.patience, 0) && counted(s.swarm_turn, 0) && counted(s.swarm_stall, 0)
-                && counted(s.refine_stall, 1),
+    require(s.probe.step >= 1e-3 && s.probe.step <= 1e3 && counted(s.patience, 0) && counted(s.swarm_turn, 0)
+                && counted(s.swarm_stall, 0) && counted(s.refine_stall, 1),
             "settings out of range");
-    for (double x : {s.probe.near_line, s.probe.spread, s.give_up, s.detour, s.shake, s.swarm_spread}) require(x >= 0 && x <= 1e6, "settings out of range");
+    for (double x : {s.probe.near_line, s.probe.spread, s.give_up, s.detour, s.shake, s.swarm_spread})
+        require(x >= 0 && x <= 1e6, "settings out of range");
     return s;
 }
 
 template <class T> void bind_motion_search(nb::module_& m, const std::string& suffix) {
     using search_type = shared_search<T>;
     nb::class_<search_type>(m, ("MotionSearch" + suffix).c_str())
-        .def("__init__", [](search_type* self, const model<T>& scene, in1<double> start, in2c<double> goals, in1<double> lower, in1<double> upper,
-                            in1<double> velocity, in1<double> acceleration, in1<double> jerk, double margin, double comfort, int tip,
-                            in1<std::int32_t> centers, in1<double> weights, const nb::dict& base, const nb::dict& settings,
-                            const swarm_settings& swarm, std::uint64_t seed, std::uint32_t island) {
-            motion_problem<T> p = make_motion_problem<T>(scene, start, goals, lower, upper, velocity, acceleration, jerk, margin, comfort, tip,
-                                                         centers, weights);
-            p.base = floating_from<T>(base, scene);
-            new (self) search_type(std::move(p),
-                                   motion_settings_from(settings, swarm), seed, island);
-        }, "scene"_a, "start"_a, "goals"_a, "lower"_a, "upper"_a, "velocity"_a, "acceleration"_a, "jerk"_a, "margin"_a, "comfort"_a, "tip"_a,
-             "centers"_a, "weights"_a, "base"_a, "settings"_a, "swarm"_a, "seed"_a, "island"_a)
-        .def("run", [](search_type& s, std::int64_t evaluations, double seconds, bool until_first, std::int64_t stall, nb::object progress) {
-            require(evaluations >= 0 && evaluations <= most_evaluations && seconds >= 0 && stall >= 0, "a budget out of range");
-            const motion_budget budget{evaluations, seconds, until_first, stall};
-            bool interrupted = false, failed = false;
-            const std::function<bool()> go_on = [&] {
-                nb::gil_scoped_acquire hold;
-                if (PyErr_CheckSignals() != 0) {
-                    interrupted = true;
-                    return false;
-                }
-                if (progress.is_none()) return true;
-                try {
-                    const nb::object answer = progress(s.search.evaluations());
-                    return !answer.is(nb::bool_(false));
-                } catch (nb::python_error& error) {
-                    error.restore();
-                    failed = true;
-                    return false;
-                }
-            };
-            s.turn([&] { s.search.run(budget, go_on); });
-            if (interrupted || failed) throw nb::python_error();
-        }, "evaluations"_a, "seconds"_a, "until_first"_a, "stall"_a, "progress"_a.none())
-        .def("add_instant", [](search_type& s, double at, double spread) {
-            require(at >= 0 && at <= 1 && spread >= 0 && spread <= 1, "an instant out of range");
-            s.turn([&] { s.search.add_instant(at, spread); });
-        })
+        .def(
+            "__init__",
+            [](search_type* self, const model<T>& scene, in1<double> start, in2c<double> goals, in1<double> lower,
+               in1<double> upper, in1<double> velocity, in1<double> acceleration, in1<double> jerk, double margin,
+               double comfort, int tip, in1<std::int32_t> centers, in1<double> weights, const nb::dict& base,
+               const nb::dict& settings, const swarm_settings& swarm, std::uint64_t seed, std::uint32_t island) {
+                motion_problem<T> p = make_motion_problem<T>(scene, start, goals, lower, upper, velocity, acceleration,
+                                                             jerk, margin, comfort, tip, centers, weights);
+                p.base = floating_from<T>(base, scene);
+                new (self) search_type(std::move(p), motion_settings_from(settings, swarm), seed, island);
+            },
+            "scene"_a, "start"_a, "goals"_a, "lower"_a, "upper"_a, "velocity"_a, "acceleration"_a, "jerk"_a, "margin"_a,
+            "comfort"_a, "tip"_a, "centers"_a, "weights"_a, "base"_a, "settings"_a, "swarm"_a, "seed"_a, "island"_a)
+        .def(
+            "run",
+            [](search_type& s, std::int64_t evaluations, double seconds, bool until_first, std::int64_t stall,
+               nb::object progress) {
+                require(evaluations >= 0 && evaluations <= most_evaluations && seconds >= 0 && stall >= 0,
+                        "a budget out of range");
+                const motion_budget budget{evaluations, seconds, until_first, stall};
+                bool interrupted = false, failed = false;
+                const std::function<bool()> go_on = [&] {
+                    nb::gil_scoped_acquire hold;
+                    if (PyErr_CheckSignals() != 0) {
+                        interrupted = true;
+                        return false;
+                    }
+                    if (progress.is_none()) return true;
+                    try {
+                        const nb::object answer = progress(s.search.evaluations());
+                        return !answer.is(nb::bool_(false));
+                    } catch (nb::python_error& error) {
+                        error.restore();
+                        failed = true;
+                        return false;
+                    }
+                };
+                s.turn([&] { s.search.run(budget, go_on); });
+                if (interrupted || failed) throw nb::python_error();
+            },
+            "evaluations"_a, "seconds"_a, "until_first"_a, "stall"_a, "progress"_a.none())
+        .def("add_instant",
+             [](search_type& s, double at, double spread) {
+                 require(at >= 0 && at <= 1 && spread >= 0 && spread <= 1, "an instant out of range");
+                 s.turn([&] { s.search.add_instant(at, spread); });
+             })
         .def("judge", &judge_motions<T>)
         .def("base_along", &base_along<T>, "rows"_a, "interior"_a, "goal"_a, "nodes"_a, "ends_only"_a)
         .def("settled", &settled<T>, "rows"_a, "interior"_a, "goal"_a)
-        .def_prop_ro("best", [](search_type& s) {
-            return with_worth(s, "fitness", [](motion_search<T>& of) {
-                return of.found() ? std::make_optional(std::pair(of.best_fitness(), of.best())) : std::nullopt;
-            });
-        })
-        .def_prop_ro("optimal", [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.optimal(); }); })
-        .def_prop_ro("evaluations", [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.evaluations(); }); })
-        .def_prop_ro("configurations", [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.configurations(); }); })
-        .def_prop_ro("seconds", [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.seconds(); }); })
-        .def_prop_ro("fallback", [](search_type& s) {
-            return with_worth(s, "violation", [](motion_search<T>& of) {
-                return of.has_fallback() ? std::make_optional(std::pair(of.fallback_violation(), of.fallback())) : std::nullopt;
-            });
-        })
+        .def_prop_ro("best",
+                     [](search_type& s) {
+                         return with_worth(s, "fitness", [](motion_search<T>& of) {
+                             return of.found() ? std::make_optional(std::pair(of.best_fitness(), of.best()))
+                                               : std::nullopt;
+                         });
+                     })
+        .def_prop_ro("optimal",
+                     [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.optimal(); }); })
+        .def_prop_ro("evaluations",
+                     [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.evaluations(); }); })
+        .def_prop_ro("configurations",
+                     [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.configurations(); }); })
+        .def_prop_ro("seconds",
+                     [](search_type& s) { return taken(s, [](motion_search<T>& of) { return of.seconds(); }); })
+        .def_prop_ro("fallback",
+                     [](search_type& s) {
+                         return with_worth(s, "violation", [](motion_search<T>& of) {
+                             return of.has_fallback()
+                                        ? std::make_optional(std::pair(of.fallback_violation(), of.fallback()))
+                                        : std::nullopt;
+                         });
+                     })
         .def_prop_ro("history", [](search_type& s) {
             const int dofs = s.problem().dofs();
             nb::list out;
             for (const auto& r : taken(s, [](motion_search<T>& of) { return of.history(); })) {
-                out.append(nb::make_tuple(r.seconds, r.evaluations, r.fitness, r.by, r.found.goal, points_of(r.found, dofs)));
+                out.append(
+                    nb::make_tuple(r.seconds, r.evaluations, r.fitness, r.by, r.found.goal, points_of(r.found, dofs)));
             }
             return out;
         });

@@ -25,8 +25,8 @@ class listener {
     std::chrono::steady_clock::time_point asked_ = std::chrono::steady_clock::now();
 };
 
-// An object that several Python threads may share does one thing at a time. Who waits does so without the GIL, which the one at
-// work may want for its callback; the callback itself must not come back.
+// An object that several Python threads may share does one thing at a time. Who waits does so without the GIL, which
+// the one at work may want for its callback; the callback itself must not come back.
 class one_at_a_time {
   public:
     template <class Work> void operator()(Work&& work) {

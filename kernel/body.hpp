@@ -1,7 +1,8 @@
 // A robot's envelope among obstacles, arranged so that what is far apart costs next to nothing.
 //
-// The capsules of a link make a cluster with a ball around it. Obstacles stand in a tree of boxes along the axes. Cluster
-// against tree, then ball against shape, then capsule against shape: only pairs that are near in some lane go on.
+// The capsules of a link make a cluster with a ball around it. Obstacles stand in a tree of boxes along the axes.
+// Cluster against tree, then ball against shape, then capsule against shape: only pairs that are near in some lane go
+// on.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +16,9 @@ enum class shape : std::uint8_t { none, ball, rod, box, drum, wall };
 
 template <class T> struct obstacle_node {
     T lower[3], upper[3];
-    int skip;           // the next node when this one is passed over
-    shape kind;         // none: an inner node
-    int index;          // into the shape's list
+    int skip;    // the next node when this one is passed over
+    shape kind;  // none: an inner node
+    int index;   // into the shape's list
 };
 
 template <class T> struct obstacle_set {
@@ -46,30 +47,31 @@ template <class T> struct obstacle_set {
 };
 
 template <class T> struct body_capsule {
-    T a[3], ab[3];               // in the joint's frame
-    T inverse_squared_length;    // 0 for a sphere
+    T a[3], ab[3];             // in the joint's frame
+    T inverse_squared_length;  // 0 for a sphere
     T radius;
-    T middle[3], reach;          // the ball around it
-    int index;                   // its place in the robot's own list
+    T middle[3], reach;  // the ball around it
+    int index;           // its place in the robot's own list
 };
 template <class T> struct cluster {
-    int joint;                   // -1 for the base
-    int first, last;             // its capsules
-    T center[3], radius;         // the ball around them
+    int joint;            // -1 for the base
+    int first, last;      // its capsules
+    T center[3], radius;  // the ball around them
 };
 template <class T> struct eased_pair {
-    int cluster, other;          // and a node of the obstacles' tree; or -1 and the number of a pair of clusters
-    T most;                      // [m] no more margin than this is asked for between the two
+    int cluster, other;  // and a node of the obstacles' tree; or -1 and the number of a pair of clusters
+    T most;              // [m] no more margin than this is asked for between the two
     bool before(int c, int o) const { return cluster != c ? cluster < c : other < o; }
 };
 template <class T> struct body {
     std::vector<body_capsule<T>> capsules;
     std::vector<cluster<T>> clusters;
-    std::vector<std::pair<int, int>> pairs;   // clusters that must keep clear of each other
-    std::vector<eased_pair<T>> eased;         // in order; mostly none: those that begin or end nearer than the margin
+    std::vector<std::pair<int, int>> pairs;  // clusters that must keep clear of each other
+    std::vector<eased_pair<T>> eased;        // in order; mostly none: those that begin or end nearer than the margin
 
     T margin_of(int c, int other, T margin) const {
-        const auto at = std::lower_bound(eased.begin(), eased.end(), 0, [&](const eased_pair<T>& e, int) { return e.before(c, other); });
+        const auto at = std::lower_bound(eased.begin(), eased.end(), 0,
+                                         [&](const eased_pair<T>& e, int) { return e.before(c, other); });
         return at != eased.end() && at->cluster == c && at->other == other ? std::min(margin, at->most) : margin;
     }
 };
@@ -106,7 +108,9 @@ template <class T> bounds3<T> bounds_of(const rod_obstacle<T>& o) {
 }
 template <class T> bounds3<T> bounds_of(const box_obstacle<T>& o) {
     T half[3];
-    for (int k = 0; k < 3; ++k) half[k] = std::abs(o.axis[0][k]) * o.half[0] + std::abs(o.axis[1][k]) * o.half[1] + std::abs(o.axis[2][k]) * o.half[2];
+    for (int k = 0; k < 3; ++k)
+        half[k] = std::abs(o.axis[0][k]) * o.half[0] + std::abs(o.axis[1][k]) * o.half[1]
+                  + std::abs(o.axis[2][k]) * o.half[2];
     bounds3<T> out;
     out.around(o.center, half);
     return out;
@@ -114,7 +118,8 @@ template <class T> bounds3<T> bounds_of(const box_obstacle<T>& o) {
 template <class T> bounds3<T> bounds_of(const drum_obstacle<T>& o) {
     const auto across = [](T a, T b) { return std::sqrt(a * a + b * b); };
     T half[3];
-    for (int k = 0; k < 3; ++k) half[k] = std::abs(o.axis[k]) * o.half_length + across(o.axis[(k + 1) % 3], o.axis[(k + 2) % 3]) * o.radius;
+    for (int k = 0; k < 3; ++k)
+        half[k] = std::abs(o.axis[k]) * o.half_length + across(o.axis[(k + 1) % 3], o.axis[(k + 2) % 3]) * o.radius;
     bounds3<T> out;
     out.around(o.center, half);
     return out;
@@ -126,10 +131,15 @@ template <class T> bounds3<T> bounds_of(const wall_obstacle<T>&) {
 
 // A binary tree, split at the median along the longest side; few obstacles are a plain list.
 template <class T> void obstacle_set<T>::build_tree() {
-    struct leaf { bounds3<T> box; shape kind; int index; };
+    struct leaf {
+        bounds3<T> box;
+        shape kind;
+        int index;
+    };
     std::vector<leaf> leaves;
     const auto add = [&](const auto& shapes, shape kind) {
-        for (std::size_t i = 0; i < shapes.size(); ++i) leaves.push_back({bounds_of(shapes[i]), kind, static_cast<int>(i)});
+        for (std::size_t i = 0; i < shapes.size(); ++i)
+            leaves.push_back({bounds_of(shapes[i]), kind, static_cast<int>(i)});
     };
     add(walls, shape::wall);
     const std::size_t finite_from = leaves.size();
@@ -140,7 +150,7 @@ template <class T> void obstacle_set<T>::build_tree() {
     tree.clear();
     const auto push = [&](const bounds3<T>& b, shape kind, int index) {
         obstacle_node<T> node{};
-        for (int k = 0; k < 3; ++k) {   // a little larger, for the rounding here and where it is asked
+        for (int k = 0; k < 3; ++k) {  // a little larger, for the rounding here and where it is asked
             const T slack = T(8 * std::numeric_limits<T>::epsilon()) * (std::abs(b.lower[k]) + std::abs(b.upper[k]));
             node.lower[k] = b.lower[k] - slack;
             node.upper[k] = b.upper[k] + slack;
@@ -177,9 +187,10 @@ template <class T> void obstacle_set<T>::build_tree() {
             if (middles.upper[k] - middles.lower[k] > middles.upper[longest] - middles.lower[longest]) longest = k;
         }
         const std::size_t middle = (begin + end) / 2;
-        std::nth_element(leaves.begin() + begin, leaves.begin() + middle, leaves.begin() + end, [&](const leaf& x, const leaf& y) {
-            return x.box.lower[longest] + x.box.upper[longest] < y.box.lower[longest] + y.box.upper[longest];
-        });
+        std::nth_element(
+            leaves.begin() + begin, leaves.begin() + middle, leaves.begin() + end, [&](const leaf& x, const leaf& y) {
+                return x.box.lower[longest] + x.box.upper[longest] < y.box.lower[longest] + y.box.upper[longest];
+            });
         self(self, begin, middle);
         self(self, middle, end);
         tree[at].skip = static_cast<int>(tree.size());
@@ -187,15 +198,16 @@ template <class T> void obstacle_set<T>::build_tree() {
     split(split, finite_from, leaves.size());
 }
 
-// ---- the envelope of one pack of configurations ------------------------------------------------------------------------
+// ---- the envelope of one pack of configurations ---------------------------------------------------------------------
 template <class T> struct body_memory {
-    std::vector<vec3<T>> centers;       // of the clusters' balls
-    std::vector<vec3<T>> a, ab, middle; // of the capsules, once their cluster is unfolded
+    std::vector<vec3<T>> centers;        // of the clusters' balls
+    std::vector<vec3<T>> a, ab, middle;  // of the capsules, once their cluster is unfolded
     std::vector<char> unfolded;
-    const frame<T>* base = nullptr;     // where the base is; none: where it was at the beginning
+    const frame<T>* base = nullptr;  // where the base is; none: where it was at the beginning
     body_memory() = default;
     explicit body_memory(const body<T>& b)
-        : centers(b.clusters.size()), a(b.capsules.size()), ab(b.capsules.size()), middle(b.capsules.size()), unfolded(b.clusters.size()) {}
+        : centers(b.clusters.size()), a(b.capsules.size()), ab(b.capsules.size()), middle(b.capsules.size()),
+          unfolded(b.clusters.size()) {}
 };
 
 template <class T> SPACEARM_INLINE vec3<T> rotate(const frame<T>& f, const T* local) {
@@ -212,7 +224,9 @@ template <class T> SPACEARM_INLINE vec3<T> rotate(const frame<T>& f, const T* lo
 template <class T> SPACEARM_INLINE void place(const body<T>& b, const frame<T>* frames, body_memory<T>& w) {
     for (std::size_t i = 0; i < b.clusters.size(); ++i) {
         const cluster<T>& c = b.clusters[i];
-        w.centers[i] = c.joint >= 0 ? carry(frames[c.joint], c.center) : w.base ? carry(*w.base, c.center) : constant(c.center);
+        w.centers[i] = c.joint >= 0 ? carry(frames[c.joint], c.center)
+                       : w.base     ? carry(*w.base, c.center)
+                                    : constant(c.center);
         w.unfolded[i] = 0;
     }
 }
@@ -235,10 +249,11 @@ template <class T> inline void unfold(const body<T>& b, const frame<T>* frames, 
     }
 }
 
-// Adds to `sum`, lane by lane, by how much the clearance of a cluster and an obstacle falls short of the margin: for each of
-// its capsules [m].
+// Adds to `sum`, lane by lane, by how much the clearance of a cluster and an obstacle falls short of the margin: for
+// each of its capsules [m].
 template <class T, class Shape>
-SPACEARM_INLINE void add_shortfall(const body<T>& b, const frame<T>* frames, int i, const Shape& o, T margin, body_memory<T>& w, pack<T>& sum) {
+SPACEARM_INLINE void add_shortfall(const body<T>& b, const frame<T>* frames, int i, const Shape& o, T margin,
+                                   body_memory<T>& w, pack<T>& sum) {
     const cluster<T>& c = b.clusters[i];
     if (all(pack<T>(c.radius + margin) <= distance_to(o, w.centers[i]))) return;
     unfold(b, frames, i, w);
@@ -248,8 +263,8 @@ SPACEARM_INLINE void add_shortfall(const body<T>& b, const frame<T>* frames, int
         if (all(pack<T>(capsule.reach + margin) <= from_ball)) continue;
         pack<T> d = from_ball;
         if (capsule.inverse_squared_length != T(0)) {
-            // Distances change by no more than the way: between the middle and an end no point is nearer than half of both
-            // distances less a quarter of the length.
+            // Distances change by no more than the way: between the middle and an end no point is nearer than half of
+            // both distances less a quarter of the length.
             const pack<T> nearest_end = min(distance_to(o, w.a[k]), distance_to(o, w.a[k] + w.ab[k]));
             const T quarter = (capsule.reach - capsule.radius) * T(0.5);
             if (all(pack<T>(capsule.radius + margin + quarter) <= (from_ball + nearest_end) * T(0.5))) continue;
@@ -267,11 +282,12 @@ template <class T> SPACEARM_INLINE bool near_box(const vec3<T>& p, T reach, cons
 }
 
 template <class T>
-inline void add_obstacle_shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin, body_memory<T>& w, pack<T>& sum, bool stop_early, bool ease) {
+inline void add_obstacle_shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin,
+                                   body_memory<T>& w, pack<T>& sum, bool stop_early, bool ease) {
     const int nodes = static_cast<int>(obstacles.tree.size());
-    for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {   // the hand first: it is what collides most
+    for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {  // the hand first: it is what collides most
         const cluster<T>& c = b.clusters[i];
-        if (c.joint < 0 && !w.base) continue;       // the base and the obstacles stand still
+        if (c.joint < 0 && !w.base) continue;  // the base and the obstacles stand still
         for (int k = 0; k < nodes;) {
             const obstacle_node<T>& node = obstacles.tree[k];
             if (!near_box(w.centers[i], c.radius + margin, node)) {
@@ -280,7 +296,8 @@ inline void add_obstacle_shortfall(const body<T>& b, const frame<T>* frames, con
             }
             if (node.kind != shape::none) {
                 const T asked = ease ? b.margin_of(i, k, margin) : margin;
-                obstacles.visit(node.kind, node.index, [&](const auto& o) { add_shortfall(b, frames, i, o, asked, w, sum); });
+                obstacles.visit(node.kind, node.index,
+                                [&](const auto& o) { add_shortfall(b, frames, i, o, asked, w, sum); });
             }
             ++k;
         }
@@ -297,11 +314,14 @@ template <class T> SPACEARM_INLINE pack<T> squared_distance(const body<T>& b, co
     }
     const pack<T> zero(T(0));
     const vec3<T> none{zero, zero, zero};
-    return squared_distance_of_axes(w.a[k], c.inverse_squared_length == T(0) ? none : w.ab[k], c.inverse_squared_length, w.a[l],
-                                    d.inverse_squared_length == T(0) ? none : w.ab[l], d.inverse_squared_length);
+    return squared_distance_of_axes(w.a[k], c.inverse_squared_length == T(0) ? none : w.ab[k], c.inverse_squared_length,
+                                    w.a[l], d.inverse_squared_length == T(0) ? none : w.ab[l],
+                                    d.inverse_squared_length);
 }
 
-template <class T> inline void add_self_shortfall(const body<T>& b, const frame<T>* frames, T usual, body_memory<T>& w, pack<T>& sum, bool stop_early, bool ease) {
+template <class T>
+inline void add_self_shortfall(const body<T>& b, const frame<T>* frames, T usual, body_memory<T>& w, pack<T>& sum,
+                               bool stop_early, bool ease) {
     for (std::size_t p = 0; p < b.pairs.size(); ++p) {
         const auto& [i, j] = b.pairs[p];
         const T margin = ease ? b.margin_of(-1, static_cast<int>(p), usual) : usual;
@@ -329,11 +349,12 @@ template <class T> inline void add_self_shortfall(const body<T>& b, const frame<
     }
 }
 
-// Shortfall of clearance [m] of one pack of configurations, summed over all pairs. With stop_early it is only known to be
-// above 0 in some lane, or 0 in all. Infinite where a number is none: nobody knows where the arm is then. Pairs that are eased
-// may come nearer, unless that is not what is asked.
+// Shortfall of clearance [m] of one pack of configurations, summed over all pairs. With stop_early it is only known to
+// be above 0 in some lane, or 0 in all. Infinite where a number is none: nobody knows where the arm is then. Pairs that
+// are eased may come nearer, unless that is not what is asked.
 template <class T>
-inline pack<T> shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin, body_memory<T>& w, bool stop_early, bool eased = true) {
+inline pack<T> shortfall(const body<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin,
+                         body_memory<T>& w, bool stop_early, bool eased = true) {
     place(b, frames, w);
     pack<T> sum(T(0));
     const bool ease = eased && !b.eased.empty();
@@ -343,7 +364,7 @@ inline pack<T> shortfall(const body<T>& b, const frame<T>* frames, const obstacl
     return select(sum <= infinite, sum, infinite);
 }
 
-// ---- building -----------------------------------------------------------------------------------------------------------
+// ---- building -------------------------------------------------------------------------------------------------------
 // The ball around some capsules: the centre creeps towards whatever reaches furthest (Badoiu and Clarkson, 2003).
 template <class T> void ball_around(const body<T>& b, int first, int last, double (&center)[3], double& radius) {
     for (int k = 0; k < 3; ++k) {
@@ -365,21 +386,23 @@ template <class T> void ball_around(const body<T>& b, int first, int last, doubl
         if (step == 299) break;
         for (int k = 0; k < 3; ++k) center[k] += (b.capsules[furthest].middle[k] - center[k]) / step;
     }
-    radius = radius * (1 + 1e-6) + 1e-6;   // rounding must not let anything out
+    radius = radius * (1 + 1e-6) + 1e-6;  // rounding must not let anything out
 }
 
 // Clusters of a link: the whole, or halves of it where these are worth it. Appends to `made` their indices.
 template <class T> void make_clusters(body<T>& b, int joint, int first, int last, std::vector<int>& made) {
     constexpr int few = 4;
-    constexpr double worth = 0.8;   // a split must shrink the balls to this share; measured, as is `few`: docs/benchmarks.md
+    constexpr double worth =
+        0.8;  // a split must shrink the balls to this share; measured, as is `few`: docs/benchmarks.md
     double center[3], radius;
     ball_around(b, first, last, center, radius);
     if (last - first > few) {
         int longest = 0;
         double extent = -1;
         for (int k = 0; k < 3; ++k) {
-            const auto [low, high] = std::minmax_element(b.capsules.begin() + first, b.capsules.begin() + last,
-                                                         [&](const auto& x, const auto& y) { return x.middle[k] < y.middle[k]; });
+            const auto [low, high] =
+                std::minmax_element(b.capsules.begin() + first, b.capsules.begin() + last,
+                                    [&](const auto& x, const auto& y) { return x.middle[k] < y.middle[k]; });
             if (high->middle[k] - low->middle[k] > extent) {
                 extent = high->middle[k] - low->middle[k];
                 longest = k;

@@ -1,7 +1,9 @@
-// What is asked of a floating base's motion at its end: where a frame of the robot is in space, and how the base stands.
+// What is asked of a floating base's motion at its end: where a frame of the robot is in space, and how the base
+// stands.
 //
-// Both depend on the whole motion, not on the last configuration alone. `end_solver` moves control points, as little as can be,
-// until both are met: Gauss-Newton steps of least norm, derivatives by differences, used again while they serve.
+// Both depend on the whole motion, not on the last configuration alone. `end_solver` moves control points, as little as
+// can be, until both are met: Gauss-Newton steps of least norm, derivatives by differences, used again while they
+// serve.
 #pragma once
 
 #include "base.hpp"
@@ -9,7 +11,7 @@
 namespace SPACEARM_NAMESPACE {
 
 struct turn_matrix {
-    double c[3][3];   // columns
+    double c[3][3];  // columns
 };
 // The rotation vector of a matrix.
 inline void rotation_vector(const quaternion& given, double* out) {
@@ -24,8 +26,10 @@ inline quaternion quaternion_of(const turn_matrix& m) {
     quaternion q;
     const double trace = r(0, 0) + r(1, 1) + r(2, 2);
     if (trace > 0) q = {1 + trace, r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)};
-    else if (r(0, 0) >= r(1, 1) && r(0, 0) >= r(2, 2)) q = {r(2, 1) - r(1, 2), 1 + r(0, 0) - r(1, 1) - r(2, 2), r(0, 1) + r(1, 0), r(0, 2) + r(2, 0)};
-    else if (r(1, 1) >= r(2, 2)) q = {r(0, 2) - r(2, 0), r(0, 1) + r(1, 0), 1 + r(1, 1) - r(0, 0) - r(2, 2), r(1, 2) + r(2, 1)};
+    else if (r(0, 0) >= r(1, 1) && r(0, 0) >= r(2, 2))
+        q = {r(2, 1) - r(1, 2), 1 + r(0, 0) - r(1, 1) - r(2, 2), r(0, 1) + r(1, 0), r(0, 2) + r(2, 0)};
+    else if (r(1, 1) >= r(2, 2))
+        q = {r(0, 2) - r(2, 0), r(0, 1) + r(1, 0), 1 + r(1, 1) - r(0, 0) - r(2, 2), r(1, 2) + r(2, 1)};
     else q = {r(1, 0) - r(0, 1), r(0, 2) + r(2, 0), r(1, 2) + r(2, 1), 1 + r(2, 2) - r(0, 0) - r(1, 1)};
     const double length = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
     return {q.w / length, q.x / length, q.y / length, q.z / length};
@@ -34,29 +38,29 @@ inline quaternion quaternion_of(const turn_matrix& m) {
 enum class frame_goal : std::uint8_t { none, position, axis, pose };
 
 struct end_goals {
-    static constexpr double lever = 0.2;   // [m]: an error of 1 rad of the frame weighs as one of so many metres
+    static constexpr double lever = 0.2;  // [m]: an error of 1 rad of the frame weighs as one of so many metres
     frame_goal kind = frame_goal::none;
-    int joint = 0;                         // that carries the frame
-    turn_matrix local{};                   // the frame's axes ...
-    double offset[3] = {};                 // ... and origin, in the joint's frame
-    turn_matrix wanted{};                  // its axes ...
-    double position[3] = {};               // ... and origin in space
-    double axis[3] = {};                   // the free axis, in the frame
-    double near = 0, turned = 0;           // tolerances [m], [rad]
+    int joint = 0;                // that carries the frame
+    turn_matrix local{};          // the frame's axes ...
+    double offset[3] = {};        // ... and origin, in the joint's frame
+    turn_matrix wanted{};         // its axes ...
+    double position[3] = {};      // ... and origin in space
+    double axis[3] = {};          // the free axis, in the frame
+    double near = 0, turned = 0;  // tolerances [m], [rad]
     bool base = false;
-    quaternion attitude;                   // of the base
-    double base_turned = 0;                // its tolerance [rad]
-    bool base_within = false;              // anywhere within the tolerance is as good
+    quaternion attitude;       // of the base
+    double base_turned = 0;    // its tolerance [rad]
+    bool base_within = false;  // anywhere within the tolerance is as good
 
     int count() const { return (kind == frame_goal::none ? 0 : kind == frame_goal::position ? 3 : 6) + (base ? 3 : 0); }
     bool any() const { return count() > 0; }
 };
 
-// What is missing at the end, so many numbers: of the frame [m], lever times [rad], of the base [rad]; and how far that is beyond
-// the tolerances, summed.
+// What is missing at the end, so many numbers: of the frame [m], lever times [rad], of the base [rad]; and how far that
+// is beyond the tolerances, summed.
 struct end_state {
     double missing[9] = {};
-    double beyond = 0, largest = 0;   // largest: of what is missing, over its tolerance
+    double beyond = 0, largest = 0;  // largest: of what is missing, over its tolerance
 };
 
 template <class T> double last_lane(const pack<T>& p) {
@@ -83,7 +87,7 @@ template <class T> end_state end_of_track(const end_goals& goals, const base_tra
     double* next = out.missing;
     const auto note = [&](double size, double tolerance, double weight) {
         const double of_it = size / std::max(tolerance, 1e-12);
-        out.beyond += size <= tolerance ? 0.0 : weight * (size - tolerance);   // a NaN is missing
+        out.beyond += size <= tolerance ? 0.0 : weight * (size - tolerance);  // a NaN is missing
         if (!(of_it <= out.largest)) out.largest = of_it;
     };
     if (goals.kind != frame_goal::none) {
@@ -109,18 +113,21 @@ template <class T> end_state end_of_track(const end_goals& goals, const base_tra
         double turn[3] = {0, 0, 0};
         if (goals.kind == frame_goal::pose) {
             rotation_vector(quaternion_of(goals.wanted) * conjugate(quaternion_of(at)), turn);
-        } else if (goals.kind == frame_goal::axis) {   // the shortest turn from where the axis points to where it is to point
+        } else if (goals.kind
+                   == frame_goal::axis) {  // the shortest turn from where the axis points to where it is to point
             double is[3], to[3];
             turned_by(at, goals.axis, is);
             turned_by(goals.wanted, goals.axis, to);
-            const double across[3] = {is[1] * to[2] - is[2] * to[1], is[2] * to[0] - is[0] * to[2], is[0] * to[1] - is[1] * to[0]};
+            const double across[3] = {is[1] * to[2] - is[2] * to[1], is[2] * to[0] - is[0] * to[2],
+                                      is[0] * to[1] - is[1] * to[0]};
             const double sine = std::sqrt(across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
             const double angle = angle_of(sine, is[0] * to[0] + is[1] * to[1] + is[2] * to[2]);
             for (int i = 0; i < 3; ++i) turn[i] = sine > 1e-12 ? across[i] / sine * angle : 0;
-            if (sine <= 1e-12 && angle > 1) {   // opposite: half a turn about whatever is across
+            if (sine <= 1e-12 && angle > 1) {  // opposite: half a turn about whatever is across
                 const int least = std::abs(is[0]) < 0.6 ? 0 : 1;
                 const double other[3] = {least == 0 ? 1.0 : 0.0, least == 1 ? 1.0 : 0.0, 0.0};
-                for (int i = 0; i < 3; ++i) turn[i] = is[(i + 1) % 3] * other[(i + 2) % 3] - is[(i + 2) % 3] * other[(i + 1) % 3];
+                for (int i = 0; i < 3; ++i)
+                    turn[i] = is[(i + 1) % 3] * other[(i + 2) % 3] - is[(i + 2) % 3] * other[(i + 1) % 3];
                 const double length = std::sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
                 for (double& t : turn) t *= angle / length;
             }
@@ -134,7 +141,7 @@ template <class T> end_state end_of_track(const end_goals& goals, const base_tra
     if (goals.base) {
         rotation_vector(conjugate(track.attitude(track.nodes())) * goals.attitude, next);
         double size = std::sqrt(next[0] * next[0] + next[1] * next[1] + next[2] * next[2]);
-        if (goals.base_within) {   // what is missing to a little inside
+        if (goals.base_within) {  // what is missing to a little inside
             const double share = size > goals.base_turned ? 1 - 0.8 * goals.base_turned / size : 0;
             for (int i = 0; i < 3; ++i) next[i] *= share;
             size = share > 0 ? size : 0;
@@ -144,14 +151,15 @@ template <class T> end_state end_of_track(const end_goals& goals, const base_tra
     return out;
 }
 
-// Moves the numbers x of a motion, within bounds, until the ends are met. `look(x, roughly)` gives the end_state of numbers x; for
-// slopes it may be a rougher one.
+// Moves the numbers x of a motion, within bounds, until the ends are met. `look(x, roughly)` gives the end_state of
+// numbers x; for slopes it may be a rougher one.
 template <class T> class end_solver {
   public:
-    // good: how much of the tolerances may be missing. True when that is met. go_on() is asked before every round, which takes a
-    // look for each number at most.
+    // good: how much of the tolerances may be missing. True when that is met. go_on() is asked before every round,
+    // which takes a look for each number at most.
     template <class Look, class GoOn>
-    bool solve(std::vector<T>& x, const std::vector<T>& lower, const std::vector<T>& upper, int count, double good, Look&& look, GoOn&& go_on) {
+    bool solve(std::vector<T>& x, const std::vector<T>& lower, const std::vector<T>& upper, int count, double good,
+               Look&& look, GoOn&& go_on) {
         const int D = static_cast<int>(x.size());
         if (static_cast<int>(slopes_.size()) != D * count) fresh_ = false;
         slopes_.resize(static_cast<std::size_t>(D) * count);
@@ -187,9 +195,11 @@ template <class T> class end_solver {
 
   private:
     static constexpr int most_rounds = sizeof(T) == 4 ? 16 : 40;
-    static constexpr double longest_step = 0.6;   // [rad or m] of any number
+    static constexpr double longest_step = 0.6;  // [rad or m] of any number
 
-    template <class Look> void differentiate(std::vector<T>& x, const std::vector<T>& lower, const std::vector<T>& upper, int count, Look&& look) {
+    template <class Look>
+    void differentiate(std::vector<T>& x, const std::vector<T>& lower, const std::vector<T>& upper, int count,
+                       Look&& look) {
         const end_state now = look(x, true);
         const T reach = sizeof(T) == 4 ? T(4e-3) : T(1e-6);
         for (std::size_t d = 0; d < x.size(); ++d) {
@@ -202,7 +212,8 @@ template <class T> class end_solver {
         }
         fresh_ = true;
     }
-    void step(std::vector<T>& x, const std::vector<T>& lower, const std::vector<T>& upper, int count, const end_state& now, double of_step) const {
+    void step(std::vector<T>& x, const std::vector<T>& lower, const std::vector<T>& upper, int count,
+              const end_state& now, double of_step) const {
         const int D = static_cast<int>(x.size());
         std::vector<char> held(D, 0);
         std::vector<double> move(D);
@@ -219,7 +230,7 @@ template <class T> class end_solver {
                 A[i][i] += (sizeof(T) == 4 ? 1e-7 : 1e-13) * trace + 1e-30;
                 A[i][count] = now.missing[i];
             }
-            for (int a = 0; a < count; ++a) {   // positive definite
+            for (int a = 0; a < count; ++a) {  // positive definite
                 for (int b = 0; b < count; ++b) {
                     if (b == a) continue;
                     const double factor = A[b][a] / A[a][a];
@@ -245,7 +256,7 @@ template <class T> class end_solver {
         for (int d = 0; d < D; ++d) x[d] = std::clamp(static_cast<T>(x[d] + move[d]), lower[d], upper[d]);
     }
 
-    std::vector<double> slopes_;   // (D, count): how much less is missing
+    std::vector<double> slopes_;  // (D, count): how much less is missing
     bool fresh_ = false;
 };
 

@@ -1,8 +1,8 @@
 // Differential evolution with a success history (SHADE: Tanabe and Fukunaga 2013; the shrinking population of L-SHADE,
 // 2014, is in swarm.hpp): the moves of a population that recombines personal bests instead of flying.
 //
-// A candidate is its parent, moved towards one of the elite and by the difference of two members drawn at random (which may
-// coincide with it or each other, unlike in the papers: rare, and a draw less to repeat),
+// A candidate is its parent, moved towards one of the elite and by the difference of two members drawn at random (which
+// may coincide with it or each other, unlike in the papers: rare, and a draw less to repeat),
 //   y = x + F (x_elite - x) + F (x_r1 - x_r2),
 // and crossed with the parent: each coordinate is y's with probability CR. F and CR are drawn around values that have
 // lately led to improvements. x_r2 may come from an archive of replaced parents.
@@ -32,14 +32,14 @@ template <class T> void reorder(T* row, const std::vector<int>& order) {
 }
 
 template <class T> struct evolver {
-    std::vector<T> factor, crossover;    // the history
-    std::vector<T> archive;              // rows of replaced parents
-    int next = 0;                        // history entry to be written
-    std::vector<T> drawn_factor, drawn_crossover, gain;   // of this round's candidates; gain 0: no improvement
+    std::vector<T> factor, crossover;                    // the history
+    std::vector<T> archive;                              // rows of replaced parents
+    int next = 0;                                        // history entry to be written
+    std::vector<T> drawn_factor, drawn_crossover, gain;  // of this round's candidates; gain 0: no improvement
 
     explicit evolver(int entries) : factor(entries, T(0.5)), crossover(entries, T(0.5)) {}
 
-    static constexpr int most_draws = 1000;   // half of them are above 0, unless the history is not of our making
+    static constexpr int most_draws = 1000;  // half of them are above 0, unless the history is not of our making
 
     void begin(int n) {
         drawn_factor.assign(n, T(0));
@@ -48,8 +48,8 @@ template <class T> struct evolver {
     }
 
     // The candidate of member i of the n that begin at particle `from`, written to x.
-    void propose(draws<T> draw, int i, int from, int n, const std::vector<int>& elite, const T* px, int stride, const std::vector<T>& lower,
-                 const std::vector<T>& upper, T* x) {
+    void propose(draws<T> draw, int i, int from, int n, const std::vector<int>& elite, const T* px, int stride,
+                 const std::vector<T>& lower, const std::vector<T>& upper, T* x) {
         const int dims = static_cast<int>(lower.size());
         const int memory = draw.below(static_cast<int>(factor.size()));
         const T cr = std::min(std::max(crossover[memory] + T(0.1) * draw.bell(), T(0)), T(1));
@@ -75,10 +75,13 @@ template <class T> struct evolver {
         }
     }
 
-    void succeeded(int i, T improvement) { gain[i] = std::isfinite(improvement) && improvement > T(0) ? improvement : T(1e-30); }
+    void succeeded(int i, T improvement) {
+        gain[i] = std::isfinite(improvement) && improvement > T(0) ? improvement : T(1e-30);
+    }
 
     // The parent that a better candidate replaces goes to the archive, over a random entry when that is full.
-    void keep(const random_key& key, int round, int particle, const std::vector<T>& px, int stride, int dims, int most) {
+    void keep(const random_key& key, int round, int particle, const std::vector<T>& px, int stride, int dims,
+              int most) {
         if (most <= 0) return;
         std::size_t slot = archive.size();
         if (static_cast<int>(archive.size()) / dims >= most) {
@@ -101,7 +104,7 @@ template <class T> struct evolver {
         int exponent = 0;
         std::frexp(most, &exponent);
         for (std::size_t i = 0; i < gain.size(); ++i) {
-            const T g = std::ldexp(gain[i], -exponent);   // exact, and no sum overflows
+            const T g = std::ldexp(gain[i], -exponent);  // exact, and no sum overflows
             weights += g;
             f1 += g * drawn_factor[i];
             f2 += g * drawn_factor[i] * drawn_factor[i];

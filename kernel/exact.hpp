@@ -1,7 +1,8 @@
-// What Python records, with the same bits on every processor: products whose sums have one order, sines, angles and roots.
+// What Python records, with the same bits on every processor: products whose sums have one order, sines, angles and
+// roots.
 //
-// A BLAS chooses its kernels, and with them the order of sums, by the processor; so do NumPy and the C library with their sines
-// and powers.
+// A BLAS chooses its kernels, and with them the order of sums, by the processor; so do NumPy and the C library with
+// their sines and powers.
 #pragma once
 
 #include "bindings_model.hpp"
@@ -20,16 +21,18 @@ inline nb::object matrix_product(in3c a, in3c b) {
         nb::gil_scoped_release free;
         constexpr std::size_t W = lanes_of<double>;
         const std::size_t blocks = (columns + W - 1) / W;
-        std::vector<double> right(blocks * inner * W, 0.0);   // block by block of W columns
+        std::vector<double> right(blocks * inner * W, 0.0);  // block by block of W columns
         for (std::size_t p = 0; p < count; ++p) {
             for (std::size_t l = 0; l < inner && (p == 0 || b.shape(0) != 1); ++l) {
-                for (std::size_t j = 0; j < columns; ++j) right[(j / W * inner + l) * W + j % W] = b.data()[(p * inner + l) * columns + j];
+                for (std::size_t j = 0; j < columns; ++j)
+                    right[(j / W * inner + l) * W + j % W] = b.data()[(p * inner + l) * columns + j];
             }
             for (std::size_t i = 0; i < rows; ++i) {
                 const double* left = a.data() + (p * rows + i) * inner;
                 for (std::size_t k = 0; k < blocks; ++k) {
                     pack<double> sum(0.0);
-                    for (std::size_t l = 0; l < inner; ++l) sum += pack<double>::load(&right[(k * inner + l) * W]) * left[l];
+                    for (std::size_t l = 0; l < inner; ++l)
+                        sum += pack<double>::load(&right[(k * inner + l) * W]) * left[l];
                     store_lanes(sum, &out[(p * rows + i) * columns + k * W], std::min(W, columns - k * W));
                 }
             }
@@ -38,7 +41,8 @@ inline nb::object matrix_product(in3c a, in3c b) {
     return array_of(std::move(out), {count, rows, columns});
 }
 
-// Solves A x = b for matrices (p, m, m) that are not singular and vectors (p, m), by elimination with the largest pivot.
+// Solves A x = b for matrices (p, m, m) that are not singular and vectors (p, m), by elimination with the largest
+// pivot.
 inline nb::object solved_rows(in3c a, in2c<double> b) {
     const std::size_t count = a.shape(0), m = a.shape(1);
     require(a.shape(2) == m && b.shape(0) == count && b.shape(1) == m, "the matrices do not fit");
@@ -92,7 +96,9 @@ inline void bind_exact(nb::module_& m) {
         require(y.shape(0) == x.shape(0), "coordinates of different numbers");
         return array_of(each(x.shape(0), [&](std::size_t i) { return angle_of(y(i), x(i)); }), {x.shape(0)});
     });
-    m.def("cube_roots", [](in1<double> x) { return array_of(each(x.shape(0), [&](std::size_t i) { return cube_root(x(i)); }), {x.shape(0)}); });
+    m.def("cube_roots", [](in1<double> x) {
+        return array_of(each(x.shape(0), [&](std::size_t i) { return cube_root(x(i)); }), {x.shape(0)});
+    });
 }
 
 }  // namespace SPACEARM_NAMESPACE

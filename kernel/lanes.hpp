@@ -24,7 +24,7 @@
 
 namespace SPACEARM_NAMESPACE {
 
-// ---- one register -------------------------------------------------------------------------------------------------
+// ---- one register ---------------------------------------------------------------------------------------------------
 //
 // reg<T> wraps the machine's register; mask<T> is what a comparison gives. Only these need intrinsics: with vector
 // extensions alone, GCC takes min, max, abs, sqrt and selections apart into scalars.
@@ -34,7 +34,9 @@ template <class T> struct mask;
 
 #if SPACEARM_LEVEL == 4
 #define SPACEARM_REG(T, V, M, S)                                                                                       \
-    template <> struct mask<T> { M m; };                                                                               \
+    template <> struct mask<T> {                                                                                       \
+        M m;                                                                                                           \
+    };                                                                                                                 \
     template <> struct reg<T> {                                                                                        \
         V v;                                                                                                           \
         static constexpr int lanes = 64 / sizeof(T);                                                                   \
@@ -50,7 +52,7 @@ template <class T> struct mask;
     SPACEARM_INLINE reg<T> max(reg<T> a, reg<T> b) { return {_mm512_max_##S(a.v, b.v)}; }                              \
     SPACEARM_INLINE reg<T> sqrt(reg<T> a) { return {_mm512_sqrt_##S(a.v)}; }                                           \
     SPACEARM_INLINE reg<T> abs(reg<T> a) { return {_mm512_abs_##S(a.v)}; }                                             \
-    SPACEARM_INLINE reg<T> nearest(reg<T> a) {                                                                           \
+    SPACEARM_INLINE reg<T> nearest(reg<T> a) {                                                                         \
         return {_mm512_roundscale_##S(a.v, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC)};                            \
     }                                                                                                                  \
     SPACEARM_INLINE mask<T> less(reg<T> a, reg<T> b) { return {_mm512_cmp_##S##_mask(a.v, b.v, _CMP_LT_OQ)}; }         \
@@ -79,7 +81,9 @@ SPACEARM_REG(double, __m512d, __mmask8, pd)
 #define SPACEARM_VD __m128d
 #endif
 #define SPACEARM_REG(T, V, S)                                                                                          \
-    template <> struct mask<T> { V m; };                                                                               \
+    template <> struct mask<T> {                                                                                       \
+        V m;                                                                                                           \
+    };                                                                                                                 \
     template <> struct reg<T> {                                                                                        \
         V v;                                                                                                           \
         static constexpr int lanes = sizeof(V) / sizeof(T);                                                            \
@@ -97,7 +101,7 @@ SPACEARM_REG(double, __m512d, __mmask8, pd)
     SPACEARM_INLINE reg<T> abs(reg<T> a) {                                                                             \
         return {SPACEARM_P(andnot_##S)(SPACEARM_P(set1_##S)(static_cast<T>(-0.0)), a.v)};                              \
     }                                                                                                                  \
-    SPACEARM_INLINE reg<T> nearest(reg<T> a) {                                                                           \
+    SPACEARM_INLINE reg<T> nearest(reg<T> a) {                                                                         \
         return {SPACEARM_P(round_##S)(a.v, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC)};                            \
     }                                                                                                                  \
     SPACEARM_INLINE mask<T> less(reg<T> a, reg<T> b) { return {SPACEARM_LESS(S, a.v, b.v)}; }                          \
@@ -106,9 +110,7 @@ SPACEARM_REG(double, __m512d, __mmask8, pd)
     SPACEARM_INLINE mask<T> either(mask<T> a, mask<T> b) { return {SPACEARM_P(or_##S)(a.m, b.m)}; }                    \
     SPACEARM_INLINE bool any(mask<T> a) { return SPACEARM_P(movemask_##S)(a.m) != 0; }                                 \
     SPACEARM_INLINE bool all(mask<T> a) { return SPACEARM_P(movemask_##S)(a.m) == (1 << reg<T>::lanes) - 1; }          \
-    SPACEARM_INLINE reg<T> select(mask<T> m, reg<T> a, reg<T> b) {                                                     \
-        return {SPACEARM_P(blendv_##S)(b.v, a.v, m.m)};                                                                \
-    }
+    SPACEARM_INLINE reg<T> select(mask<T> m, reg<T> a, reg<T> b) { return {SPACEARM_P(blendv_##S)(b.v, a.v, m.m)}; }
 SPACEARM_REG(float, SPACEARM_VF, ps)
 SPACEARM_REG(double, SPACEARM_VD, pd)
 #undef SPACEARM_REG
@@ -119,7 +121,9 @@ SPACEARM_REG(double, SPACEARM_VD, pd)
 #undef SPACEARM_VD
 
 #else  // generic: scalars; the compiler vectorises what it can
-template <class T> struct mask { bool m; };
+template <class T> struct mask {
+    bool m;
+};
 template <class T> struct reg {
     T v;
     static constexpr int lanes = 1;
@@ -149,7 +153,7 @@ template <class T> SPACEARM_INLINE bool all(mask<T> a) { return a.m; }
 template <class T> SPACEARM_INLINE reg<T> select(mask<T> m, reg<T> a, reg<T> b) { return {m.m ? a.v : b.v}; }
 #endif
 
-// ---- a pack: as many registers as make the lanes -------------------------------------------------------------------
+// ---- a pack: as many registers as make the lanes --------------------------------------------------------------------
 
 template <class T> inline constexpr int lanes_of = SPACEARM_PACK_BYTES / sizeof(T);
 
@@ -273,7 +277,7 @@ SPACEARM_INLINE void uniform(const words& x, pack<float> (&out)[1]) {
 SPACEARM_INLINE void uniform(const words& x, pack<double> (&out)[2]) {
     typedef std::int32_t integers __attribute__((vector_size(2 * word_lanes)));
     typedef double reals __attribute__((vector_size(4 * word_lanes)));
-    const words flipped = x ^ 0x80000000u;   // the machine converts signed words only: shift the range down and back up
+    const words flipped = x ^ 0x80000000u;  // the machine converts signed words only: shift the range down and back up
     integers half[2];
     std::memcpy(half, &flipped, sizeof half);
     for (int i = 0; i < 2; ++i) {

@@ -9,29 +9,29 @@
 namespace SPACEARM_NAMESPACE {
 
 template <class T> struct point {
-    int joint;      // the joint that carries it, -1 for the base
-    T local[3];     // in that joint's frame
+    int joint;   // the joint that carries it, -1 for the base
+    T local[3];  // in that joint's frame
 };
 
 template <class T> struct model {
     tree<T> robot;
     std::vector<point<T>> points;
     std::vector<capsule<T>> capsules;
-    std::vector<sphere<T>> spheres;       // the seed's obstacles: none where there are other shapes
-    body<T> envelope;                     // the same capsules, arranged
-    obstacle_set<T> obstacles;            // all of them, arranged
-    std::vector<std::pair<shape, int>> obstacle_order;        // as they were given
-    std::vector<std::array<T, 3>> obstacle_centers;           // likewise
-    mass_model<T> masses;                                     // where the base floats
-    std::vector<unsigned> shown;                              // likewise: the columns that points and envelope use, a mask a joint
+    std::vector<sphere<T>> spheres;                     // the seed's obstacles: none where there are other shapes
+    body<T> envelope;                                   // the same capsules, arranged
+    obstacle_set<T> obstacles;                          // all of them, arranged
+    std::vector<std::pair<shape, int>> obstacle_order;  // as they were given
+    std::vector<std::array<T, 3>> obstacle_centers;     // likewise
+    mass_model<T> masses;                               // where the base floats
+    std::vector<unsigned> shown;  // likewise: the columns that points and envelope use, a mask a joint
 };
 
 // Memory for one evaluation, made once a thread.
 template <class T> struct workspace {
     std::vector<frame<T>> frames;
     std::vector<vec3<T>> points;
-    std::vector<vec3<T>> to_center;   // from each point to the obstacle at hand
-    std::vector<vec3<T>> axis;        // of each capsule
+    std::vector<vec3<T>> to_center;  // from each point to the obstacle at hand
+    std::vector<vec3<T>> axis;       // of each capsule
     explicit workspace(const model<T>& m)
         : frames(m.robot.joints.size()), points(m.points.size()), to_center(m.points.size()), axis(m.capsules.size()) {}
 };
@@ -44,17 +44,20 @@ template <class T> SPACEARM_INLINE void place(const model<T>& m, const pack<T>* 
         if (p.joint < 0) w.points[i] = constant(p.local);
         else w.points[i] = carry(w.frames[p.joint], p.local);
     }
-    for (std::size_t i = 0; i < m.capsules.size(); ++i) w.axis[i] = w.points[m.capsules[i].b] - w.points[m.capsules[i].a];
+    for (std::size_t i = 0; i < m.capsules.size(); ++i)
+        w.axis[i] = w.points[m.capsules[i].b] - w.points[m.capsules[i].a];
 }
 
 // Sum over capsules and obstacles of how far the clearance falls short of the margin [m]; 0 when none does. Pairs that
 // are far apart in every lane, nearly all, cost no square root.
-template <class T> SPACEARM_INLINE pack<T> shortfall_to(const model<T>& m, const sphere<T>& ball, T margin, const workspace<T>& w) {
+template <class T>
+SPACEARM_INLINE pack<T> shortfall_to(const model<T>& m, const sphere<T>& ball, T margin, const workspace<T>& w) {
     pack<T> sum(T(0));
     for (std::size_t i = 0; i < m.capsules.size(); ++i) {
         const capsule<T>& link = m.capsules[i];
         const T reach = link.radius + ball.radius + margin;
-        const pack<T> d2 = squared_distance_to_axis(w.to_center[link.a], w.axis[i], pack<T>(link.inverse_squared_length));
+        const pack<T> d2 =
+            squared_distance_to_axis(w.to_center[link.a], w.axis[i], pack<T>(link.inverse_squared_length));
         if (!all(pack<T>(reach * reach) <= d2)) sum += above_zero(reach - sqrt(d2));
     }
     return sum;

@@ -17,7 +17,8 @@ template <class T> struct symmetric3 {
     pack<T> xx, yy, zz, xy, xz, yz;
 };
 template <class T> SPACEARM_INLINE vec3<T> times(const symmetric3<T>& m, const vec3<T>& v) {
-    return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z, m.xz * v.x + m.yz * v.y + m.zz * v.z};
+    return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
+            m.xz * v.x + m.yz * v.y + m.zz * v.z};
 }
 // Solves m x = v, by the adjugate: H is positive definite and far from singular.
 template <class T> SPACEARM_INLINE vec3<T> solved(const symmetric3<T>& m, const vec3<T>& v) {
@@ -31,16 +32,16 @@ template <class T> SPACEARM_INLINE vec3<T> solved(const symmetric3<T>& m, const 
 // What is rigidly tied to one joint, or to the base.
 template <class T> struct mass_of {
     T mass = 0;
-    T com[3] = {};        // in the joint's frame
-    T inertia[6] = {};    // about it: xx, yy, zz, xy, xz, yz
+    T com[3] = {};      // in the joint's frame
+    T inertia[6] = {};  // about it: xx, yy, zz, xy, xz, yz
     bool principal = true;
 };
 
 template <class T> struct mass_model {
-    std::vector<mass_of<T>> joints;   // one a joint; empty where no masses are known
+    std::vector<mass_of<T>> joints;  // one a joint; empty where no masses are known
     T total = 0;
-    T about[3] = {};                  // the base's centre of mass: sums are taken about it, for the frame may be far off
-    T second[6] = {};                 // the base's inertia about it
+    T about[3] = {};   // the base's centre of mass: sums are taken about it, for the frame may be far off
+    T second[6] = {};  // the base's inertia about it
 };
 
 template <class T> mass_of<T> make_mass(double mass, const double* com, const double* inertia) {
@@ -53,13 +54,13 @@ template <class T> mass_of<T> make_mass(double mass, const double* com, const do
 }
 
 template <class T> struct spin_and_velocity {
-    vec3<T> spin, velocity;    // of a joint's frame and its origin
+    vec3<T> spin, velocity;  // of a joint's frame and its origin
 };
 
 template <class T> struct momentum_at {
-    vec3<T> com, velocity;     // of the whole system
-    vec3<T> arm;               // h
-    symmetric3<T> inertia;     // H
+    vec3<T> com, velocity;  // of the whole system
+    vec3<T> arm;            // h
+    symmetric3<T> inertia;  // H
 };
 
 template <class T> SPACEARM_INLINE void add_point_mass(symmetric3<T>& H, T mass, const vec3<T>& c) {
@@ -74,16 +75,18 @@ template <class T> SPACEARM_INLINE void add_point_mass(symmetric3<T>& H, T mass,
 }
 
 // Adds R I R^T, and gives R I R^T spin.
-template <class T> SPACEARM_INLINE vec3<T> add_inertia(symmetric3<T>& H, const mass_of<T>& m, const frame<T>& f, const vec3<T>& spin) {
+template <class T>
+SPACEARM_INLINE vec3<T> add_inertia(symmetric3<T>& H, const mass_of<T>& m, const frame<T>& f, const vec3<T>& spin) {
     const T* I = m.inertia;
     const vec3<T>*c = f.column, &x = c[0], &y = c[1], &z = c[2];
-    vec3<T> u[3];   // R I, column by column
+    vec3<T> u[3];  // R I, column by column
     if (m.principal) {
         for (int k = 0; k < 3; ++k) u[k] = {c[k].x * I[k], c[k].y * I[k], c[k].z * I[k]};
     } else {
         const T row[3][3] = {{I[0], I[3], I[4]}, {I[3], I[1], I[5]}, {I[4], I[5], I[2]}};
         for (int k = 0; k < 3; ++k) {
-            u[k] = {x.x * row[k][0] + y.x * row[k][1] + z.x * row[k][2], x.y * row[k][0] + y.y * row[k][1] + z.y * row[k][2],
+            u[k] = {x.x * row[k][0] + y.x * row[k][1] + z.x * row[k][2],
+                    x.y * row[k][0] + y.y * row[k][1] + z.y * row[k][2],
                     x.z * row[k][0] + y.z * row[k][1] + z.z * row[k][2]};
         }
     }
@@ -99,11 +102,11 @@ template <class T> SPACEARM_INLINE vec3<T> add_inertia(symmetric3<T>& H, const m
     return times(own, spin);
 }
 
-// frames: all columns of all joints, as forward_kinematics leaves them; dq: one pack a degree of freedom; rates: memory, one
-// a joint.
+// frames: all columns of all joints, as forward_kinematics leaves them; dq: one pack a degree of freedom; rates:
+// memory, one a joint.
 template <class T>
-inline momentum_at<T> momentum_of(const tree<T>& robot, const mass_model<T>& masses, const pack<T>* dq, const frame<T>* frames,
-                                  spin_and_velocity<T>* rates) {
+inline momentum_at<T> momentum_of(const tree<T>& robot, const mass_model<T>& masses, const pack<T>* dq,
+                                  const frame<T>* frames, spin_and_velocity<T>* rates) {
     const pack<T> zero(T(0));
     const vec3<T> none{zero, zero, zero};
     const T* s = masses.second;
@@ -135,7 +138,7 @@ inline momentum_at<T> momentum_of(const tree<T>& robot, const mass_model<T>& mas
     }
     const T share = T(1) / masses.total;
     const vec3<T> com{first.x * share, first.y * share, first.z * share};
-    add_point_mass(H, -masses.total, com);                                   // from there to the centre of mass of the whole
+    add_point_mass(H, -masses.total, com);  // from there to the centre of mass of the whole
     return {com + about, {linear.x * share, linear.y * share, linear.z * share}, angular - cross(com, linear), H};
 }
 

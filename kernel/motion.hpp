@@ -1,7 +1,7 @@
 // A spline motion, looked at: lengths and other terms of its fitness, and its clearance at many instants.
 //
-// The lanes are instants of one motion. So each motion stops the moment its fate is known: one that is longer than what is
-// to be beaten costs no kinematics, one that collides mostly a single pack.
+// The lanes are instants of one motion. So each motion stops the moment its fate is known: one that is longer than what
+// is to be beaten costs no kinematics, one that collides mostly a single pack.
 #pragma once
 
 #include "motion_problem.hpp"
@@ -22,8 +22,19 @@ template <class T> SPACEARM_INLINE T greatest_of(const pack<T>& x) {
 
 // The names and order of the terms, as `terms` fills them.
 enum term {
-    term_length, term_duration, term_tip, term_clearance, term_smoothness, term_f1, term_f2, term_f3,
-    term_base_final, term_base_peak, term_base_rate, term_joint_momentum, term_count
+    term_length,
+    term_duration,
+    term_tip,
+    term_clearance,
+    term_smoothness,
+    term_f1,
+    term_f2,
+    term_f3,
+    term_base_final,
+    term_base_peak,
+    term_base_rate,
+    term_joint_momentum,
+    term_count
 };
 
 template <class T> class motion_checker {
@@ -31,11 +42,12 @@ template <class T> class motion_checker {
     explicit motion_checker(const motion_problem<T>& problem)
         : p_(problem), body_(problem.scene.envelope), work_(problem.scene), q_(problem.dofs()), track_(problem.scene) {}
 
-    std::int64_t configurations = 0;   // looked at so far
-    std::int64_t looks = 0;            // at the end of a floating base's motion
+    std::int64_t configurations = 0;  // looked at so far
+    std::int64_t looks = 0;           // at the end of a floating base's motion
 
-    // An instant that a proof stumbled over, and others around it, looked at from now on as well; the middle lane is it. What
-    // slipped through once does so again elsewhere, so all instants, and those of the trees' edges, are made twice as dense.
+    // An instant that a proof stumbled over, and others around it, looked at from now on as well; the middle lane is
+    // it. What slipped through once does so again elsewhere, so all instants, and those of the trees' edges, are made
+    // twice as dense.
     void add_instant(double s, double spread) {
         constexpr int W = lanes_of<T>;
         std::vector<double> instants(W);
@@ -61,20 +73,22 @@ template <class T> class motion_checker {
         const spline_table<T>& t = table(m.interior);
         T value[term_count] = {};
         if (all || w.length > 0) value[term_length] = length(m, t);
-        if (all || w.duration > 0) value[term_duration] = p_.base.on ? time_of(m, follow(m, coarse_nodes, false)) : duration(m, t);
+        if (all || w.duration > 0)
+            value[term_duration] = p_.base.on ? time_of(m, follow(m, coarse_nodes, false)) : duration(m, t);
         if (all || w.smoothness > 0) value[term_smoothness] = smoothness(m, t);
         if (all || w.carried()) p_.base.on ? carried_in_space(m, value) : carried(m, t, value);
         if (p_.base.on && (all || w.of_base())) of_base(m, value);
         if (terms) std::copy(value, value + term_count, terms);
-        const T weights[term_count] = {w.length, w.duration, w.tip, w.clearance, w.smoothness, w.seed[0], w.seed[1], w.seed[2],
-                                       w.base[0], w.base[1], w.base[2], w.base[3]};
+        const T weights[term_count] = {w.length,  w.duration, w.tip,     w.clearance, w.smoothness, w.seed[0],
+                                       w.seed[1], w.seed[2],  w.base[0], w.base[1],   w.base[2],    w.base[3]};
         T sum = 0;
         for (int i = 0; i < term_count; ++i) sum += weights[i] > 0 ? weights[i] * value[i] : T(0);
         return sum;
     }
 
-    // Sum over the coarse instants of the clearance's shortfall [m], and what is missing at the end of a floating base's motion;
-    // given up beyond `limit`. With limit 0 it says only whether there is any. Infinite for numbers that are none.
+    // Sum over the coarse instants of the clearance's shortfall [m], and what is missing at the end of a floating
+    // base's motion; given up beyond `limit`. With limit 0 it says only whether there is any. Infinite for numbers that
+    // are none.
     T violation(const motion<T>& m, T limit) {
         if (!sane(m)) return infinity;
         if (p_.base.on) return violation_in_space(m, limit);
@@ -103,7 +117,8 @@ template <class T> class motion_checker {
     }
     bool free(const motion<T>& m) { return violation(m, T(0)) <= T(0) && finely_free(m); }
 
-    // Whether the straight way between two configurations is free, at a pack of instants or more, the second end included.
+    // Whether the straight way between two configurations is free, at a pack of instants or more, the second end
+    // included.
     bool edge_free(const T* from, const T* to) {
         T lane[lanes_of<T>];
         for (int l = 0; l < edge_packs_; ++l) {
@@ -122,7 +137,7 @@ template <class T> class motion_checker {
     }
     const motion_problem<T>& problem() const { return p_; }
 
-    // ---- a floating base ----------------------------------------------------------------------------------------------
+    // ---- a floating base --------------------------------------------------------------------------------------------
     // The base along a motion, at so many nodes.
     const base_track<T>& follow(const motion<T>& m, int nodes, bool keep_frames) {
         constexpr int W = lanes_of<T>;
@@ -133,8 +148,8 @@ template <class T> class motion_checker {
         });
         return track_;
     }
-    // Moves control points until the ends are met; false if they cannot be. Only the end's own row, if it is free, and those
-    // between.
+    // Moves control points until the ends are met; false if they cannot be. Only the end's own row, if it is free, and
+    // those between.
     bool settle(motion<T>& m) {
         return settle(m, solver_, [] { return true; });
     }
@@ -153,11 +168,14 @@ template <class T> class motion_checker {
             std::copy(from.begin(), from.begin() + to.points.size(), to.points.begin());
             if (p_.base.free_end) std::copy(from.begin() + to.points.size(), from.end(), to.end.begin());
         };
-        const bool met = solver.solve(x, lower, upper, ends.count(), sizeof(T) == 4 ? 0.2 : 1e-4, [&](const std::vector<T>& at, bool roughly) {
-            write(at, tried);
-            ++looks;
-            return end_of_track(ends, follow(tried, roughly ? end_nodes / 2 : end_nodes, false));
-        }, go_on);
+        const bool met = solver.solve(
+            x, lower, upper, ends.count(), sizeof(T) == 4 ? 0.2 : 1e-4,
+            [&](const std::vector<T>& at, bool roughly) {
+                write(at, tried);
+                ++looks;
+                return end_of_track(ends, follow(tried, roughly ? end_nodes / 2 : end_nodes, false));
+            },
+            go_on);
         write(x, m);
         return met;
     }
@@ -166,9 +184,10 @@ template <class T> class motion_checker {
 
   private:
     static constexpr T infinity = std::numeric_limits<T>::infinity();
-    static constexpr int end_nodes = sizeof(T) == 4 ? 64 : 256;   // measured: docs/theory.md
+    static constexpr int end_nodes = sizeof(T) == 4 ? 64 : 256;  // measured: docs/theory.md
     static constexpr int coarse_nodes = 64;
-    static constexpr T in_time = T(0.98);   // of a duration asked for: the hulls' bound, which is kept, is a little longer than what instants say
+    static constexpr T in_time =
+        T(0.98);  // of a duration asked for: the hulls' bound, which is kept, is a little longer than what instants say
 
     const std::vector<T>& extra_table(int interior) {
         std::vector<T>& values = extra_tables_[interior];
@@ -181,9 +200,11 @@ template <class T> class motion_checker {
     // The arm and the base where they are, at pack l of the track.
     pack<T> shortfall_in_space(const base_track<T>& track, int l, T margin, bool stop_early) {
         const frame<T>* local = track.frames(l);
-        for (std::size_t j = 0; j < work_.frames.size(); ++j) put(track.base(l), local[j], p_.scene.shown[j], work_.frames[j]);
+        for (std::size_t j = 0; j < work_.frames.size(); ++j)
+            put(track.base(l), local[j], p_.scene.shown[j], work_.frames[j]);
         body_.base = &track.base(l);
-        const pack<T> out = shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, margin, body_, stop_early);
+        const pack<T> out =
+            shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, margin, body_, stop_early);
         body_.base = nullptr;
         return out;
     }
@@ -244,17 +265,21 @@ template <class T> class motion_checker {
         }
         const std::vector<T>& values = extra_table(m.interior);
         const int all = static_cast<int>(extra_.size());
-        for (int k = std::max(0, all - most_extra); k < all; ++k) {   // in base coordinates first, then where the base is
+        for (int k = std::max(0, all - most_extra); k < all;
+             ++k) {  // in base coordinates first, then where the base is
             T lane[lanes_of<T>];
             for (int i = 0; i < lanes_of<T>; ++i) lane[i] = static_cast<T>(extra_[k][i]);
             for (int d = 0; d < p_.dofs(); ++d) q_[d] = coordinate(m, &values[pack_offset(k, m.interior)], d);
             forward_kinematics(p_.scene.robot, q_.data(), local_frames());
             rates_.resize(work_.frames.size());
-            const momentum_at<T> at = momentum_of(p_.scene.robot, p_.scene.masses, q_.data(), local_.data(), rates_.data());
+            const momentum_at<T> at =
+                momentum_of(p_.scene.robot, p_.scene.masses, q_.data(), local_.data(), rates_.data());
             const frame<T> base = track.base_at(pack<T>::load(lane), at.com, p_.base.momentum);
-            for (std::size_t j = 0; j < work_.frames.size(); ++j) put(base, local_[j], p_.scene.shown[j], work_.frames[j]);
+            for (std::size_t j = 0; j < work_.frames.size(); ++j)
+                put(base, local_[j], p_.scene.shown[j], work_.frames[j]);
             body_.base = &base;
-            const bool free = !any(pack<T>(T(0)) < shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.margin, body_, true));
+            const bool free = !any(pack<T>(T(0)) < shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles,
+                                                             p_.margin, body_, true));
             body_.base = nullptr;
             if (!free) return false;
         }
@@ -277,12 +302,12 @@ template <class T> class motion_checker {
     void add_seed_terms(const vec3<T>& end, pack<T>* f) const {
         const vec3<T> left = end - work_.points[p_.tip];
         const pack<T> d2 = dot(left, left);
-        f[1] += sqrt(d2 + T(1));                                                        // eq. (6)
-        f[2] += sqrt(d2);                                                               // eq. (7)
+        f[1] += sqrt(d2 + T(1));  // eq. (6)
+        f[2] += sqrt(d2);         // eq. (7)
         for (int i : p_.centers) {
             for (const auto& o : p_.scene.obstacle_centers) {
                 const vec3<T> r = work_.points[i] - constant(o.data());
-                f[0] += sqrt(dot(r, r));                                                // eq. (5)
+                f[0] += sqrt(dot(r, r));  // eq. (5)
             }
         }
     }
@@ -295,7 +320,7 @@ template <class T> class motion_checker {
         for (auto& row : tip) row.resize(samples);
         pack<T> comfort(T(0)), f[3] = {pack<T>(T(0)), pack<T>(T(0)), pack<T>(T(0))};
         vec3<T> end{};
-        for (int l = packs - 1; l >= 0; --l) {   // the last node is the end
+        for (int l = packs - 1; l >= 0; --l) {  // the last node is the end
             const pack<T> lacks = shortfall_in_space(track, l, p_.comfort > T(0) ? p_.comfort : T(0), false);
             if (p_.comfort > T(0)) comfort += lacks;
             for (std::size_t i = 0; i < p_.scene.points.size(); ++i) {
@@ -306,7 +331,8 @@ template <class T> class motion_checker {
             at.x.store(&tip[0][l * W]);
             at.y.store(&tip[1][l * W]);
             at.z.store(&tip[2][l * W]);
-            if (l == packs - 1) end = {pack<T>(tip[0][samples - 1]), pack<T>(tip[1][samples - 1]), pack<T>(tip[2][samples - 1])};
+            if (l == packs - 1)
+                end = {pack<T>(tip[0][samples - 1]), pack<T>(tip[1][samples - 1]), pack<T>(tip[2][samples - 1])};
             add_seed_terms(end, f);
         }
         value[term_clearance] = sum_of(comfort) / T(samples);
@@ -329,13 +355,18 @@ template <class T> class motion_checker {
         value[term_tip] = sum;
     }
 
-    static std::size_t pack_offset(int l, int interior) { return static_cast<std::size_t>(l) * (interior + 2) * lanes_of<T>; }
+    static std::size_t pack_offset(int l, int interior) {
+        return static_cast<std::size_t>(l) * (interior + 2) * lanes_of<T>;
+    }
 
     // One coordinate of the spline, or of a derivative, at a pack of instants.
     SPACEARM_INLINE pack<T> coordinate(const motion<T>& m, const T* basis, int d) const {
         const int K = m.interior, n = p_.dofs(), W = lanes_of<T>;
-        pack<T> value = pack<T>::load(basis) * p_.start[d] + pack<T>::load(basis + static_cast<std::size_t>(K + 1) * W) * p_.end(m)[d];
-        for (int k = 0; k < K; ++k) value += pack<T>::load(basis + static_cast<std::size_t>(k + 1) * W) * m.points[static_cast<std::size_t>(k) * n + d];
+        pack<T> value = pack<T>::load(basis) * p_.start[d]
+                        + pack<T>::load(basis + static_cast<std::size_t>(K + 1) * W) * p_.end(m)[d];
+        for (int k = 0; k < K; ++k)
+            value += pack<T>::load(basis + static_cast<std::size_t>(k + 1) * W)
+                     * m.points[static_cast<std::size_t>(k) * n + d];
         return value;
     }
     pack<T> look(bool stop_early) {
@@ -369,7 +400,8 @@ template <class T> class motion_checker {
             pack<T> most(T(0));
             for (int l = 0; l < sample_packs_coarse; ++l) {
                 for (int d = 0; d < p_.dofs(); ++d) {
-                    most = max(most, abs(coordinate(m, &t.value[k][pack_offset(l, m.interior)], d)) * (T(1) / (*limits[k])[d]));
+                    most = max(most, abs(coordinate(m, &t.value[k][pack_offset(l, m.interior)], d))
+                                         * (T(1) / (*limits[k])[d]));
                 }
             }
             const T share = greatest_of(most);
@@ -400,7 +432,8 @@ template <class T> class motion_checker {
             configurations += W;
             place(p_.scene, q_.data(), work_);
             if (p_.comfort > T(0)) {
-                comfort += shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.comfort, body_, false, false);
+                comfort += shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.comfort, body_,
+                                     false, false);
             }
             const vec3<T>& at = work_.points[p_.tip];
             at.x.store(&tip[0][l * W]);

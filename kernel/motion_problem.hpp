@@ -11,20 +11,20 @@ inline constexpr double furthest = 1e6;
 // A motion's control points: K rows of n between start and goal.
 template <class T> struct motion {
     int interior = 0;
-    int goal = 0;               // which of the problem's goals
-    std::vector<T> points;      // (K, n)
-    std::vector<T> end = {};    // (n,) where it ends, if that is not the goal's configuration
+    int goal = 0;             // which of the problem's goals
+    std::vector<T> points;    // (K, n)
+    std::vector<T> end = {};  // (n,) where it ends, if that is not the goal's configuration
 };
 
 template <class T> struct motion_weights {
-    T length = 1;               // joint path length, integral of |q'| [rad or m]
-    T duration = 0;             // the fastest uniform time within the limits, by samples [s]
-    T tip = 0;                  // path length of the end effector [m]
-    T clearance = 0;            // mean of what the clearance lacks to the comfortable distance, summed over pairs [m]
-    T smoothness = 0;           // mean of |q'''|^2 [rad^2 or m^2]
-    T seed[3] = {0, 0, 0};      // the seed's f1, f2, f3, means over the samples
-    T base[4] = {0, 0, 0, 0};   // of a floating base: its turn at the end, at its greatest [rad], its fastest rate [rad/s], and
-                                // the arm's greatest angular momentum [N m s]
+    T length = 1;              // joint path length, integral of |q'| [rad or m]
+    T duration = 0;            // the fastest uniform time within the limits, by samples [s]
+    T tip = 0;                 // path length of the end effector [m]
+    T clearance = 0;           // mean of what the clearance lacks to the comfortable distance, summed over pairs [m]
+    T smoothness = 0;          // mean of |q'''|^2 [rad^2 or m^2]
+    T seed[3] = {0, 0, 0};     // the seed's f1, f2, f3, means over the samples
+    T base[4] = {0, 0, 0, 0};  // of a floating base: its turn at the end, at its greatest [rad], its fastest rate
+                               // [rad/s], and the arm's greatest angular momentum [N m s]
     bool carried() const { return tip > 0 || clearance > 0 || seed[0] > 0 || seed[1] > 0 || seed[2] > 0; }
     bool of_base() const { return base[0] > 0 || base[1] > 0 || base[2] > 0 || base[3] > 0; }
     bool only_length() const { return !(duration > 0) && !(smoothness > 0) && !carried() && !of_base(); }
@@ -34,23 +34,24 @@ template <class T> struct motion_weights {
 template <class T> struct floating_base {
     bool on = false;
     end_goals ends;
-    bool free_end = false;               // the last configuration is the search's to choose
+    bool free_end = false;  // the last configuration is the search's to choose
     constant_momentum<T> momentum;
     // Whether more is asked than clearance: then a free path says little of what a motion must be.
     bool constrained() const { return ends.any() || most_turned > 0; }
-    T most_turned = 0, most_rate = 0, most_arm = 0;   // limits [rad], [rad/s], [N m s]; 0: none; the last two make a motion slower
+    T most_turned = 0, most_rate = 0,
+      most_arm = 0;  // limits [rad], [rad/s], [N m s]; 0: none; the last two make a motion slower
 };
 
 template <class T> struct motion_problem {
     model<T> scene;
-    std::vector<T> start, goals;             // (n,), (g, n)
-    std::vector<T> lower, upper;             // (n,) where control points may be
-    std::vector<T> velocity, acceleration;   // (n,) limits, for the duration
-    std::vector<T> jerk;                     // (n,) or empty
-    T margin = 0;                            // [m] clearance asked for at the instants
-    T comfort = 0;                           // [m] for the clearance term
-    int tip = 0;                             // the end effector's point
-    std::vector<int> centers;                // points of the seed's f1
+    std::vector<T> start, goals;            // (n,), (g, n)
+    std::vector<T> lower, upper;            // (n,) where control points may be
+    std::vector<T> velocity, acceleration;  // (n,) limits, for the duration
+    std::vector<T> jerk;                    // (n,) or empty
+    T margin = 0;                           // [m] clearance asked for at the instants
+    T comfort = 0;                          // [m] for the clearance term
+    int tip = 0;                            // the end effector's point
+    std::vector<int> centers;               // points of the seed's f1
     motion_weights<T> weight;
     floating_base<T> base;
 

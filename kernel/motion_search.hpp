@@ -4,8 +4,8 @@
 //   refine   the motion found is pulled towards the straight one and shaken, as long as that pays
 //   swarm    particles are motions; they begin at the best ones known, or all over the place where none is
 //
-// The three take turns. A motion counts only when all instants, the fine ones too, are free. Numbers depend on (seed, island)
-// and on how many motions are looked at, never on time or threads, unless a time limit ends the search.
+// The three take turns. A motion counts only when all instants, the fine ones too, are free. Numbers depend on (seed,
+// island) and on how many motions are looked at, never on time or threads, unless a time limit ends the search.
 #pragma once
 
 #include <chrono>
@@ -18,9 +18,10 @@ namespace SPACEARM_NAMESPACE {
 template <class T> class motion_search {
   public:
     motion_search(motion_problem<T> problem, motion_search_settings settings, std::uint64_t seed, std::uint32_t island)
-        : p_(std::move(problem)), s_(std::move(settings)), checker_(p_), probe_(checker_, s_.probe), probing_(seed, island, stream::probing),
-          refining_(seed, island, stream::refining), seed_(seed), island_(island) {}
-    motion_search(const motion_search&) = delete;   // the checker refers to the problem
+        : p_(std::move(problem)), s_(std::move(settings)), checker_(p_), probe_(checker_, s_.probe),
+          probing_(seed, island, stream::probing), refining_(seed, island, stream::refining), seed_(seed),
+          island_(island) {}
+    motion_search(const motion_search&) = delete;  // the checker refers to the problem
 
     // Goes on until the budget is spent, or nothing can be better, or `go_on` says no; it is asked now and then.
     void run(const motion_budget& budget, const std::function<bool()>& go_on) {
@@ -41,8 +42,8 @@ template <class T> class motion_search {
         spent_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
     }
 
-    // A proof found a collision at s: that instant is looked at from now on, all others are made denser, and what breaks at
-    // any of them is forgotten.
+    // A proof found a collision at s: that instant is looked at from now on, all others are made denser, and what
+    // breaks at any of them is forgotten.
     void add_instant(double s, double spread) {
         checker_.add_instant(s, spread);
         optimal_ = false;
@@ -90,7 +91,7 @@ template <class T> class motion_search {
     // Whether time is up, or somebody says stop: asked in every loop that may be long, for it changes no number.
     bool late() {
         if (stopped_) return true;
-        if (!p_.base.on && ++asked_ % 8 != 0) return false;   // a look at a floating base takes longer than at the clock
+        if (!p_.base.on && ++asked_ % 8 != 0) return false;  // a look at a floating base takes longer than at the clock
         const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
         if (budget_.seconds > 0 && elapsed > budget_.seconds) return stopped_ = true;
         if (elapsed > next_question_) {
@@ -127,7 +128,8 @@ template <class T> class motion_search {
     }
     void keep(const motion<T>& m, T fitness) {
         pool_.push_back({fitness, m});
-        std::stable_sort(pool_.begin(), pool_.end(), [](const known& a, const known& b) { return a.fitness < b.fitness; });
+        std::stable_sort(pool_.begin(), pool_.end(),
+                         [](const known& a, const known& b) { return a.fitness < b.fitness; });
         if (pool_.size() > pool_size) pool_.resize(pool_size);
     }
     static constexpr std::size_t pool_size = 8;
@@ -137,7 +139,7 @@ template <class T> class motion_search {
         tried_straight_ = true;
         int nearest = -1;
         T least = infinity;
-        if (p_.base.free_end) {   // there already?
+        if (p_.base.free_end) {  // there already?
             const motion<T> m{0, 0, {}, p_.start};
             if (checker_.free(m)) {
                 note(m, checker_.fitness(m), "straight");
@@ -168,22 +170,25 @@ template <class T> class motion_search {
     // ---- probe ------------------------------------------------------------------------------------------------------
     bool probe(path<T>& way) {
         if (s_.patience == 0) return false;
-        const bool met = probe_.grow(p_.base.on ? std::max(1, s_.patience / 4) : s_.patience, probing_, [&] {
-            ++evaluations_;
-            return !over();
-        }, [&] { return !late(); }, way);
+        const bool met = probe_.grow(
+            p_.base.on ? std::max(1, s_.patience / 4) : s_.patience, probing_,
+            [&] {
+                ++evaluations_;
+                return !over();
+            },
+            [&] { return !late(); }, way);
         if (met) probe_.shorten(way, [&] { return !late(); });
         return met;
     }
     // While nothing is known: a path, or motions from all over the place.
     void hunt() {
         path<T> way;
-        if (p_.base.on && turn_ % 2 == 0) swarm_turn(false);   // the trees do not know where the base goes
+        if (p_.base.on && turn_ % 2 == 0) swarm_turn(false);  // the trees do not know where the base goes
         else if (probe(way)) follow(way);
         else if (!over()) swarm_turn(false);
     }
     void follow_a_path() {
-        if (p_.base.constrained() && turn_ % 2 == 1) {   // as when hunting: elsewhere there may be better ones
+        if (p_.base.constrained() && turn_ % 2 == 1) {  // as when hunting: elsewhere there may be better ones
             swarm_turn(false);
             return;
         }
@@ -210,7 +215,7 @@ template <class T> class motion_search {
             refine({fitness, m});
             return;
         }
-        if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {   // almost, again and again: the swarm may mend it
+        if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
             fly(K, {nearest_to(way, K)});
         }
@@ -225,14 +230,16 @@ template <class T> class motion_search {
         const int n = p_.dofs(), samples = 2 * lanes_of<T>, corners = way.count(n);
         const spline_table<T>& t = checker_.table(K);
         std::vector<T> along(corners, T(0)), target(static_cast<std::size_t>(samples) * n);
-        for (int i = 1; i < corners; ++i) along[i] = along[i - 1] + distance_between(&way.points[(i - 1) * n], &way.points[i * n], n);
+        for (int i = 1; i < corners; ++i)
+            along[i] = along[i - 1] + distance_between(&way.points[(i - 1) * n], &way.points[i * n], n);
         for (int i = 0, k = 0; i < samples; ++i) {
             const T at = t.path_share[i] * along.back();
             while (k + 2 < corners && along[k + 1] < at) ++k;
             const T share = (at - along[k]) / std::max(along[k + 1] - along[k], std::numeric_limits<T>::min());
             for (int d = 0; d < n; ++d) {
                 const T q = way.points[k * n + d] + (way.points[(k + 1) * n + d] - way.points[k * n + d]) * share;
-                target[static_cast<std::size_t>(i) * n + d] = q - t.end_value[0][i] * p_.start[d] - t.end_value[1][i] * p_.goal(way.goal)[d];
+                target[static_cast<std::size_t>(i) * n + d] =
+                    q - t.end_value[0][i] * p_.start[d] - t.end_value[1][i] * p_.goal(way.goal)[d];
             }
         }
         return fitted(t, way.goal, target);
@@ -260,7 +267,9 @@ template <class T> class motion_search {
         for (int k = 0; k < K; ++k) {
             for (int d = 0; d < n; ++d) {
                 T sum = 0;
-                for (int i = 0; i < samples; ++i) sum += t.nearest[static_cast<std::size_t>(k) * samples + i] * target[static_cast<std::size_t>(i) * n + d];
+                for (int i = 0; i < samples; ++i)
+                    sum += t.nearest[static_cast<std::size_t>(k) * samples + i]
+                           * target[static_cast<std::size_t>(i) * n + d];
                 m.points[k * n + d] = std::clamp(sum, p_.lower[d], p_.upper[d]);
             }
         }
@@ -268,8 +277,8 @@ template <class T> class motion_search {
     }
 
     // ---- refine -----------------------------------------------------------------------------------------------------
-    // One candidate after the other: some control points pulled towards the straight motion, most of them shaken too. Both
-    // strengths follow success, as in an evolution strategy with one parent.
+    // One candidate after the other: some control points pulled towards the straight motion, most of them shaken too.
+    // Both strengths follow success, as in an evolution strategy with one parent.
     void refine(known now) {
         T shake = T(s_.shake), pull = T(0.3);
         motion<T> next;
@@ -303,11 +312,11 @@ template <class T> class motion_search {
     void propose(const motion<T>& m, T shake, T pull, motion<T>& out) {
         const int n = p_.dofs(), K = m.interior;
         out = m;
-        if (K == 0) {   // the straight motion has nothing to shake: give it a control point
+        if (K == 0) {  // the straight motion has nothing to shake: give it a control point
             out = with_interior(m, 1);
         }
         if (p_.base.free_end && out.end.empty()) out.end.assign(p_.end(m), p_.end(m) + n);
-        const int all = out.interior + (p_.base.free_end ? 1 : 0);   // the end last
+        const int all = out.interior + (p_.base.free_end ? 1 : 0);  // the end last
         const int only = refining_.uniform() < T(0.4) ? -1 : refining_.below(all);
         const T share = pull * refining_.uniform(), u = refining_.uniform();
         const T deviation = refining_.uniform() < T(0.8) ? shake * (T(0.1) + T(1.9) * u * u) : T(0);
@@ -350,8 +359,8 @@ template <class T> class motion_search {
         }
         fly(K, seeds);
     }
-    // Particles around the seeds: each seed itself, then pulled and shaken copies. Without seeds around the straight motion
-    // to any goal, more and more loosely.
+    // Particles around the seeds: each seed itself, then pulled and shaken copies. Without seeds around the straight
+    // motion to any goal, more and more loosely.
     void fly(int K, const std::vector<motion<T>>& seeds) {
         const int n = p_.dofs(), D = (p_.base.free_end ? K + 1 : K) * n, particles = s_.swarm.particles;
         const int goal = seeds.empty() ? refining_.below(p_.goal_count()) : seeds.front().goal;
@@ -360,19 +369,21 @@ template <class T> class motion_search {
             lower[i] = p_.lower[i % n];
             upper[i] = p_.upper[i % n];
         }
-        swarm<T> particles_of(s_.swarm, lower, upper, seed_, island_ * 65536u + static_cast<std::uint32_t>(swarm_turns_++));
+        swarm<T> particles_of(s_.swarm, lower, upper, seed_,
+                              island_ * 65536u + static_cast<std::uint32_t>(swarm_turns_++));
         std::vector<std::vector<T>> rows;
         for (int i = 0; i < particles; ++i) rows.push_back(first_row(K, goal, seeds, i, particles));
         motion<T> m;
         std::vector<T> row(D);
-        std::vector<end_solver<T>> solvers(p_.base.ends.any() ? particles : 0);   // their slopes serve from round to round
+        std::vector<end_solver<T>> solvers(p_.base.ends.any() ? particles
+                                                              : 0);  // their slopes serve from round to round
         const int stride = particles_of.stride();
         std::vector<T> fitness(stride), violation(stride);
         T least = infinity;
         int since = 0;
         const bool hunting = best_.empty(), scouting = !hunting && seeds.empty();
         known seen{infinity, {}};
-        T nearest = infinity;   // the least violation
+        T nearest = infinity;  // the least violation
         const int patience = p_.base.constrained() ? s_.swarm_stall : 8 * s_.swarm_stall;
         while (!particles_of.spent() && since <= (least < infinity ? s_.swarm_stall : patience)) {
             particles_of.ask();
@@ -383,9 +394,9 @@ template <class T> class motion_search {
                 if (over()) return;
                 for (int d = 0; d < D; ++d) row[d] = x[static_cast<std::size_t>(d) * stride + i];
                 m = motion_of(K, goal, row);
-                judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity}, fitness[i], violation[i],
-                      p_.base.ends.any() ? &solvers[i] : nullptr);
-                if (p_.base.ends.any()) {   // from now on the particle is there
+                judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity},
+                      fitness[i], violation[i], p_.base.ends.any() ? &solvers[i] : nullptr);
+                if (p_.base.ends.any()) {  // from now on the particle is there
                     std::copy(m.points.begin(), m.points.end(), row.begin());
                     std::copy(m.end.begin(), m.end.end(), row.begin() + static_cast<std::ptrdiff_t>(m.points.size()));
                     particles_of.put(i, row.data());
@@ -434,7 +445,7 @@ template <class T> class motion_search {
             violation = 0;
             note(m, fitness, "swarm");
         } else if (!has_been_free) {
-            violation = barely;   // worse than free, better than what is broken at the coarse instants
+            violation = barely;  // worse than free, better than what is broken at the coarse instants
         }
     }
     static constexpr T barely = T(1e-6);
@@ -444,7 +455,7 @@ template <class T> class motion_search {
         std::vector<T> row(D);
         const int known_ones = static_cast<int>(seeds.size());
         const bool as_it_is = i < known_ones;
-        const T spread = as_it_is ? T(0)
+        const T spread = as_it_is     ? T(0)
                          : known_ones ? T(s_.swarm_spread) * refining_.uniform()
                                       : T(0.5) * (T(0.2) + T(1.8) * T(i) / T(particles)) * (T(1) + T(swarm_turns_ % 3));
         const T pull = as_it_is ? T(0) : T(0.5) * refining_.uniform();
@@ -475,7 +486,7 @@ template <class T> class motion_search {
     std::uint64_t asked_ = 0;
     int turn_ = 0, swarm_turns_ = 0, unfit_ = 0;
     T last_noted_ = infinity, fallback_violation_ = infinity;
-    std::vector<known> best_, pool_;   // best_ holds one motion or none
+    std::vector<known> best_, pool_;  // best_ holds one motion or none
     motion<T> fallback_;
     std::vector<motion_record<T>> history_;
 };

@@ -1,7 +1,8 @@
-// A way through, found fast: two trees of straight edges, one from the start and one from the goals, grown towards each other.
+// A way through, found fast: two trees of straight edges, one from the start and one from the goals, grown towards each
+// other.
 //
-// RRT-Connect (Kuffner and LaValle, 2000). Its paths have corners and no timing; they only tell the swarm where to begin.
-// The lanes are instants along one edge.
+// RRT-Connect (Kuffner and LaValle, 2000). Its paths have corners and no timing; they only tell the swarm where to
+// begin. The lanes are instants along one edge.
 #pragma once
 
 #include "motion.hpp"
@@ -18,7 +19,7 @@ template <class T> class dice {
         return values_[next_++];
     }
     int below(int n) { return std::min(n - 1, static_cast<int>(uniform() * static_cast<T>(n))); }
-    T bell() {   // mean 0, deviation 1: four uniforms summed
+    T bell() {  // mean 0, deviation 1: four uniforms summed
         T sum = uniform();
         sum += uniform();
         sum += uniform();
@@ -43,7 +44,7 @@ template <class T> class dice {
 
 template <class T> class path {
   public:
-    std::vector<T> points;   // (m, n)
+    std::vector<T> points;  // (m, n)
     int goal = 0;
     int count(int n) const { return static_cast<int>(points.size()) / n; }
 };
@@ -55,26 +56,30 @@ template <class T> T distance_between(const T* a, const T* b, int n) {
 }
 
 struct probe_settings {
-    double step = 1.0;        // [rad or m] longest edge
-    double near_line = 0.9;   // share of the samples drawn around the straight motion ...
-    double spread = 1.0;      // ... with this deviation [rad or m]
+    double step = 1.0;       // [rad or m] longest edge
+    double near_line = 0.9;  // share of the samples drawn around the straight motion ...
+    double spread = 1.0;     // ... with this deviation [rad or m]
 };
 
 template <class T> class probe {
   public:
-    probe(motion_checker<T>& checker, const probe_settings& settings) : checker_(checker), p_(checker.problem()), settings_(settings), n_(p_.dofs()) {
+    probe(motion_checker<T>& checker, const probe_settings& settings)
+        : checker_(checker), p_(checker.problem()), settings_(settings), n_(p_.dofs()) {
         begin_again();
     }
 
-    // Grows the trees by at most `samples` more; true when they met. go_on() is asked before every sample, still() before every
-    // step. Where numbers are so large that a step goes nowhere, or limits so wide that steps do not arrive, it ends all the same.
-    template <class GoOn, class Still> bool grow(int samples, dice<T>& random, GoOn&& go_on, Still&& still, path<T>& found) {
+    // Grows the trees by at most `samples` more; true when they met. go_on() is asked before every sample, still()
+    // before every step. Where numbers are so large that a step goes nowhere, or limits so wide that steps do not
+    // arrive, it ends all the same.
+    template <class GoOn, class Still>
+    bool grow(int samples, dice<T>& random, GoOn&& go_on, Still&& still, path<T>& found) {
         std::vector<T> q(n_), at(n_), next(n_);
         for (int i = 0; i < samples; ++i) {
             if (!go_on()) return false;
             if (std::max(from_start_.count(), from_goals_.count()) >= most_nodes) begin_again();
-            branch &one = from_start_.count() <= from_goals_.count() ? from_start_ : from_goals_;   // the smaller one grows
-            branch &two = &one == &from_start_ ? from_goals_ : from_start_;
+            branch& one =
+                from_start_.count() <= from_goals_.count() ? from_start_ : from_goals_;  // the smaller one grows
+            branch& two = &one == &from_start_ ? from_goals_ : from_start_;
             draw(random, q.data());
             const int nearest = one.nearest(q.data());
             one.copy(nearest, at.data());
@@ -114,13 +119,15 @@ template <class T> class probe {
     }
     T length(const path<T>& way) const {
         T sum = 0;
-        for (int i = 0; i + 1 < way.count(n_); ++i) sum += distance_between(&way.points[i * n_], &way.points[(i + 1) * n_], n_);
+        for (int i = 0; i + 1 < way.count(n_); ++i)
+            sum += distance_between(&way.points[i * n_], &way.points[(i + 1) * n_], n_);
         return sum;
     }
 
   private:
-    static constexpr int most_nodes = 1 << 18;    // of a tree; beyond, looking for the nearest takes longer than beginning again
-    static constexpr int most_steps = 1 << 12;    // towards one sample: many times any arm's range
+    static constexpr int most_nodes =
+        1 << 18;  // of a tree; beyond, looking for the nearest takes longer than beginning again
+    static constexpr int most_steps = 1 << 12;  // towards one sample: many times any arm's range
 
     // A tree's nodes, one row a joint, so that the nearest is looked for a pack at a time.
     struct branch {
@@ -170,7 +177,7 @@ template <class T> class probe {
             }
             return static_cast<int>(index[k]);
         }
-        static constexpr T far = T(1e15);   // its square is still a number
+        static constexpr T far = T(1e15);  // its square is still a number
     };
 
     void begin_again() {
@@ -220,7 +227,7 @@ template <class T> class probe {
         for (int i = at_goal; i >= 0; i = from_goals_.parent[i]) {
             from_goals_.copy(i, q.data());
             found.points.insert(found.points.end(), q.begin(), q.end());
-            found.goal = i;   // the goals are the first nodes, and have no parent
+            found.goal = i;  // the goals are the first nodes, and have no parent
         }
     }
 

@@ -10,7 +10,15 @@
 namespace SPACEARM_NAMESPACE {
 
 // What a number is drawn for; a key of its own for each keeps the streams apart.
-enum class stream : std::uint32_t { start_position = 0, start_velocity = 1, velocity = 2, evolution = 3, archive = 4, probing = 5, refining = 6 };
+enum class stream : std::uint32_t {
+    start_position = 0,
+    start_velocity = 1,
+    velocity = 2,
+    evolution = 3,
+    archive = 4,
+    probing = 5,
+    refining = 6
+};
 
 struct random_key {
     std::uint32_t word[4];
@@ -25,12 +33,16 @@ template <class W> SPACEARM_INLINE void threefry4x32(const random_key& key, W (&
                                 0x1BD11BDAu ^ key.word[0] ^ key.word[1] ^ key.word[2] ^ key.word[3]};
     for (int i = 0; i < 4; ++i) x[i] += k[i];
     auto mix01 = [&]<int R0, int R1>() {
-        x[0] += x[1]; x[1] = rotate_left<R0>(x[1]) ^ x[0];
-        x[2] += x[3]; x[3] = rotate_left<R1>(x[3]) ^ x[2];
+        x[0] += x[1];
+        x[1] = rotate_left<R0>(x[1]) ^ x[0];
+        x[2] += x[3];
+        x[3] = rotate_left<R1>(x[3]) ^ x[2];
     };
     auto mix03 = [&]<int R0, int R1>() {
-        x[0] += x[3]; x[3] = rotate_left<R0>(x[3]) ^ x[0];
-        x[2] += x[1]; x[1] = rotate_left<R1>(x[1]) ^ x[2];
+        x[0] += x[3];
+        x[3] = rotate_left<R0>(x[3]) ^ x[0];
+        x[2] += x[1];
+        x[1] = rotate_left<R1>(x[1]) ^ x[2];
     };
     auto inject = [&](std::uint32_t round) {
         for (std::uint32_t i = 0; i < 4; ++i) x[i] += k[(round + i) % 5];
@@ -48,11 +60,16 @@ template <class W> SPACEARM_INLINE void threefry4x32(const random_key& key, W (&
         mix01.template operator()<25, 10>();
         mix03.template operator()<18, 20>();
     };
-    even(); inject(1);
-    odd();  inject(2);
-    even(); inject(3);
-    odd();  inject(4);
-    even(); inject(5);
+    even();
+    inject(1);
+    odd();
+    inject(2);
+    even();
+    inject(3);
+    odd();
+    inject(4);
+    even();
+    inject(5);
 }
 
 // Uniforms in [0, 1) for the word_lanes particles first, first + 1, ... of one iteration: four numbers a particle, each
@@ -61,7 +78,8 @@ template <class T> struct uniform_block {
     pack<T> u[4][packs_of_words<T>];
 };
 template <class T>
-SPACEARM_INLINE uniform_block<T> uniforms(const random_key& key, std::uint32_t iteration, std::uint32_t first, std::uint32_t block) {
+SPACEARM_INLINE uniform_block<T> uniforms(const random_key& key, std::uint32_t iteration, std::uint32_t first,
+                                          std::uint32_t block) {
     words x[4];
     for (int lane = 0; lane < word_lanes; ++lane) x[0][lane] = first + static_cast<std::uint32_t>(lane);
     x[1] = words{} + iteration;
@@ -88,7 +106,8 @@ inline void uniforms_one(const random_key& key, std::uint32_t iteration, std::ui
 // The same numbers as a sequence, for one particle's moves that are not done on packs.
 template <class T> class draws {
   public:
-    draws(const random_key& key, std::uint32_t round, std::uint32_t particle) : key_(key), round_(round), particle_(particle) {}
+    draws(const random_key& key, std::uint32_t round, std::uint32_t particle)
+        : key_(key), round_(round), particle_(particle) {}
 
     T uniform() {
         if (next_ == 4) {
@@ -101,7 +120,7 @@ template <class T> class draws {
 
     // Bell-shaped with mean 0 and deviation 1: four uniforms summed. No logarithm, so the same bits everywhere.
     T bell() {
-        T sum = uniform();   // one after the other: a sum's order is the compiler's to choose
+        T sum = uniform();  // one after the other: a sum's order is the compiler's to choose
         sum += uniform();
         sum += uniform();
         sum += uniform();

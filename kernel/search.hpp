@@ -1,7 +1,7 @@
 // Whole runs, natively: many independent trials of a swarm on an objective, spread over threads.
 //
-// A trial's numbers depend on (seed, trial) only, so the results are the same bits on any number of threads. Where the system
-// starts no more of them, those that run do all the work; the calling thread always does.
+// A trial's numbers depend on (seed, trial) only, so the results are the same bits on any number of threads. Where the
+// system starts no more of them, those that run do all the work; the calling thread always does.
 #pragma once
 
 #include <atomic>
@@ -19,7 +19,7 @@ namespace SPACEARM_NAMESPACE {
 
 struct search_limits {
     bool stop_when_feasible = false;
-    double seconds = 0;   // per trial; 0 for no limit
+    double seconds = 0;  // per trial; 0 for no limit
 };
 
 template <class T> struct trial_result {
@@ -34,12 +34,12 @@ template <class T> struct trial_result {
 };
 
 inline constexpr int most_threads = 1024;
-// Whether there is memory for one thread more and for its work: where a thread finds none for its own variables, the C library
-// ends the process.
+// Whether there is memory for one thread more and for its work: where a thread finds none for its own variables, the C
+// library ends the process.
 inline bool has_room() {
     constexpr std::size_t enough = std::size_t(128) << 20;
-    void* room = std::malloc(enough);   // asked for, never touched
-    asm volatile("" : : "r"(room) : "memory");   // so that the compiler does not leave it out
+    void* room = std::malloc(enough);           // asked for, never touched
+    asm volatile("" : : "r"(room) : "memory");  // so that the compiler does not leave it out
     std::free(room);
     return room != nullptr;
 }
@@ -48,8 +48,8 @@ inline bool has_room() {
 using tick = std::function<bool(std::uint64_t)>;
 
 template <class T, class Objective>
-trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const search_limits& limits, bool keep_positions,
-                          const std::function<bool()>& go_on,
+trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const search_limits& limits,
+                          bool keep_positions, const std::function<bool()>& go_on,
                           const std::vector<std::vector<T>>& first_rows) {
     auto workspace = objective.make_workspace();
     const int stride = particles.stride(), dims = particles.dims();
@@ -72,7 +72,9 @@ trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const
         out.fitness.push_back(best.fitness);
         out.violation.push_back(best.violation);
         out.spent.push_back(particles.evaluations());
-        if (keep_positions) out.positions.insert(out.positions.end(), particles.best_position().begin(), particles.best_position().end());
+        if (keep_positions)
+            out.positions.insert(out.positions.end(), particles.best_position().begin(),
+                                 particles.best_position().end());
         if (best.violation <= T(0) && out.first_feasible_round < 0) out.first_feasible_round = out.rounds;
         ++out.rounds;
         if (!go_on() || (limits.stop_when_feasible && out.first_feasible_round >= 0)) break;
@@ -86,9 +88,9 @@ trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const
 // make_swarm(trial) gives each trial its swarm. Returns the results in the trials' order; those not reached when the
 // search was stopped have rounds == 0.
 template <class T, class Objective, class MakeSwarm>
-std::vector<trial_result<T>> run_trials(const Objective& objective, MakeSwarm make_swarm, int trials, const search_limits& limits,
-                                        bool keep_positions, int threads, const tick& tell_caller,
-                                        const std::vector<std::vector<T>>& first_rows) {
+std::vector<trial_result<T>> run_trials(const Objective& objective, MakeSwarm make_swarm, int trials,
+                                        const search_limits& limits, bool keep_positions, int threads,
+                                        const tick& tell_caller, const std::vector<std::vector<T>>& first_rows) {
     using clock = std::chrono::steady_clock;
     std::vector<trial_result<T>> results(trials);
     std::atomic<int> next{0}, running{0};
@@ -110,7 +112,8 @@ std::vector<trial_result<T>> run_trials(const Objective& objective, MakeSwarm ma
                         told = now;
                         if (tell_caller && !tell_caller(rounds_done)) stop = true;
                     }
-                    if (limits.seconds > 0 && std::chrono::duration<double>(now - begun).count() > limits.seconds) return false;
+                    if (limits.seconds > 0 && std::chrono::duration<double>(now - begun).count() > limits.seconds)
+                        return false;
                 }
                 return !stop.load(std::memory_order_relaxed);
             };
@@ -140,7 +143,7 @@ std::vector<trial_result<T>> run_trials(const Objective& objective, MakeSwarm ma
                 --running;
                 ended.notify_one();
             });
-        } catch (...) {   // no thread, or no memory for it: nothing may be thrown past those that run
+        } catch (...) {  // no thread, or no memory for it: nothing may be thrown past those that run
             --running;
             break;
         }

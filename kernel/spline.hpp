@@ -1,8 +1,9 @@
-// Clamped quintic splines: what each control point contributes at given instants, and the splines nearest to given paths.
+// Clamped quintic splines: what each control point contributes at given instants, and the splines nearest to given
+// paths.
 //
-// A motion has the start three times, K interior control points and the goal three times, on uniform knots; the values of
-// the repeated ends are summed, so that there are K + 2 of them: start, interior, goal. Cox-de Boor recursion (Piegl and
-// Tiller, The NURBS Book, 1997). Made once a K, so in plain double precision.
+// A motion has the start three times, K interior control points and the goal three times, on uniform knots; the values
+// of the repeated ends are summed, so that there are K + 2 of them: start, interior, goal. Cox-de Boor recursion (Piegl
+// and Tiller, The NURBS Book, 1997). Made once a K, so in plain double precision.
 #pragma once
 
 #include <cmath>
@@ -28,13 +29,15 @@ inline std::vector<double> spline_basis(double s, int interior, int derivative) 
     int span = spline_degree;
     while (span < count - 1 && s >= knots[span + 1]) ++span;
     const int low = spline_degree - derivative;
-    std::vector<double> values(count + spline_degree + 1, 0.0);   // of the basis of the degree at hand, by its first knot
+    std::vector<double> values(count + spline_degree + 1,
+                               0.0);  // of the basis of the degree at hand, by its first knot
     values[span] = 1;
     for (int degree = 1; degree <= spline_degree; ++degree) {
         for (int i = span - degree; i <= span; ++i) {
             const double left = knots[i + degree] - knots[i], right = knots[i + degree + 1] - knots[i + 1];
             const double here = left > 0 ? values[i] / left : 0.0, next = right > 0 ? values[i + 1] / right : 0.0;
-            values[i] = degree <= low ? (s - knots[i]) * here + (knots[i + degree + 1] - s) * next : degree * (here - next);
+            values[i] =
+                degree <= low ? (s - knots[i]) * here + (knots[i + degree + 1] - s) * next : degree * (here - next);
         }
     }
     std::vector<double> out(interior + 2, 0.0);
@@ -42,7 +45,7 @@ inline std::vector<double> spline_basis(double s, int interior, int derivative) 
     return out;
 }
 
-inline constexpr int sample_packs_coarse = 2;    // packs of the coarse check, the first of the fine one's
+inline constexpr int sample_packs_coarse = 2;  // packs of the coarse check, the first of the fine one's
 inline constexpr int sample_packs_fine = 8;
 
 // 0, 1/2, 1/4, 3/4, 1/8, ...: each fills a gap of those before (van der Corput).
@@ -59,24 +62,26 @@ inline double sample_instant(int pack_index, int lane, int lanes) {
 // Basis values on packs of instants, one pack of lanes a control point.
 template <class T> struct spline_table {
     int interior = 0;
-    std::vector<T> value[4];              // derivative 0: all fine packs; 1 to 3: the coarse packs
+    std::vector<T> value[4];  // derivative 0: all fine packs; 1 to 3: the coarse packs
     // The spline nearest to 2 lanes points of a path: control points = nearest * (points - what the ends contribute).
-    std::vector<T> nearest;               // (K, 2 lanes)
-    std::vector<T> path_share;            // (2 lanes): how far along the path the points are
-    std::vector<T> end_value[2];          // (2 lanes)
-    std::vector<T> at_path;               // (2 lanes, K + 2): the values at those instants
+    std::vector<T> nearest;       // (K, 2 lanes)
+    std::vector<T> path_share;    // (2 lanes): how far along the path the points are
+    std::vector<T> end_value[2];  // (2 lanes)
+    std::vector<T> at_path;       // (2 lanes, K + 2): the values at those instants
 
     const T* at(int derivative, int pack_index, int control) const {
         return &value[derivative][static_cast<std::size_t>((pack_index * (interior + 2) + control)) * lanes_of<T>];
     }
 };
 
-template <class T> void append_instants(std::vector<T>& out, int interior, int derivative, const std::vector<double>& instants) {
+template <class T>
+void append_instants(std::vector<T>& out, int interior, int derivative, const std::vector<double>& instants) {
     const std::size_t first = out.size();
     out.resize(first + static_cast<std::size_t>(interior + 2) * lanes_of<T>);
     for (int lane = 0; lane < lanes_of<T>; ++lane) {
         const std::vector<double> b = spline_basis(instants[lane], interior, derivative);
-        for (int k = 0; k < interior + 2; ++k) out[first + static_cast<std::size_t>(k) * lanes_of<T> + lane] = static_cast<T>(b[k]);
+        for (int k = 0; k < interior + 2; ++k)
+            out[first + static_cast<std::size_t>(k) * lanes_of<T> + lane] = static_cast<T>(b[k]);
     }
 }
 
@@ -109,7 +114,7 @@ template <class T> spline_table<T> make_spline_table(int interior) {
         }
         normal[a][a] += 1e-6;
     }
-    for (int a = 0; a < K; ++a) {   // Gauss-Jordan; the matrix is positive definite
+    for (int a = 0; a < K; ++a) {  // Gauss-Jordan; the matrix is positive definite
         const double pivot = normal[a][a];
         for (double& x : normal[a]) x /= pivot;
         for (int b = 0; b < K; ++b) {

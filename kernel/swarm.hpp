@@ -25,9 +25,10 @@ template <class T> class swarm {
     static constexpr int W = lanes_of<T>;
     static constexpr T infinity = std::numeric_limits<T>::infinity();
 
-    swarm(const swarm_settings& settings, std::vector<T> lower, std::vector<T> upper, std::uint64_t seed, std::uint32_t trial)
-        : settings_(settings), dims_(static_cast<int>(lower.size())), lower_(std::move(lower)), upper_(std::move(upper)),
-          seed_(seed), trial_(trial), evolver_(settings.memory) {
+    swarm(const swarm_settings& settings, std::vector<T> lower, std::vector<T> upper, std::uint64_t seed,
+          std::uint32_t trial)
+        : settings_(settings), dims_(static_cast<int>(lower.size())), lower_(std::move(lower)),
+          upper_(std::move(upper)), seed_(seed), trial_(trial), evolver_(settings.memory) {
         const int n = settings_.particles;
         stride_ = (n + word_lanes - 1) / word_lanes * word_lanes;
         split_populations();
@@ -36,7 +37,8 @@ template <class T> class swarm {
         v_.assign(all, T(0));
         px_.assign(all, T(0));
         social_.assign(all, T(0));
-        for (std::vector<T>* values : {&fitness_, &violation_, &best_fitness_, &best_violation_, &merit_fitness_, &merit_violation_}) {
+        for (std::vector<T>* values :
+             {&fitness_, &violation_, &best_fitness_, &best_violation_, &merit_fitness_, &merit_violation_}) {
             values->assign(stride_, infinity);
         }
         guide_.assign(stride_, 0);
@@ -49,13 +51,13 @@ template <class T> class swarm {
         if (settings_.variant == swarm_variant::cooperative) carried_.assign(all, T(0));
     }
 
-    int active() const { return first_[3]; }           // particles asked for in this round; falls if population 3 shrinks
+    int active() const { return first_[3]; }  // particles asked for in this round; falls if population 3 shrinks
     int dims() const { return dims_; }
     int stride() const { return stride_; }
     int round() const { return round_; }
     std::int64_t evaluations() const { return used_; }
     bool spent() const { return used_ + active() > settings_.evaluations; }
-    const T* positions() const { return x_.data(); }   // row d, particle i: positions()[d * stride() + i]
+    const T* positions() const { return x_.data(); }  // row d, particle i: positions()[d * stride() + i]
     merit<T> best() const { return best_; }
     merit<T> personal_best(int i) const { return {best_violation_[i], best_fitness_[i]}; }
     const std::vector<T>& best_position() const { return best_x_; }
@@ -74,7 +76,9 @@ template <class T> class swarm {
         const int n = static_cast<int>(std::min<std::size_t>(rows.size(), settings_.particles));
         for (int i = 0; i < n; ++i) put(i, rows[i].data());
     }
-    void put(int i, const T* row) { for (int d = 0; d < dims_; ++d) x_[at(d, i)] = row[d]; }   // before it is told
+    void put(int i, const T* row) {
+        for (int d = 0; d < dims_; ++d) x_[at(d, i)] = row[d];
+    }  // before it is told
 
     // Fitness and violation of the positions asked for. A NaN counts as the worst there is.
     void tell(const T* fitness, const T* violation) {
@@ -95,7 +99,7 @@ template <class T> class swarm {
         asked_ = false;
     }
 
-    // ---- checkpoints: everything that a later round depends on -------------------------------------------------------
+    // ---- checkpoints: everything that a later round depends on ------------------------------------------------------
     template <class Visitor> void visit_state(Visitor&& visit) {
         visit("position", x_);
         visit("velocity", v_);
@@ -123,12 +127,14 @@ template <class T> class swarm {
     bool fits(const std::vector<std::int64_t>& c) const {
         const bool shrinks = settings_.variant == swarm_variant::evolving;
         const auto counted = [](std::int64_t n, std::int64_t most) { return n >= 0 && n <= most; };
-        return c.size() == 6 && (shrinks ? c[3] > first_[2] : c[3] == first_[3]) && c[3] <= settings_.particles && counted(c[0], most_rounds)
-               && counted(c[1], most_evaluations) && counted(c[2], most_evaluations) && counted(c[4], settings_.memory - 1);
+        return c.size() == 6 && (shrinks ? c[3] > first_[2] : c[3] == first_[3]) && c[3] <= settings_.particles
+               && counted(c[0], most_rounds) && counted(c[1], most_evaluations) && counted(c[2], most_evaluations)
+               && counted(c[4], settings_.memory - 1);
     }
     // Between an ask and its tell, population 3's candidates are waiting to be judged.
     bool fits_candidates(const std::vector<std::int64_t>& c, std::size_t drawn) const {
-        const std::int64_t waiting = c[5] != 0 && c[0] > 0 && evolving_from_ < settings_.particles ? c[3] - evolving_from_ : 0;
+        const std::int64_t waiting =
+            c[5] != 0 && c[0] > 0 && evolving_from_ < settings_.particles ? c[3] - evolving_from_ : 0;
         return static_cast<std::int64_t>(drawn) >= waiting && drawn <= static_cast<std::size_t>(stride_);
     }
     void restore_counters(const std::vector<std::int64_t>& c) {
@@ -142,6 +148,7 @@ template <class T> class swarm {
         judge_personal_bests();
         find_leaders();
     }
+
   private:
     std::size_t at(int d, int i) const { return static_cast<std::size_t>(d) * stride_ + i; }
 
@@ -163,11 +170,12 @@ template <class T> class swarm {
         evolving_from_ = settings_.variant == swarm_variant::evolving ? first_[2] : n;
     }
 
-    // ---- schedules, all over the share of the budget that is spent ---------------------------------------------------
+    // ---- schedules, all over the share of the budget that is spent --------------------------------------------------
     double progress() const {
-        return std::min(1.0, static_cast<double>(used_) / static_cast<double>(std::max<std::int64_t>(1, settings_.evaluations)));
+        return std::min(1.0, static_cast<double>(used_)
+                                 / static_cast<double>(std::max<std::int64_t>(1, settings_.evaluations)));
     }
-    T inertia() const {   // eq. (14)
+    T inertia() const {  // eq. (14)
         return static_cast<T>(settings_.inertia_start - (settings_.inertia_start - settings_.inertia_end) * progress());
     }
     void apply_schedule() {
@@ -176,20 +184,24 @@ template <class T> class swarm {
         double share = 1;
         for (int i = 0; i < settings_.tolerance_power; ++i) share *= left;
         tolerance_ = first_tolerance_ * static_cast<T>(share);
-        const double s = std::max(0.0, progress() - settings_.penalty_rise) / std::max(1e-12, 1.0 - settings_.penalty_rise);
+        const double s =
+            std::max(0.0, progress() - settings_.penalty_rise) / std::max(1e-12, 1.0 - settings_.penalty_rise);
         penalty_ = static_cast<T>(settings_.penalty_start + (settings_.penalty_end - settings_.penalty_start) * s * s);
     }
     void start_tolerance() {
         first_tolerance_ = T(0);
         if (settings_.tolerance_share <= 0) return;
         std::vector<T> sorted(violation_.begin(), violation_.begin() + active());
-        const std::size_t k = std::min(sorted.size() - 1, static_cast<std::size_t>(settings_.tolerance_share * sorted.size()));
+        const std::size_t k =
+            std::min(sorted.size() - 1, static_cast<std::size_t>(settings_.tolerance_share * sorted.size()));
         std::nth_element(sorted.begin(), sorted.begin() + k, sorted.end());
         first_tolerance_ = std::isfinite(sorted[k]) ? sorted[k] : T(0);
     }
 
-    // ---- judging -----------------------------------------------------------------------------------------------------
-    struct judged_packs { pack<T> violation, fitness; };
+    // ---- judging ----------------------------------------------------------------------------------------------------
+    struct judged_packs {
+        pack<T> violation, fitness;
+    };
     SPACEARM_INLINE judged_packs judge(const T* fitness, const T* violation) const {
         const pack<T> f = pack<T>::load(fitness), c = pack<T>::load(violation);
         if (settings_.constraints == constraint_rule::penalty) {
@@ -211,7 +223,7 @@ template <class T> class swarm {
         const pack<T> worst(infinity);
         for (int i = 0; i < active(); i += W) {
             const pack<T> f = pack<T>::load(&fitness_[i]), c = pack<T>::load(&violation_[i]);
-            const pack_mask<T> fine = (f <= worst) & (c <= worst);   // false for a NaN
+            const pack_mask<T> fine = (f <= worst) & (c <= worst);  // false for a NaN
             select(fine, f, worst).store(&fitness_[i]);
             select(fine, max(c, pack<T>(T(0))), worst).store(&violation_[i]);
             const pack<T> failed = select(fine, pack<T>(T(0)), pack<T>(T(1)));
@@ -225,7 +237,7 @@ template <class T> class swarm {
     // The best of all is judged feasible first and never with forgiveness, whatever the swarm goes by.
     void crown() {
         int found = -1;
-        if (round_ == 0) {   // someone is best even if every evaluation failed
+        if (round_ == 0) {  // someone is best even if every evaluation failed
             best_ = {violation_[0], fitness_[0]};
             found = 0;
         }
@@ -245,7 +257,7 @@ template <class T> class swarm {
     // Personal bests, a pack at a time.
     void remember() {
         const int n = active();
-        if (round_ == 0) {   // the first position is the best so far, also where it could not be evaluated
+        if (round_ == 0) {  // the first position is the best so far, also where it could not be evaluated
             px_ = x_;
             best_fitness_ = fitness_;
             best_violation_ = violation_;
@@ -253,7 +265,8 @@ template <class T> class swarm {
             return;
         }
         for (int i = 0; i < n; i += W) {
-            const judged_packs now = judge(&fitness_[i], &violation_[i]), old = judge(&best_fitness_[i], &best_violation_[i]);
+            const judged_packs now = judge(&fitness_[i], &violation_[i]),
+                               old = judge(&best_fitness_[i], &best_violation_[i]);
             const pack_mask<T> improved =
                 (now.violation < old.violation) | ((now.violation <= old.violation) & (now.fitness < old.fitness));
             if (!any(improved)) {
@@ -265,7 +278,8 @@ template <class T> class swarm {
             select(improved, now.fitness, old.fitness).store(&merit_fitness_[i]);
             select(improved, now.violation, old.violation).store(&merit_violation_[i]);
             select(improved, pack<T>::load(&fitness_[i]), pack<T>::load(&best_fitness_[i])).store(&best_fitness_[i]);
-            select(improved, pack<T>::load(&violation_[i]), pack<T>::load(&best_violation_[i])).store(&best_violation_[i]);
+            select(improved, pack<T>::load(&violation_[i]), pack<T>::load(&best_violation_[i]))
+                .store(&best_violation_[i]);
             for (int d = 0; d < dims_; ++d) {
                 T* p = &px_[at(d, i)];
                 select(improved, pack<T>::load(&x_[at(d, i)]), pack<T>::load(p)).store(p);
@@ -286,15 +300,16 @@ template <class T> class swarm {
             const int particle = i + k;
             if (hit[k] == T(0) || particle < evolving_from_ || particle >= active()) continue;
             evolver_.succeeded(particle - evolving_from_, nc[k] < oc[k] ? oc[k] - nc[k] : of[k] - nf[k]);
-            evolver_.keep(key, round_, particle, px_, stride_, dims_, static_cast<int>(archive_share * (active() - evolving_from_)));
+            evolver_.keep(key, round_, particle, px_, stride_, dims_,
+                          static_cast<int>(archive_share * (active() - evolving_from_)));
         }
     }
     static constexpr double archive_share = 1.4;
     void find_leaders() {
-        int first = first_[1] > 0 ? 0 : first_[2] > 0 ? 1 : 2;   // a population that has members
+        int first = first_[1] > 0 ? 0 : first_[2] > 0 ? 1 : 2;  // a population that has members
         for (int k = 0; k < populations_; ++k) {
             const int p = (first + k) % populations_;
-            int best = first_[p] < first_[p + 1] ? first_[p] : leader_[first];   // an empty one borrows a leader
+            int best = first_[p] < first_[p + 1] ? first_[p] : leader_[first];  // an empty one borrows a leader
             for (int i = first_[p] + 1; i < first_[p + 1]; ++i) {
                 if (personal(i).better_than(personal(best))) best = i;
             }
@@ -305,11 +320,13 @@ template <class T> class swarm {
     // Population 3 loses its worst members as the budget is spent.
     void shrink() {
         const int whole = settings_.particles - first_[2];
-        const int kept = std::max(settings_.shrink_to, static_cast<int>(whole - (whole - settings_.shrink_to) * progress() + 0.5));
+        const int kept =
+            std::max(settings_.shrink_to, static_cast<int>(whole - (whole - settings_.shrink_to) * progress() + 0.5));
         const int now = first_[3] - first_[2];
         if (kept >= now || first_[2] == first_[3]) return;
         const std::vector<int> order = ranked(first_[2], first_[3]);
-        for (std::vector<T>* values : {&best_fitness_, &best_violation_, &merit_fitness_, &merit_violation_}) reorder(values->data(), order);
+        for (std::vector<T>* values : {&best_fitness_, &best_violation_, &merit_fitness_, &merit_violation_})
+            reorder(values->data(), order);
         for (int d = 0; d < dims_; ++d) reorder(&px_[at(d, 0)], order);
         first_[3] = first_[2] + kept;
         evolver_.trim(dims_, static_cast<int>(archive_share * kept));
@@ -319,7 +336,7 @@ template <class T> class swarm {
         return ranked_by(from, to, [&](int i, int k) { return personal(i).better_than(personal(k)); });
     }
 
-    // ---- moving ------------------------------------------------------------------------------------------------------
+    // ---- moving -----------------------------------------------------------------------------------------------------
     // Round 0: positions uniform within the bounds, velocities in +- a share of the range.
     void start() {
         const random_key where(seed_, trial_, stream::start_position), how(seed_, trial_, stream::start_velocity);
@@ -344,16 +361,18 @@ template <class T> class swarm {
         for (int p = 0; p < populations_; ++p) {
             const int begin = first_[p], end = std::min(first_[p + 1], evolving_from_), size = end - begin;
             if (size <= 0) continue;
-            if (k > 0 && k < (size - 1) / 2 + (size - 1) % 2) {   // 2 k + 1 < size: no particle twice
+            if (k > 0 && k < (size - 1) / 2 + (size - 1) % 2) {  // 2 k + 1 < size: no particle twice
                 follow_neighbours(begin, size, k);
                 continue;
             }
-            for (int d = 0; d < dims_; ++d) std::fill(&social_[at(d, begin)], &social_[at(d, begin)] + size, px_[at(d, leader_[p])]);
+            for (int d = 0; d < dims_; ++d)
+                std::fill(&social_[at(d, begin)], &social_[at(d, begin)] + size, px_[at(d, leader_[p])]);
         }
     }
 
     void follow_neighbours(int begin, int size, int k) {
-        follow_ring(size, k, [&](int i, int j) { return personal(begin + i).better_than(personal(begin + j)); }, guide_);
+        follow_ring(
+            size, k, [&](int i, int j) { return personal(begin + i).better_than(personal(begin + j)); }, guide_);
         for (int d = 0; d < dims_; ++d) {
             const T* from = &px_[at(d, 0)];
             T* to = &social_[at(d, begin)];
@@ -382,7 +401,7 @@ template <class T> class swarm {
             const int one = (i - first_[2]) % size, two = first_[1] + one;
             const T g1 = fitness_[one], g2 = fitness_[two], g = g1 + g2;
             const T a = g / g1, b = g / g2;
-            if (!std::isfinite(a) || !std::isfinite(b)) continue;   // a failed evaluation drives nobody
+            if (!std::isfinite(a) || !std::isfinite(b)) continue;  // a failed evaluation drives nobody
             for (int d = 0; d < dims_; ++d) carried_[at(d, i)] = a * v_[at(d, one)] + b * v_[at(d, two)] + v_[at(d, i)];
         }
     }
@@ -418,13 +437,15 @@ template <class T> class swarm {
                         const int first = i + g * W;
                         const std::size_t here = at(d + k, first);
                         const pack<T> x = pack<T>::load(&x_[here]);
-                        pack<T> v = w * pack<T>::load(&momentum[here])                                    // eq. (13)
-                                  + c1 * r.u[2 * k][g] * (pack<T>::load(&px_[here]) - x);
+                        pack<T> v = w * pack<T>::load(&momentum[here])  // eq. (13)
+                                    + c1 * r.u[2 * k][g] * (pack<T>::load(&px_[here]) - x);
                         if (!symbiotic) {
                             v += c2 * r.u[2 * k + 1][g] * (pack<T>::load(&social_[here]) - x);
                         } else {
-                            v += pack<T>::load(&weight1_[first]) * r.u[2 * k + 1][g] * (pack<T>::load(&social_[here]) - x);
-                            v += pack<T>::load(&weight2_[first]) * r3.u[d % 4 + k][g] * (pack<T>::load(&social2_[here]) - x);
+                            v += pack<T>::load(&weight1_[first]) * r.u[2 * k + 1][g]
+                                 * (pack<T>::load(&social_[here]) - x);
+                            v += pack<T>::load(&weight2_[first]) * r3.u[d % 4 + k][g]
+                                 * (pack<T>::load(&social2_[here]) - x);
                         }
                         move(d + k, here, x, v);
                     }
@@ -441,7 +462,7 @@ template <class T> class swarm {
         }
         pack<T> to = x + v;
         const pack<T> low(lo), high(hi);
-        const pack_mask<T> stays = (low <= to) & (to <= high);   // no NaN does
+        const pack_mask<T> stays = (low <= to) & (to <= high);  // no NaN does
         if (!all(stays)) {
             const pack<T> inside = clamp(to, low, high), zero(T(0));
             if (settings_.bounds == bounds_rule::absorb) {
@@ -454,7 +475,7 @@ template <class T> class swarm {
                 const pack<T> turns = range > T(0) ? nearest((to - low) / range - T(0.5)) : zero;
                 to = clamp(to - turns * range, low, high);
             }
-            v = select(abs(v) <= pack<T>(std::numeric_limits<T>::max()), v, zero);   // what has run away begins anew
+            v = select(abs(v) <= pack<T>(std::numeric_limits<T>::max()), v, zero);  // what has run away begins anew
         }
         v.store(&v_[here]);
         to.store(&x_[here]);
@@ -471,8 +492,8 @@ template <class T> class swarm {
         evolver_.begin(n);
         const random_key key(seed_, trial_, stream::evolution);
         for (int i = 0; i < n; ++i) {
-            evolver_.propose({key, static_cast<std::uint32_t>(round_), static_cast<std::uint32_t>(from + i)}, i, from, n, elite, px_.data(),
-                             stride_, lower_, upper_, x_.data());
+            evolver_.propose({key, static_cast<std::uint32_t>(round_), static_cast<std::uint32_t>(from + i)}, i, from,
+                             n, elite, px_.data(), stride_, lower_, upper_, x_.data());
         }
     }
 

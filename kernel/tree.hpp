@@ -14,7 +14,9 @@ namespace SPACEARM_NAMESPACE {
 template <class T> struct vec3 {
     pack<T> x, y, z;
 };
-template <class T> SPACEARM_INLINE vec3<T> operator+(const vec3<T>& a, const vec3<T>& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+template <class T> SPACEARM_INLINE vec3<T> operator+(const vec3<T>& a, const vec3<T>& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
 template <class T> SPACEARM_INLINE vec3<T> operator-(const vec3<T>& a, const vec3<T>& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
@@ -31,28 +33,29 @@ template <class T> struct frame {
 enum class joint_kind : std::uint8_t { revolute, prismatic };
 
 template <class T> struct tree_joint {
-    int parent;                // index of the parent joint, -1 for the base
+    int parent;  // index of the parent joint, -1 for the base
     joint_kind kind;
-    int dof;                   // which entry of q drives it; mimic joints share one
-    T multiplier, offset;      // value = multiplier * q[dof] + offset
-    bool plain;                // multiplier 1 and offset 0
-    T rotation[9];             // row-major, fixed, parent joint's frame <- this joint's at q = 0
+    int dof;               // which entry of q drives it; mimic joints share one
+    T multiplier, offset;  // value = multiplier * q[dof] + offset
+    bool plain;            // multiplier 1 and offset 0
+    T rotation[9];         // row-major, fixed, parent joint's frame <- this joint's at q = 0
     T translation[3];
     // Robots are built at right angles: when the fixed rotation only permutes and flips axes, its 27 multiplications
     // are left out. permuted[k] is the parent's column that becomes column k, sign[k] its sign.
     bool right_angled;
     int permuted[3];
     T sign[3];
-    unsigned needed = 7;       // which of its columns anything uses (a bit each); the others are not computed
+    unsigned needed = 7;  // which of its columns anything uses (a bit each); the others are not computed
 };
 
 template <class T> struct tree {
-    std::vector<tree_joint<T>> joints;   // parents before children
+    std::vector<tree_joint<T>> joints;  // parents before children
     int dofs = 0;
 };
 
-template <class T> tree_joint<T> make_joint(int parent, joint_kind kind, int dof, double multiplier, double offset,
-                                       const double* rotation, const double* translation) {
+template <class T>
+tree_joint<T> make_joint(int parent, joint_kind kind, int dof, double multiplier, double offset, const double* rotation,
+                         const double* translation) {
     tree_joint<T> j{};
     j.parent = parent;
     j.kind = kind;
@@ -94,19 +97,21 @@ template <class T> SPACEARM_INLINE vec3<T> carry(const frame<T>& f, const T* loc
 template <class T> SPACEARM_INLINE vec3<T> scaled(const vec3<T>& a, const pack<T>& s) {
     return {a.x * s, a.y * s, a.z * s};
 }
-template <class T> SPACEARM_INLINE vec3<T> turned(const vec3<T>& a, const pack<T>& c, const vec3<T>& b, const pack<T>& s) {
+template <class T>
+SPACEARM_INLINE vec3<T> turned(const vec3<T>& a, const pack<T>& c, const vec3<T>& b, const pack<T>& s) {
     return {a.x * c + b.x * s, a.y * c + b.y * s, a.z * c + b.z * s};
 }
 
-// The three axes that a joint turns: its parent's, after the fixed rotation. With a right-angled one they are the parent's
-// own columns, up to the sign that `sign` gives.
+// The three axes that a joint turns: its parent's, after the fixed rotation. With a right-angled one they are the
+// parent's own columns, up to the sign that `sign` gives.
 template <class T> struct turned_axes {
     const vec3<T>* axis[3];
     T sign[3];
     vec3<T> storage[3];
 };
 
-template <class T> SPACEARM_INLINE void fixed_rotation(const tree_joint<T>& joint, const frame<T>& parent, turned_axes<T>& out) {
+template <class T>
+SPACEARM_INLINE void fixed_rotation(const tree_joint<T>& joint, const frame<T>& parent, turned_axes<T>& out) {
     for (int k = 0; k < 3; ++k) {
         if (joint.right_angled) {
             out.axis[k] = &parent.column[joint.permuted[k]];
@@ -167,7 +172,8 @@ template <class T> inline void mark_needed(tree<T>& robot, std::vector<unsigned>
         unsigned& up = used[joint.parent];
         for (int k = 0; k < 3; ++k) up |= joint.translation[k] != T(0) ? 1u << k : 0u;
         const bool turns = joint.kind == joint_kind::revolute && (used[j] & 3);
-        const unsigned axes = (turns ? 3u : used[j] & 3) | (used[j] & 4) | (joint.kind == joint_kind::prismatic ? 4u : 0u);
+        const unsigned axes =
+            (turns ? 3u : used[j] & 3) | (used[j] & 4) | (joint.kind == joint_kind::prismatic ? 4u : 0u);
         for (int k = 0; k < 3; ++k) {
             if (axes >> k & 1) up |= joint.right_angled ? 1u << joint.permuted[k] : 7u;
         }
