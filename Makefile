@@ -69,7 +69,7 @@ $(STAMPS)/tools: pyproject.toml tools/preflight.sh tools/requirements.py
 $(STAMPS)/package: $(STAMPS)/tools $(STAMPS)/modules $(BUILD_FILES)
 	@sh tools/preflight.sh $(VENV) > /dev/null || exit 2
 	@echo 'Building the kernel and installing spacearm: about 1 minute on 2 cores, seconds if little changed.'
-	@$(PIP) install --no-build-isolation --editable .
+	@$(PIP) install --no-build-isolation --config-settings=cmake.define.SPACEARM_WERROR=ON --editable .
 	@touch $@
 
 $(STAMPS)/test $(STAMPS)/lint: $(STAMPS)/%: $(STAMPS)/tools pyproject.toml

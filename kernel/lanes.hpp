@@ -33,6 +33,7 @@ template <class T> struct reg;
 template <class T> struct mask;
 
 #if SPACEARM_LEVEL == 4
+// The forms with a mask of all lanes are the same instructions; GCC's plain ones begin with a value that is not set.
 #define SPACEARM_REG(T, V, M, S)                                                                                       \
     template <> struct mask<T> {                                                                                       \
         M m;                                                                                                           \
@@ -48,12 +49,12 @@ template <class T> struct mask;
     SPACEARM_INLINE reg<T> sub(reg<T> a, reg<T> b) { return {_mm512_sub_##S(a.v, b.v)}; }                              \
     SPACEARM_INLINE reg<T> mul(reg<T> a, reg<T> b) { return {_mm512_mul_##S(a.v, b.v)}; }                              \
     SPACEARM_INLINE reg<T> div(reg<T> a, reg<T> b) { return {_mm512_div_##S(a.v, b.v)}; }                              \
-    SPACEARM_INLINE reg<T> min(reg<T> a, reg<T> b) { return {_mm512_min_##S(a.v, b.v)}; }                              \
-    SPACEARM_INLINE reg<T> max(reg<T> a, reg<T> b) { return {_mm512_max_##S(a.v, b.v)}; }                              \
-    SPACEARM_INLINE reg<T> sqrt(reg<T> a) { return {_mm512_sqrt_##S(a.v)}; }                                           \
+    SPACEARM_INLINE reg<T> min(reg<T> a, reg<T> b) { return {_mm512_maskz_min_##S(static_cast<M>(-1), a.v, b.v)}; }    \
+    SPACEARM_INLINE reg<T> max(reg<T> a, reg<T> b) { return {_mm512_maskz_max_##S(static_cast<M>(-1), a.v, b.v)}; }    \
+    SPACEARM_INLINE reg<T> sqrt(reg<T> a) { return {_mm512_maskz_sqrt_##S(static_cast<M>(-1), a.v)}; }                 \
     SPACEARM_INLINE reg<T> abs(reg<T> a) { return {_mm512_abs_##S(a.v)}; }                                             \
     SPACEARM_INLINE reg<T> nearest(reg<T> a) {                                                                         \
-        return {_mm512_roundscale_##S(a.v, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC)};                            \
+        return {_mm512_maskz_roundscale_##S(static_cast<M>(-1), a.v, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC)};  \
     }                                                                                                                  \
     SPACEARM_INLINE mask<T> less(reg<T> a, reg<T> b) { return {_mm512_cmp_##S##_mask(a.v, b.v, _CMP_LT_OQ)}; }         \
     SPACEARM_INLINE mask<T> less_equal(reg<T> a, reg<T> b) { return {_mm512_cmp_##S##_mask(a.v, b.v, _CMP_LE_OQ)}; }   \

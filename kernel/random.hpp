@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 #include "lanes.hpp"
 
@@ -72,6 +73,13 @@ template <class W> SPACEARM_INLINE void threefry4x32(const random_key& key, W (&
     inject(5);
 }
 
+// 0, 1, 2, ...
+inline constexpr auto lane_numbers = [] {
+    std::array<std::uint32_t, word_lanes> out{};
+    for (int i = 0; i < word_lanes; ++i) out[i] = static_cast<std::uint32_t>(i);
+    return out;
+}();
+
 // Uniforms in [0, 1) for the word_lanes particles first, first + 1, ... of one iteration: four numbers a particle, each
 // as the packs it fills.
 template <class T> struct uniform_block {
@@ -80,11 +88,9 @@ template <class T> struct uniform_block {
 template <class T>
 SPACEARM_INLINE uniform_block<T> uniforms(const random_key& key, std::uint32_t iteration, std::uint32_t first,
                                           std::uint32_t block) {
-    words x[4];
-    for (int lane = 0; lane < word_lanes; ++lane) x[0][lane] = first + static_cast<std::uint32_t>(lane);
-    x[1] = words{} + iteration;
-    x[2] = words{} + block;
-    x[3] = words{};
+    words lanes;
+    std::memcpy(&lanes, lane_numbers.data(), sizeof lanes);
+    words x[4] = {lanes + first, words{} + iteration, words{} + block, words{}};
     threefry4x32(key, x);
     uniform_block<T> out;
     for (int i = 0; i < 4; ++i) uniform(x[i], out.u[i]);
