@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as hnp
 from spacearm import errors
 from spacearm.checks import as_number, as_readonly, as_transform, shown
 from spacearm.errors import SceneError, SettingsError, SpacearmError, nearest
-from spacearm.motion.on_a_base import checked_base
+from spacearm.momentum.base_models import checked_base
 from spacearm.planner import PoseGoal
 from spacearm.robot import Frame, Joint, load_robot
 from spacearm.scene import Box, Cylinder

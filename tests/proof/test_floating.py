@@ -371,7 +371,7 @@ def test_the_file_of_a_fixed_base_is_as_it_was() -> None:
     others = [Adrift(robot, scene, base_start=start), Adrift(robot, scene, momentum=Momentum(linear=(1, 0, 0)))]
     hashes = {floating.problem_hash, *(judged(other, SWING, duration=9.0).problem_hash for other in others)}
     assert len(hashes) == 3
-    assert problem_digest(robot, scene, fixed.stance) == fixed.problem_hash
+    assert problem_digest(robot, scene, fixed.base_setup) == fixed.problem_hash
 
 
 def test_what_is_recorded_says_no_more_than_what_was_proven() -> None:

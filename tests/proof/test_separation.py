@@ -29,13 +29,13 @@ def resting(a: np.ndarray, b: np.ndarray, radius: float) -> Robot:
 
 def looked(robot: Robot, obstacle: Obstacle, n: np.ndarray | None = None) -> Gaps:
     """The gaps of the robot's capsules and an obstacle's solids, at rest."""
-    body, riders = bodies_of(robot)
+    body, relative_bodies = bodies_of(robot)
     middles, _ = watched(robot, line((0, 0), (0, 0)))
     (solids,) = solids_of(Scene([obstacle]))
     count = len(solids.radius)
     tasks = Tasks(np.zeros(count, np.intp), np.ones(count, np.intp), np.arange(count))
     directed = None if n is None else np.tile(n, (count, 1))
-    return gaps(middles, body, riders, tasks, solids, enough=np.inf, n=directed)
+    return gaps(middles, body, relative_bodies, tasks, solids, enough=np.inf, n=directed)
 
 
 @settings(max_examples=200)
@@ -135,12 +135,12 @@ def test_the_guard_outweighs_rounding(gap: float) -> None:
 
 def test_links_are_solids_where_they_are() -> None:
     robot = planar(self_pairs=(("upper", "fore"),))
-    body, riders = bodies_of(robot)
+    body, relative_bodies = bodies_of(robot)
     middles, _ = watched(robot, line((0.3, 2.5), (0.3, 2.5)))
     solids = link_solids(body, middles)
-    rider = riders.self_rider[0] + 1  # the capsule in the first family
-    tasks = Tasks(np.zeros(1, np.intp), np.array([rider]), np.array([0]))
-    known = gaps(middles, body, riders, tasks, solids, enough=np.inf)
+    relative = relative_bodies.self_relative[0] + 1  # the capsule in the first family
+    tasks = Tasks(np.zeros(1, np.intp), np.array([relative]), np.array([0]))
+    known = gaps(middles, body, relative_bodies, tasks, solids, enough=np.inf)
     assert known.most[0] == pytest.approx(-0.1)  # they meet in the elbow
 
 
@@ -179,14 +179,14 @@ def test_every_capsule_meets_every_solid_and_every_named_capsule() -> None:
         ),
         self_pairs=(("a", "b"), ("b", "c")),
     )
-    body, riders = bodies_of(robot)
-    kinds = kinds_of(Scene([Sphere((0, 0, 5), 1), Sphere((0, 0, -5), 1), HalfSpace((0, 0, 1), (0, 0, -9))]), riders)
+    body, relative_bodies = bodies_of(robot)
+    kinds = kinds_of(Scene([Sphere((0, 0, 5), 1), Sphere((0, 0, -5), 1), HalfSpace((0, 0, 1), (0, 0, -9))]), relative_bodies)
     assert len(kinds) == 3
     for kind, expected in zip(kinds[:2], (2, 1), strict=True):
-        pairs = capsule_pairs(kind, body, riders, link_pairs(kind, riders, 2))
-        found = sorted(zip(pairs.stretch, riders.body[pairs.rider], pairs.solid, strict=True))
+        pairs = capsule_pairs(kind, body, relative_bodies, link_pairs(kind, relative_bodies, 2))
+        found = sorted(zip(pairs.stretch, relative_bodies.body[pairs.relative], pairs.solid, strict=True))
         assert found == [(i, c, k) for i in range(2) for c in range(5) for k in range(expected)]
-    pairs = capsule_pairs(kinds[2], body, riders, link_pairs(kinds[2], riders, 1))
-    met = {frozenset((int(riders.body[r]), int(s))) for r, s in zip(pairs.rider, pairs.solid, strict=True)}
+    pairs = capsule_pairs(kinds[2], body, relative_bodies, link_pairs(kinds[2], relative_bodies, 1))
+    met = {frozenset((int(relative_bodies.body[r]), int(s))) for r, s in zip(pairs.relative, pairs.solid, strict=True)}
     assert met == {frozenset(pair) for pair in [(0, 1), (0, 2), (3, 1), (3, 2), (1, 4), (2, 4)]}
-    assert len(pairs.rider) == len(met)
+    assert len(pairs.relative) == len(met)

@@ -14,8 +14,8 @@ from spacearm.momentum import Momentum
 from spacearm.motion import AnyTrajectory, RecordedTrajectory
 from spacearm.planner import BaseLimits
 from spacearm.proof import Certificate
-from spacearm.proof.base import floating_base_of
-from spacearm.proof.stance import stance_of
+from spacearm.proof.base import begun_base_proof
+from spacearm.proof.stance import base_setup_of
 from spacearm.robot import Robot
 from spacearm.scene import Capsule, HalfSpace, Scene, Sphere
 
@@ -301,7 +301,7 @@ def complaints(case: Case, trajectory: AnyTrajectory, way: Motions, certificate:
     assert found is not None
     size = float(np.abs(way.ends - way.at[:, None, None]).max()) + 1e-6
     reach = size + float(np.abs(way.at).max())
-    drift = floating_base_of(case.robot, trajectory, stance_of(case, case.robot, who="problem")).drift
+    drift = begun_base_proof(case.robot, trajectory, base_setup_of(case, case.robot, who="problem")).drift
     assert drift is not None
     begin, end = drift._curve.domain  # as far along as the checker is, whether that is time or not
     inner = np.clip(begin + (way.u - way.u[0]) * ((end - begin) / (way.u[-1] - way.u[0])), begin, end)

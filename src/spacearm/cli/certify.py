@@ -147,8 +147,9 @@ def _summary(found: Recheck) -> list[tuple[str, str]]:
         )
     rows += [("file contradicts", text) for text in certificate.contradictions]
     rows += [("limits", text) for text in certificate.broken_limits] or [("limits", _kept(certificate.checked))]
-    if certificate.floating is not None and certificate.floating.checked and not certificate.floating.broken_limits:
-        rows.append(("base's limits", _kept([name.replace("_", " ") for name in certificate.floating.checked])))
+    base = certificate.base_findings
+    if base is not None and base.checked and not base.broken_limits:
+        rows.append(("base's limits", _kept([name.replace("_", " ") for name in base.checked])))
     rows += rows_on_unchecked(certificate.unchecked, certificate.bare)
     rows.append(("duration", as_duration(certificate.trajectory.duration)))
     if found.base is not None:

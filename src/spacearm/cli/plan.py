@@ -153,7 +153,9 @@ def _goals(found: Plan) -> str:
     search = found.goal_search
     if search is None or not search.searches:
         return str(len(found.goals))
-    if found.problem.floats:  # where the arm ends depends on how the base turns: these are where the search begins
+    if (
+        found.problem.base_model.follows_arm
+    ):  # where the arm ends depends on how the base turns: these are where the search begins
         return f"{len(found.goals)} distinct ones to begin with, which would reach the goal if the base stayed"
     return f"{len(found.goals)} distinct ones, of {search.reached} that reach the goal; {search.in_collision} of these collide"
 

@@ -1,5 +1,6 @@
-"""The floating base: momentum of a robot whose base is free, and how the base moves when the arm does."""
+"""The base models, fixed and floating: the robot's momentum, and how its base moves when the arm does."""
 
+from spacearm.momentum.base_models import BASE_MODELS, BaseModel, BaseTrack, FixedBase, FloatingBase
 from spacearm.momentum.base_motion import BaseMotion, JointPath
 from spacearm.momentum.blocks import (
     Moments,
@@ -15,8 +16,13 @@ from spacearm.momentum.masses import require_masses
 from spacearm.momentum.total import Momentum
 
 __all__ = [
+    "BASE_MODELS",
+    "BaseModel",
     "BaseMotion",
+    "BaseTrack",
     "Convergence",
+    "FixedBase",
+    "FloatingBase",
     "JointPath",
     "Moments",
     "Momentum",

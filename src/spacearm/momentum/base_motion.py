@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm._kernel.exact import inverse3, length, solved3
+from spacearm._kernel.exact import inverse3, length, product, solved3
 from spacearm.checks import as_number, as_numbers, as_pose, require_kind, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum.blocks import system_mass
@@ -20,7 +20,7 @@ from spacearm.momentum.masses import require_masses
 from spacearm.momentum.quick import moving
 from spacearm.momentum.steps import adaptive_steps, attitude_within
 from spacearm.momentum.total import Momentum
-from spacearm.momentum.turning import cross, quaternion_of, rotated
+from spacearm.momentum.turning import cross, matrix_of, quaternion_of, rotated
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
 
@@ -30,7 +30,6 @@ _FIRST_STEPS = 8
 _TUMBLE = 0.5  # [rad] at most in a first step
 _MOST_TUMBLE = 600.0  # [rad] about a hundred turns in one motion
 _AT_ONCE = 4096
-_SLIVER = 1e-12  # of the whole: steps are not begun closer together
 
 
 class JointPath(Protocol):
@@ -47,23 +46,6 @@ class JointPath(Protocol):
 
     def hulls(self, derivative: int, *, bisections: int = ...) -> tuple[Array, Array, Array]:
         """Return first of all the ends (p, 2) of its pieces, halved so many times."""
-        ...
-
-
-class PathLaw(Protocol):
-    """Where on its path a motion is, from 0 to 1, at each share of its duration."""
-
-    @property
-    def breaks(self) -> Array:
-        """Where its pieces begin and end."""
-        ...
-
-    def sample(self, x: ArrayLike, derivative: int = 0) -> Array:
-        """Return the share of the path, or a derivative with respect to the share of time."""
-        ...
-
-    def inverse(self, s: ArrayLike) -> Array:
-        """Return when a share of the path is reached."""
         ...
 
 
@@ -88,7 +70,6 @@ class BaseMotion:
         base_start: ArrayLike | None = None,
         momentum: Momentum | None = None,
         duration: float | None = None,
-        time_law: PathLaw | None = None,
         tolerance: float = 1e-9,
     ) -> None:
         """Integrate the base's attitude along the path.
@@ -99,7 +80,6 @@ class BaseMotion:
             base_start: T_w_b (4, 4), or a point (3,), where the path begins [m]; None: at the origin.
             momentum: of base and arm; None: none.
             duration: of the whole path [s]; needed with momentum other than 0, and of no effect without.
-            time_law: of the path, with momentum other than 0; None: uniform.
             tolerance: of the attitude [rad].
 
         Raises:
@@ -115,12 +95,11 @@ class BaseMotion:
         require_kind("momentum", self.momentum, Momentum, ProblemError)
         tolerance = as_number("tolerance", tolerance, ProblemError, above=0, unit="rad")
         self._begin, self._end = curve.domain
-        self._duration, self._law = 0.0, None
+        self._duration = 0.0
         if not self.momentum.is_zero:
             if duration is None:
                 raise ProblemError("duration is None, expected a time [s]: with momentum the base moves by itself; give one")
             self._duration = as_number("duration", duration, ProblemError, at_least=0, unit="s")
-            self._law = time_law
         self._drift = self.momentum.linear / system_mass(robot)
         attitude = quaternion_of(self.base_start[:3, :3])
         first = as_configurations(robot, curve.sample(self._begin))[None]
@@ -136,7 +115,7 @@ class BaseMotion:
             u: (...,) on the path; beyond its ends, what holds there.
         """
         at = as_numbers("u", u, ProblemError)
-        parts = [self._pose(part) for part in _chunks(self._variable(at.ravel()))]
+        parts = [self._pose(part) for part in _chunks(self._within(at.ravel()))]
         position, attitude = (np.concatenate(values) for values in zip(*parts, strict=True))
         return position.reshape(*at.shape, 3), attitude.reshape(*at.shape, 4)
 
@@ -151,38 +130,40 @@ class BaseMotion:
     def twist(self, u: ArrayLike) -> tuple[Array, Array]:
         """Return the velocity of the base's origin (..., 3) in the inertial frame [m], and `rate`, per unit of u.
 
-        With momentum both are infinite where the time law stands still.
-
         Args:
             u: (...,) on the path; beyond its ends, what holds there.
         """
         at = as_numbers("u", u, ProblemError)
-        parts = [self._twist(part) for part in _chunks(self._variable(at.ravel()))]
+        parts = [self._twist(part) for part in _chunks(self._within(at.ravel()))]
         velocity, omega = (np.concatenate(values).reshape(*at.shape, 3) for values in zip(*parts, strict=True))
         return velocity, omega
 
-    # The attitude is integrated over v: the path's own u, or, where a time law runs it, the share of the duration.
+    def placed(self, u: ArrayLike, T_b_x: Array) -> Array:
+        """Return frames of the base in the inertial frame, T_w_x (..., 4, 4).
 
-    def _variable(self, u: Array) -> Array:
-        within = np.clip(u, self._begin, self._end)
-        return within if self._law is None else self._law.inverse((within - self._begin) / (self._end - self._begin))
+        Args:
+            u: (...,) on the path; beyond its ends, what holds there.
+            T_b_x: (..., 4, 4) in the base's frame, one for each u [m].
+        """
+        position, attitude = self.pose(u)
+        T_w_b = np.zeros_like(T_b_x)
+        T_w_b[..., :3, :3], T_w_b[..., :3, 3], T_w_b[..., 3, 3] = matrix_of(attitude), position, 1.0
+        return product(T_w_b, T_b_x)
 
-    def _moved(self, v: Array) -> tuple[Array, Array, Array]:
-        """Return q, dq/dv (m, n) and du/dv (m,)."""
-        if self._law is None:
-            return self.curve.sample(v), self.curve.sample(v, 1), np.ones_like(v)
-        length = self._end - self._begin
-        u, speed = self._begin + length * self._law.sample(v), length * self._law.sample(v, 1)
-        return self.curve.sample(u), self.curve.sample(u, 1) * speed[:, None], speed
+    def _within(self, u: Array) -> Array:
+        return np.clip(u, self._begin, self._end)
+
+    def _moved(self, u: Array) -> tuple[Array, Array]:
+        """Return q and dq/du, (m, n)."""
+        return self.curve.sample(u), self.curve.sample(u, 1)
 
     @property
     def _time_scale(self) -> float:
-        """dt/dv [s]."""
-        return self._duration if self._law is not None else self._duration / (self._end - self._begin)
+        """dt/du [s]."""
+        return self._duration / (self._end - self._begin)
 
-    def _field(self, v: Array) -> tuple[Array, Array | None]:
-        q, dq, _ = self._moved(v)
-        found = moving(self.robot, q, dq)
+    def _field(self, u: Array) -> tuple[Array, Array | None]:
+        found = moving(self.robot, *self._moved(u))
         if not self.momentum.angular.any():
             return found.free_rate, None
         return found.free_rate, inverse3(found.H_w) * self._time_scale
@@ -190,11 +171,6 @@ class BaseMotion:
     def _first_nodes(self) -> Array:
         ends = self.curve.hulls(0, bisections=0)[0]
         breaks = np.append(ends[:, 0], ends[-1, 1])
-        if self._law is not None:
-            shares = self._law.inverse((breaks - self._begin) / (self._end - self._begin))
-            breaks = np.union1d(shares, self._law.breaks)
-            breaks = breaks[np.append(np.diff(breaks) > _SLIVER, True)]
-            breaks[0] = 0.0
         parts = max(1, -(-_FIRST_STEPS // (len(breaks) - 1)))
         spin = self._field(breaks)[1]
         if spin is not None:
@@ -209,26 +185,25 @@ class BaseMotion:
         share = np.arange(parts) / parts
         return np.append((breaks[:-1, None] + share * np.diff(breaks)[:, None]).ravel(), breaks[-1])
 
-    def _pose(self, v: Array) -> tuple[Array, Array]:
-        attitude = attitude_within(self._field, self._steps, v, self.momentum.angular)
-        time = (v - self._steps.nodes[0]) * self._time_scale
-        center = moving(self.robot, *self._moved(v)[:2]).center
+    def _pose(self, u: Array) -> tuple[Array, Array]:
+        attitude = attitude_within(self._field, self._steps, u, self.momentum.angular)
+        time = (u - self._steps.nodes[0]) * self._time_scale
+        center = moving(self.robot, *self._moved(u)).center
         return self._center + self._drift * time[:, None] - rotated(attitude, center), attitude
 
-    def _twist(self, v: Array) -> tuple[Array, Array]:
-        _, dq, speed = self._moved(v)
-        found = moving(self.robot, self._moved(v)[0], dq)
-        attitude = attitude_within(self._field, self._steps, v, self.momentum.angular)
+    def _twist(self, u: Array) -> tuple[Array, Array]:
+        found = moving(self.robot, *self._moved(u))
+        attitude = attitude_within(self._field, self._steps, u, self.momentum.angular)
         omega = found.free_rate
         if self.momentum.angular.any():
             inverse = attitude * np.array([1.0, -1.0, -1.0, -1.0])
             spin = solved3(found.H_w, rotated(inverse, self.momentum.angular))
             omega = omega + spin * self._time_scale
-        center = found.center_rate + cross(omega, found.center)  # how it moves for the base, base axes
-        velocity = self._drift * self._time_scale - rotated(attitude, center)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return velocity / speed[:, None], omega / speed[:, None]
+        center = found.center_rate + cross(
+            omega, found.center
+        )  # velocity of the centre of mass relative to the base, base axes
+        return self._drift * self._time_scale - rotated(attitude, center), omega
 
 
-def _chunks(v: Array) -> list[Array]:
-    return [v[i : i + _AT_ONCE] for i in range(0, max(len(v), 1), _AT_ONCE)]
+def _chunks(u: Array) -> list[Array]:
+    return [u[i : i + _AT_ONCE] for i in range(0, max(len(u), 1), _AT_ONCE)]

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from spacearm.checks import require_kind
 from spacearm.errors import ProblemError
 from spacearm.momentum import Momentum
+from spacearm.momentum.base_models import Base
 from spacearm.motion.margins import as_jerk_limit, fastest_duration
-from spacearm.motion.on_a_base import Base
 from spacearm.motion.refined_law import refined_law
 from spacearm.motion.retimed import fastest_duration_of_law
 from spacearm.motion.spline import Motion

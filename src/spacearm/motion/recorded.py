@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.checks import as_numbers, as_sentences, require_kind, shown
 from spacearm.errors import ProblemError
 from spacearm.momentum import JointPath, Momentum
+from spacearm.momentum.base_models import Base
 from spacearm.motion.margins import LimitMargins, path_margins
-from spacearm.motion.on_a_base import Base, OnABase
+from spacearm.motion.on_a_base import OnABase
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.trajectory import LONGEST, JointState, Trajectory
 from spacearm.robot import Robot

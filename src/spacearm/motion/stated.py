@@ -166,11 +166,11 @@ def _base(read: RecordedTrajectory, rows: Rows, notes: list[str]) -> Iterator[st
     i = int(np.argmax(off))
     if off[i] > _allowed(poses) + 2 * _digits(rows.states[0]) * read.robot.dof:
         where = f"{places[i]}: the base is {away[i]:.4g} m and {turned[i]:.4g} rad from where"
-        if read.base == "fixed":
-            raise FileFormatError(f"{where} a fixed base stays; give base='floating', or leave the base's columns out")
+        if not read.base_model.follows_arm:
+            raise FileFormatError(f"{where} a {read.base} base stays; give base='floating', or leave the base's columns out")
         else:
             yield f"{where} momentum takes it: something else moves it, or holds it, or the masses are others"
-    elif read.base == "fixed":
+    elif not read.base_model.follows_arm:
         notes.append("the base stays where the file has it")
     else:
         notes.append(

@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.checks import shown
 from spacearm.errors import FileFormatError
 from spacearm.momentum import Momentum
+from spacearm.momentum.base_models import Base
 from spacearm.motion.base_columns import as_matrix
 from spacearm.motion.joint_trajectory import rows_of_messages
-from spacearm.motion.on_a_base import Base
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.recorded import RecordedTrajectory
 from spacearm.motion.stated import Rows, contradictions

@@ -1,4 +1,4 @@
-"""What a motion does to a floating base, and whether it ends as was asked: float64, apart from the search."""
+"""What a motion does to its base, and whether it ends as was asked: float64, apart from the search."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.onto_goal import pose_errors, tolerances
-from spacearm.proof.base import Base, floating_base_of
+from spacearm.proof.base import BaseProof, begun_base_proof
 from spacearm.proof.base_limits import exceeded
-from spacearm.proof.stance import stance_of
+from spacearm.proof.stance import base_setup_of
 from spacearm.robot import forward_kinematics
 
 _STEPS = 1e9  # a factor of time is a whole number of shares so small
@@ -23,7 +23,7 @@ _STEPS = 1e9  # a factor of time is a whole number of shares so small
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaseReport:
-    """A floating base over a trajectory; by the proof's bounds, so nothing between instants is missed.
+    """A base that is moved, over a trajectory; by the proof's bounds, so nothing between instants is missed.
 
     Attributes:
         final: angle between the base's attitudes at the end and at the beginning [rad].
@@ -47,7 +47,7 @@ class BaseReport:
 
 
 def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
-    """Report on the floating base of a problem's trajectory.
+    """Report on the base of a problem's trajectory, which the arm moves.
 
     Raises:
         ProblemError: the problem's base is fixed, or the momentum turns it too often.
@@ -61,7 +61,7 @@ def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
         T = T_w_b @ forward_kinematics(problem.robot, q, frame=problem.goal.frame)
         distance, off = (float(error[0]) for error in pose_errors(problem.goal, T[None]))
         near, turn = tolerances(problem.goal)
-        lever = float(np.linalg.norm(T[:3, 3] - base.center_at_end()))
+        lever = float(np.linalg.norm(T[:3, 3] - base.turns_about_at_end()))
         if distance + figures.error * lever > near or off + figures.error > turn:
             angle_too = f" and {math.degrees(off):.3g} deg" if isinstance(problem.goal, PoseGoal) else ""
             missed.append(f"the end effector misses its goal by {distance * 1e3:.4g} mm{angle_too}")
@@ -96,7 +96,7 @@ def within_base_limits(problem: Problem, trajectory: Trajectory) -> float:
     return factor if factor == 1 else math.ceil(factor * _STEPS) / _STEPS
 
 
-def _base_of(problem: Problem, trajectory: AnyTrajectory) -> Base:
-    if not problem.floats:
+def _base_of(problem: Problem, trajectory: AnyTrajectory) -> BaseProof:
+    if not problem.base_model.follows_arm:
         raise ProblemError("the problem's base is fixed, expected one that floats; give base='floating'")
-    return floating_base_of(problem.robot, trajectory, stance_of(problem, problem.robot, who="problem"))
+    return begun_base_proof(problem.robot, trajectory, base_setup_of(problem, problem.robot, who="problem"))

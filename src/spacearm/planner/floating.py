@@ -1,4 +1,4 @@
-"""What may be asked of a base that floats: how it is to stand at the end, and how little the arm may disturb it."""
+"""What may be asked of a base that moves with its arm: how it is to stand at the end, and how little the arm may disturb it."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import Frozen, as_number, as_readonly, keep
 from spacearm.errors import ProblemError
+from spacearm.momentum.base_models import LIMITS
 from spacearm.momentum.turning import as_unit
 
 Array = NDArray[np.float64]
@@ -75,6 +76,11 @@ class BaseLimits(Frozen):
                 )
 
     @property
+    def asked(self) -> tuple[str, ...]:
+        """The names of the limits that there are."""
+        return tuple(name for name in LIMITS if getattr(self, name) is not None)
+
+    @property
     def any(self) -> bool:
         """Whether there is a limit at all."""
-        return not (self.final is self.peak is self.rate is self.joint_momentum is None)
+        return bool(self.asked)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.checks import as_name, as_pose, as_whole, is_a_row, shown
 from spacearm.errors import RobotError, nearest
+from spacearm.momentum.base_models import base_model
 from spacearm.planner.held_mass import held_body
 from spacearm.robot.capsule_fit import Segment
 from spacearm.robot.envelope import Shape, enclosed
@@ -83,8 +84,8 @@ def hold(
     kind = type(obstacle).__name__.lower()
     capsule_count = f"{len(capsules)} capsule{'s' if len(capsules) > 1 else ''}"
     notes = [f"'{name}', a {kind}, is held by frame '{holder.name}': {capsule_count}, {excess}"]
-    if body is None and robot.base == "floating":
-        notes.insert(0, f"'{name}' is held, and nothing says its mass: a floating base needs it; give hold(..., mass=...)")
+    if body is None and base_model(robot.base).needs_masses:
+        notes.insert(0, f"'{name}' is held, and nothing says its mass: a {robot.base} base needs it; give hold(..., mass=...)")
     return replace(
         robot,
         bodies=robot.bodies if body is None else (*robot.bodies, body),

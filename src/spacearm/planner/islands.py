@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm._kernel import native
-from spacearm.momentum import system_mass
 from spacearm.motion import Motion
 from spacearm.motion.margins import as_jerk_limit
 from spacearm.planner.clearance import Margins
 from spacearm.planner.goals import PoseGoal, PositionGoal
-from spacearm.planner.kernel_model import kernel_model, native_class, with_masses
+from spacearm.planner.kernel_model import kernel_model, native_class
 from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.bounds import search_bounds
 from spacearm.planner.reaching.onto_goal import tolerances
@@ -69,7 +68,7 @@ class Islands:
         if len(margins.most):
             scene = scene.eased(margins.capsules, margins.obstacles, margins.others, margins.most)
         return native_class("MotionSearch", precision)(
-            with_masses(scene, robot) if problem.floats else scene,
+            problem.base_model.kernel_robot(scene, robot),
             np.array(problem.start),
             np.ascontiguousarray(self._goals),
             *(np.array(bound) for bound in self.bounds),
@@ -240,15 +239,16 @@ def _started(work: Callable[[], None], count: int) -> list[threading.Thread]:
 
 
 def asked_of_the_base(problem: Problem, precision: int = _PRECISION) -> dict[str, Any]:
-    """Return what is asked of a floating base as the kernel takes it; of a fixed one the duration, if there is one.
+    """Return what the kernel is told of the base and, where the arm moves it, of how the motion is to end.
 
     Args:
         problem: told in the frame of the base as it stands at the beginning.
         precision: of the kernel's numbers, 32 or 64 bits; the shorter ones cannot come as near as one may ask.
     """
-    if not problem.floats:
-        return {} if problem.duration is None else {"fixed": True, "duration": problem.duration}
-    goal, limits, out = problem.goal, problem.base_limits, dict[str, Any]()
+    out = problem.base_model.kernel_base(problem.robot, problem.momentum, problem.duration)
+    if not problem.base_model.follows_arm:
+        return out
+    goal, limits = problem.goal, problem.base_limits
     finest = _FINEST if precision == _PRECISION else 0.0
     if isinstance(goal, (PositionGoal, PoseGoal)):
         frame = problem.robot.frame(goal.frame or problem.robot.tip)
@@ -275,10 +275,4 @@ def asked_of_the_base(problem: Problem, precision: int = _PRECISION) -> dict[str
     for key, limit in (("most_turned", limits.peak), ("most_rate", limits.rate), ("most_arm", limits.joint_momentum)):
         if limit is not None:
             out[key] = _WITHIN_LIMIT * limit
-    if problem.duration is not None:
-        out["duration"] = problem.duration
-    if not problem.momentum.is_zero:
-        mass = system_mass(problem.robot)
-        out["angular"] = problem.momentum.angular.tolist()
-        out["drift"] = (problem.momentum.linear * (problem.duration or 0.0) / mass).tolist()
-    return out | {"most_turned": out.get("most_turned", 0.0)}  # never empty
+    return out

@@ -15,7 +15,7 @@ from spacearm.motion import Motion
 from spacearm.planner.clearance import Margins, margins_within_reach
 from spacearm.planner.goals import ConfigurationGoal, PoseGoal, PositionGoal
 from spacearm.planner.islands import Islands
-from spacearm.planner.problem import Problem, require_searchable
+from spacearm.planner.problem import Problem, placed_ends, require_searchable
 from spacearm.planner.settings import PlannerSettings
 from spacearm.robot.left_out import require_envelope
 from spacearm.swarm import Rng, Swarm, seed_of
@@ -77,7 +77,7 @@ class MotionSwarm:
         self.problem, self.settings = problem, settings
         self.goal = _configuration(problem, goal)
         self.interior = settings.interior_points[0]
-        ends = problem.start[None] if problem.floats else np.stack([problem.start, self.goal])
+        ends = placed_ends(problem, self.goal[None])
         margins = margins_within_reach(problem.local, ends, settings.margin)
         joint_goal = replace(problem, goal=ConfigurationGoal(self.goal))
         self._islands = Islands(joint_goal, self.goal[None].copy(), settings, seed=0, margins=margins)
@@ -164,7 +164,7 @@ class MotionSwarm:
 def _configuration(problem: Problem, goal: ArrayLike | None) -> Array:
     if goal is not None:
         return as_readonly("goal", goal, (problem.robot.dof,), ProblemError)
-    if problem.floats and isinstance(problem.goal, (PositionGoal, PoseGoal)):
+    if problem.base_model.follows_arm and isinstance(problem.goal, (PositionGoal, PoseGoal)):
         raise ProblemError(
             f"the base floats and the problem's goal is a {type(problem.goal).__name__}, expected a configuration to end in: "
             "where the end effector gets to depends on the whole motion; give `goal`, or leave the search to plan(...)"

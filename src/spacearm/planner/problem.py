@@ -14,8 +14,8 @@ from spacearm._kernel.exact import product
 from spacearm.checks import Frozen, as_number, as_readonly, as_sentences, keep, shown
 from spacearm.errors import ProblemError, nearest
 from spacearm.momentum import Momentum, momentum_map, system_mass
+from spacearm.momentum.base_models import Base, BaseModel, base_model, checked_base
 from spacearm.momentum.turning import matrix_of, quaternion_of
-from spacearm.motion.on_a_base import Base, checked_base
 from spacearm.planner.floating import AttitudeGoal, BaseLimits
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.robot.model import Robot
@@ -110,6 +110,11 @@ class Problem(_WithLocal):
         _require_slow_tumbling(self)
 
     @property
+    def base_model(self) -> BaseModel:
+        """What holds the base."""
+        return base_model(self.base)
+
+    @property
     def floats(self) -> bool:
         """Whether the base floats."""
         return self.base == "floating"
@@ -152,9 +157,12 @@ def _asked_of_the_base(problem: Problem) -> dict[str, Any]:
         goal = AttitudeGoal(goal)
     if not isinstance(limits, BaseLimits):
         raise ProblemError(f"base_limits is {shown(limits)}, expected BaseLimits(...)")
-    if problem.base == "fixed" and (goal is not None or limits.any):
-        what = "base_goal" if goal is not None else "base_limits"
-        raise ProblemError(f"base is 'fixed' and {what} is given, expected a floating base with it; give base='floating'")
+    model = problem.base_model
+    if (goal is not None and not model.takes_goal) or not set(limits.asked) <= set(model.limits):
+        what = "base_goal" if goal is not None and not model.takes_goal else "base_limits"
+        raise ProblemError(
+            f"base is '{problem.base}' and {what} is given, expected a floating base with it; give base='floating'"
+        )
     if goal is not None and limits.final is not None:
         raise ProblemError(
             "base_goal and base_limits.final are both given, expected one of them; the goal has its own tolerance"
@@ -179,7 +187,7 @@ def _require_within_reason(problem: Problem, duration: float | None) -> None:
         return
     if not _SHORTEST <= duration <= _LONGEST:
         raise ProblemError(f"duration is {duration:.3g} s, expected {_SHORTEST:g} to {_LONGEST:g} s")
-    if problem.floats and not problem.momentum.is_zero:
+    if not problem.momentum.is_zero:
         with np.errstate(over="ignore"):
             drift = float(np.abs(problem.momentum.linear).max() / system_mass(problem.robot) * duration)
         spin = float(np.abs(problem.momentum.angular).max())
@@ -240,6 +248,14 @@ def within_limits(
         ]
         notes.append(f"{name} is a little beyond the limits and was set onto them: joint {', '.join(each)}")
     return as_readonly(name, kept, (robot.dof,), ProblemError)
+
+
+def placed_ends(problem: Problem, goals: Array) -> Array:
+    """Return those of the start and the goals (g, n) at which it is known where the links are, (e, n).
+
+    Where the arm moves its base, nobody knows at a goal where the base will be, and so what is near.
+    """
+    return problem.start[None] if problem.base_model.follows_arm else np.vstack([problem.start, goals])
 
 
 def require_searchable(problem: Problem) -> None:

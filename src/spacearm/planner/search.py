@@ -13,17 +13,18 @@ from numpy.typing import NDArray
 
 from spacearm.checks import shown
 from spacearm.errors import ProblemError, SettingsError
+from spacearm.momentum.base_models import require_known
 from spacearm.motion import Motion, Trajectory, fastest_duration, time_optimal
 from spacearm.planner.base_report import BaseReport, report_base, within_base_limits
 from spacearm.planner.clearance import margins_within_reach
 from spacearm.planner.islands import Islands
-from spacearm.planner.problem import Problem, require_searchable
+from spacearm.planner.problem import Problem, placed_ends, require_searchable
 from spacearm.planner.reaching.explain import EndReport, check_ends, explain_goal
 from spacearm.planner.reaching.search import GoalConfigurations, find_goal_configurations
 from spacearm.planner.result import Plan
 from spacearm.planner.settings import PlannerSettings
 from spacearm.proof import Certificate, certify
-from spacearm.robot.left_out import lacks_envelope, require_all_masses
+from spacearm.robot.left_out import lacks_envelope
 from spacearm.settings import setting_names
 from spacearm.swarm import Rng, seed_of
 
@@ -80,8 +81,7 @@ def plan(
         raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
     require_timing(problem, settings)
     require_searchable(problem)
-    if problem.floats:
-        require_all_masses(problem.robot)
+    require_known(problem.base_model, problem.robot)
     run = _Run(problem=problem, settings=settings, seed=seed_of(rng), tell=progress or (lambda _: None))
     try:
         return run.planned()
@@ -161,8 +161,7 @@ class _Run:
 
     def search(self) -> Plan:
         goals = self.goals
-        # Where the base will be at the goal is not known yet: there nothing can be said of what is near.
-        ends = self.problem.start[None] if self.problem.floats else np.vstack([self.problem.start, goals])
+        ends = placed_ends(self.problem, goals)
         margins = margins_within_reach(self.problem.local, ends, self.settings.margin)
         self.islands = Islands(self.problem, goals, self.settings, seed=self.seed, margins=margins)
         self.lap("prepare")
@@ -257,7 +256,7 @@ class _Run:
                 continue
             near = self.certificate.closest if self.certificate is not None else None
             if near is None or not 0 < near.u < 1:
-                if not self.problem.floats:
+                if not self.problem.base_model.follows_arm:
                     return "not_proven"  # no other motion would fare better
                 self._again(less)
                 continue
@@ -303,7 +302,7 @@ class _Run:
         return missed
 
     def _report(self) -> None:
-        if self.problem.floats and self.trajectory is not None:
+        if self.problem.base_model.follows_arm and self.trajectory is not None:
             self.base = report_base(self.problem, self.trajectory)
 
     def _trajectory(self, motion: Motion, duration: float | None = None) -> Trajectory:

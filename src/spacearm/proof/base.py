@@ -1,69 +1,69 @@
-"""Where the base is along a trajectory, and so where all links are in the inertial frame, in which the obstacles rest."""
+"""What a proof knows of a base along a trajectory: one class for each base model, found by the model's name.
+
+A base proof places the links in the inertial frame, in which the obstacles rest, bounds how the base moves on a stretch, and
+says what is found about it. It rests on the robot, the joints' path and the base setup alone, and on Pinocchio: on nothing that
+the trajectory or the search says of the base.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.errors import ProblemError
 from spacearm.motion import AnyTrajectory, Curve, Motion, PiecewisePath, TimeLaw, Trajectory
 from spacearm.motion.timelaw import over_time
-from spacearm.proof.base_limits import BaseFigures
-from spacearm.proof.bodies import floating_bodies_of
+from spacearm.proof.base_limits import BaseFigures, BaseFindings, HasBaseLimits, asked, exceeded
+from spacearm.proof.bodies import Bodies, RelativeBodies, bodies_in_space_of, bodies_of
 from spacearm.proof.drift import Drift
 from spacearm.proof.masses import masses_of
 from spacearm.proof.middles import JointMap
-from spacearm.proof.recoil import Reaction
-from spacearm.proof.stance import Stance
+from spacearm.proof.recoil import BaseMotionBounds, Reaction
+from spacearm.proof.residual import some_of, stated_base_errors
+from spacearm.proof.stance import BaseSetup
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 
+FramesAt = Callable[[Array], Array]
+"""Takes parameters (r,) of the curve, gives T_w_joint (r, j + 1, 4, 4); the last is the base itself."""
 
-class Base:
-    """A base that is held, or that floats, along a trajectory.
+
+class BaseProof(ABC):
+    """A base along a trajectory, as the proof has it.
 
     Attributes:
-        stance: how it is held.
-        curve: the joints' path that is to be proven: the trajectory's own, and over time where the base tumbles by itself.
-        drift: where it turns to; None if it is fixed.
-        reaction: how it gives way on a stretch; None if it is fixed.
+        robot, trajectory, setup: what it is about.
+        curve: the joints' path that is to be proven: the trajectory's own, or over time where the base moves by itself.
     """
 
-    def __init__(self, robot: Robot, trajectory: AnyTrajectory, stance: Stance) -> None:
-        """Choose the curve; nothing is computed before `begin`."""
-        self.stance, self._robot, self._trajectory = stance, robot, trajectory
-        self.curve: Curve = trajectory.curve
-        self.drift: Drift | None = None
-        self.reaction: Reaction | None = None
-        law = trajectory.time_law if isinstance(trajectory, Trajectory) else None
-        if stance.tumbling and law is not None and trajectory.duration > 0:
-            self.curve = trajectory.path
+    robot: Robot
+    trajectory: AnyTrajectory
+    setup: BaseSetup
+    curve: Curve
 
+    @abstractmethod
+    def bodies(self) -> tuple[Bodies, RelativeBodies]:
+        """Return the robot's bodies, and what moves relative to what; see `RelativeBodies.free`."""
+
+    @abstractmethod
     def begin(self, frames: Array) -> None:
-        """Integrate the motion.
+        """Find out where the base goes, before anything else is asked.
 
         Args:
             frames: (j + 1, 4, 4) T_b_joint at the beginning, the last the base itself.
 
         Raises:
-            RobotError: it floats, and the robot's masses cannot be.
+            RobotError: masses that cannot be.
             ProblemError: it tumbles too often.
         """
-        if not self.stance.floating:
-            return
-        begin, end = self.curve.domain
-        time_rate = self._trajectory.duration / (end - begin)
-        self._masses, self._begin = masses_of(self._robot), begin
-        self.drift = _drift_of(self._robot, self.curve, self.stance, time_rate=time_rate)
-        linear, angular = self.stance.linear, self.stance.angular
-        self.reaction = Reaction(self._robot, linear=linear, angular=angular, time_rate=time_rate, off=self.drift.error)
-        self._velocity = linear * time_rate / self._masses.total
-        start = self.stance.start
-        self._center = start[:3, :3] @ self._center_of(frames[None])[0] + start[:3, 3]
 
+    @abstractmethod
     def placed(self, u: Array, frames: Array) -> Array:
         """Place links in the inertial frame.
 
@@ -74,8 +74,110 @@ class Base:
         Returns:
             T_w_joint, of the same shape.
         """
-        if self.drift is None:
-            return frames if self.stance.at_origin else self.stance.start @ frames
+
+    @abstractmethod
+    def motion_bounds(self, frames: Array, rate: Array, drift: Array, step: Array, half: Array) -> BaseMotionBounds | None:
+        """Bound the base's motion on r stretches, first and second order; None: it stays.
+
+        Args:
+            frames: (r, j + 1, 4, 4) T_w_joint at the middles; the last is the base.
+            rate, drift: (r, j) of the joints' values per unit of u, and how far these stray from the line.
+            step: (r, j) how far they get from the middle's.
+            half: (r,) half the stretches' lengths in u.
+        """
+
+    @abstractmethod
+    def findings(self, limits: HasBaseLimits | None, frames_at: FramesAt) -> BaseFindings | None:
+        """Return what is found about the base, and the limits that are not kept; None: there is nothing to say."""
+
+    @abstractmethod
+    def figures(self) -> BaseFigures:
+        """Return by how much the base is disturbed; bounds for every t."""
+
+    @abstractmethod
+    def at_end(self) -> Array:
+        """Return T_w_b (4, 4) in the end; its attitude may be off by the figures' error."""
+
+    @abstractmethod
+    def turns_about_at_end(self) -> Array:
+        """Return the point (3,) about which an error of the attitude turns all links in the end, inertial frame [m]."""
+
+
+class FixedBaseProof(BaseProof):
+    """A base that stays."""
+
+    def __init__(self, robot: Robot, trajectory: AnyTrajectory, setup: BaseSetup) -> None:
+        self.robot, self.trajectory, self.setup = robot, trajectory, setup
+        self.curve = trajectory.curve
+        self._start = None if setup.at_origin else setup.start
+
+    def bodies(self) -> tuple[Bodies, RelativeBodies]:
+        """Return bodies that are watched from the base."""
+        return bodies_of(self.robot)
+
+    def begin(self, frames: Array) -> None:
+        """Do nothing: all is known."""
+
+    def placed(self, u: Array, frames: Array) -> Array:
+        """Place links in the inertial frame."""
+        return frames if self._start is None else self._start @ frames
+
+    def motion_bounds(self, frames: Array, rate: Array, drift: Array, step: Array, half: Array) -> None:
+        """Return None: it stays."""
+
+    def findings(self, limits: HasBaseLimits | None, frames_at: FramesAt) -> None:
+        """Return None: there is nothing to say."""
+
+    def figures(self) -> BaseFigures:
+        """Return zeros."""
+        return BaseFigures(error=0.0, final=0.0, peak=0.0, rate=0.0, joint_momentum=0.0)
+
+    def at_end(self) -> Array:
+        """Return T_w_b (4, 4), where it has always been."""
+        return self.setup.start
+
+    def turns_about_at_end(self) -> Array:
+        """Return its origin (3,) [m]; its attitude has no error."""
+        return self.setup.start[:3, 3]
+
+
+class FloatingBaseProof(BaseProof):
+    """A base that drifts and turns by the conservation of momentum.
+
+    Attributes:
+        drift: where it turns to; there from `begin` on.
+        reaction: how it gives way on a stretch; likewise.
+    """
+
+    drift: Drift
+    reaction: Reaction
+
+    def __init__(self, robot: Robot, trajectory: AnyTrajectory, setup: BaseSetup) -> None:
+        """Choose the curve; nothing is computed before `begin`."""
+        self.robot, self.trajectory, self.setup = robot, trajectory, setup
+        self.curve = trajectory.curve
+        law = trajectory.time_law if isinstance(trajectory, Trajectory) else None
+        if setup.drifting and law is not None and trajectory.duration > 0:
+            self.curve = trajectory.path
+
+    def bodies(self) -> tuple[Bodies, RelativeBodies]:
+        """Return bodies that are watched from the inertial frame."""
+        return bodies_in_space_of(self.robot)
+
+    def begin(self, frames: Array) -> None:
+        """Integrate the motion."""
+        begin, end = self.curve.domain
+        time_rate = self.trajectory.duration / (end - begin)
+        self._masses, self._begin = masses_of(self.robot), begin
+        self.drift = _drift_of(self.robot, self.curve, self.setup, time_rate=time_rate)
+        linear, angular = self.setup.linear, self.setup.angular
+        self.reaction = Reaction(self.robot, linear=linear, angular=angular, time_rate=time_rate, off=self.drift.error)
+        self._velocity = linear * time_rate / self._masses.total
+        start = self.setup.start
+        self._center = start[:3, :3] @ self._center_of(frames[None])[0] + start[:3, 3]
+
+    def placed(self, u: Array, frames: Array) -> Array:
+        """Place links in the inertial frame."""
         T = np.zeros((len(u), 1, 4, 4))
         T[:, 0, :3, :3] = self.drift.attitude(u)
         T[:, 0, 3, 3] = 1.0
@@ -83,53 +185,59 @@ class Base:
         T[:, 0, :3, 3] = center - np.einsum("rcd,rd->rc", T[:, 0, :3, :3], self._center_of(frames))
         return T @ frames
 
-    def own_parameter(self, u: float) -> float:
-        """Return the parameter of the trajectory's own curve."""
-        if self.curve is self._trajectory.curve:
-            return u
-        assert isinstance(self._trajectory, Trajectory)
-        assert self._trajectory.time_law is not None
-        return float(self._trajectory.time_law.sample(u / self._trajectory.duration))
+    def motion_bounds(self, frames: Array, rate: Array, drift: Array, step: Array, half: Array) -> BaseMotionBounds:
+        """Bound the base's motion by the reaction to the joints' and by the momentum."""
+        return self.reaction.at(frames, rate, drift, step, half)
 
-    def time_at(self, u: Array) -> Array:
-        """Return when parameters (r,) of the curve are reached, (r,) [s].
-
-        Where the curve goes by time that is the time itself: the place on the path does not tell it where the arm dwells.
-        """
-        at = np.asarray(u, dtype=np.float64)
-        return self._trajectory.time_at(at) if self.curve is self._trajectory.curve else at
+    def findings(self, limits: HasBaseLimits | None, frames_at: FramesAt) -> BaseFindings:
+        """Return the figures, and whether the motion that the trajectory states for its base is this one."""
+        u = some_of(self.drift.instants)
+        stated = stated_base_errors(
+            self.robot,
+            self.trajectory,
+            time_at(self, u),
+            frames_at(u)[:, -1],
+            linear=self.setup.linear,
+            angular=self.setup.angular,
+        )
+        figures = self.figures()
+        return BaseFindings(
+            residual_momentum=stated.residual,
+            elsewhere=stated.elsewhere,
+            error=figures.error,
+            rotation_final=figures.final,
+            rotation_peak=figures.peak,
+            rate=figures.rate,
+            joint_momentum=figures.joint_momentum,
+            checked=asked(limits),
+            broken_limits=exceeded(figures, limits),
+        )
 
     def figures(self) -> BaseFigures:
-        """Return by how much a floating base is disturbed; bounds for every t."""
-        assert self.drift is not None
+        """Return by how much the base is disturbed; bounds for every t."""
         begin, end = self.curve.domain
         rate = momentum = 0.0
-        if self._trajectory.duration > 0:
-            drift, speed = self.drift, (end - begin) / self._trajectory.duration
-            law = self._trajectory.time_law if isinstance(self._trajectory, Trajectory) else None
-            if law is not None and self.curve is self._trajectory.curve:  # how fast it goes along the path is the law's to say
-                assert isinstance(self._trajectory, Trajectory)
-                drift = _drift_of(self._robot, _share_path(self._trajectory.motion, law), self.stance, time_rate=0.0)
-                speed = 1 / self._trajectory.duration
+        if self.trajectory.duration > 0:
+            drift, speed = self.drift, (end - begin) / self.trajectory.duration
+            law = self.trajectory.time_law if isinstance(self.trajectory, Trajectory) else None
+            if law is not None and self.curve is self.trajectory.curve:  # how fast it goes along the path is the law's to say
+                assert isinstance(self.trajectory, Trajectory)
+                drift = _drift_of(self.robot, _share_path(self.trajectory.motion, law), self.setup, time_rate=0.0)
+                speed = 1 / self.trajectory.duration
             rate, momentum = drift.rate() * speed, drift.joint_momentum() * speed
         return BaseFigures(
             error=self.drift.error, final=self.drift.final(), peak=self.drift.peak(), rate=rate, joint_momentum=momentum
         )
 
     def at_end(self) -> Array:
-        """Return T_w_b (4, 4) of a floating base in the end; its attitude may be off by the drift's error."""
+        """Return T_w_b (4, 4) in the end."""
         u = np.array(self.curve.domain[1:])
-        return self.placed(u, self._link_frames(u))[0, -1]
+        return self.placed(u, link_frames(self, u))[0, -1]
 
-    def center_at_end(self) -> Array:
-        """Return the system's centre of mass (3,) in the end, inertial frame [m]."""
+    def turns_about_at_end(self) -> Array:
+        """Return the system's centre of mass (3,) [m]."""
         begin, end = self.curve.domain
         return self._center + (end - begin) * self._velocity
-
-    def _link_frames(self, u: Array) -> Array:
-        """Return T_b_joint (r, j + 1, 4, 4)."""
-        witness = Witness(self._robot, floating_bodies_of(self._robot)[0])
-        return witness.frames(JointMap(self._robot).values(self.curve.sample(u)))
 
     def _center_of(self, frames: Array) -> Array:
         """Return the system's centre of mass (r, 3) in the frames' frame."""
@@ -138,16 +246,61 @@ class Base:
         return np.einsum("b,rbc->rc", self._masses.mass, com) / self._masses.total
 
 
-def floating_base_of(robot: Robot, trajectory: AnyTrajectory, stance: Stance) -> Base:
-    """Return a floating base with its motion integrated, for what is not about clearance.
+BASE_PROOFS: dict[str, Callable[[Robot, AnyTrajectory, BaseSetup], BaseProof]] = {
+    "fixed": FixedBaseProof,
+    "floating": FloatingBaseProof,
+}
+"""The base proofs by their model's name; see `BASE_MODELS`."""
+
+
+def base_proof(robot: Robot, trajectory: AnyTrajectory, setup: BaseSetup) -> BaseProof:
+    """Return the base proof of a setup's model; nothing is computed yet.
+
+    Raises:
+        ProblemError: the model has none.
+    """
+    if setup.base not in BASE_PROOFS:
+        raise ProblemError(
+            f"base is '{setup.base}', of which there is no proof, expected one of {', '.join(map(repr, BASE_PROOFS))}"
+        )
+    return BASE_PROOFS[setup.base](robot, trajectory, setup)
+
+
+def begun_base_proof(robot: Robot, trajectory: AnyTrajectory, setup: BaseSetup) -> BaseProof:
+    """Return a base proof that knows where the base goes, for what is not about clearance.
 
     Raises:
         RobotError: the robot's masses cannot be.
         ProblemError: it tumbles too often.
     """
-    base = Base(robot, trajectory, stance)
-    base.begin(base._link_frames(np.array(base.curve.domain[:1]))[0])
+    base = base_proof(robot, trajectory, setup)
+    base.begin(link_frames(base, np.array(base.curve.domain[:1]))[0])
     return base
+
+
+def link_frames(base: BaseProof, u: Array) -> Array:
+    """Return T_b_joint (r, j + 1, 4, 4) at parameters (r,) of the base's curve, the last the base itself."""
+    witness = Witness(base.robot, base.bodies()[0])
+    return witness.frames(JointMap(base.robot).values(base.curve.sample(u)))
+
+
+def own_parameter(base: BaseProof, u: float) -> float:
+    """Return the parameter of the trajectory's own curve, for one of the base's curve."""
+    trajectory = base.trajectory
+    if base.curve is trajectory.curve:
+        return u
+    assert isinstance(trajectory, Trajectory)
+    assert trajectory.time_law is not None
+    return float(trajectory.time_law.sample(u / trajectory.duration))
+
+
+def time_at(base: BaseProof, u: Array) -> Array:
+    """Return when parameters (r,) of the base's curve are reached, (r,) [s].
+
+    Where the curve goes by time that is the time itself: the place on the path does not tell it where the arm dwells.
+    """
+    at = np.asarray(u, dtype=np.float64)
+    return base.trajectory.time_at(at) if base.curve is base.trajectory.curve else at
 
 
 _SHARE_PATHS: deque[tuple[Motion, TimeLaw, PiecewisePath]] = deque(maxlen=4)
@@ -167,13 +320,13 @@ _SEEN: deque[tuple[Robot, Curve, bytes, Drift]] = deque(maxlen=4)
 _MOST_KEPT = 5_000  # evaluations
 
 
-def _drift_of(robot: Robot, curve: Curve, stance: Stance, *, time_rate: float) -> Drift:
+def _drift_of(robot: Robot, curve: Curve, setup: BaseSetup, *, time_rate: float) -> Drift:
     """Return a `Drift`; the same one if the same robot and curve were asked about lately, in whatever time without momentum."""
-    key = stance.start.tobytes() + (stance.angular * time_rate).tobytes()
+    key = setup.start.tobytes() + (setup.angular * time_rate).tobytes()
     for seen, path, given, made in list(_SEEN):
         if seen is robot and path is curve and given == key:
             return made
-    made = Drift(robot, curve, stance, time_rate=time_rate)
+    made = Drift(robot, curve, setup, time_rate=time_rate)
     if made.evaluations <= _MOST_KEPT:
         _SEEN.append((robot, curve, key, made))
     return made

@@ -1,8 +1,8 @@
 """The robot as the proof sees it: capsules on joints, a ball around each link, and what moves relative to what.
 
-A *rider* is a body watched from another one's frame, the base's included: the joints between the two, and only these, move
-it there. Watched from the inertial frame, a body of a floating robot is moved by all joints, for all of them move the base.
-Riders come in families: the ball around a link, then the link's capsules, all watched from the same frame.
+A *relative body* is a body watched from another one's frame, the base's included: the joints between the two, and only these,
+move it there. Watched from the inertial frame, a body of a robot whose arm moves its base is moved by all joints.
+Relative bodies come in families: the ball around a link, then the link's capsules, all watched from the same frame.
 """
 
 from __future__ import annotations
@@ -48,19 +48,19 @@ class Bodies:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Riders:
-    """m riders, and the p relative motions that they share.
+class RelativeBodies:
+    """m relative bodies, and the p relative motions that they share.
 
     Attributes:
         body: (m,) which body.
         motion: (m,) by which relative motion.
-        count: (m,) how many riders after it are inside of it; 0 for a capsule.
+        count: (m,) how many of those after it are inside of it; 0 for a capsule.
         sign: (p, j) how each joint's rate counts in the motion: 1, -1 (it moves the frame watched from), or 0.
         order: (p, j, j) weights of the pairs of joints (k, i) in the second derivative; see docs/certificate.md.
-        free: (p,) whether it is watched from the inertial frame while the base floats. `sign` then tells which joints are
-            between the base and the body, and `order` is for all joints.
-        over_scene: (l,) riders of the links' balls, watched from where the obstacles rest.
-        self_rider, self_body: (s,) riders of links' balls that must keep clear of the ball whose frame they are watched from.
+        free: (p,) whether it is watched from the inertial frame while the arm moves the base. `sign` then tells which joints
+            are between the base and the body, and `order` is for all joints.
+        over_scene: (l,) those of the links' balls, watched from where the obstacles rest.
+        self_relative, self_body: (s,) those of links' balls that must keep clear of the ball whose frame they are watched from.
     """
 
     body: Indices
@@ -70,22 +70,22 @@ class Riders:
     order: Array
     free: NDArray[np.bool_]
     over_scene: Indices
-    self_rider: Indices
+    self_relative: Indices
     self_body: Indices
 
 
 @kept
-def bodies_of(robot: Robot) -> tuple[Bodies, Riders]:
-    """Return a robot's bodies, and the riders for its obstacles and its pairs of links; its base is fixed."""
+def bodies_of(robot: Robot) -> tuple[Bodies, RelativeBodies]:
+    """Return a robot's bodies, and the relative bodies for its obstacles and its pairs of links; its base stays."""
     bodies = _bodies(robot)
-    return bodies, _riders(robot, bodies, scene=-1)
+    return bodies, _relative_bodies(robot, bodies, scene=-1)
 
 
 @kept
-def floating_bodies_of(robot: Robot) -> tuple[Bodies, Riders]:
-    """Return the same of a robot whose base floats."""
+def bodies_in_space_of(robot: Robot) -> tuple[Bodies, RelativeBodies]:
+    """Return the same of a robot whose base is moved by its arm."""
     bodies = _bodies(robot)
-    return bodies, _riders(robot, bodies, scene=_INERTIAL)
+    return bodies, _relative_bodies(robot, bodies, scene=_INERTIAL)
 
 
 def ancestors(robot: Robot) -> NDArray[np.bool_]:
@@ -130,9 +130,9 @@ def _ball(ends: Array, radius: Array) -> tuple[Array, float]:
     return center, float((np.linalg.norm(ends - center, axis=2).max(axis=1) + radius).max()) * _OUTWARD
 
 
-def _riders(robot: Robot, bodies: Bodies, *, scene: int) -> Riders:
+def _relative_bodies(robot: Robot, bodies: Bodies, *, scene: int) -> RelativeBodies:
     paths: dict[tuple[int, int], int] = {}  # (joint of the body, joint watched from) -> relative motion
-    families: dict[tuple[int, int], int] = {}  # (link's ball, relative motion) -> its first rider
+    families: dict[tuple[int, int], int] = {}  # (link's ball, relative motion) -> its first relative body
     body: list[int] = []
     motion: list[int] = []
 
@@ -157,8 +157,8 @@ def _riders(robot: Robot, bodies: Bodies, *, scene: int) -> Riders:
                 low, high = sorted((near, far), key=lambda ball: bodies.joint[ball])
                 pairs.append((family(high, int(bodies.joint[low])), low))
     sign, order = _relative_motions(robot, list(paths))
-    self_rider, self_body = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
-    return Riders(
+    self_relative, self_body = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+    return RelativeBodies(
         body=np.array(body, dtype=np.intp),
         motion=np.array(motion, dtype=np.intp),
         count=bodies.count[body] if body else np.zeros(0, np.intp),
@@ -166,7 +166,7 @@ def _riders(robot: Robot, bodies: Bodies, *, scene: int) -> Riders:
         order=order,
         free=np.array([watched_from == _INERTIAL for _, watched_from in paths], dtype=bool),
         over_scene=np.array(over_scene, dtype=np.intp),
-        self_rider=self_rider,
+        self_relative=self_relative,
         self_body=self_body,
     )
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from spacearm.motion import AnyTrajectory
 from spacearm.motion.plain import trajectory_as_dict
-from spacearm.proof.stance import Stance
+from spacearm.proof.stance import BaseSetup
 from spacearm.robot import Robot
 from spacearm.robot.plain import robot_as_dict
 from spacearm.scene import Scene
@@ -23,7 +23,7 @@ def digest(values: Any) -> str:
     return hashlib.sha256(json.dumps(values, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
-def problem_digest(robot: Robot, scene: Scene, stance: Stance) -> str:
+def problem_digest(robot: Robot, scene: Scene, setup: BaseSetup) -> str:
     """Return the SHA-256 of a robot, a scene and a base; where they were read from and how does not matter.
 
     A base that is fixed at the origin adds nothing, so that plans written before bases could float keep their hashes.
@@ -32,10 +32,10 @@ def problem_digest(robot: Robot, scene: Scene, stance: Stance) -> str:
     for key in ("base", *PROVENANCE):  # what the problem says of the base goes before what the robot does
         values.pop(key, None)
     held: dict[str, Any] = {}
-    if stance.floating or not stance.at_origin:
-        held = {"base": stance.base, "base_start": stance.start.tolist()}
-    if stance.tumbling:
-        held["momentum"] = [stance.linear.tolist(), stance.angular.tolist()]
+    if setup.base != "fixed" or not setup.at_origin:
+        held = {"base": setup.base, "base_start": setup.start.tolist()}
+    if setup.drifting:
+        held["momentum"] = [setup.linear.tolist(), setup.angular.tolist()]
     return digest({"robot": values, "obstacles": scene_as_list(scene, notes=False), **held})
 
 

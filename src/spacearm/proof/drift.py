@@ -34,7 +34,7 @@ from spacearm.proof.ellipses import Growth, PanelPath, ellipses_of, fall, integr
 from spacearm.proof.masses import free_model, masses_of
 from spacearm.proof.middles import JointMap
 from spacearm.proof.quaternions import CONJUGATE, product, quaternion, rotation, running, times
-from spacearm.proof.stance import Stance
+from spacearm.proof.stance import BaseSetup
 from spacearm.proof.suprema import greatest_norm
 from spacearm.proof.tumbling import factors, factors_of, flow_of
 from spacearm.robot import Robot
@@ -133,13 +133,13 @@ class Drift:
         evaluations: configurations at which the centroidal map was asked for.
     """
 
-    def __init__(self, robot: Robot, curve: Curve, stance: Stance, *, time_rate: float) -> None:
+    def __init__(self, robot: Robot, curve: Curve, setup: BaseSetup, *, time_rate: float) -> None:
         """Integrate.
 
         Args:
             robot: with masses.
             curve: its joints' path.
-            stance: where the base starts and with which momentum.
+            setup: where the base starts and with which momentum.
             time_rate: dt/du [s], constant.
 
         Raises:
@@ -152,9 +152,9 @@ class Drift:
         self._curve, self._joints = curve, JointMap(robot)
         self._ellipses = ellipses_of(robot)
         own = PanelPath.of(curve, self._joints)
-        self._angular = stance.angular * time_rate
+        self._angular = setup.angular * time_rate
         self._spin = float(np.linalg.norm(self._angular))
-        self._begin = quaternion(stance.start[:3, :3])
+        self._begin = quaternion(setup.start[:3, :3])
         self._length = max(float(own.ends[-1, 1] - own.ends[0, 0]), _LEAST)
         self.evaluations = 0
         first = self._sampled_at(own.values[:1, :1], own.rates[:1, :1]).inertia[0, 0]

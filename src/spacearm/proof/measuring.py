@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.proof.bodies import Bodies, Riders
+from spacearm.proof.bodies import Bodies, RelativeBodies
 from spacearm.proof.middles import Middles
 from spacearm.proof.pairs import Kind, Tasks
 from spacearm.proof.witness import Witness
@@ -59,8 +59,8 @@ class Measurements:
         doubt: whether less was measured than was proven.
     """
 
-    def __init__(self, witness: Witness, kinds: list[Kind], bodies: Bodies, riders: Riders) -> None:
-        self._witness, self._kinds, self._bodies, self._riders = witness, kinds, bodies, riders
+    def __init__(self, witness: Witness, kinds: list[Kind], bodies: Bodies, relative_bodies: RelativeBodies) -> None:
+        self._witness, self._kinds, self._bodies, self._relative_bodies = witness, kinds, bodies, relative_bodies
         self.clearance, self.doubt = np.inf, False
         self._closest: tuple[Pair, float, Array] | None = None  # which, where, and the nearest points
 
@@ -70,8 +70,8 @@ class Measurements:
         Returns:
             The clearance [m], and the direction (3,) from the other one to the capsule.
         """
-        stretch, rider, solid = (int(column[row]) for column in tasks)
-        pair = Pair(kind, int(self._riders.body[rider]), solid)
+        stretch, relative, solid = (int(column[row]) for column in tasks)
+        pair = Pair(kind, int(self._relative_bodies.body[relative]), solid)
         found = self._measured(pair, middles.frames[stretch], float(middles.u[stretch]))
         self.doubt |= found[0] < proven - DISAGREEMENT
         return found

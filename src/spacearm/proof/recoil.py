@@ -27,7 +27,7 @@ _LEAST = 1e-300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Recoil:
+class BaseMotionBounds:
     """The base's share in what moves, at the middles of r stretches, in inertial axes.
 
     Attributes:
@@ -79,7 +79,7 @@ class Reaction:
         greatest, spread = self._masses.beyond @ self._masses.greatest, self._masses.beyond @ self._masses.spread
         self._greatest, self._spread = greatest * 1.0, spread * self._turns
 
-    def at(self, frames: Array, rate: Array, drift: Array, step: Array, half: Array) -> Recoil:
+    def at(self, frames: Array, rate: Array, drift: Array, step: Array, half: Array) -> BaseMotionBounds:
         """Bound the base's motion on stretches.
 
         Args:
@@ -88,10 +88,10 @@ class Reaction:
             step: (r, j) how far they get from the middle's.
             half: (r,) half the stretches' lengths in u.
         """
-        held = _Held(self._masses, self._turns, frames)
-        W, D = self._rates(held)
-        bound = self._bounds(held, W, step)
-        omega = np.einsum("rkc,rk->rc", W, rate) + held.solve(np.broadcast_to(self._angular, (len(half), 3)))
+        placed = _PlacedMasses(self._masses, self._turns, frames)
+        W, D = self._rates(placed)
+        bound = self._bounds(placed, W, step)
+        omega = np.einsum("rkc,rk->rc", W, rate) + placed.solve(np.broadcast_to(self._angular, (len(half), 3)))
         bent = np.einsum("rkic,rk,ri->rc", D, rate, rate)
         size = np.linalg.norm(D, axis=-1)  # (r, k, i)
         off_line = _pairs(step) - _pairs(np.abs(rate) * half[:, None])
@@ -103,51 +103,55 @@ class Reaction:
         bend = np.einsum("rk,rk->r", np.linalg.norm(W, axis=-1), drift) + second + own * moved
         bend = bend * _OUTWARD + crude * _ROUNDING
         turn = np.minimum(crude, np.linalg.norm(omega, axis=-1) * half + bend) * _OUTWARD
-        return Recoil(
-            center=held.center,
-            pull=held.pull,
-            share=held.share,
-            along=np.broadcast_to(self._linear / self._masses.total, held.center.shape),
+        return BaseMotionBounds(
+            center=placed.center,
+            pull=placed.pull,
+            share=placed.share,
+            along=np.broadcast_to(self._linear / self._masses.total, placed.center.shape),
             omega=omega,
             turn=turn,
             bend=bend,
             off=self._off,
         )
 
-    def _rates(self, held: _Held) -> tuple[Array, Array]:
+    def _rates(self, placed: _PlacedMasses) -> tuple[Array, Array]:
         """Return W (r, k, 3) and its derivatives D (r, k, i, 3) with respect to joint i's value, in base axes."""
-        z, turns, share = held.z, self._turns[:, None], held.share
-        spun = np.einsum("rkcd,rkd->rkc", held.inertia, z) * turns  # J_k z_k
-        momentum = spun + held.mass[:, None] * cross(held.arm, held.push)
-        W = -held.solve(momentum)
+        z, turns, share = placed.z, self._turns[:, None], placed.share
+        spun = np.einsum("rkcd,rkd->rkc", placed.inertia, z) * turns  # J_k z_k
+        momentum = spun + placed.mass[:, None] * cross(placed.arm, placed.push)
+        W = -placed.solve(momentum)
         # The levers of the centres of what k moves, by i: z_i x (C_k - o_i), or z_i for a slide.
-        carried = cross(z[:, None], held.first[:, :, None] - held.origin[:, None]) * turns + z[:, None] * ~turns  # (r, k, i, 3)
-        sway = share[:, None] * held.push  # (r, i, 3) by which i moves the centre of all
-        change = -held.mass[:, None, None] * cross(sway[:, None], held.push[:, :, None])  # (r, k, i, 3)
+        carried = (
+            cross(z[:, None], placed.first[:, :, None] - placed.origin[:, None]) * turns + z[:, None] * ~turns
+        )  # (r, k, i, 3)
+        sway = share[:, None] * placed.push  # (r, i, 3) by which i moves the centre of all
+        change = -placed.mass[:, None, None] * cross(sway[:, None], placed.push[:, :, None])  # (r, k, i, 3)
         outer = self._own[:, :, None] * (
             cross(z[:, None] * turns, momentum[:, :, None])
-            + held.mass[:, None, None] * cross(carried - cross(z[:, None] * turns, held.arm[:, :, None]), held.push[:, :, None])
+            + placed.mass[:, None, None]
+            * cross(carried - cross(z[:, None] * turns, placed.arm[:, :, None]), placed.push[:, :, None])
         )
         # What joint i alone moves: the momentum of it that joint k, before i, gives.
         lever = np.swapaxes(carried, 1, 2)  # [k, i]: of what i moves, by k
-        turned = _commutator(z, held.inertia) * turns[..., None]  # (r, i, 3, 3)
+        turned = _commutator(z, placed.inertia) * turns[..., None]  # (r, i, 3, 3)
         inner = np.einsum("ricd,rkd->rkic", turned, z * turns)
-        inner = inner + held.mass[:, None] * (
-            cross(held.push[:, None], lever) + cross(held.arm[:, None], cross((z * turns)[:, :, None], held.push[:, None]))
+        inner = inner + placed.mass[:, None] * (
+            cross(placed.push[:, None], lever)
+            + cross(placed.arm[:, None], cross((z * turns)[:, :, None], placed.push[:, None]))
         )
         change = change + outer + self._above.T[:, :, None] * inner
-        twice = 2 * np.einsum("ric,ric->ri", held.arm, held.push)[..., None, None] * np.eye(3)
-        pair = held.arm[..., :, None] * held.push[..., None, :]
-        yields = turned + held.mass[:, None, None] * (twice - pair - np.swapaxes(pair, -1, -2))  # (r, i, 3, 3)
+        twice = 2 * np.einsum("ric,ric->ri", placed.arm, placed.push)[..., None, None] * np.eye(3)
+        pair = placed.arm[..., :, None] * placed.push[..., None, :]
+        yields = turned + placed.mass[:, None, None] * (twice - pair - np.swapaxes(pair, -1, -2))  # (r, i, 3, 3)
         change = change + np.einsum("ricd,rkd->rkic", yields, W)
-        return W, -held.solve(change)
+        return W, -placed.solve(change)
 
-    def _bounds(self, held: _Held, W: Array, step: Array) -> _Bounds:
+    def _bounds(self, placed: _PlacedMasses, W: Array, step: Array) -> _Bounds:
         """Bound W and its derivatives on the whole stretches."""
-        G = held.sway + np.einsum("rl,li->ri", held.sway * step, self._above * 1.0)
-        r = (held.size + np.einsum("rl,rl->r", held.sway, step))[:, None]  # (r, 1)
+        G = placed.sway + np.einsum("rl,li->ri", placed.sway * step, self._above * 1.0)
+        r = (placed.size + np.einsum("rl,rl->r", placed.sway, step))[:, None]  # (r, 1)
         A = self._spread + 2 * r * G
-        least = np.maximum(self._masses.base_least, held.least - np.einsum("ri,ri->r", A, step))
+        least = np.maximum(self._masses.base_least, placed.least - np.einsum("ri,ri->r", A, step))
         yielding = 1 / least
         y = yielding[:, None]
         G_2, L_2 = self._pair.of(G), self._pair.of(self._greatest)  # (r, k, i)
@@ -199,7 +203,7 @@ class _Chain:
         return values[..., self._deepest] * self._related
 
 
-class _Held:
+class _PlacedMasses:
     """A robot's masses where they are: r configurations, in inertial axes, lengths from the system's centre of mass.
 
     Attributes:

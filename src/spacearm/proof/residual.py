@@ -1,4 +1,4 @@
-"""Whether a trajectory's own account of its base conserves momentum, and says where the proof says that the base is."""
+"""Whether the base motion that a trajectory states conserves momentum, and is the one that was proven."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.motion import AnyTrajectory
-from spacearm.proof.base import Base
 from spacearm.proof.masses import free_model
 from spacearm.proof.middles import JointMap
 from spacearm.proof.quaternions import rotation
@@ -17,18 +16,12 @@ from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 
-CONSERVED = 1e-6
-"""The greatest residual momentum that is taken for rounding, relative to the greatest momentum of a link."""
-
-SAME = 1e-6
-"""[m] by which no point of the base within 1 m of its origin may be elsewhere than the proof says."""
-
-_INSTANTS = 1025  # at most; a motion of many more panels is compared at every second, third, ... end
+_INSTANTS = 1025  # compared at most; of many more panels every second, third, ... end
 _RESIDUALS = 33  # of these, at which momentum is added up
 
 
-class Account(NamedTuple):
-    """What a trajectory says of its floating base, compared.
+class StatedBaseErrors(NamedTuple):
+    """By how much the base motion that a trajectory states is wrong.
 
     Attributes:
         residual: what its momentum misses of what was given, at most, relative to the greatest of any link; linear [N s] and
@@ -40,34 +33,39 @@ class Account(NamedTuple):
     elsewhere: float
 
 
-def instants_of(base: Base) -> Array:
-    """Return the parameters of the base's curve that are compared: where panels of its integration begin, and their middles."""
-    assert base.drift is not None
-    every = base.drift.instants
-    return every[np.unique(np.linspace(0, len(every) - 1, min(len(every), _INSTANTS)).astype(np.intp))]
+def some_of(instants: Array) -> Array:
+    """Return the instants that are compared, of those that the proof's integration has, at most 1,025."""
+    return instants[np.unique(np.linspace(0, len(instants) - 1, min(len(instants), _INSTANTS)).astype(np.intp))]
 
 
-def account_of(robot: Robot, trajectory: AnyTrajectory, base: Base, u: Array, frames: Array) -> Account:
-    """Compare at instants what a trajectory tells; the proof itself does not rest on that.
+def stated_base_errors(
+    robot: Robot, trajectory: AnyTrajectory, t: Array, frames: Array, *, linear: Array, angular: Array
+) -> StatedBaseErrors:
+    """Compare what a trajectory states of its base with the proof, at instants; the proof itself does not rest on that.
 
     Args:
         robot: with masses.
         trajectory: with `base_pose` and `base_rate`.
-        base: where the proof has it.
-        u: (r,) parameters of the curve, as `instants_of` gives them.
+        t: (r,) instants [s].
         frames: (r, 4, 4) T_w_b of the proof there.
+        linear, angular: (3,) the momentum that is conserved [N s, N m s].
     """
-    t = base.time_at(u)
     position, wxyz = trajectory.base_pose(t)
+    elsewhere = stated_elsewhere(position, wxyz, frames)
+    some = np.unique(np.linspace(0, len(t) - 1, min(len(t), _RESIDUALS)).astype(np.intp))
+    conserved = np.array([linear, angular])
+    return StatedBaseErrors(_residual(robot, trajectory, conserved, t[some], position[some], wxyz[some]), elsewhere)
+
+
+def stated_elsewhere(position: Array, wxyz: Array, frames: Array) -> float:
+    """Return how far stated poses (r, 3), (r, 4) are from frames (r, 4, 4), at most: angle [rad] plus distance [m]."""
     R = rotation(wxyz / np.linalg.norm(wxyz, axis=1)[:, None])
     # Of a rotation by the angle x the difference's Frobenius norm is root 8 times sin x/2.
     turned = 2 * np.arcsin(np.minimum(1.0, np.linalg.norm(R - frames[:, :3, :3], axis=(1, 2)) / np.sqrt(8)))
-    elsewhere = float((turned + np.linalg.norm(position - frames[:, :3, 3], axis=1)).max())
-    some = np.unique(np.linspace(0, len(t) - 1, min(len(t), _RESIDUALS)).astype(np.intp))
-    return Account(_residual(robot, trajectory, base, t[some], position[some], wxyz[some]), elsewhere)
+    return float((turned + np.linalg.norm(position - frames[:, :3, 3], axis=1)).max())
 
 
-def _residual(robot: Robot, trajectory: AnyTrajectory, base: Base, t: Array, position: Array, wxyz: Array) -> float:
+def _residual(robot: Robot, trajectory: AnyTrajectory, conserved: Array, t: Array, position: Array, wxyz: Array) -> float:
     """Add up the momentum of all links, by Pinocchio, at times (r,) and with the base where the trajectory says."""
     import pinocchio  # pyright: ignore[reportMissingImports]
 
@@ -89,7 +87,7 @@ def _residual(robot: Robot, trajectory: AnyTrajectory, base: Base, t: Array, pos
             own = state.oMi[k].act(model.inertias[k] * state.v[k])  # about the world's origin
             linear[i, k - 1], angular[i, k - 1] = own.linear, own.angular
     angular -= cross(center[:, None], linear)
-    missed = np.linalg.norm(totals - [base.stance.linear, base.stance.angular], axis=2).max(axis=0)
+    missed = np.linalg.norm(totals - conserved, axis=2).max(axis=0)
     greatest = np.array([np.linalg.norm(of, axis=2).max() for of in (linear, angular)])
     scale = float(greatest.max())  # of both, per metre: where links only turn, their linear momentum is all rounding
     return float(missed.max()) / scale if scale > 0 else (np.inf if missed.any() else 0.0)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.proof.bodies import Bodies, Riders
+from spacearm.proof.bodies import Bodies, RelativeBodies
 from spacearm.proof.middles import Middles
 from spacearm.proof.pairs import Tasks
 from spacearm.proof.solids import Balls, Boxes, Solids, body_axes
@@ -47,20 +47,27 @@ class Gaps(NamedTuple):
 
 
 def gaps(
-    middles: Middles, bodies: Bodies, riders: Riders, tasks: Tasks, solids: Solids, *, enough: float, n: Array | None = None
+    middles: Middles,
+    bodies: Bodies,
+    relative_bodies: RelativeBodies,
+    tasks: Tasks,
+    solids: Solids,
+    *,
+    enough: float,
+    n: Array | None = None,
 ) -> Gaps:
     """Bound the clearance of pairs, at the middles and for the whole stretches.
 
     Args:
         middles: where the bodies are.
-        bodies, riders: of the robot.
+        bodies, relative_bodies: of the robot.
         tasks: the pairs.
         solids: those that the tasks name.
         enough: once `left` exceeds this [m] it is not made any better.
         n: (t, 3) directions in the inertial frame from solid to body, of any length; those that are none prove nothing.
             None: those to the nearest point.
     """
-    stretch, body, k = tasks.stretch, riders.body[tasks.rider], tasks.solid
+    stretch, body, k = tasks.stretch, relative_bodies.body[tasks.relative], tasks.solid
     axes, origin = solids.placed(k)
     x = middles.position[stretch, body] - origin[:, None]  # (t, e, 3)
     if axes is not None:
@@ -74,7 +81,7 @@ def gaps(
     height = np.einsum("tc,tec->te", toward, x)
     at_middle = height - (solids.support(k, toward) + radii + guard)[:, None]  # (t, e)
     at_middle[none] = -np.inf  # inside the core, or no direction was found
-    row = middles.row[tasks.rider]
+    row = middles.row[tasks.relative]
     way = middles.way[stretch, row]
     left = (at_middle - way).min(axis=1)
     short = np.flatnonzero(left <= enough)

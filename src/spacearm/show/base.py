@@ -96,7 +96,7 @@ def require_floating(trajectory: AnyTrajectory) -> None:
     Raises:
         ProblemError: it is.
     """
-    if trajectory.base == "fixed":
+    if not trajectory.base_model.follows_arm:
         raise ProblemError(
             "the base is fixed, expected a floating one: there is no motion of it to draw; leave this figure out"
         )

@@ -56,7 +56,7 @@ def figure_clearance(
     """
     with look():
         ax = new_figure(COLUMN, 2.5).add_subplot() if ax is None else ax
-        t = np.linspace(0.0, trajectory.duration, _SAMPLES if trajectory.base == "fixed" else _SAMPLES_FLOATING)
+        t = np.linspace(0.0, trajectory.duration, _SAMPLES_FLOATING if trajectory.base_model.follows_arm else _SAMPLES)
         values, names = _clearances(trajectory, scene, t)
         labels = _curves(ax, t, values, names)
         tidy(ax)

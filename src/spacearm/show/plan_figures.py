@@ -49,7 +49,7 @@ def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
     }
     if robot.capsules and (scene.obstacles or robot.self_pairs):
         drawings["clearance"] = lambda: figure_clearance(trajectory, scene, plan.certificate, title=title)
-    if trajectory.base == "floating":
+    if trajectory.base_model.follows_arm:
         drawings["base_motion"] = lambda: figure_base_motion(trajectory, limits=problem.base_limits, title=title)
         drawings["base_paths"] = lambda: figure_base_paths(trajectory, title=title)
     provenance = {"Title": "spacearm plan", "Author": f"spacearm {version()}", "Subject": f"seed {plan.seed}"}

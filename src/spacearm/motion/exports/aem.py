@@ -100,7 +100,7 @@ def write_aem(
         f"ORIGINATOR = {values['originator']}",
         "",
         "META_START",
-        *(f"COMMENT {comment}" for comment in _comments(values["frame_a"], start_epoch, trajectory.base)),
+        *(f"COMMENT {comment}" for comment in _comments(values["frame_a"], start_epoch, trajectory.base_model.sentence)),
         f"OBJECT_NAME = {values['object_name']}",
         f"OBJECT_ID = {values['object_id']}",
         f"REF_FRAME_A = {values['frame_a']}",
@@ -152,8 +152,7 @@ def _comments(frame_a: str, start_epoch: Any, base: str) -> list[str]:
         ]
     if start_epoch is None:
         comments.append("No epoch was given: START_TIME stands for the beginning of the motion and for no date.")
-    comments.append(f"The base is {base}" + (": no thruster or wheel acts." if base == "floating" else "."))
-    return comments
+    return [*comments, base]
 
 
 def _value(name: str, given: Any) -> str:

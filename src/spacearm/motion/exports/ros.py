@@ -80,7 +80,7 @@ def write_ros_trajectory(
             ],
         }
     }
-    if trajectory.base == "floating":
+    if trajectory.base_model.follows_arm:
         headers = [{"stamp": stamp, "frame_id": frame_id} for stamp in stamps]
         position, wxyz = trajectory.base_pose(at / _TICKS)
         velocity, omega = trajectory.base_rate(at / _TICKS)

@@ -23,7 +23,7 @@ from spacearm.planner.problem import Problem
 from spacearm.planner.reaching.onto_goal import reach_to, reaches
 from spacearm.proof import Certificate, certify
 from spacearm.proof.digest import trajectory_digest
-from spacearm.proof.stance import require_same, stance_of
+from spacearm.proof.stance import base_setup_of, require_same
 from spacearm.reading import located
 
 Array = NDArray[np.float64]
@@ -110,14 +110,14 @@ def _of_robot(trajectory: AnyTrajectory, problem: Problem) -> tuple[AnyTrajector
 def _require_same_base(problem: Problem, trajectory: AnyTrajectory) -> None:
     """Refuse a motion of a base that is held otherwise than its problem's, or starts elsewhere: what would be proven?"""
     asked, taken = (
-        stance_of(holder, problem.robot, who=who) for holder, who in ((problem, "problem"), (trajectory, "trajectory"))
+        base_setup_of(holder, problem.robot, who=who) for holder, who in ((problem, "problem"), (trajectory, "trajectory"))
     )
     require_same(asked, taken)
 
 
 def _base(problem: Problem, trajectory: AnyTrajectory, certificate: Certificate) -> BaseReport | None:
     """Report on a floating base, with the problem's masses, whatever those are that the file has."""
-    if certificate.floating is None:  # it is fixed, or masses are not known, which the certificate says
+    if certificate.base_findings is None:  # it is fixed, or masses are not known, which the certificate says
         return None
     if trajectory.robot != problem.robot and trajectory.duration > 0:
         trajectory = RecordedTrajectory(problem.robot, trajectory.path, **_held(problem))
@@ -167,4 +167,4 @@ def _missed(problem: Problem, end: Array) -> bool:
     goal = problem.local.goal
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
         return bool((np.abs(np.atleast_2d(goal.q) - end) - goal.tolerance).max(axis=1).min() > _SAME)
-    return not problem.floats and not bool(reaches(reach_to(problem.robot, goal), end[None])[0])
+    return not problem.base_model.follows_arm and not bool(reaches(reach_to(problem.robot, goal), end[None])[0])

@@ -50,7 +50,7 @@ def find_goal_configurations(
     if isinstance(problem.goal, (ConfigurationGoal, ConfigurationsGoal)):
         return find_in_joint_space(task, problem.goal)
     found = find_in_space(task, reach_to(problem.robot, problem.goal))
-    if len(found.q) or not problem.floats:
+    if len(found.q) or not problem.base_model.follows_arm:
         return found
     # Out of reach for the base as it begins, but it will move: the search begins at what comes nearest, and goes on from there.
     nearest = problem.start if found.closest is None else found.closest

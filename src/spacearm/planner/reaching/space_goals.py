@@ -78,7 +78,8 @@ def find_in_space(task: GoalTask, reach: Reach) -> GoalConfigurations:
             kept = _with_room(good, room, settings.margin)
             if kept.any():
                 q, room = q[kept], room[kept]
-                if not (problem.floats and settings.stop_at_first):  # there the search moves the end too, if in longer ways
+                # Where the arm moves the base the search moves the end too, if in longer ways.
+                if not (problem.base_model.follows_arm and settings.stop_at_first):
                     q, room = _pulled(task, reach, q, room, at_centre=at_centre)
                 kept = _distinct(q, problem.start, settings.goal_candidates)
                 return nearest_first(problem, q[kept], room[kept], **counts)

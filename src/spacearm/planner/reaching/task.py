@@ -68,11 +68,12 @@ class GoalTask:
 
 
 def goal_side(problem: Problem) -> Problem:
-    """Return a problem with what counts at a goal configuration: of a floating base nobody knows yet where it will be.
+    """Return a problem with what counts at a goal configuration.
 
-    Then only the links of the robot itself can be in its way; the scene is left out.
+    Where the arm moves its base nobody knows yet where the base will be. Then only the links of the robot itself can be in
+    its way; the scene is left out.
     """
-    return replace(problem, scene=Scene([])) if problem.floats else problem
+    return replace(problem, scene=Scene([])) if problem.base_model.follows_arm else problem
 
 
 def swarm_of(particles: int, iterations: int) -> PSO:
