@@ -6,6 +6,7 @@ knows no such base yet: it searches as if the base stayed, and the proof judges 
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
+from house.source import PACKAGE, python_files, where
 from proof.adrift import lander
 from spacearm.errors import ProblemError
 from spacearm.momentum import BASE_MODELS, BaseModel, BaseTrack, JointPath, Momentum, center_of_mass, moments
@@ -154,6 +156,25 @@ class AttitudeHeldProof(BaseProof):
 def _known(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(BASE_MODELS, NAME, AttitudeHeld())
     monkeypatch.setitem(BASE_PROOFS, NAME, AttitudeHeldProof)
+
+
+def test_every_model_has_its_proof() -> None:
+    assert BASE_MODELS.keys() == BASE_PROOFS.keys()
+    assert all(name == model.name for name, model in BASE_MODELS.items())
+
+
+def test_nobody_asks_for_a_models_name() -> None:
+    """But those who read robot files; and a writer may leave out what is `fixed`, the default."""
+    asks = re.compile(r"""\bbase ([=!]= "floating"|== "fixed")""")
+    readers = {"robot", "doctor"}
+    found = [
+        f"{where(path)}: {line.strip()}"
+        for path in python_files()
+        if not readers & set(path.relative_to(PACKAGE).parts)
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if asks.search(line)
+    ]
+    assert not found, "ask the base model: " + "; ".join(found)
 
 
 # ---- trajectories --------------------------------------------------------------------------------------------------------

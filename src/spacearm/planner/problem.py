@@ -14,7 +14,7 @@ from spacearm._kernel.exact import product
 from spacearm.checks import Frozen, as_number, as_readonly, as_sentences, keep, shown
 from spacearm.errors import ProblemError, nearest
 from spacearm.momentum import Momentum, momentum_map, system_mass
-from spacearm.momentum.base_models import Base, BaseModel, base_model, checked_base
+from spacearm.momentum.base_models import Base, BaseModel, FloatingBase, base_model, checked_base
 from spacearm.momentum.turning import matrix_of, quaternion_of
 from spacearm.planner.floating import AttitudeGoal, BaseLimits
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
@@ -117,7 +117,7 @@ class Problem(_WithLocal):
     @property
     def floats(self) -> bool:
         """Whether the base floats."""
-        return self.base == "floating"
+        return isinstance(self.base_model, FloatingBase)
 
     @property
     def local(self) -> Problem:

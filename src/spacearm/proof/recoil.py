@@ -1,4 +1,4 @@
-"""How a floating base gives way to its arm: exactly at the middles of stretches, and bounds for all of each stretch.
+"""How its arm moves a floating base: exactly at the middles of stretches, and bounds for all of each stretch.
 
 Per unit of each joint's rate the base turns by W_k = -H^-1 h_k, in its own axes (H and h_k are the system's inertia and joint
 k's share in its angular momentum, about the centre of mass). W depends on the joint values v alone. Here are W and its first
