@@ -111,7 +111,7 @@ def test_limits_of_the_base_are_kept_between_any_instants(law: Any) -> None:
     assert found.found, found.message
     assert found.trajectory is not None
     assert found.certificate is not None
-    assert found.certificate.floating is not None
+    assert found.certificate.base_findings is not None
     t = np.linspace(0, found.trajectory.duration, 20_001)
     state = found.trajectory.sample(t)
     rate = np.linalg.norm(found.trajectory.base_rate(t)[1], axis=1).max()
@@ -119,7 +119,7 @@ def test_limits_of_the_base_are_kept_between_any_instants(law: Any) -> None:
     assert rate <= limits.rate * (1 + 1e-9)  # type: ignore[operator]
     assert arm <= limits.joint_momentum * (1 + 1e-9)  # type: ignore[operator]
     assert max(rate / limits.rate, arm / limits.joint_momentum) > 1 - 1e-4  # type: ignore[operator]
-    assert found.certificate.floating.broken_limits == ()
+    assert found.certificate.base_findings.broken_limits == ()
 
 
 def test_what_is_weighed_becomes_less() -> None:

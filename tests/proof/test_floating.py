@@ -339,8 +339,8 @@ def test_limits_of_the_base_are_proven_for_every_instant() -> None:
     rate = np.abs(slow.sample(t).dq).max() / 4
     found = certify(Limited(robot, Scene([]), BaseLimits(rate=rate * (1 + 1e-5))), slow)
     assert found.holds
-    assert found.floating is not None
-    assert rate <= found.floating.rate <= rate * (1 + 1e-5)
+    assert found.base_findings is not None
+    assert rate <= found.base_findings.rate <= rate * (1 + 1e-5)
 
 
 class Limited(NamedTuple):

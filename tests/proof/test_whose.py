@@ -239,7 +239,7 @@ def test_a_floating_base_is_not_proven_with_a_mass_that_nobody_knows() -> None:
         with pytest.raises(RobotError, match="cannot float"):
             plan(problem)
         for certificate in (certify(problem, trajectory), recheck_trajectory(problem, trajectory).certificate):
-            assert (certificate.status, certificate.clear, certificate.floating) == ("undecided", False, None)
+            assert (certificate.status, certificate.clear, certificate.base_findings) == ("undecided", False, None)
             assert "cannot float" in certificate.message
 
     class Scened:  # as anybody may hand it in

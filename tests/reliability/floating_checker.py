@@ -297,7 +297,7 @@ def turned(way: Motions) -> Array:
 def complaints(case: Case, trajectory: AnyTrajectory, way: Motions, certificate: Certificate) -> list[str]:
     """Say what is wrong with a certificate."""
     out, speed = [], speed_of(trajectory, way)
-    found = certificate.floating
+    found = certificate.base_findings
     assert found is not None
     size = float(np.abs(way.ends - way.at[:, None, None]).max()) + 1e-6
     reach = size + float(np.abs(way.at).max())
@@ -336,6 +336,6 @@ def complaints(case: Case, trajectory: AnyTrajectory, way: Motions, certificate:
 
 def looseness(trajectory: AnyTrajectory, way: Motions, certificate: Certificate) -> float:
     """By how much the greatest rate said exceeds the one that the checker saw, relative."""
-    assert certificate.floating is not None
+    assert certificate.base_findings is not None
     seen = float((way.rate * speed_of(trajectory, way)).max())
-    return certificate.floating.rate / seen - 1 if seen > 1e-9 else 0.0
+    return certificate.base_findings.rate / seen - 1 if seen > 1e-9 else 0.0
