@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import re
+import typing
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +16,12 @@ from hypothesis import strategies as st
 
 from cli.conftest import Refused, Told
 from spacearm.cli import COMMANDS, main
-from spacearm.cli.arguments import _options, parsed
-from spacearm.cli.bench import MbmOptions, SpaceOptions
-from spacearm.cli.certify import Options as CertifyOptions
-from spacearm.cli.doctor import Options as DoctorOptions
-from spacearm.cli.paper import Options as PaperOptions
-from spacearm.cli.plan import Options as PlanOptions
+from spacearm.cli.arguments import _flags, parsed
+from spacearm.cli.bench_command import MbmOptions, SpaceOptions
+from spacearm.cli.certify_command import Options as CertifyOptions
+from spacearm.cli.doctor_command import Options as DoctorOptions
+from spacearm.cli.paper_command import Options as PaperOptions
+from spacearm.cli.plan_command import Options as PlanOptions
 from spacearm.errors import SettingsError
 from spacearm.paper import PaperSettings
 from spacearm.swarm import NAMED_SETTINGS
@@ -38,25 +41,47 @@ def test_every_command_is_tested_here() -> None:
     assert {command.split()[0] for command in RECORDS} == set(COMMANDS)
 
 
+def described(record: Any) -> Iterator[tuple[str, str]]:
+    """Yield each field that is an option, and its line under Attributes."""
+    text = (inspect.getdoc(record) or "").partition("Attributes:")[2]
+    hints = typing.get_type_hints(record)
+    names = [field.name for field in dataclasses.fields(record)]
+    found = re.findall(r"^    (\w+): (.+(?:\n {8}.+)*)", text, re.MULTILINE)
+    lines = {name: " ".join(line.split()) for name, line in found}
+    assert list(lines) == names, "a field has no line under Attributes, or lines are out of order"
+    for name in names:
+        if dataclasses.is_dataclass(hints[name]):
+            yield from described(hints[name])
+        else:
+            yield name, lines[name]
+
+
 @pytest.mark.parametrize("command", RECORDS)
 def test_help_describes_every_option_with_default_and_unit(command: str, told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     code, out, err = told([*command.split(), "--help"])
     assert (code, err) == (0, "")
     assert max(map(len, out.splitlines())) <= 80
+    assert out.isascii()
     text = " ".join(out.split())
-    for option in _options(RECORDS[command]):
-        assert option.help, f"{option.key} has no line under Attributes:"
-        assert option.usage.split()[0] in text
-        assert " ".join(option.help_with_default.split()) in text
-        assert UNITS.get((option.flags or ("",))[-1], "") in option.help
-        if option.values != 0:
-            assert re.search(r"\((default: .+|required)\)$", option.help_with_default)
+    for flag, _ in _flags(RECORDS[command]):
+        assert re.search(rf" {flag}[ ,]", text)
+    for name, line in described(RECORDS[command]):
+        assert re.search(rf"{re.escape(line)} \((default: [^)]+|required)\)", text), name
+        assert UNITS.get(f"--{name.replace('_', '-')}", "") in line
+
+
+@pytest.mark.parametrize("columns", ["0", "1", "24", "x"])
+def test_help_ends_however_narrow_the_terminal(columns: str, told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    code, out, _ = told(["paper", "--help"])
+    assert code == 0
+    assert max(map(len, out.splitlines())) <= 80
 
 
 def test_the_help_knows_every_named_method() -> None:
-    line = next(option for option in _options(PaperOptions) if option.key == "methods")
-    assert set(NAMED_SETTINGS) <= set(re.findall(r"[\w-]+", line.help))
+    line = dict(described(PaperOptions))["methods"]
+    assert set(NAMED_SETTINGS) <= set(re.findall(r"[\w-]+", line))
 
 
 @pytest.mark.parametrize(("arguments", "code"), [((), 2), (("-h",), 0), (("--help",), 0)])
@@ -100,14 +125,14 @@ def test_settings_written_as_options_are_read_back(settings: PaperSettings, figu
         words += [str(one) for one in (value if isinstance(value, tuple) else (value,))]
     words += [] if figures else ["--no-figures"]
     words += ["--json"] if json else []
-    read = parsed(PaperOptions, words, command="paper", description="")
-    assert read == PaperOptions(output=Path("out"), settings=settings, figures=figures, json=json)
+    read = parsed(PaperOptions, words, command="paper")
+    assert read == PaperOptions(output=Path("out"), experiment=settings, no_figures=not figures, json=json)
 
 
 def test_options_left_out_keep_their_defaults() -> None:
-    read = parsed(PaperOptions, ["--output=out"], command="paper", description="")
+    read = parsed(PaperOptions, ["--output=out"], command="paper")
     assert read == PaperOptions(output=Path("out"))
-    plan = parsed(PlanOptions, ["-oout", "a.yaml", "--seed", "none"], command="plan", description="")
+    plan = parsed(PlanOptions, ["-oout", "a.yaml", "--seed", "none"], command="plan")
     assert plan == PlanOptions(problem=Path("a.yaml"), output=Path("out"))
 
 
@@ -115,7 +140,7 @@ def test_options_left_out_keep_their_defaults() -> None:
 def test_any_words_are_read_or_refused_in_one_line(words: list[str]) -> None:
     sentence = ""
     try:
-        parsed(PaperOptions, words, command="paper", description="")
+        parsed(PaperOptions, words, command="paper")
     except SettingsError as error:
         sentence = str(error)
     assert "\n" not in sentence

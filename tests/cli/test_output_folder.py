@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 import pytest
 
 from cli.conftest import Refused, Told
-from spacearm.cli.folder import results_folder
+from spacearm.cli.results_folder import results_folder
 from spacearm.errors import OutputError
 from spacearm.paper import report
 
@@ -88,8 +88,8 @@ def test_a_folder_that_cannot_be_written_is_refused_before_any_work(
     monkeypatch.setattr(os, "open", read_only)
     for command, work in (("paper", "run_experiment"), ("plan", "plan")):
         if command == words[0]:
-            __import__(f"spacearm.cli.{command}")
-            monkeypatch.setattr(sys.modules[f"spacearm.cli.{command}"], work, worked)
+            __import__(f"spacearm.cli.{command}_command")
+            monkeypatch.setattr(sys.modules[f"spacearm.cli.{command}_command"], work, worked)
     (tmp_path / "out").mkdir()
     refused("output: read-only", *words, "-o", tmp_path / "out")
 
@@ -186,9 +186,9 @@ def interrupted(*_: object, **__: object) -> NoReturn:
 def test_ctrl_c_during_the_work_leaves_nothing(
     words: list[object], told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    __import__(f"spacearm.cli.{words[0]}")
+    __import__(f"spacearm.cli.{words[0]}_command")
     work = {"paper": "run_experiment", "plan": "plan"}[str(words[0])]
-    monkeypatch.setattr(sys.modules[f"spacearm.cli.{words[0]}"], work, interrupted)
+    monkeypatch.setattr(sys.modules[f"spacearm.cli.{words[0]}_command"], work, interrupted)
     before = list(tmp_path.iterdir())
     found = told([*words, "-o", tmp_path / "a" / "out"])
     assert found == (130, "", "spacearm: interrupted; nothing was written\n")
