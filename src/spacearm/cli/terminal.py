@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
     from spacearm.planner import BaseReport
@@ -18,7 +19,7 @@ Bar = Callable[[int, int, str], None]
 """Called with the work done, the work in all (0 where it is not known), and what is being done."""
 
 _LONGEST = 200  # characters of a note on a robot that are printed; the list of joints of a large robot is longer
-_NO_TERMINAL = 100_000  # [characters] the width of a file or a pipe: nothing is wrapped there
+_ENDLESS = 100_000  # [characters] the width of a file or a pipe, where nothing is wrapped
 
 
 @contextmanager
@@ -52,8 +53,12 @@ def show_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
         table.add_column("\n".join(name.split()), justify="right" if i else "left", vertical="bottom", overflow="fold")
     for row in rows:
         table.add_row(*row)
+    console = _console()
+    wanted = console.measure(table, options=console.options.update(width=_ENDLESS)).maximum
+    if wanted > console.width:
+        table.padding = 0
     print(title)
-    _show(table)
+    _show(table, console)
     print()
 
 
@@ -66,16 +71,17 @@ def show_list(rows: Sequence[tuple[str, str]]) -> None:
     table.add_column(overflow="fold")
     for row in rows:
         table.add_row(*row)
-    _show(table)
+    _show(table, _console())
 
 
-def _show(table: Table) -> None:
+def _console() -> Console:
     from rich.console import Console
 
-    width = None if sys.stdout.isatty() else _NO_TERMINAL
-    console = Console(width=width, markup=False, highlight=False, emoji=False)
-    if console.measure(table).maximum > console.width:
-        table.padding = 0
+    width = None if sys.stdout.isatty() else _ENDLESS
+    return Console(width=width, markup=False, highlight=False, emoji=False)
+
+
+def _show(table: Table, console: Console) -> None:
     with console.capture() as shown:
         console.print(table)
     print("\n".join(line.rstrip() for line in shown.get().removesuffix("\n").split("\n")))
