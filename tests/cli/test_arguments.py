@@ -16,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cli.conftest import Refused, Told
+from house.source import REPOSITORY
 from spacearm.cli import COMMANDS, main
 from spacearm.cli.arguments import _flags, parsed
 from spacearm.cli.bench_command import MbmOptions, SpaceOptions
@@ -70,6 +71,17 @@ def test_help_describes_every_option_with_default_and_unit(command: str, told: T
     for name, line in described(RECORDS[command]):
         assert re.search(rf"{re.escape(line)} \((default: [^)]+|required)\)", text), name
         assert UNITS.get(f"--{name.replace('_', '-')}", "") in line
+
+
+def test_the_page_of_the_command_line_names_every_option_and_command() -> None:
+    page = (REPOSITORY / "docs" / "command_line.md").read_text(encoding="utf-8")
+    for command, record in RECORDS.items():
+        section = page.partition(f"\n## {command.split()[0]}\n")[2].partition("\n## ")[0]
+        rows = "".join(line for line in section.splitlines(keepends=True) if line.startswith("|"))
+        missing = [flag for flag, _ in _flags(record) if not re.search(rf"`([^`]*, )?{flag}\b", rows)]
+        assert not missing, command
+        unknown = set(re.findall(r"`(--[\w-]+)", rows)) - {flag for one in RECORDS.values() for flag, _ in _flags(one)}
+        assert not unknown, command
 
 
 @pytest.mark.parametrize("columns", ["0", "1", "24", "x"])
