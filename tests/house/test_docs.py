@@ -43,6 +43,8 @@ NOT_RUN = {
     "README.md: make demo": "builds an environment",
     "README.md: make test": "builds an environment",
     "README.md: spacearm plan examples/floating.yaml -o out/floating": "some seconds; tests/planner plans all examples",
+    "command_line.md: spacearm bench mbm -d DIR -o results": "minutes",
+    "command_line.md: spacearm bench space -d benchmarks/spacebench -o results": "a minute and a half",
     "spacebench.md: spacearm bench space -d benchmarks/spacebench -o results": "a minute and a half",
     "spacebench.md: python -m spacearm.bench.space FOLDER": "two minutes and a half",
     "spacebench.md: python -m spacearm.bench.space FOLDER --seed 7 --problems 200 --families truss panel": "minutes",
@@ -82,7 +84,9 @@ def run_command(command: str, name: str) -> None:
     assert main([*words[1:], *quick]) in allowed, command
 
 
-@pytest.mark.parametrize("page", ["README.md", "planning.md", "robots.md", "doctor.md", "problem_file.md", "certificate.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "planning.md", "robots.md", "doctor.md", "problem_file.md", "certificate.md", "command_line.md"]
+)
 def test_a_page_runs_as_a_newcomer_would_twice(page: str, newcomer: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = REPOSITORY / page if page == "README.md" else REPOSITORY / "docs" / page
     for attempt in range(2):

@@ -2,25 +2,38 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
+import math
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+from tyro.conf import Positional, arg
 
 from spacearm.checks import shown
 from spacearm.cli.arguments import parsed
-from spacearm.cli.base_rows import base_rows
-from spacearm.cli.folder import results_folder
-from spacearm.cli.notes import tell_notes, tell_robot
-from spacearm.cli.plan_extras import export_trajectory, save_pareto
-from spacearm.cli.terminal import progress_bar, show_list
+from spacearm.cli.results_folder import results_folder
+from spacearm.cli.terminal import base_rows, progress_bar, show_list, tell_notes, tell_robot
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.interrupts import unbroken
+from spacearm.motion.exports import write_aem, write_ros_trajectory
 from spacearm.motion.exports.aem import as_epoch
 from spacearm.motion.stated_times import as_duration
-from spacearm.planner import Plan, load_problem_file, plan, plan_as_dict, save_plan, save_trajectory
+from spacearm.output import write_new
+from spacearm.planner import (
+    ParetoFront,
+    Plan,
+    load_problem_file,
+    pareto_front,
+    plan,
+    plan_as_dict,
+    save_plan,
+    save_trajectory,
+)
 from spacearm.planner.pareto import require_choice
 from spacearm.reading import located
 from spacearm.robot.left_out import rows_on_unchecked
@@ -32,27 +45,30 @@ _WRONG = ("no_envelope", "start_in_collision", "goal_in_collision")
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What to plan, and where the results go.
+    """Plan a collision-free motion within all limits, prove it, and write it down.
+
+    If no motion is found, plan.json holds the best one seen, and the exit code is 1.
 
     Attributes:
-        problem: a problem file (YAML): robot, scene, start and goal; the planner's settings are in it too.
+        problem: a problem file (YAML): robot, scene, start and goal; it holds the planner's settings too.
         output: a new or empty folder for plan.json, trajectory.csv and figures.
-        seed: repeats a plan; none: drawn, and recorded in plan.json.
-        figures: draw the path, the joints over time, the clearance, and how a floating base moves.
-        json: print plan.json's content instead of the summary.
-        export: also write the trajectory for others: aem (trajectory.aem, the base's attitude as CCSDS has it), ros
-            (trajectory.ros.json, messages of ROS 2).
-        epoch: when the motion begins, for aem; none: no date, and the file says so.
-        pareto: plan so many times more between quick and gentle to a floating base, and draw duration against its peak angle.
+        seed: the random seed, which repeats a plan; none: a new one is drawn, and recorded in plan.json.
+        no_figures: do not draw the path, the joints over time, the clearance, and how a floating base moves.
+        json: print the content of plan.json instead of the summary.
+        export: also write the trajectory for other programs: aem writes trajectory.aem, the attitude of the base as CCSDS
+            defines it; ros writes trajectory.ros.json, messages of ROS 2.
+        epoch: date and time at which the motion begins, for aem; none: the file states no date.
+        pareto: plan so many more motions between quick and gentle to a floating base, and draw the duration against the peak
+            angle of the base.
     """
 
-    problem: Path = field(metadata={"name": "PROBLEM.YAML"})
-    output: Path = field(metadata={"name": "FOLDER", "flag": "-o"})
+    problem: Annotated[Positional[Path], arg(metavar="PROBLEM.YAML")]
+    output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
     seed: int | None = None
-    figures: bool = True
+    no_figures: bool = False
     json: bool = False
     export: tuple[Literal["aem", "ros"], ...] = ()
-    epoch: str | None = field(default=None, metadata={"name": "TIME"})
+    epoch: Annotated[str | None, arg(metavar="TIME")] = None
     pareto: int | None = None
 
     def __post_init__(self) -> None:
@@ -68,13 +84,7 @@ class Options:
 
 def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
-    options = parsed(
-        Options,
-        arguments,
-        command="plan",
-        description="Plan a collision-free motion within all limits, prove it, and write it down. Where none is found the "
-        "best one seen is in plan.json, and the exit code is 1.",
-    )
+    options = parsed(Options, arguments, command="plan")
     file = load_problem_file(options.problem)
     tell_notes(options.problem, file.problem.scene.notes)
     if options.pareto is not None:
@@ -85,12 +95,12 @@ def run(arguments: Sequence[str]) -> int:
             found = plan(file.problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
             if found.status in _WRONG and found.goal_search is None:
                 raise ProblemError(found.message)
-        written = _save(found, folder, figures=options.figures and not found.interrupted)
+        written = _save(found, folder, figures=not options.no_figures and not found.interrupted)
         if found.interrupted:
             raise KeyboardInterrupt  # with what was found until then written down
-        written += export_trajectory(found, folder, options.export, epoch=options.epoch)
+        written += _export(found, folder, options.export, epoch=options.epoch)
         if options.pareto is not None and found.found:
-            written += save_pareto(found, folder, points=options.pareto, figures=options.figures)
+            written += _save_pareto(found, folder, points=options.pareto, figures=not options.no_figures)
     tell_robot(found.problem.robot, more=f"plan.json in {options.output} (problem.robot.notes)")
     tell_notes(options.problem, () if found.trajectory is None else found.trajectory.notes)
     if options.json:
@@ -118,6 +128,62 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
             bar(0, 0, "path, joints and clearance")
             written += [path.name for path in save_plan_figures(found, folder) if path.suffix == ".png"]
     return written
+
+
+def _export(found: Plan, folder: Path, kinds: Sequence[str], *, epoch: str | None) -> list[str]:
+    """Write a proven trajectory in the formats asked for; return the files' names.
+
+    Raises:
+        SettingsError: an epoch that is no date.
+    """
+    if not found.found or found.trajectory is None:
+        return []
+    written = []
+    if "aem" in kinds:
+        write_aem(found.trajectory, folder / "trajectory.aem", start_epoch=epoch)
+        written.append("trajectory.aem")
+    if "ros" in kinds:
+        path = folder / "trajectory.ros.json"
+        tell_notes(path, write_ros_trajectory(found.trajectory, path, jerk_limit=found.settings.jerk_limit))
+        written.append("trajectory.ros.json")
+    return written
+
+
+def _save_pareto(found: Plan, folder: Path, *, points: int, figures: bool) -> list[str]:
+    """Plan between quick and gentle; write a table, every plan and a figure; return the files' names.
+
+    Raises:
+        ProblemError: a problem whose base is fixed, or that states its duration.
+    """
+    with progress_bar("quick or gentle") as bar:
+        front = pareto_front(found.problem, found.settings, points=points, rng=found.seed, progress=bar)
+    if not front.plans:
+        return []
+    plans = [f"pareto_{i:02d}.json" for i in range(1, len(front.plans) + 1)]
+    for name, member in zip(plans, front.plans, strict=True):
+        save_plan(member, folder / name)
+    write_new(folder / "pareto.csv", _pareto_table(front, plans))
+    written = ["pareto.csv", *plans]
+    if figures:
+        from spacearm.version import version
+
+        with unbroken():
+            from spacearm.show import figure_pareto, save_figure
+
+            figure = figure_pareto(front, title=found.problem.robot.name)
+        provenance = {"Title": "spacearm plan --pareto", "Author": f"spacearm {version()}", "Subject": f"seed {found.seed}"}
+        png, _ = save_figure(figure, folder / "pareto", provenance=provenance)
+        written.append(png.name)
+    return written
+
+
+def _pareto_table(front: ParetoFront, plans: Sequence[str]) -> str:
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(["plan", "duration_s", "base_peak_deg", "on_front"])
+    for name, duration, angle, best in zip(plans, front.durations, front.disturbances, front.best, strict=True):
+        rows.writerow([name, f"{duration:.9g}", f"{math.degrees(angle):.9g}", int(best)])
+    return text.getvalue()
 
 
 def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[str, str]]:

@@ -7,9 +7,11 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
 from spacearm.errors import SettingsError
@@ -22,24 +24,27 @@ _CHOSEN = Choices()
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What to look at.
+    """Say all that is wrong with a robot's model, and how to mend it.
+
+    With --fix, what can be mended is mended in a copy, and the findings are those of the copy. If there are errors or
+    warnings, the exit code is 1.
 
     Attributes:
         model: a URDF file.
-        srdf: an SRDF about the same robot.
-        base: how the base is held; with floating a missing mass is an error, with fixed it is none; none: as the SRDF says.
-        fix: write a corrected copy here; a new file.
-        force: replace the file that is there; never the model itself.
+        srdf: an SRDF file about the same robot.
+        base: the base of the robot; with floating a missing mass is an error, with fixed it is not; none: as the SRDF says.
+        fix: write a corrected copy to this new file.
+        force: replace the file that --fix names if it exists; never the model itself.
         velocity_limit: what --fix gives a joint without a velocity limit [rad/s or m/s].
         range_limit: what --fix gives a revolute joint without limits, to both sides [rad].
         density: what --fix gives a link without a mass [kg/m^3]; none: it is left so.
         json: print the findings as JSON instead of the list.
     """
 
-    model: Path = field(metadata={"name": "MODEL.URDF"})
-    srdf: Path | None = field(default=None, metadata={"name": "MODEL.SRDF"})
+    model: Annotated[Positional[Path], arg(metavar="MODEL.URDF")]
+    srdf: Annotated[Path | None, arg(metavar="MODEL.SRDF")] = None
     base: Literal["fixed", "floating"] | None = None
-    fix: Path | None = field(default=None, metadata={"name": "OUT.URDF"})
+    fix: Annotated[Path | None, arg(metavar="OUT.URDF")] = None
     force: bool = False
     velocity_limit: float = _CHOSEN.velocity_limit
     range_limit: float = _CHOSEN.range_limit
@@ -49,13 +54,7 @@ class Options:
 
 def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
-    options = parsed(
-        Options,
-        arguments,
-        command="doctor",
-        description="Say all that is wrong with a robot's model, and how to mend it. With --fix, what can be mended is, in a "
-        "copy, and what is said is said of the copy. The exit code is 1 if there are errors or warnings.",
-    )
+    options = parsed(Options, arguments, command="doctor")
     choices = Choices(
         velocity_limit=options.velocity_limit,
         range_limit=options.range_limit,
@@ -65,7 +64,7 @@ def run(arguments: Sequence[str]) -> int:
         if options.force:
             raise SettingsError("--force is for --fix, and there is nothing to write; leave it out, or give --fix OUT.URDF")
         found = diagnose(options.model, options.srdf, base=options.base, choices=choices)
-        _print(_as_json(found.as_dict()) if options.json else "\n".join(_told(found)))
+        print(_as_json(found.as_dict()) if options.json else "\n".join(_told(found)))
         return 0 if found.healthy else 1
     mended = mend_urdf(
         options.model,
@@ -75,13 +74,8 @@ def run(arguments: Sequence[str]) -> int:
         choices=choices,
         overwrite=options.force,
     )
-    _print(_as_json(mended.as_dict()) if options.json else "\n".join(_told_of_copy(mended)))
+    print(_as_json(mended.as_dict()) if options.json else "\n".join(_told_of_copy(mended)))
     return 0 if mended.after.healthy else 1
-
-
-def _print(text: str) -> None:
-    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
-    print(text.encode(encoding, "replace").decode(encoding))
 
 
 def _as_json(values: dict[str, object]) -> str:

@@ -7,9 +7,12 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import OmitArgPrefixes, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.folder import results_folder
+from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import progress_bar, show_table
 from spacearm.paper import PaperSettings, run_experiment
 from spacearm.paper.report import LEGEND, path_notes, report_as_dict, save_report, table_rows
@@ -17,35 +20,30 @@ from spacearm.paper.report import LEGEND, path_notes, report_as_dict, save_repor
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What to run, and where the results go.
+    """Run the experiment of Zhang et al. 2022: each method many times, Table 3 beside the numbers of the paper, Figures 4-9,
+    and report.json with every declared reading.
 
     Attributes:
         output: a new or empty folder for tables, figures and report.json.
-        figures: draw Figures 4-9 and the comparison, which takes most of the time.
+        no_figures: do not draw Figures 4-9 and the comparison, which takes most of the time.
         json: print the report as JSON instead of the tables.
-        settings: the experiment.
+        experiment: what is run.
     """
 
-    output: Path = field(metadata={"name": "FOLDER", "flag": "-o"})
-    figures: bool = True
+    output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
+    no_figures: bool = False
     json: bool = False
-    settings: PaperSettings = field(default_factory=PaperSettings)
+    experiment: Annotated[PaperSettings, OmitArgPrefixes] = field(default_factory=PaperSettings)
 
 
 def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
-    options = parsed(
-        Options,
-        arguments,
-        command="paper",
-        description="Run the experiment of Zhang et al. 2022: each method many times, Table 3 beside the paper's numbers, "
-        "Figures 4-9, and report.json with every declared reading.",
-    )
+    options = parsed(Options, arguments, command="paper")
     with results_folder(options.output) as folder:
         with progress_bar("runs") as bar:
-            experiment = run_experiment(options.settings, progress=bar)
-        with progress_bar("figures" if options.figures else "report") as bar:
-            written = save_report(experiment, folder, figures=options.figures, progress=bar)
+            experiment = run_experiment(options.experiment, progress=bar)
+        with progress_bar("report" if options.no_figures else "figures") as bar:
+            written = save_report(experiment, folder, figures=not options.no_figures, progress=bar)
     if options.json:
         print(json.dumps(report_as_dict(experiment), indent=2, allow_nan=False))
         return 0

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.base_rows import base_rows
-from spacearm.cli.notes import tell_notes, tell_robot
-from spacearm.cli.terminal import show_list
+from spacearm.cli.terminal import base_rows, show_list, tell_notes, tell_robot
 from spacearm.errors import SettingsError
 from spacearm.motion import load_trajectory
 from spacearm.motion.stated_times import as_duration
@@ -26,34 +26,36 @@ from spacearm.version import version
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What to prove, and how.
+    """Prove that a saved plan, or a trajectory in CSV or of ROS, is free of collision and within the joint limits at every
+    instant.
+
+    What the file states about itself is not believed, but compared. If the proof does not hold, the exit code is 1.
 
     Attributes:
         file: a plan.json, or a trajectory: CSV with a column for the time [s] and one for each joint, or a JointTrajectory of
             ROS in YAML or JSON.
-        problem: a problem file (YAML) to prove it for; a plan is else proven for the problem in it.
-        output: write the certificate here as JSON; a new file.
-        interpolation: of a trajectory, between rows; none: by what the file gives, straight lines if that is positions only.
-        degrees: a trajectory's angles are in degrees.
-        unwrap: a trajectory's angles take the short way from row to row.
-        time_unit: of a trajectory's times; none: as the file says, else seconds.
-        limits: the joint limits to be kept; a path with corners has no acceleration, so leave that out for one.
-        jerk_limit: of every joint [rad/s^3 or m/s^3].
-        minimum_clearance: the clearance is to be more than this [m].
-        resolution: intervals shorter than this share of the motion are not halved again.
+        problem: a problem file (YAML) to prove the motion for; none: the problem in the plan.
+        output: write the certificate to this new file, as JSON.
+        interpolation: how a trajectory moves between its rows; none: by what the file gives, straight lines if that is
+            positions only.
+        degrees: the angles of the trajectory are in degrees.
+        unwrap: the angles of the trajectory take the short way from row to row.
+        time_unit: unit of the times in the trajectory; none: as the file says, else seconds.
+        limits: the joint limits that must be kept; a path with corners has no acceleration, so leave that out for one.
+        jerk_limit: jerk limit of every joint [rad/s^3 or m/s^3]; none: jerk is not limited.
+        minimum_clearance: the clearance must be more than this [m].
+        resolution: an interval shorter than this share of the motion is not halved again.
         json: print the certificate as JSON instead of the summary.
     """
 
-    file: Path = field(metadata={"name": "FILE"})
-    problem: Path | None = field(default=None, metadata={"name": "PROBLEM.YAML"})
-    output: Path | None = field(default=None, metadata={"name": "CERTIFICATE.JSON", "flag": "-o"})
+    file: Annotated[Positional[Path], arg(metavar="FILE")]
+    problem: Annotated[Path | None, arg(metavar="PROBLEM.YAML")] = None
+    output: Annotated[Path | None, arg(metavar="CERTIFICATE.JSON", aliases=("-o",))] = None
     interpolation: Literal["linear", "cubic", "quintic"] | None = None
     degrees: bool = False
     unwrap: bool = False
     time_unit: Literal["s", "ms", "us", "ns"] | None = None
-    limits: tuple[Literal["position", "velocity", "acceleration"], ...] = field(
-        default=("position", "velocity", "acceleration"), metadata={"name": "LIMIT"}
-    )
+    limits: tuple[Literal["position", "velocity", "acceleration"], ...] = ("position", "velocity", "acceleration")
     jerk_limit: float | None = None
     minimum_clearance: float = 0.0
     resolution: float = 1e-7
@@ -68,14 +70,7 @@ class Options:
 
 def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
-    options = parsed(
-        Options,
-        arguments,
-        command="certify",
-        description="Prove that a saved plan, or a trajectory in CSV or as ROS has it, is free of collision and within the "
-        "joint limits at every instant. What the file says of itself is not believed, but compared. The exit code is 1 if the "
-        "proof does not hold.",
-    )
+    options = parsed(Options, arguments, command="certify")
     if options.output is not None:
         require_new(options.output, advice="choose another name with -o")
     problem = None if options.problem is None else load_problem(options.problem)

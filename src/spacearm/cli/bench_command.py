@@ -6,21 +6,16 @@ import contextlib
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from spacearm.bench import report
-from spacearm.bench.collection import find_items, find_robot
-from spacearm.bench.mbm import run_benchmark
-from spacearm.bench.measure import LIMIT, Protocol
-from spacearm.bench.space import measure as space_measure
-from spacearm.bench.space import report as space_report
-from spacearm.bench.space.collection import find_problems
-from spacearm.bench.space.run import run_spacebench
+from tyro.conf import arg
+
+from spacearm.bench.measure import LIMIT
 from spacearm.checks import as_number, shown
 from spacearm.cli.arguments import parsed
-from spacearm.cli.folder import results_folder
+from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import progress_bar, show_table
 from spacearm.errors import SettingsError, nearest
 from spacearm.settings import whole
@@ -28,25 +23,28 @@ from spacearm.settings import whole
 
 @dataclass(frozen=True, kw_only=True)
 class MbmOptions:
-    """What to measure of MotionBenchMaker's problems, and where the results go.
+    """Measure the planner on the problems of MotionBenchMaker, on one core: the first motion, lengths over time, proofs, and
+    what another checker finds in the motions afterwards.
+
+    Times are stated for a reference core.
 
     Attributes:
-        data: the problems: folders with scene*.yaml and request*.yaml, one a family, the robot's files beside them.
+        data: the problems: a folder for each family with scene*.yaml and request*.yaml, the files of the robot beside them.
         output: a new or empty folder for report.json, tables.md and the figure.
-        urdf: the robot; none: the only URDF file in the data's folder.
+        urdf: the robot; none: the only URDF file in the folder of the data.
         srdf: its groups and the links that may touch; none: the only SRDF file there.
-        group: whose joints move.
-        families: measure only these; none: all.
-        problems: of each family, only so many; none: all.
+        group: the group whose joints move.
+        families: measure only these families; none: all.
+        problems: measure only so many problems of each family; none: all.
         seeds: runs of each problem.
-        search: how long the bare search goes on, on the reference core [ms].
-        budget: how long the search of plan() goes on before the proof, on the reference core [ms].
-        figure: draw lengths and first motions over time.
-        json: print report.json's content instead of the tables.
+        search: duration of the search alone, on the reference core [ms].
+        budget: duration of the search in plan() before the proof, on the reference core [ms].
+        no_figure: do not draw lengths and first motions over time.
+        json: print the content of report.json instead of the tables.
     """
 
-    data: Path = field(metadata={"name": "DIR", "flag": "-d"})
-    output: Path | None = field(default=None, metadata={"name": "FOLDER", "flag": "-o"})
+    data: Annotated[Path, arg(metavar="DIR", aliases=("-d",))]
+    output: Annotated[Path | None, arg(metavar="FOLDER", aliases=("-o",))] = None
     urdf: Path | None = None
     srdf: Path | None = None
     group: str = "panda_arm"
@@ -55,7 +53,7 @@ class MbmOptions:
     seeds: int = 5
     search: float = 50.0
     budget: float = 50.0
-    figure: bool = True
+    no_figure: bool = False
     json: bool = False
 
     def __post_init__(self) -> None:
@@ -70,28 +68,31 @@ class MbmOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class SpaceOptions:
-    """What to measure of SpaceBench, and where the results go.
+    """Measure the planner on SpaceBench, problems for arms on spacecraft whose base floats, on one core: time to the first
+    certified motion, how far the base turns, what becomes of motions planned for a fixed base; then on published problems.
+
+    Times are stated for a reference core.
 
     Attributes:
-        data: the frozen set: a folder with a file a family, as truss.json.
+        data: the frozen set: a folder with a file for each family, as truss.json.
         output: a new or empty folder for report.json, tables.md and the figures.
         family: measure only these families; none: all.
-        problems: of each family, only so many; none: all.
+        problems: measure only so many problems of each family; none: all.
         seeds: runs of each problem.
         published: seeds of each of the published problems; 0 leaves them out.
-        limit: a problem that takes longer is not solved, on the reference core [s].
-        figure: draw a problem of each family, what becomes of fixed-base motions, and how far bases turn.
-        json: print report.json's content instead of the tables.
+        limit: a problem that takes longer than this on the reference core is not solved [s].
+        no_figure: do not draw a problem of each family, what becomes of fixed-base motions, and how far bases turn.
+        json: print the content of report.json instead of the tables.
     """
 
-    data: Path = field(default=Path("benchmarks/spacebench"), metadata={"name": "DIR", "flag": "-d"})
-    output: Path | None = field(default=None, metadata={"name": "FOLDER", "flag": "-o"})
+    data: Annotated[Path, arg(metavar="DIR", aliases=("-d",))] = Path("benchmarks/spacebench")
+    output: Annotated[Path | None, arg(metavar="FOLDER", aliases=("-o",))] = None
     family: tuple[str, ...] | None = None
     problems: int | None = None
     seeds: int = 1
     published: int = 20
     limit: float = 2.0
-    figure: bool = True
+    no_figure: bool = False
     json: bool = False
 
     def __post_init__(self) -> None:
@@ -119,47 +120,44 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _mbm(arguments: Sequence[str]) -> int:
-    options = parsed(
-        MbmOptions,
-        arguments,
-        command="bench mbm",
-        description="Measure the planner on MotionBenchMaker's problems, on one core: the first motion, lengths over time, "
-        "proofs, and what another checker says of the motions afterwards. Times are stated for a reference core.",
-    )
+    from spacearm.bench.collection import find_items, find_robot
+    from spacearm.bench.mbm import run_benchmark
+    from spacearm.bench.measure import Protocol
+    from spacearm.bench.report import notes, report_as_dict, save_report, tables
+
+    options = parsed(MbmOptions, arguments, command="bench mbm")
     protocol = Protocol(seeds=options.seeds, search=options.search / 1e3, plan=options.budget / 1e3)
     items = find_items(options.data, families=options.families or (), most=options.problems)
     robot = find_robot(options.data, urdf=options.urdf, srdf=options.srdf, group=options.group)
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
         with progress_bar("measuring") as bar:
             benchmark = run_benchmark(items, robot, protocol, progress=bar)
-        written = [] if folder is None else report.save_report(benchmark, folder, figure=options.figure)
-    values = report.report_as_dict(benchmark) if options.json else None
-    _tell(values, report.tables(benchmark), report.notes(benchmark), written, benchmark.seconds)
+        written = [] if folder is None else save_report(benchmark, folder, figure=not options.no_figure)
+    values = report_as_dict(benchmark) if options.json else None
+    _tell(values, tables(benchmark), notes(benchmark), written, benchmark.seconds)
     return 0
 
 
 def _space(arguments: Sequence[str]) -> int:
-    options = parsed(
-        SpaceOptions,
-        arguments,
-        command="bench space",
-        description="Measure the planner on SpaceBench, problems for arms on spacecraft whose base floats, on one core: time "
-        "to the first certified motion, how far the base turns, what becomes of motions planned for a fixed base; then on "
-        "published problems. Times are stated for a reference core.",
-    )
-    protocol = space_measure.Protocol(seeds=options.seeds, limit=options.limit)
+    from spacearm.bench.space.collection import find_problems
+    from spacearm.bench.space.measure import Protocol
+    from spacearm.bench.space.report import notes, report_as_dict, save_report, tables
+    from spacearm.bench.space.run import run_spacebench
+
+    options = parsed(SpaceOptions, arguments, command="bench space")
+    protocol = Protocol(seeds=options.seeds, limit=options.limit)
     items = find_problems(options.data, families=options.family or (), most=options.problems)
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
         with progress_bar("measuring") as bar:
             bench = run_spacebench(items, protocol, published=options.published, progress=bar)
-        written = [] if folder is None else space_report.save_report(bench, folder, items=items, figure=options.figure)
-    values = space_report.report_as_dict(bench) if options.json else None
-    _tell(values, space_report.tables(bench), space_report.notes(bench), written, bench.seconds)
+        written = [] if folder is None else save_report(bench, folder, items=items, figure=not options.no_figure)
+    values = report_as_dict(bench) if options.json else None
+    _tell(values, tables(bench), notes(bench), written, bench.seconds)
     return 0
 
 
 def _tell(
-    values: dict[str, Any] | None, tables: Sequence[report.Table], notes: Sequence[str], written: Sequence[Path], seconds: float
+    values: dict[str, Any] | None, tables: Sequence[Table], notes: Sequence[str], written: Sequence[Path], seconds: float
 ) -> None:
     if values is not None:
         print(json.dumps(values, indent=1, allow_nan=False))
@@ -172,6 +170,9 @@ def _tell(
         print(f"written: {', '.join(path.name for path in written)} in {written[0].parent}")
     print(f"{seconds:.1f} s", file=sys.stderr)
 
+
+Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
+"""Title, header, rows."""
 
 _OFTEN = 1_000_000
 _SUITES = {
