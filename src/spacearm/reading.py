@@ -406,8 +406,14 @@ def _sentence(detail: ErrorDetails, place: Place, within: str) -> str:
     if kind == "missing":
         inside = _called(place[:-1], within)
         return f"key '{place[-1]}' is missing{f' in {inside}' if inside else ''}; add it"
+    if kind == "sentence":
+        return detail["msg"]
     if kind == "form":
         return f"{called} is {given}, expected {detail['msg']}"
+    if kind in ("too_short", "too_long"):
+        context = detail.get("ctx", {})
+        wanted = context.get("min_length", context.get("max_length"))
+        return f"{called} has {context.get('actual_length')} entries, expected {wanted}"
     if kind in _EXPECTED:
         return f"{called or 'it'} is {given}, expected {_EXPECTED[kind]}"
     if kind == "literal_error":
