@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, TypeVar
 import numpy as np
 from annotated_types import Len
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, PrivateAttr, ValidationInfo, field_validator, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PrivateAttr, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from spacearm.checks import shown
@@ -83,6 +83,8 @@ Three = Annotated[list[Number], Len(3, 3), _inside("vertex_indices")]
 
 class Message(BaseModel):
     """A message, or a part of one; a key that it does not know is left alone."""
+
+    model_config = ConfigDict(frozen=True)  # so that defaults are shared, not copied
 
     only_these: ClassVar[bool] = False
     """Whether other keys are refused."""
@@ -338,23 +340,11 @@ class AllowedCollisionMatrix(Message):
     default_entry_values: Flags = []
 
 
-class OctomapData(Message):
-    """`octomap_msgs/Octomap`."""
-
-    data: Any = None
-
-
-class Octomap(Message):
-    """`octomap_msgs/OctomapWithPose`."""
-
-    octomap: OctomapData = OctomapData()
-
-
 class World(StrictMessage):
     """`moveit_msgs/PlanningSceneWorld`."""
 
     collision_objects: list[CollisionObject] = []
-    octomap: Octomap = Octomap()
+    octomap: Any = None
 
 
 class LinkFactor(Message):
@@ -417,7 +407,7 @@ class OrientationConstraint(InFrame, StrictMessage):
     weight: Any = None
 
     def matrix(self) -> Array:
-        """Return T (4, 4), which turns only."""
+        """Return T (4, 4)."""
         return transform(self, None, "orientation")
 
 
@@ -434,10 +424,10 @@ class Constraints(StrictMessage):
 class PathConstraints(Message):
     """`moveit_msgs/Constraints` of the way; whatever they are, they are refused."""
 
-    joint_constraints: list[Any] = []
-    position_constraints: list[Any] = []
-    orientation_constraints: list[Any] = []
-    visibility_constraints: list[Any] = []
+    joint_constraints: Any = None
+    position_constraints: Any = None
+    orientation_constraints: Any = None
+    visibility_constraints: Any = None
 
 
 class TrajectoryConstraints(Message):

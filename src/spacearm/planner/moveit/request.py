@@ -61,9 +61,9 @@ def leftovers(part: Message, used: tuple[str, ...], hints: tuple[str, ...], note
         FileFormatError: a key that is nearly one of those that are read, and so is most likely a slip.
     """
     given = part.file.value
-    for key in given:
+    for key in [key for key in given if key not in used and key not in hints]:
         near = get_close_matches(str(key), [*used, *hints], n=1, cutoff=0.8)
-        if key not in used and key not in hints and near:
+        if near:
             raise part.error(f"key {shown(key)} is not known; did you mean '{near[0]}'? correct it", str(key))
     stated = sorted(str(key) for key, value in given.items() if key not in used and _says_something(value))
     if stated:

@@ -84,9 +84,11 @@ def world_of(file: PlanningScene, frames: Frames, *, mesh_excess: float | None =
     Raises:
         FileFormatError, SceneError: what is wrong, with file and line.
     """
-    octomap = file.world.octomap.octomap
-    if octomap.data:
-        raise octomap.error("the octomap is not read, expected none; give its points to enclose_points", "data")
+    octomap = file.world.octomap
+    inner = octomap.get("octomap") if isinstance(octomap, dict) else None
+    if isinstance(inner, dict) and inner.get("data"):
+        words = "the octomap is not read, expected none; give its points to enclose_points"
+        raise file.world.error(words, "octomap", "octomap", "data")
     bodies: dict[str, Body] = {}
     for item in file.world.collision_objects:
         _apply(item, bodies, frames, mesh_excess)
