@@ -3,6 +3,10 @@ line.
 
 YAML is read by the core schema of YAML 1.2: `1e-3` is a number, `yes` is a word and `010` is ten, each of
 which PyYAML's default takes differently. A key given twice is refused.
+
+The parser is PyYAML's with libyaml, under a table of our own that says what a plain word means. ruamel.yaml reads YAML 1.2 and
+knows lines, but its parser that does is written in Python: on 60 scenes of MotionBenchMaker (0.84 MB) it took 4.3 s where this
+takes 0.57 s, on a mesh of 0.56 MB 2.2 s and 0.22 s; with libyaml, which then tells no lines, 0.93 s and 0.64 s.
 """
 
 from __future__ import annotations
