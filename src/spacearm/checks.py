@@ -2,6 +2,9 @@
 
 Each check takes the name the user knows the value by and the error to raise, so that one sentence serves
 every room.
+
+The border between the two kinds of checks: what comes from a file is checked by pydantic models (`strict_model`, `records`) for
+its keys and types; what a constructor of ours is given, from a file or from Python, is checked here for what it means.
 """
 
 from __future__ import annotations

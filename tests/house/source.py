@@ -24,8 +24,9 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("momentum",),
     ("scene", "robot"),
     ("_kernel",),
-    ("strict_model", "meshes"),
-    ("reading", "output", "settings", "records"),
+    ("records", "meshes"),
+    ("strict_model",),
+    ("reading", "output", "settings"),
     ("checks",),
     ("errors", "interrupts", "version"),
 )

@@ -37,6 +37,7 @@ from spacearm.planner import (
     save_trajectory,
 )
 from spacearm.planner.files.plans import problem_as_dict, problem_hash
+from spacearm.planner.files.recheck import recheck_plan
 from spacearm.planner.files.saved_plans import problem_from_dict
 from spacearm.proof import certify
 from spacearm.records import record_as_dict
@@ -224,6 +225,18 @@ def test_problems_from_before_bases_could_float_keep_their_hashes() -> None:
     assert "base" not in plan_as_dict(plan(turn(scene=[]), SMALL, rng=0))
 
 
+OLD = Path(__file__).parent / "data" / "plan_before_certificate_version.json"
+
+
+def test_a_plan_that_an_older_release_saved_is_still_read(found: Plan) -> None:
+    assert "spacearm-certificate" not in json.loads(OLD.read_text())["certificate"]
+    old = load_saved_plan(OLD)
+    assert old.problem_hash == problem_hash(old.problem)
+    assert recheck_plan(OLD).notes == ()
+    assert old.trajectory == found.trajectory
+    assert load_plan(OLD, PROBLEM) == found.trajectory
+
+
 # ---- refused ---------------------------------------------------------------------------------------------------------
 
 
@@ -242,6 +255,8 @@ BROKEN: dict[str, Any] = {
     "a list": lambda path: path.write_text("[1, 2]"),
     "nested too deeply": lambda path: path.write_text("[" * 100_000),
     "another version": lambda path: edited(path, lambda c: c.update({"spacearm-plan": 2})),
+    "version a text": lambda path: edited(path, lambda c: c.update({"spacearm-plan": "1"})),
+    "certificate of a newer version": lambda path: edited(path, lambda c: c["certificate"].update({"spacearm-certificate": 2})),
     "a problem": lambda path: path.write_text('{"spacearm": 1}'),
     "no motion in it": lambda path: edited(path, lambda c: c.update(motion=None, status="not_found")),
     "motion missing": lambda path: edited(path, lambda c: c.pop("motion")),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from spacearm.checks import shown
 from spacearm.errors import ProblemError
 from spacearm.momentum import Momentum
 from spacearm.motion.for_robot import for_robot, in_order, robot_in_order
@@ -19,9 +20,41 @@ from spacearm.motion.trajectory import Trajectory
 from spacearm.records import record_as_dict, record_from_dict
 from spacearm.robot import Robot
 
-_BASE_KEYS = ("base", "base_start", "momentum")
-_KEYS = ("joints", "control_points", "duration_s", "time_law", *_BASE_KEYS, "notes")
-_RECORDED_KEYS = ("joints", "breaks", "coefficients", *_BASE_KEYS, "notes", "contradictions")
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _OfAnyBase:
+    """The keys of either kind of trajectory; a base that is not there is fixed at the origin, whatever the robot's own is."""
+
+    joints: tuple[str, ...] | None = None
+    base: str = "fixed"
+    base_start: Array | None = None
+    momentum: Momentum | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def on_a_base(self) -> dict[str, Any]:
+        """Return what a trajectory's constructor takes of them."""
+        return {key: getattr(self, key) for key in ("base", "base_start", "momentum", "notes")}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _MotionValues(_OfAnyBase):
+    """The keys of a motion."""
+
+    control_points: Array
+    duration_s: float
+    time_law: TimeLaw | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _RecordedValues(_OfAnyBase):
+    """The keys of a recorded trajectory."""
+
+    breaks: Array
+    coefficients: Array
+    contradictions: tuple[str, ...] = ()
 
 
 def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
@@ -58,16 +91,6 @@ def _base_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
     return held
 
 
-def _base_from_dict(values: dict[str, Any]) -> dict[str, Any]:
-    """Return the base's arguments; what is not there is the fixed base at the origin, whatever the robot's own is."""
-    momentum = values.get("momentum")
-    return {
-        "base": values.get("base", "fixed"),
-        "base_start": values.get("base_start"),
-        "momentum": None if momentum is None else record_from_dict(Momentum, momentum, "momentum", ProblemError),
-    }
-
-
 def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = True) -> AnyTrajectory:
     """Make a trajectory of plain values.
 
@@ -81,63 +104,25 @@ def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = Tru
     Raises:
         ProblemError: values that are no trajectory of the robot.
     """
-    if not isinstance(values, dict):
-        raise ProblemError(f"the trajectory is {shown(values)}, expected a mapping with the keys {', '.join(_KEYS)}")
-    columns = _columns(robot, values.get("joints"))
-    if columns is not None:
-        back = np.argsort(columns).tolist()
-        as_written = {key: value for key, value in values.items() if key != "joints"}
-        read = trajectory_from_dict(robot_in_order(robot, back), as_written, within_limits=within_limits)
-        made, notes = for_robot(read, robot)
-        return replace(made, robot=robot, notes=(*made.notes, *notes))
-    notes = _notes(values.get("notes", []))
-    if "breaks" in values:
-        _require_keys(values, _RECORDED_KEYS)
-        said = _notes(values.get("contradictions", []))
-        path = {key: value for key, value in values.items() if key not in ("joints", *_BASE_KEYS, "notes", "contradictions")}
-        curve = record_from_dict(PiecewisePath, path, "the path", ProblemError)
-        return RecordedTrajectory(robot, curve, **_base_from_dict(values), notes=notes, contradictions=said)
-    _require_keys(values, _KEYS)
-    for key in ("control_points", "duration_s"):
-        if key not in values:
-            raise ProblemError(f"the trajectory has no key '{key}', expected it; add it")
-    points = {"control_points": values["control_points"]}
-    motion = record_from_dict(Motion, points, "the trajectory", ProblemError)
-    given = values.get("time_law")
-    law = None if given is None else record_from_dict(TimeLaw, given, "time_law", ProblemError)
-    duration = values["duration_s"]
-    if duration is None:
-        raise ProblemError("duration_s is null, expected a time [s]")
-    held = _base_from_dict(values)
+    recorded = isinstance(values, dict) and "breaks" in values
+    given = record_from_dict(_RecordedValues if recorded else _MotionValues, values, "", ProblemError)
+    columns = None if given.joints is None else in_order(given.joints, robot.dof_names, who="the trajectory")
+    if columns is None or columns == list(range(robot.dof)):
+        return _made(robot, given, within_limits)
+    read = _made(robot_in_order(robot, np.argsort(columns).tolist()), given, within_limits)
+    made, notes = for_robot(read, robot)
+    return replace(made, robot=robot, notes=(*made.notes, *notes))
+
+
+def _made(robot: Robot, given: _RecordedValues | _MotionValues, within_limits: bool) -> AnyTrajectory:
+    """Make a trajectory of a robot whose joints are in the order of the columns."""
+    if isinstance(given, _RecordedValues):
+        path = PiecewisePath(given.breaks, given.coefficients)
+        return RecordedTrajectory(robot, path, **given.on_a_base, contradictions=given.contradictions)
+    motion, law, duration = Motion(given.control_points), given.time_law, given.duration_s
     try:
-        return Trajectory(robot, motion, duration=duration, time_law=law, **held, notes=notes)
+        return Trajectory(robot, motion, duration=duration, time_law=law, **given.on_a_base)
     except ProblemError:
-        if within_limits or motion.dof != robot.dof or not _is_time(duration):
+        if within_limits or motion.dof != robot.dof or not 0 < duration < math.inf:
             raise
-    return RecordedTrajectory(robot, over_time(motion, law or TimeLaw.uniform(), float(duration)), **held, notes=notes)
-
-
-def _columns(robot: Robot, joints: Any) -> list[int] | None:
-    """Return where each of the robot's joints is among those that a file names; None if they are in its order."""
-    if joints is None:
-        return None
-    if not isinstance(joints, list) or not all(isinstance(name, str) for name in joints):
-        raise ProblemError(f"the trajectory's joints are {shown(joints)}, expected a list of names")
-    columns = in_order(tuple(joints), robot.dof_names, who="the trajectory")
-    return None if columns == list(range(robot.dof)) else columns
-
-
-def _is_time(duration: Any) -> bool:
-    return isinstance(duration, (int, float)) and not isinstance(duration, bool) and 0 < duration < float("inf")
-
-
-def _require_keys(values: dict[str, Any], known: tuple[str, ...]) -> None:
-    for key in values:
-        if key not in known:
-            raise ProblemError(f"the trajectory has key {shown(key)}, expected {', '.join(known)}")
-
-
-def _notes(given: Any) -> tuple[str, ...]:
-    if not isinstance(given, list) or not all(isinstance(note, str) for note in given):
-        raise ProblemError(f"the trajectory's notes are {shown(given)}, expected a list of sentences")
-    return tuple(given)
+    return RecordedTrajectory(robot, over_time(motion, law or TimeLaw.uniform(), duration), **given.on_a_base)

@@ -19,6 +19,10 @@ from spacearm.scene import Scene
 
 Limit = Literal["position", "velocity", "acceleration", "jerk"]
 
+CERTIFICATE_KEY = "spacearm-certificate"
+CERTIFICATE_VERSION = 1
+"""Of the format of `Certificate.as_dict`; certificates from before it was written are of version 1, too."""
+
 _DIGITS = 9  # of what is measured, where it is recorded
 _TOLD = 1e-9  # [rad] a smaller error of the attitude is recorded as this: it depends on the processor's rounding
 _NOISE = 1e-12  # a smaller share of the momentum, likewise
@@ -226,6 +230,7 @@ class Certificate:
             }
         )
         return {
+            CERTIFICATE_KEY: CERTIFICATE_VERSION,
             "status": self.status,
             "message": self.message,
             "clearance_m": None if self.clearance is None or math.isinf(self.clearance) else _rounded_down(self.clearance),

@@ -8,9 +8,8 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict, field_validator
-from pydantic_core import PydanticCustomError
 
-from spacearm.strict_model import Number, StrictModel
+from spacearm.strict_model import Number, StrictModel, wrong_form
 
 Text = Annotated[str, Strict()]
 
@@ -100,5 +99,5 @@ class RobotModel(StrictModel):
     @classmethod
     def _word_or_pairs(cls, given: Any) -> Any:
         if not isinstance(given, list) and given not in ("none", "computed"):
-            raise PydanticCustomError("form", "none, computed, or a list of pairs of links")
+            raise wrong_form("none, computed, or a list of pairs of links")
         return given

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from pathlib import Path
 from typing import Any
 
 from spacearm.planner.settings import TIME_LAWS, PlannerSettings, Weights
-from spacearm.settings import as_dict
 from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty
 
 SCHEMA_FILE = Path(__file__).with_name("problem.schema.json")
@@ -16,17 +14,6 @@ SCHEMA_FILE = Path(__file__).with_name("problem.schema.json")
 ``# yaml-language-server: $schema=...``."""
 
 _RECORDS = (Weights, PSO, IPSO, FeasibleFirst, Penalty)
-_TYPES: dict[str, dict[str, Any]] = {
-    "int": {"type": "integer"},
-    "float": {"type": "number"},
-    "bool": {"type": "boolean"},
-    "str": {"type": "string"},
-    "None": {"type": "null"},
-    "tuple[int, ...]": {"type": "array", "items": {"type": "integer"}, "minItems": 1},
-    "tuple[float, float]": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
-    "Constraints": {"anyOf": [{"$ref": "#/$defs/FeasibleFirst"}, {"$ref": "#/$defs/Penalty"}]},
-    **{record.__name__: {"$ref": f"#/$defs/{record.__name__}"} for record in _RECORDS},
-}
 
 
 def problem_schema() -> dict[str, Any]:
@@ -82,32 +69,24 @@ def _tidied(schema: Any) -> Any:
 
 def _record(record: type) -> dict[str, Any]:
     """Describe a record of settings: its fields' types, defaults, and what its docstring says of each."""
+    from pydantic import TypeAdapter
+
     told = _told(PSO) | _told(record) if record is IPSO else _told(record)
-    plain = as_dict(record()) if record in (PlannerSettings, Weights) else {}
-    properties: dict[str, Any] = {}
-    if record not in (PlannerSettings, Weights):
-        properties["kind"] = {"const": record.__name__}
-    for field in dataclasses.fields(record):
-        default = plain.get(field.name, field.default)
-        properties[field.name] = {
-            **({"description": told[field.name]} if field.name in told else {}),
-            **_type(str(field.type)),
-            **({"default": default} if isinstance(default, (bool, int, float, str, list)) else {}),
-        }
+    properties: dict[str, Any] = {} if record in (PlannerSettings, Weights) else {"kind": {"const": record.__name__}}
+    for name, form in TypeAdapter(record).json_schema()["properties"].items():
+        plain = {key: value for key, value in form.items() if key != "title" and not (key == "default" and _is_whole(value))}
+        properties[name] = {**({"description": told[name]} if name in told else {}), **plain}
     if record is PlannerSettings:
         properties["time_law"]["enum"] = list(TIME_LAWS)
         counts = properties["interior_points"]
-        counts["anyOf"] = [{"type": "integer"}, {key: counts.pop(key) for key in ("type", "items", "minItems")}]
+        counts["anyOf"] = [{"type": "integer"}, {"type": counts.pop("type"), "items": counts.pop("items"), "minItems": 1}]
     out: dict[str, Any] = {"type": "object", "properties": properties, "additionalProperties": False}
     return {**out, "required": ["kind"]} if record in (IPSO, Penalty) else out  # the others are what a mapping means
 
 
-def _type(annotation: str) -> dict[str, Any]:
-    words = re.fullmatch(r"Literal\[(.*)\]", annotation)
-    if words:
-        return {"enum": re.findall(r"\w+", words[1])}
-    forms = [_TYPES[form] for form in annotation.split(" | ")]
-    return dict(forms[0]) if len(forms) == 1 else {"anyOf": forms}
+def _is_whole(default: Any) -> bool:
+    """Whether a default is a record, which its own definition tells, or null."""
+    return default is None or isinstance(default, dict)
 
 
 def _told(record: type) -> dict[str, str]:

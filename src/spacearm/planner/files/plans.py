@@ -33,7 +33,7 @@ from spacearm.planner.clearance import Margins
 from spacearm.planner.goals import goal_as_dict
 from spacearm.planner.problem import Problem
 from spacearm.planner.result import Plan
-from spacearm.proof.digest import PROVENANCE, digest
+from spacearm.proof.digest import canonical, digest
 from spacearm.records import record_as_dict
 from spacearm.robot.plain import robot_as_dict
 from spacearm.scene.plain import scene_as_list
@@ -132,10 +132,7 @@ def values_that_count(problem: Problem) -> dict[str, Any]:
     """Return a problem as plain values, without notes, where its robot was read from, and how that has its base held."""
     values = problem_as_dict(problem)
     values.pop("notes", None)
-    values["obstacles"] = scene_as_list(problem.scene, notes=False)
-    for other in ("base", *PROVENANCE):
-        values["robot"].pop(other, None)
-    return values
+    return {**values, **canonical(problem.robot, problem.scene)}
 
 
 def save_plan(plan: Plan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
 
 from spacearm.checks import as_transform, require_kind, shown
 from spacearm.errors import FileFormatError, ProblemError
@@ -16,14 +19,44 @@ from spacearm.planner.files.plans import KEY, VERSION, problem_hash
 from spacearm.planner.floating import AttitudeGoal, BaseLimits
 from spacearm.planner.goals import goal_from_dict
 from spacearm.planner.problem import Problem
-from spacearm.reading import located, read_bytes
+from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION
+from spacearm.reading import located, read_bytes, require_version
 from spacearm.records import record_from_dict
 from spacearm.robot import Robot
 from spacearm.robot.plain import robot_from_dict
 from spacearm.scene.plain import scene_from_list
 
-_PROBLEM_KEYS = ("robot", "base", "start", "goal", "obstacles")
-_RECORDS: dict[str, type] = {"momentum": Momentum, "base_goal": AttitudeGoal, "base_limits": BaseLimits}
+Array = NDArray[np.float64]
+
+_WHAT = "a plan file in JSON"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _PlanValues:
+    """Those keys of a plan file that are read back."""
+
+    status: str
+    problem: dict[str, Any]
+    motion: dict[str, Any] | None = None
+    certificate: dict[str, Any] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _ProblemValues:
+    """The keys of a problem in a plan file."""
+
+    hash: str = ""
+    robot: dict[str, Any]
+    base: str
+    base_start: Array | None = None
+    momentum: Momentum | None = None
+    base_goal: AttitudeGoal | None = None
+    base_limits: BaseLimits | None = None
+    duration: float | None = None
+    notes: tuple[str, ...] = ()
+    start: Array
+    goal: dict[str, Any]
+    obstacles: list[Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,7 +93,7 @@ def load_plan(path: str | os.PathLike[str], problem: Problem | None = None) -> T
         require_kind("problem", problem, Problem, ProblemError)
     saved = _read(path)
     robot = _problem(path, saved).robot if problem is None else problem.robot
-    if problem is not None and saved["problem"]["hash"] != problem_hash(problem):
+    if problem is not None and saved.problem["hash"] != problem_hash(problem):
         raise FileFormatError(f"{path} is a plan of another problem, expected one of this; give the problem it was made for")
     trajectory = _motion(path, saved, robot, within_limits=True)
     if not isinstance(trajectory, Trajectory):
@@ -77,34 +110,34 @@ def load_saved_plan(path: str | os.PathLike[str]) -> SavedPlan:
     """
     saved = _read(path)
     problem = _problem(path, saved)
-    certificate = saved.get("certificate")
-    if certificate is not None and not isinstance(certificate, dict):
-        raise FileFormatError(f"{path}: certificate is {shown(certificate)}, expected a mapping or null; plan again")
     return SavedPlan(
         problem=problem,
         trajectory=_motion(path, saved, problem.robot, within_limits=False),
-        status=saved["status"],
-        problem_hash=saved["problem"]["hash"],
-        certificate=certificate,
+        status=saved.status,
+        problem_hash=saved.problem["hash"],
+        certificate=saved.certificate,
     )
 
 
-def _read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    content = read_bytes(path, what="a plan file")
+def _read(path: str | os.PathLike[str]) -> _PlanValues:
+    content = read_bytes(path, what=_WHAT)
     try:
-        saved = json.loads(content, parse_constant=_no_number)
-        json.dumps(saved, ensure_ascii=False).encode()  # half a surrogate pair cannot be printed
+        given = json.loads(content, parse_constant=_no_number)
+        json.dumps(given, ensure_ascii=False).encode()  # half a surrogate pair cannot be printed
     except (ValueError, RecursionError):
-        raise FileFormatError(f"{path} is broken, expected a plan file in JSON; plan again") from None
-    if not isinstance(saved, dict) or saved.get(KEY) != VERSION or isinstance(saved[KEY], bool):
-        raise FileFormatError(f"{path} has no '{KEY}: {VERSION}', expected a plan file; it is something else")
-    for key, kind in (("status", str), ("problem", dict)):
-        if not isinstance(saved.get(key), kind):
-            raise FileFormatError(f"{path} has {key} {shown(saved.get(key))}, expected a plan file in JSON; plan again")
-    if not isinstance(saved["problem"].get("hash"), str):
-        raise FileFormatError(f"{path} has no hash of its problem, expected a plan file in JSON; plan again")
-    if saved.get("motion") is None:
-        raise FileFormatError(f"{path} holds no motion (status {saved['status']!r}), expected a plan that was found")
+        raise FileFormatError(f"{path} is broken, expected {_WHAT}; plan again") from None
+    if not isinstance(given, dict) or KEY not in given:
+        raise FileFormatError(f"{path} has no '{KEY}: {VERSION}', expected {_WHAT}; it is something else")
+    require_version(given[KEY], VERSION, path, key=KEY)
+    known = {field.name for field in fields(_PlanValues)}
+    with located(path):
+        saved = record_from_dict(_PlanValues, {key: given[key] for key in known & given.keys()}, "", FileFormatError)
+        if not isinstance(saved.problem.get("hash"), str):
+            raise FileFormatError(f"problem.hash is {shown(saved.problem.get('hash'))}, expected text; plan again")
+        if saved.certificate is not None:
+            require_version(saved.certificate.get(CERTIFICATE_KEY, 1), CERTIFICATE_VERSION, "certificate", key=CERTIFICATE_KEY)
+        if saved.motion is None:
+            raise FileFormatError(f"the file holds no motion (status {saved.status!r}), expected a plan that was found")
     return saved
 
 
@@ -118,38 +151,23 @@ def problem_from_dict(values: dict[str, Any]) -> Problem:
     Raises:
         SpacearmError: a robot, scene or problem that cannot be; the place is named.
     """
-    for key in _PROBLEM_KEYS:
-        if key not in values:
-            raise FileFormatError(f"it has no key '{key}', expected {', '.join(_PROBLEM_KEYS)}; plan again")
-    if isinstance(values["start"], (dict, str)):
-        raise ProblemError(f"start is {shown(values['start'])}, expected a list of numbers")
+    given = record_from_dict(_ProblemValues, values, "", FileFormatError)
+    asked = {key: getattr(given, key) for key in ("base", "momentum", "base_goal", "base_limits", "duration", "notes")}
     return Problem(
-        robot_from_dict(values["robot"]),
-        scene_from_list(values["obstacles"]),
-        start=values["start"],
-        goal=goal_from_dict(values["goal"]),
-        base=values["base"],
-        duration=values.get("duration"),
-        notes=values.get("notes", ()),
-        **_asked_of_the_base(values),
+        robot_from_dict(given.robot),
+        scene_from_list(given.obstacles),
+        start=given.start,
+        goal=goal_from_dict(given.goal),
+        base_start=None if given.base_start is None else as_transform("base_start", given.base_start, ProblemError),
+        **{key: value for key, value in asked.items() if value is not None},
     )
 
 
-def _asked_of_the_base(values: dict[str, Any]) -> dict[str, Any]:
-    given: dict[str, Any] = {}
-    if "base_start" in values:
-        given["base_start"] = as_transform("base_start", values["base_start"], ProblemError)
-    for key, record in _RECORDS.items():
-        if key in values:
-            given[key] = record_from_dict(record, values[key], key, ProblemError)
-    return given
-
-
-def _problem(path: object, saved: dict[str, Any]) -> Problem:
+def _problem(path: object, saved: _PlanValues) -> Problem:
     with located(f"{path}: problem"):
-        return problem_from_dict(saved["problem"])
+        return problem_from_dict(saved.problem)
 
 
-def _motion(path: object, saved: dict[str, Any], robot: Robot, *, within_limits: bool) -> AnyTrajectory:
+def _motion(path: object, saved: _PlanValues, robot: Robot, *, within_limits: bool) -> AnyTrajectory:
     with located(f"{path}: motion"):
-        return trajectory_from_dict(robot, saved["motion"], within_limits=within_limits)
+        return trajectory_from_dict(robot, saved.motion, within_limits=within_limits)

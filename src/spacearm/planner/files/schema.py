@@ -9,10 +9,9 @@ import math
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema, model_validator
-from pydantic_core import PydanticCustomError
 
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE
-from spacearm.strict_model import Number, StrictModel
+from spacearm.strict_model import Number, StrictModel, wrong_form
 
 
 def _form(words: str, *kinds: type, numbers: bool = False) -> BeforeValidator:
@@ -22,7 +21,7 @@ def _form(words: str, *kinds: type, numbers: bool = False) -> BeforeValidator:
         number = numbers and isinstance(given, (int, float)) and not isinstance(given, bool)
         fits = abs(given) < math.inf if number else isinstance(given, kinds)  # NaN is not less
         if not fits or (isinstance(given, dict) and not all(isinstance(key, str) for key in given)):
-            raise PydanticCustomError("form", words)  # type: ignore[arg-type]  # a sentence of ours, without braces
+            raise wrong_form(words)
         return given
 
     return BeforeValidator(checked)
@@ -39,7 +38,7 @@ def _one_of(*keys: str) -> ConfigDict:
 
 def _on_one_line(given: str) -> str:
     if not given.isprintable():
-        raise PydanticCustomError("form", "text of printable characters on one line")
+        raise wrong_form("text of printable characters on one line")
     return given
 
 
@@ -166,9 +165,9 @@ class SolidModel(StrictModel):
             found = [key for key in shapes if key in given]
             if len(found) != 1:
                 words = f"one shape, not {' and '.join(found)}" if found else f"a shape: {', '.join(shapes)}"
-                raise PydanticCustomError("form", words)  # type: ignore[arg-type]
+                raise wrong_form(words)
             if given[found[0]] is None:
-                raise PydanticCustomError("form", f"{found[0]} to be a mapping (key: value)")  # type: ignore[arg-type]
+                raise wrong_form(f"{found[0]} to be a mapping (key: value)")
         return given
 
 
@@ -377,7 +376,7 @@ class ProblemModel(StrictModel):
 def _named(given: Any, key: str, words: str) -> Any:
     """Take a word for a mapping of one key."""
     if not isinstance(given, (str, dict)):
-        raise PydanticCustomError("form", words)  # type: ignore[arg-type]
+        raise wrong_form(words)
     return {key: given} if isinstance(given, str) else given
 
 
@@ -386,5 +385,5 @@ def _flagged(given: Any, key: str, words: str) -> Any:
     if given == key:
         return {key: True}
     if not isinstance(given, dict):
-        raise PydanticCustomError("form", words)  # type: ignore[arg-type]
+        raise wrong_form(words)
     return given

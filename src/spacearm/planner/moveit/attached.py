@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +12,15 @@ from numpy.typing import NDArray
 from spacearm.checks import shown
 from spacearm.errors import nearest
 from spacearm.planner.held import hold
-from spacearm.planner.moveit.frames import Frames, plain_name
-from spacearm.planner.moveit.part import Part
-from spacearm.planner.moveit.scene import APPEND, MOVE, REMOVE, Body, body_of, operation_of
+from spacearm.planner.moveit.frames import Frames
+from spacearm.planner.moveit.scene import APPEND, MOVE, REMOVE, Body, body_of
 from spacearm.planner.moveit.shapes import named
 from spacearm.robot.model import Frame, Robot
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from spacearm.planner.moveit.part import AttachedCollisionObject
 
-_ATTACHED = ("link_name", "object", "touch_links", "detach_posture", "weight")
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +35,7 @@ class Held:
         mass: its weight as stated, which is a mass [kg]; 0 if it states none.
     """
 
-    part: Part
+    part: AttachedCollisionObject
     link: str
     body: Body
     touching: tuple[str, ...]
@@ -42,7 +43,7 @@ class Held:
 
 
 def held_by(
-    items: Sequence[Part],
+    items: Sequence[AttachedCollisionObject],
     held: Mapping[str, Held],
     world: dict[str, Body],
     frames: Frames,
@@ -65,18 +66,14 @@ def held_by(
     """
     now = dict(held)
     for item in items:
-        item.require_keys(_ATTACHED)
-        thing = item.need("object")
-        given, operation = thing.get("id"), operation_of(thing)
-        name = "" if given is None else given.text()
+        thing, operation, name = item.object, item.object.operation, item.object.id or ""
         if operation == MOVE:
             raise thing.error(f"attached object {shown(name)} is to be moved, which MoveIt does not do; attach it where it is")
         if operation == REMOVE:
-            link = item.get("link_name")
-            gone = [key for key, one in now.items() if name in ("", key) and (link is None or link.text() in ("", one.link))]
+            gone = [key for key, one in now.items() if name in ("", key) and (item.link_name or "") in ("", one.link)]
             now = {key: one for key, one in now.items() if key not in gone}
             continue
-        one = _held(item, thing, name or "held", world, frames, robot, mesh_excess)
+        one = _held(item, name or "held", world, frames, robot, mesh_excess)
         if operation == APPEND and name in now:
             one = _both(now[name], one)
         now[name or "held"] = one
@@ -99,27 +96,26 @@ def _both(before: Held, more: Held) -> Held:
 
 
 def _held(
-    item: Part,
-    thing: Part,
+    item: AttachedCollisionObject,
     name: str,
     world: dict[str, Body],
     frames: Frames,
     robot: Robot,
     mesh_excess: float | None,
 ) -> Held:
-    named_link = item.need("link_name")
-    link = plain_name(named_link)
+    thing = item.object
+    if item.link_name is None:
+        raise item.error(f"key 'link_name' is missing in {item.called}; add it")
+    link = item.link_name.lstrip("/")
     if link not in frames.links:
-        raise named_link.error(f"robot '{robot.name}' has no link {shown(link)}; {nearest(link, frames.links)}")
+        raise item.error(f"robot '{robot.name}' has no link {shown(link)}; {nearest(link, frames.links)}", "link_name")
     T_link_w = np.linalg.inv(frames.links[link])
-    listed = any(thing.items(key) for key in ("primitives", "meshes", "planes"))
-    if listed:
-        header = thing.deep("header", "frame_id")
-        if header is None or not plain_name(header):
+    if thing.has_shapes:
+        if not thing.frame:
             frames.say(f"'{name}', attached to '{link}', has no frame: its pose is taken in the planning frame, as in MoveIt")
         # A pose in the link's own frame comes out exactly, wherever the link is.
         around = replace(frames, links={**frames.links, link: np.eye(4)}, moving=frozenset())
-        own = header is not None and plain_name(header) == link
+        own = thing.frame == link
         body = body_of(thing, name, around if own else frames, mesh_excess)
         body = body if own else replace(body, T=T_link_w @ body.T)
     elif name in world:
@@ -132,9 +128,7 @@ def _held(
         frames.say(f"'{name}' is attached to '{link}': that it is in the world as well is left out")
         for frame in [key for key in frames.objects if key == name or key.startswith(f"{name}/")]:
             del frames.objects[frame]
-    weight = item.get("weight")
-    touching = (link, *(entry.text() for entry in item.items("touch_links")))
-    return Held(part=item, link=link, body=body, touching=touching, mass=0.0 if weight is None else weight.number())
+    return Held(part=item, link=link, body=body, touching=(link, *item.touch_links), mass=item.weight)
 
 
 def with_held(robot: Robot, held: Sequence[Held], may_touch: Callable[[str, str], bool] | None, notes: list[str]) -> Robot:
@@ -160,8 +154,7 @@ def _in_hand(robot: Robot, one: Held, may_touch: Callable[[str, str], bool] | No
     if strange:
         notes.append(f"'{name}' may touch {', '.join(strange)}, which robot '{robot.name}' does not have")
     touching = [link for link in links if link in one.touching or (may_touch is not None and may_touch(name, link))]
-    posture = one.part.get("detach_posture")
-    if posture is not None and posture.get("points") is not None and posture.items("points"):
+    if one.part.detach_posture.points:
         notes.append(f"the detach_posture of '{name}' is left out: nothing lets go of it")
     mass = one.mass if one.mass > 0 and len(one.body.shapes) == 1 else None  # how it is spread over several, nothing says
     if mass is not None:

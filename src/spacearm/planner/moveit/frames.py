@@ -10,13 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.planner.moveit.part import Part, transform
 from spacearm.robot.assembly import Origin
 from spacearm.robot.model import Robot
+
+if TYPE_CHECKING:
+    from spacearm.planner.moveit.part import InFrame, PlanningScene, TransformStamped
 
 Array = NDArray[np.float64]
 
@@ -51,11 +54,11 @@ class Frames:
     attached: dict[str, Array] = field(default_factory=dict)
     objects: dict[str, Array] = field(default_factory=dict)
     fixed: dict[str, Array] = field(default_factory=dict)
-    useless: dict[str, Part] = field(default_factory=dict)
+    useless: dict[str, TransformStamped] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     with_robot: bool = False
 
-    def of(self, part: Part, *, still: bool = False) -> Array:
+    def of(self, part: InFrame, *, still: bool = False) -> Array:
         """Return T_w_frame (4, 4) of the frame that a message's header names.
 
         Args:
@@ -65,18 +68,17 @@ class Frames:
         Raises:
             FileFormatError: a frame that is not known; or one that moves, where it must not.
         """
-        named = part.deep("header", "frame_id")
-        name = "" if named is None else plain_name(named)
-        if named is None or not name:
+        name = part.frame
+        if not name:
             return self.default
         moves = name in self.moving or name in self.attached
         if still and moves:
-            raise named.error(
+            raise part.frame_error(
                 f"frame '{name}' is moved by the robot's joints, expected one that stands; state the goal in the planning frame"
             )
         found = self.find(name)
         if found is None:
-            raise named.error(self._unknown(name))
+            raise part.frame_error(self._unknown(name))
         if moves:
             self.say(f"what the scene states in frame '{name}', which the joints move, stands where the scene's state has it")
         return found
@@ -99,7 +101,7 @@ class Frames:
 
     def _unknown(self, name: str) -> str:
         if name in self.useless:
-            child = plain_name(self.useless[name].need("child_frame_id"))
+            child = self.useless[name].child
             wanted = ", ".join(self.planning) or _WORLD
             return (
                 f"frame '{name}' is fixed in frame '{child}', expected the planning frame ({wanted}): MoveIt has the named "
@@ -123,13 +125,8 @@ class Frames:
         return replace(self, base=base, links={name: base @ T for name, T in poses.items()}, attached={})
 
 
-def plain_name(part: Part) -> str:
-    """Return a frame's name without the slash that older files begin it with."""
-    return part.text().lstrip("/")
-
-
 def frames_of(
-    scene: Part | None, robot: Robot | None, base: Array, poses: Mapping[str, Array], notes: list[str] | None = None
+    scene: PlanningScene | None, robot: Robot | None, base: Array, poses: Mapping[str, Array], notes: list[str] | None = None
 ) -> Frames:
     """Find the planning frame, and read a planning scene's `fixed_frame_transforms`.
 
@@ -143,8 +140,8 @@ def frames_of(
     Raises:
         FileFormatError, SceneError: transforms that are none.
     """
-    stated = [] if scene is None else scene.items("fixed_frame_transforms")
-    children = list(dict.fromkeys(plain_name(item.need("child_frame_id")) for item in stated))
+    stated = [] if scene is None else scene.fixed_frame_transforms
+    children = list(dict.fromkeys(item.child for item in stated))
     model, alias = _model_frame(robot)
     target = _target(stated, children, model)
     links = {name: base @ T for name, T in poses.items()}
@@ -158,8 +155,8 @@ def frames_of(
     elif unplaced and target not in (model, _WORLD):
         return _named(replace(frames, useless={_name_of(item): item for item in stated}), model, None)
     for item in stated:
-        T = transform(item.need("transform").get("translation"), item.need("transform").get("rotation"), unset=True)
-        if plain_name(item.need("child_frame_id")) == target:
+        T = item.transform.matrix()
+        if item.child == target:
             frames.fixed[_name_of(item)] = T_w_target @ T
             _require_agreement(item, frames)
         else:
@@ -169,7 +166,7 @@ def frames_of(
     return _named(replace(frames, default=T_w_target), model, target)
 
 
-def _require_agreement(item: Part, frames: Frames) -> None:
+def _require_agreement(item: TransformStamped, frames: Frames) -> None:
     """Refuse a transform that places a link of the robot where its state does not have it: for MoveIt the state counts."""
     name = _name_of(item)
     if name not in frames.links or np.abs(frames.links[name] - frames.fixed[name]).max() <= _SAME:
@@ -191,14 +188,13 @@ def _named(frames: Frames, model: str | None, target: str | None) -> Frames:
     return replace(frames, planning=tuple(dict.fromkeys(name for name in names if name is not None)))
 
 
-def _name_of(item: Part) -> str:
-    named = item.deep("header", "frame_id")
-    return _WORLD if named is None else plain_name(named)  # MotionBenchMaker leaves 'world' out
+def _name_of(item: TransformStamped) -> str:
+    return item.frame if "frame_id" in item.header.model_fields_set else _WORLD  # MotionBenchMaker leaves 'world' out
 
 
-def _target(stated: list[Part], children: list[str], model: str | None) -> str | None:
+def _target(stated: list[TransformStamped], children: list[str], model: str | None) -> str | None:
     """Choose the frame that the fixed transforms lead to, which MoveIt also lists with itself."""
-    own = [_name_of(item) for item in stated if _name_of(item) == plain_name(item.need("child_frame_id"))]
+    own = [_name_of(item) for item in stated if _name_of(item) == item.child]
     return next((name for name in (model, *own, *children) if name in children), None)
 
 

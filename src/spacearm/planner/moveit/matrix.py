@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-from spacearm.checks import shown
-from spacearm.planner.moveit.part import Part
 from spacearm.robot.left_out import unchecked_pairs
 from spacearm.robot.model import Robot
 from spacearm.robot.self_collision import with_allowed_pairs
+
+if TYPE_CHECKING:
+    from spacearm.planner.moveit.part import AllowedCollisionMatrix
 
 _MOST_NAMED = 8
 
@@ -27,7 +29,7 @@ class Matrix:
         return self.entries.get((first, second), bool(stated) and all(stated))
 
 
-def read_matrix(matrix: Part | None) -> Matrix | None:
+def read_matrix(matrix: AllowedCollisionMatrix | None) -> Matrix | None:
     """Read a scene's `allowed_collision_matrix`; None where there is none.
 
     Raises:
@@ -35,18 +37,20 @@ def read_matrix(matrix: Part | None) -> Matrix | None:
     """
     if matrix is None:
         return None
-    names = [entry.text() for entry in matrix.items("entry_names")]
-    rows = matrix.items("entry_values")
+    names, rows = matrix.entry_names, matrix.entry_values
     if len(rows) != len(names):
         raise matrix.error(f"entry_values has {len(rows)} rows, expected one for each of {len(names)} entry_names")
     entries: dict[tuple[str, str], bool] = {}
     for i, row in enumerate(rows):
-        values = _flags(row.need("enabled") if isinstance(row.value, dict) else row, len(names))
+        if len(row) != len(names):
+            words = f"entry_values[{i}] is {row}, expected a list of {len(names)} true or false"
+            raise matrix.error(words, "entry_values", i)
         for j in range(i + 1, len(names)):
-            entries[names[i], names[j]] = entries[names[j], names[i]] = values[j]
-    defaults_of = [entry.text() for entry in matrix.items("default_entry_names")]
-    given = matrix.get("default_entry_values")
-    values = [] if given is None and not defaults_of else _flags(matrix.need("default_entry_values"), len(defaults_of))
+            entries[names[i], names[j]] = entries[names[j], names[i]] = row[j]
+    defaults_of, values = matrix.default_entry_names, matrix.default_entry_values
+    if len(values) != len(defaults_of):
+        words = f"default_entry_values is {values}, expected a list of {len(defaults_of)} true or false"
+        raise matrix.error(words, "default_entry_values")
     defaults = dict(zip(defaults_of, values, strict=True))
     return Matrix(names=tuple(names), entries=entries, defaults=defaults)
 
@@ -99,9 +103,3 @@ def _unchecked(robot: Robot, matrix: Matrix) -> list[tuple[str, str]]:
         for one in unchecked_pairs(robot)
         if one.reason != "rigid" and named.issuperset(one.links) and not matrix.may_touch(*one.links)
     ]
-
-
-def _flags(part: Part, count: int) -> list[bool]:
-    if not isinstance(part.value, list) or len(part.value) != count or not all(v in (0, 1) for v in part.value):
-        raise part.error(f"{part.called} is {shown(part.value)}, expected a list of {count} true or false")
-    return [bool(value) for value in part.value]

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,16 +33,18 @@ from spacearm.errors import FileFormatError, ProblemError
 from spacearm.planner.moveit.attached import Held, held_by, with_held
 from spacearm.planner.moveit.frames import Frames, frames_of
 from spacearm.planner.moveit.matrix import read_matrix, robot_with_matrix, say_matrix
-from spacearm.planner.moveit.part import Part, transform
 from spacearm.planner.moveit.request import goal_of, leftovers, require_no_other_demands, with_group_and_speed
 from spacearm.planner.moveit.scene import Body, scene_of, world_of
 from spacearm.planner.moveit.state import State, read_state, require_no_base_variables, start_of, with_others_held
 from spacearm.planner.moveit.text import is_scene_text, scene_of_text
 from spacearm.planner.problem import Problem, within_limits
-from spacearm.reading import read_text, yaml_of_others
+from spacearm.reading import YamlFile, read_text, yaml_of_others
 from spacearm.robot.held_elsewhere import frame_poses
 from spacearm.robot.model import Robot
 from spacearm.scene import Scene
+
+if TYPE_CHECKING:
+    from spacearm.planner.moveit.part import Message, MotionPlanRequest, PlanningScene
 
 Array = NDArray[np.float64]
 PathLike = str | os.PathLike[str]
@@ -94,11 +97,9 @@ def load_moveit(
     _require_no_other_scene(parsed, robot, notes)
     states = _states(parsed, asked, robot, notes)
     robot = states.part.located(lambda: with_others_held(robot, states.joints, notes))
-    matrix = (
-        None
-        if parsed is None
-        else read_matrix(parsed.need("allowed_collision_matrix") if acm else parsed.get("allowed_collision_matrix"))
-    )
+    matrix = None if parsed is None else read_matrix(parsed.allowed_collision_matrix)
+    if acm and parsed is not None and matrix is None:
+        raise parsed.error("key 'allowed_collision_matrix' is missing in the file; add it")
     robot = robot_with_matrix(robot, matrix) if acm and matrix is not None else robot
     world = _world(parsed, robot, states, notes, mesh_excess)
     found = scene_of(world.bodies) if parsed is not None else scene_of_text(text, scene, mesh_excess=mesh_excess)
@@ -109,8 +110,8 @@ def load_moveit(
     start = start_of(robot, states.joints, states.part, notes)
     states.part.located(lambda: within_limits(robot, start, what="start"))
     goal, robot = goal_of(asked, robot, world.frames, notes)
-    return asked.need("goal_constraints").located(
-        lambda: Problem(robot, found, start=start, goal=goal, base_start=states.base, notes=notes)
+    return asked.located(
+        lambda: Problem(robot, found, start=start, goal=goal, base_start=states.base, notes=notes), "goal_constraints"
     )
 
 
@@ -140,7 +141,7 @@ class _States:
 
     scene: State
     start: State
-    part: Part
+    part: Message
 
     @property
     def joints(self) -> dict[str, float]:
@@ -159,17 +160,17 @@ class _States:
         return next((T for T in (self.scene.base, self.start.base) if T is not None), np.eye(4))
 
 
-def _states(scene: Part | None, request: Part, robot: Robot, notes: list[str]) -> _States:
-    stated = None if scene is None else scene.get("robot_state")
+def _states(scene: PlanningScene | None, request: MotionPlanRequest, robot: Robot, notes: list[str]) -> _States:
+    stated = None if scene is None else scene.robot_state
     before = read_state(stated, robot, notes, what="the scene's robot_state")
-    start = read_state(request.get("start_state"), robot, notes, what="start_state")
+    start = read_state(request.start_state, robot, notes, what="start_state")
     if not before.joints and not start.joints:
         raise request.error("there is no start, expected start_state.joint_state with name and position; add it")
     for state in (before, start):
         require_no_base_variables(state, robot)
     owner = start if start.joints else before
     assert owner.part is not None
-    return _States(scene=before, start=start, part=owner.part.get("joint_state") or owner.part)
+    return _States(scene=before, start=start, part=owner.part.joint_state or owner.part)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -181,9 +182,9 @@ class _World:
     held: dict[str, Held]
 
 
-def _world(scene: Part | None, robot: Robot, states: _States, notes: list[str], mesh_excess: float | None) -> _World:
+def _world(scene: PlanningScene | None, robot: Robot, states: _States, notes: list[str], mesh_excess: float | None) -> _World:
     frames = frames_of(scene, robot, states.base_in_scene, frame_poses(robot, states.joints_in_scene), notes)
-    shaped = [item for item in states.scene.attached if _has_shapes(item)]
+    shaped = [item for item in states.scene.attached if item.object.has_shapes]
     held_by(shaped, {}, {}, frames, robot, mesh_excess=mesh_excess)  # the world's objects may stand in their frames
     bodies = {} if scene is None else world_of(scene, frames, mesh_excess=mesh_excess)
     before = held_by(states.scene.attached, {}, bodies, frames, robot, mesh_excess=mesh_excess)
@@ -200,66 +201,64 @@ def _world(scene: Part | None, robot: Robot, states: _States, notes: list[str], 
     return _World(frames=frames, bodies=bodies, held=held)
 
 
-def _has_shapes(item: Part) -> bool:
-    thing = item.need("object")
-    return any(thing.items(key) for key in ("primitives", "meshes", "planes"))
-
-
-def _require_no_other_scene(scene: Part | None, robot: Robot | None, notes: list[str]) -> None:
+def _require_no_other_scene(scene: PlanningScene | None, robot: Robot | None, notes: list[str]) -> None:
     """Refuse what a scene says of the robot's shape, and say what of it is left out."""
     if scene is None:
         return
     leftovers(scene, _USED, _HINTS, notes, what="the scene")
     for key, value, plain in (("link_padding", "padding", 0.0), ("link_scale", "scale", 1.0)):
-        for item in scene.items(key):
-            given = item.get(value)
-            if given is not None and given.number() != plain:
-                raise given.error(
-                    f"{key} of link {shown(item.need('link_name').text())} is {given.number():g}, which is not applied, "
-                    f"expected {plain:g}; plan with a margin instead, and remove it"
+        for item in getattr(scene, key):
+            given = getattr(item, value)
+            if given != plain:
+                raise item.error(
+                    f"{key} of link {shown(item.link_name)} is {given:g}, which is not applied, expected {plain:g}; plan "
+                    "with a margin instead, and remove it",
+                    value,
                 )
-    diff, model = scene.get("is_diff"), scene.get("robot_model_name")
-    if diff is not None and diff.value:
+    model = scene.robot_model_name
+    if scene.is_diff:
         notes.append("the scene is a difference to another one (is_diff), which is not here: it is taken for the whole")
-    if model is not None and robot is not None and model.text() not in ("", robot.name):
-        notes.append(f"the scene is for robot '{model.text()}', and this is '{robot.name}'")
+    if robot is not None and model not in ("", robot.name):
+        notes.append(f"the scene is for robot '{model}', and this is '{robot.name}'")
 
 
-def _require_no_robot(scene: Part) -> None:
+def _require_no_robot(scene: PlanningScene) -> None:
     """Refuse a scene that attaches something to the robot, or moves its base: the obstacles alone would mislead."""
-    state = scene.get("robot_state")
+    state = scene.robot_state
     if state is None:
         return
-    for item in state.items("attached_collision_objects"):
+    for item in state.attached_collision_objects:
         raise item.error(
             "the scene attaches an object to the robot, which holds it; read the scene with load_moveit(robot, ...)"
         )
-    base = state.get("multi_dof_joint_state")
-    for item in [] if base is None else base.items("transforms"):
-        T = transform(item.get("translation"), item.get("rotation"), unset=True)
-        if np.abs(T - np.eye(4)).max() > _NOT_MOVED:
+    base = state.multi_dof_joint_state
+    for item in [] if base is None else base.transforms:
+        if np.abs(item.matrix() - np.eye(4)).max() > _NOT_MOVED:
             raise item.error(
                 "the scene has the robot's base elsewhere than in the planning frame's origin; read it with "
                 "load_moveit(robot, ...), which keeps that"
             )
 
 
-def _read_scene(path: PathLike) -> tuple[Part | None, str]:
+def _read_scene(path: PathLike) -> tuple[PlanningScene | None, str]:
     """Return a scene in YAML, or None, and the file's text."""
     text = read_text(path, what=_SCENE)
     if is_scene_text(text):
         return None, text
-    return _part(text, path, "world", _SCENE), text
+    from spacearm.planner.moveit.part import PlanningScene, message
+
+    return message(PlanningScene, _file(text, path, "world", _SCENE)), text
 
 
-def _read_request(path: PathLike) -> Part:
+def _read_request(path: PathLike) -> MotionPlanRequest:
     text = read_text(path, what=_REQUEST)
     if is_scene_text(text):
         raise FileFormatError(f"{path} is a scene in MoveIt's own text, expected {_REQUEST} in YAML; check the path")
-    return _part(text, path, "goal_constraints", _REQUEST)
+    from spacearm.planner.moveit.part import MotionPlanRequest, message
+
+    return message(MotionPlanRequest, _file(text, path, "goal_constraints", _REQUEST))
 
 
-def _part(text: str, path: PathLike, key: str, what: str) -> Part:
+def _file(text: str, path: PathLike, key: str, what: str) -> YamlFile:
     text = text.rstrip().removesuffix("\n---")  # ROS's command line ends each message so
-    file = yaml_of_others(text, path, key=key, what=what)
-    return Part(file, (), file.value)
+    return yaml_of_others(text, path, key=key, what=what)

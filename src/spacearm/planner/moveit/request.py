@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from difflib import get_close_matches
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,19 +15,24 @@ from spacearm.checks import shown
 from spacearm.errors import nearest
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.planner.moveit.frames import Frames
-from spacearm.planner.moveit.part import XYZ, XYZW, Part, pose_of, transform
-from spacearm.planner.moveit.scene import kind_and_size
 from spacearm.planner.moveit.state import planned_values
 from spacearm.robot.held_elsewhere import held_leaders, held_values
 from spacearm.robot.model import Frame, Robot
 
+if TYPE_CHECKING:
+    from spacearm.planner.moveit.part import (
+        BoundingVolume,
+        Constraints,
+        JointConstraint,
+        Message,
+        MotionPlanRequest,
+        OrientationConstraint,
+        PositionConstraint,
+    )
+
 Array = NDArray[np.float64]
 
 _KINDS = ("joint_constraints", "position_constraints", "orientation_constraints", "visibility_constraints")
-_JOINT = ("joint_name", "position", "tolerance_above", "tolerance_below", "weight")
-_POSITION = ("header", "link_name", "target_point_offset", "constraint_region", "weight")
-_TOLERANCES = tuple(f"absolute_{axis}_axis_tolerance" for axis in XYZ)
-_ORIENTATION = ("header", "orientation", "link_name", *_TOLERANCES, "parameterization", "weight")
 _USED = (
     *("start_state", "goal_constraints", "path_constraints", "trajectory_constraints"),
     *("group_name", "max_velocity_scaling_factor", "max_acceleration_scaling_factor"),
@@ -42,7 +47,7 @@ _AT_ONCE = 1e-9  # [rad or m]
 _QUARTER = math.pi / 2
 
 
-def leftovers(part: Part, used: tuple[str, ...], hints: tuple[str, ...], notes: list[str], *, what: str) -> None:
+def leftovers(part: Message, used: tuple[str, ...], hints: tuple[str, ...], notes: list[str], *, what: str) -> None:
     """Say in a note which keys of a message are left out.
 
     Args:
@@ -55,13 +60,12 @@ def leftovers(part: Part, used: tuple[str, ...], hints: tuple[str, ...], notes: 
     Raises:
         FileFormatError: a key that is nearly one of those that are read, and so is most likely a slip.
     """
-    for key in part.value:
+    given = part.file.value
+    for key in [key for key in given if key not in used and key not in hints]:
         near = get_close_matches(str(key), [*used, *hints], n=1, cutoff=0.8)
-        if key not in used and key not in hints and near:
-            raise Part(part.file, (str(key),), None).error(
-                f"key {shown(key)} is not known; did you mean '{near[0]}'? correct it"
-            )
-    stated = sorted(str(key) for key, value in part.value.items() if key not in used and _says_something(value))
+        if near:
+            raise part.error(f"key {shown(key)} is not known; did you mean '{near[0]}'? correct it", str(key))
+    stated = sorted(str(key) for key, value in given.items() if key not in used and _says_something(value))
     if stated:
         notes.append(f"{what} states what is left out: {', '.join(stated)}")
 
@@ -74,43 +78,39 @@ def _says_something(value: Any) -> bool:
     return bool(value)
 
 
-def require_no_other_demands(request: Part, notes: list[str]) -> None:
+def require_no_other_demands(request: MotionPlanRequest, notes: list[str]) -> None:
     """Refuse what a request asks of the way and is not kept, and say what of it is left out.
 
     Raises:
         FileFormatError: constraints on the way, or a ceiling on a link's speed.
     """
     leftovers(request, _USED, _HINTS, notes, what="the request")
-    path = request.get("path_constraints")
-    every = [] if path is None else [path]
-    trajectory = request.get("trajectory_constraints")
-    every += [] if trajectory is None else trajectory.items("constraints")
-    for part in every:
+    for part in (request.path_constraints, *request.trajectory_constraints.constraints):
         for kind in _KINDS:
-            if part.items(kind):
+            if getattr(part, kind):
                 raise part.error(f"{part.called} has {kind}, which are not kept on the way, expected none; remove them")
-    speed = request.get("max_cartesian_speed")
-    if speed is not None and speed.number() > 0:
-        raise speed.error(
-            f"max_cartesian_speed is {speed.number():g} m/s, which is not kept, expected 0; remove it, and lower "
-            "max_velocity_scaling_factor"
+    speed = request.max_cartesian_speed
+    if speed > 0:
+        raise request.error(
+            f"max_cartesian_speed is {speed:g} m/s, which is not kept, expected 0; remove it, and lower "
+            "max_velocity_scaling_factor",
+            "max_cartesian_speed",
         )
 
 
-def with_group_and_speed(robot: Robot, request: Part, notes: list[str]) -> Robot:
+def with_group_and_speed(robot: Robot, request: MotionPlanRequest, notes: list[str]) -> Robot:
     """Return the robot as fast as the request lets it be; as in MoveIt, a factor that is not in (0, 1] is 1.
 
     Raises:
         FileFormatError: a factor that is no number.
     """
-    group = request.get("group_name")
+    group = request.group_name
     mine = None if robot.origin is None else robot.origin.choices.group
-    if group is not None and mine is not None and group.text() not in ("", mine):
-        notes.append(f"the request is for group '{group.text()}', and the robot moves that of group '{mine}'")
+    if mine is not None and group not in ("", mine):
+        notes.append(f"the request is for group '{group}', and the robot moves that of group '{mine}'")
     changes = {}
     for kind in ("velocity", "acceleration"):
-        given = request.get(f"max_{kind}_scaling_factor")
-        factor = 1.0 if given is None else given.number()
+        factor = getattr(request, f"max_{kind}_scaling_factor")
         if 0 < factor < 1:
             changes[kind] = getattr(robot, kind) * factor
             notes.append(f"{kind} limits are {factor:g} times the robot's, as max_{kind}_scaling_factor says")
@@ -119,7 +119,7 @@ def with_group_and_speed(robot: Robot, request: Part, notes: list[str]) -> Robot
     return replace(robot, **changes) if changes else robot
 
 
-def goal_of(request: Part, robot: Robot, frames: Frames, notes: list[str]) -> tuple[Goal, Robot]:
+def goal_of(request: MotionPlanRequest, robot: Robot, frames: Frames, notes: list[str]) -> tuple[Goal, Robot]:
     """Read the goal; it is never wider than what the request allows.
 
     Args:
@@ -134,7 +134,7 @@ def goal_of(request: Part, robot: Robot, frames: Frames, notes: list[str]) -> tu
     Raises:
         FileFormatError, ProblemError: no goal, or one that is not supported.
     """
-    alternatives = request.items("goal_constraints")
+    alternatives = request.goal_constraints
     if not alternatives:
         raise request.error("goal_constraints are none, expected at least one; add joint_constraints")
     if len(alternatives) == 1:
@@ -149,15 +149,14 @@ def goal_of(request: Part, robot: Robot, frames: Frames, notes: list[str]) -> tu
     return ConfigurationsGoal(q, tolerance=_one_if_equal(tolerance), shortest=True), robot
 
 
-def _goal(item: Part, robot: Robot, frames: Frames, notes: list[str]) -> tuple[Goal, Robot]:
-    item.require_keys(("name", *_KINDS))
-    joints, positions, orientations, seen = (item.items(kind) for kind in _KINDS)
-    if seen:
-        raise seen[0].error("visibility_constraints are not read, expected none; remove them")
+def _goal(item: Constraints, robot: Robot, frames: Frames, notes: list[str]) -> tuple[Goal, Robot]:
+    joints, positions, orientations = item.joint_constraints, item.position_constraints, item.orientation_constraints
+    if item.visibility_constraints:
+        raise item.error("visibility_constraints are not read, expected none; remove them", "visibility_constraints", 0)
     if joints and (positions or orientations):
         raise item.error("the goal has joint_constraints and constraints in space, expected one of them; remove the other")
     if joints:
-        return _configuration(item, joints, robot, notes), robot
+        return _configuration(item, robot, notes), robot
     if len(positions) != 1 or len(orientations) > 1:
         raise item.error(
             f"the goal has no joint_constraints, {len(positions)} position_constraints and {len(orientations)} "
@@ -166,16 +165,15 @@ def _goal(item: Part, robot: Robot, frames: Frames, notes: list[str]) -> tuple[G
     return _in_space(positions[0], orientations[0] if orientations else None, robot, frames, notes)
 
 
-def _configuration(item: Part, joints: list[Part], robot: Robot, notes: list[str]) -> Goal:
+def _configuration(item: Constraints, robot: Robot, notes: list[str]) -> Goal:
     q: dict[str, float] = {}
     tolerances: dict[str, float] = {}
-    for joint in joints:
-        joint.require_keys(_JOINT)
-        name = joint.need("joint_name").text()
+    for joint in item.joint_constraints:
+        name = joint.joint_name
         if name in q:
             raise joint.error(f"joint_constraints name joint {shown(name)} twice, expected each joint once; remove one")
-        q[name] = joint.need("position").number()
-        above, below = (_not_negative(joint.get(key)) for key in ("tolerance_above", "tolerance_below"))
+        q[name] = joint.position
+        above, below = (_not_negative(joint, key) for key in ("tolerance_above", "tolerance_below"))
         tolerances[name] = min(above, below)
         if above != below:
             notes.append(
@@ -198,7 +196,7 @@ def _by_dof(robot: Robot, tolerances: Mapping[str, float]) -> list[float]:
     return out
 
 
-def _require_held_there(joint: Part, name: str, at: float, tolerance: tuple[float, float], robot: Robot) -> None:
+def _require_held_there(joint: JointConstraint, name: str, at: float, tolerance: tuple[float, float], robot: Robot) -> None:
     """Refuse a goal for a joint that the robot holds elsewhere, or does not have."""
     if name in robot.dof_names or any(name == moved.name for moved in robot.joints):
         return
@@ -217,32 +215,35 @@ def _require_held_there(joint: Part, name: str, at: float, tolerance: tuple[floa
         )
 
 
-def _in_space(position: Part, orientation: Part | None, robot: Robot, frames: Frames, notes: list[str]) -> tuple[Goal, Robot]:
-    position.require_keys(_POSITION)
-    link = position.need("link_name").text()
+def _in_space(
+    position: PositionConstraint, orientation: OrientationConstraint | None, robot: Robot, frames: Frames, notes: list[str]
+) -> tuple[Goal, Robot]:
+    link = position.link_name
     robot, target = _with_target_point(position, link, robot)
-    T, near = _region(position.need("constraint_region"))
+    T, near = _region(position.constraint_region)
     T = frames.of(position, still=True) @ T
     if orientation is None:
         return position.located(lambda: PositionGoal(T[:3, 3], tolerance=near, frame=target)), robot
-    orientation.require_keys(_ORIENTATION)
-    other = orientation.need("link_name").text()
-    if other != link:
-        raise orientation.error(f"the orientation is of link '{other}' and the position of '{link}', expected the same link")
-    wanted = orientation.need("orientation")
-    length = float(np.linalg.norm(wanted.numbers(4, XYZW)))
+    if orientation.link_name != link:
+        raise orientation.error(
+            f"the orientation is of link '{orientation.link_name}' and the position of '{link}', expected the same link"
+        )
+    length = float(np.linalg.norm(orientation.orientation))
     if length and abs(length - 1) > _ANGLE:
-        raise wanted.error(f"orientation has the length {length:.4g}, for which MoveIt takes no turn, expected 1; correct it")
-    R = transform(None, wanted)[:3, :3]
+        words = f"orientation has the length {length:.4g}, for which MoveIt takes no turn, expected 1; correct it"
+        raise orientation.error(words, "orientation")
+    R = orientation.matrix()[:3, :3]
     T[:3, :3] = frames.of(orientation, still=True)[:3, :3] @ R
-    limits = {axis: _not_negative(orientation.get(key), either=True) for axis, key in zip(XYZ, _TOLERANCES, strict=True)}
+    limits = {axis: abs(getattr(orientation, f"absolute_{axis}_axis_tolerance")) for axis in "xyz"}  # as MoveIt: either way
     settings = _turning(orientation, limits, R, notes)
     if settings is None:
         return position.located(lambda: PositionGoal(T[:3, 3], tolerance=near, frame=target)), robot
     return orientation.located(lambda: PoseGoal(T, position_tolerance=near, frame=target, **settings)), robot
 
 
-def _turning(orientation: Part, limits: Mapping[str, float], R: Array, notes: list[str]) -> dict[str, Any] | None:
+def _turning(
+    orientation: OrientationConstraint, limits: Mapping[str, float], R: Array, notes: list[str]
+) -> dict[str, Any] | None:
     """Return a PoseGoal's tolerance and free axis for MoveIt's three angles; None if it may be turned in any way.
 
     A turn by an angle up to a quarter has none of its three Euler angles, and no component of its rotation vector, greater than
@@ -256,10 +257,12 @@ def _turning(orientation: Part, limits: Mapping[str, float], R: Array, notes: li
     if len(free) == 2:
         raise orientation.error(f"axes {' and '.join(free)} are both free, expected at most one; lower a tolerance below pi")
     tolerance = min(_QUARTER, *(angle for axis, angle in limits.items() if axis not in free))
-    kind = orientation.get("parameterization")
-    by_vector = kind is not None and kind.number() == 1
+    by_vector = orientation.parameterization == 1
     if free and by_vector:
-        return {"orientation_tolerance": 2 * math.asin(min(1.0, tolerance / math.pi)), "free_axis": R.T[:, XYZ.index(free[0])]}
+        return {
+            "orientation_tolerance": 2 * math.asin(min(1.0, tolerance / math.pi)),
+            "free_axis": R.T[:, "xyz".index(free[0])],
+        }
     if free == ["y"]:
         notes.append(
             "the goal's y axis is free by Euler angles, in which MoveIt lets it turn by a quarter at most: it is planned for "
@@ -269,42 +272,42 @@ def _turning(orientation: Part, limits: Mapping[str, float], R: Array, notes: li
     return {"orientation_tolerance": tolerance, **({"free_axis": free[0]} if free else {})}
 
 
-def _with_target_point(position: Part, link: str, robot: Robot) -> tuple[Robot, str]:
+def _with_target_point(position: PositionConstraint, link: str, robot: Robot) -> tuple[Robot, str]:
     """Give the robot a frame at the point of the link that the goal is for, if that is not the link's origin."""
-    offset = position.get("target_point_offset")
-    if offset is None or not offset.numbers(3, XYZ).any():
+    offset = np.array(position.target_point_offset)
+    if not offset.any():
         return robot, link
     holder = next((frame for frame in robot.frames if frame.name == link), None)
     if holder is None:
         return robot, link  # which the problem refuses
     name = f"{link} target point"
     T = holder.T_joint_frame.copy()
-    T[:3, 3] += T[:3, :3] @ offset.numbers(3, XYZ)
+    T[:3, 3] += T[:3, :3] @ offset
     point = Frame(name=name, joint=holder.joint, T_joint_frame=T, parent=link)
     return replace(robot, frames=(*robot.frames, point)), name
 
 
-def _region(region: Part) -> tuple[Array, float]:
+def _region(region: BoundingVolume) -> tuple[Array, float]:
     """Return the pose of a goal's region, and the radius [m] of the greatest ball about its middle that is within it."""
-    solids, poses, meshes = region.items("primitives"), region.items("primitive_poses"), region.items("meshes")
+    solids, poses, meshes = region.primitives, region.primitive_poses, region.meshes
     if len(solids) != 1 or len(poses) != 1 or meshes:
         raise region.error(
             f"constraint_region has {len(solids)} primitives with {len(poses)} primitive_poses and {len(meshes)} meshes, "
             "expected one primitive with its pose"
         )
-    kind, size = kind_and_size(solids[0])
+    kind, size = solids[0].type, np.array(solids[0].dimensions)
     if kind == "cone":
         raise solids[0].error("a cone for the goal's region is not supported, expected a sphere, a box or a cylinder")
     within = {"box": size.min() / 2, "sphere": size[0], "cylinder": min(size[0] / 2, size[-1])}[kind]
-    return pose_of(poses[0], unset=True), float(within)
+    return poses[0].matrix(unset=True), float(within)
 
 
-def _not_negative(part: Part | None, *, either: bool = False) -> float:
-    """Return a tolerance, 0 where none is stated; MoveIt takes the size of those that go either way."""
-    number = 0.0 if part is None else part.number()
-    if number < 0 and part is not None and not either:
-        raise part.error(f"{part.called} is {number:g}, expected a finite number, 0 or more")
-    return abs(number)
+def _not_negative(joint: JointConstraint, key: str) -> float:
+    """Return a tolerance, 0 where none is stated."""
+    number: float = getattr(joint, key)
+    if number < 0:
+        raise joint.error(f"{key} is {number:g}, expected a finite number, 0 or more", key)
+    return number
 
 
 def _one_if_equal(values: list[float] | Array) -> float | Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +12,21 @@ from numpy.typing import NDArray
 from spacearm.checks import shown
 from spacearm.errors import nearest
 from spacearm.planner.moveit.frames import root_joints
-from spacearm.planner.moveit.part import Part, transform
 from spacearm.robot.held_elsewhere import held_elsewhere, held_leaders, held_values, joint_limits_in_file
 from spacearm.robot.model import Robot
 
+if TYPE_CHECKING:
+    from spacearm.planner.moveit.part import (
+        AttachedCollisionObject,
+        JointState,
+        Message,
+        MultiDOFJointState,
+        RobotState,
+        Twist,
+    )
+
 Array = NDArray[np.float64]
 
-_STATE = ("joint_state", "multi_dof_joint_state", "attached_collision_objects", "is_diff")
-_JOINTS = ("header", "name", "position", "velocity", "effort")
-_BASES = ("header", "joint_names", "transforms", "twist", "wrench")
 _SAME = 1e-9  # [rad, m and -]
 _ROUNDING = 1e-6  # [rad or m] joints that follow others are written rounded
 _RESTS = 1e-9  # [rad/s or m/s]
@@ -37,14 +44,14 @@ class State:
         is_diff: whether it only adds to the state before it.
     """
 
-    part: Part | None = None
+    part: RobotState | None = None
     joints: Mapping[str, float] = field(default_factory=dict)
     base: Array | None = None
-    attached: tuple[Part, ...] = ()
+    attached: tuple[AttachedCollisionObject, ...] = ()
     is_diff: bool = False
 
 
-def read_state(part: Part | None, robot: Robot, notes: list[str], *, what: str) -> State:
+def read_state(part: RobotState | None, robot: Robot, notes: list[str], *, what: str) -> State:
     """Read a robot state.
 
     Args:
@@ -58,55 +65,46 @@ def read_state(part: Part | None, robot: Robot, notes: list[str], *, what: str) 
     """
     if part is None:
         return State()
-    part.require_keys(_STATE)
-    joints = part.get("joint_state")
-    diff = part.get("is_diff")
+    joints = part.joint_state
     if joints is not None:
-        joints.require_keys(_JOINTS)
         for key, so in (("velocity", ": the motion starts at rest"), ("effort", "")):
-            row = joints.get(key)
-            if row is not None and _moves(row):
+            if _moves(getattr(joints, key)):
                 notes.append(f"{what} has joints with a {key}, which is left out{so}")
     return State(
         part=part,
         joints={} if joints is None else _values(joints),
-        base=_base(part.get("multi_dof_joint_state"), robot, notes, what),
-        attached=tuple(part.items("attached_collision_objects")),
-        is_diff=diff is not None and bool(diff.value),
+        base=_base(part.multi_dof_joint_state, robot, notes, what),
+        attached=tuple(part.attached_collision_objects),
+        is_diff=bool(part.is_diff),
     )
 
 
-def _moves(row: Part) -> bool:
-    return isinstance(row.value, list) and any(isinstance(v, (int, float)) and not abs(v) <= _RESTS for v in row.value)
+def _moves(row: Any) -> bool:
+    return isinstance(row, list) and any(isinstance(v, (int, float)) and not abs(v) <= _RESTS for v in row)
 
 
-def _values(joints: Part) -> dict[str, float]:
-    names = [name.text() for name in joints.items("name")]
-    given = joints.get("position")
-    if not names and (given is None or not given.value):
-        return {}
-    positions = joints.need("position").numbers(None)
+def _values(joints: JointState) -> dict[str, float]:
+    names, positions = joints.name, joints.position
     if len(names) != len(positions):
         raise joints.error(f"joint_state has {len(names)} names and {len(positions)} positions, expected one for each")
     if len(set(names)) != len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise joints.error(f"joint_state names joint {shown(twice)} twice, expected each joint once; remove one")
-    return dict(zip(names, (float(value) for value in positions), strict=True))
+    return dict(zip(names, (value + 0.0 for value in positions), strict=True))
 
 
-def _base(part: Part | None, robot: Robot, notes: list[str], what: str) -> Array | None:
+def _base(part: MultiDOFJointState | None, robot: Robot, notes: list[str], what: str) -> Array | None:
     """Return T_w_base (4, 4) by the joint that holds the robot's root in the world, or None."""
     if part is None:
         return None
-    part.require_keys(_BASES)
-    names, places = [name.text() for name in part.items("joint_names")], part.items("transforms")
+    names, places = part.joint_names, part.transforms
     if names and len(names) != len(places):
         raise part.error(f"{part.called} has {len(names)} joint_names and {len(places)} transforms, expected one for each")
-    if any(_turns(item) for item in part.items("twist")):
+    if any(_turns(item) for item in part.twist):
         notes.append(f"{what} has a base that moves, which is left out: it starts at rest")
     known, found = root_joints(robot), None
     for name, item in zip(names or [""] * len(places), places, strict=True):
-        T = transform(item.get("translation"), item.get("rotation"), unset=True)
+        T = item.matrix()
         if np.abs(T - np.eye(4)).max() <= _SAME:
             found = np.eye(4) if name in known or not known or not name else found
             continue
@@ -118,25 +116,23 @@ def _base(part: Part | None, robot: Robot, notes: list[str], what: str) -> Array
             raise item.error(f"{part.called} moves the base, which the SRDF fixes by joint '{name}'; correct one of them")
         if found is not None:
             raise item.error(f"{part.called} moves {len(places)} joints, expected one, which holds the robot's root")
-        _require_in_planning_frame(part, item, robot)
+        _require_in_planning_frame(part, robot)
         found = T
         at = ", ".join(f"{value:g}" for value in T[:3, 3])
         notes.append(f"{what} has the robot's base at ({at}) m in the planning frame: that is base_start")
     return found
 
 
-def _turns(item: Part) -> bool:
-    rows = [item.get(key) for key in ("linear", "angular")]
-    return any(row is not None and bool(np.abs(row.numbers(3, ("x", "y", "z"))).max() > _RESTS) for row in rows)
+def _turns(item: Twist) -> bool:
+    return max(map(abs, (*item.linear, *item.angular))) > _RESTS
 
 
-def _require_in_planning_frame(part: Part, item: Part, robot: Robot) -> None:
-    named = part.deep("header", "frame_id")
-    name = "" if named is None else named.text().lstrip("/")
+def _require_in_planning_frame(part: MultiDOFJointState, robot: Robot) -> None:
+    name = part.frame
     origin = robot.origin
     parents = [] if origin is None or origin.srdf is None else [joint.parent for joint in origin.srdf.virtual_joints]
-    if named is not None and name and name != "world" and parents and name not in parents:
-        raise named.error(
+    if name and name != "world" and parents and name not in parents:
+        raise part.frame_error(
             f"{part.called} is stated in frame '{name}', expected the planning frame '{parents[0]}'; state the base there"
         )
 
@@ -213,7 +209,7 @@ def _say_unknown(robot: Robot, values: Mapping[str, float], held: Mapping[str, o
         notes.append(f"the start has joints that robot '{robot.name}' does not have: {', '.join(unknown)}")
 
 
-def start_of(robot: Robot, values: Mapping[str, float], part: Part, notes: list[str]) -> Array:
+def start_of(robot: Robot, values: Mapping[str, float], part: Message, notes: list[str]) -> Array:
     """Return the start (n,) [rad or m], by the joints' names.
 
     Raises:
@@ -222,7 +218,7 @@ def start_of(robot: Robot, values: Mapping[str, float], part: Part, notes: list[
     return planned_values(robot, values, part, "joint_state", notes)
 
 
-def planned_values(robot: Robot, values: Mapping[str, float], part: Part, what: str, notes: list[str]) -> Array:
+def planned_values(robot: Robot, values: Mapping[str, float], part: Message, what: str, notes: list[str]) -> Array:
     """Return a value for each degree of freedom (n,), by the names of joints; one that follows another speaks for it, too.
 
     Raises:
