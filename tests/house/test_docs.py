@@ -3,8 +3,8 @@
 A page starts where a newcomer does, in the root of the repository. Blocks are run by their language:
 
 - python: all blocks of a page share their names. A comment `# -> text` is what the line prints; `...` stands for anything.
-- sh: `spacearm` runs in this process; `cp`, `cd` and `python` run as in a shell; `make` is left out. A comment names an exit code
-  other than 0, as in `# exit code 1`. Figures are drawn on one page only.
+- sh: `spacearm` runs in this process; `cp`, `cd` and `python` run as in a shell; `make` is left out, and so are figures. A comment names an
+  exit code other than 0, as in `# exit code 1`.
 - yaml: a problem or robot file, saved under the name in its first line (else problem.yaml) and loaded. A block without the key
   `spacearm` replaces keys of the page's first problem.
 - text: directly below a sh block it is what the last command prints; elsewhere it is only shown.
@@ -37,7 +37,6 @@ from spacearm.robot import load_robot
 PAGES = [REPOSITORY / "README.md", REPOSITORY / "CONTRIBUTING.md", *sorted((REPOSITORY / "docs").glob("*.md"))]
 STARTED_WITH = ("examples", "benchmarks/spacebench")
 """What the pages need of the repository."""
-DRAWS_FIGURES = "planning.md"
 MOST_BLOCKS_NOT_RUN = 6
 BLOCK = re.compile(
     r"(?:^<!-- not run: (?P<reason>[^\n]+) -->\n)?^```(?P<language>\w*)\n(?P<text>.*?)^```$", flags=re.DOTALL | re.MULTILINE
@@ -129,7 +128,7 @@ class PageRun:
         if words[0] == "cd":
             os.chdir(words[1])
         elif words[0] == "spacearm":
-            quick = ["--no-figures"] if words[1] == "plan" and self.page.name != DRAWS_FIGURES else []
+            quick = ["--no-figures"] if words[1] == "plan" else []
             with contextlib.redirect_stdout(io.StringIO()) as out:
                 assert main([*words[1:], *quick]) == code, (words, out.getvalue())
             self.printed = out.getvalue()
