@@ -3,8 +3,8 @@
 A page starts where a newcomer does, in the root of the repository. Blocks are run by their language:
 
 - python: all blocks of a page share their names. A comment `# -> text` is what the line prints; `...` stands for anything.
-- sh: `spacearm` runs in this process; `cp`, `cd` and `python` run as in a shell; `make` is left out, and so are figures. A comment names an
-  exit code other than 0, as in `# exit code 1`.
+- sh: `spacearm` runs in this process; `cp`, `cd` and `python` run as in a shell; `make` and figures are left out. A comment
+  names an exit code other than 0, as in `# exit code 1`.
 - yaml: a problem or robot file, saved under the name in its first line (else problem.yaml) and loaded. A block without the key
   `spacearm` replaces keys of the page's first problem.
 - text: directly below a sh block it is what the last command prints; elsewhere it is only shown.
