@@ -123,7 +123,7 @@ def test_every_level_finds_the_same_motions(bits: int, how: str) -> None:
             build, objectives.thick_arm(), objectives.CLUTTER, start, [goal, np.full(7, 0.1)], swarm=swarm, settings=chosen
         )
         objectives.run_motions(search, 1500)
-        assert {entry[3] for entry in search.history} >= ({"probe", "refine"} if how == "trees" else {"swarm", "refine"})
+        assert {entry[3] for entry in search.history} >= ({"rrt_connect", "refine"} if how == "trees" else {"swarm", "refine"})
         return [
             search.evaluations,
             search.configurations,

@@ -72,7 +72,7 @@ def assert_sound(build: Build, search: Any, robot: Robot, obstacles: Any, start:
     for k in (0, 1):  # seconds and evaluations
         assert [entry[k] for entry in search.history] == sorted(entry[k] for entry in search.history)
     assert all(entry[1] <= search.evaluations for entry in search.history)
-    assert {entry[3] for entry in search.history} <= {"straight", "probe", "refine", "swarm"}
+    assert {entry[3] for entry in search.history} <= {"straight", "rrt_connect", "refine", "swarm"}
     eps = float(np.finfo(build.scalar).eps)
     room = eps * (1 + np.maximum(np.abs(robot.lower), np.abs(robot.upper)))
     for _, _, value, _, goal, points in search.history:

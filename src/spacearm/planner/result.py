@@ -39,7 +39,7 @@ class Improvement:
         seconds: of searching before it, on its island.
         evaluations: candidate motions looked at before it, on its island.
         fitness: its weighted sum.
-        by: "straight", "probe", "refine" or "swarm".
+        by: "straight", "rrt_connect", "refine" or "swarm".
         goal: index into the plan's goal configurations.
         interior_points: its control points.
         island: which search found it.
