@@ -44,8 +44,8 @@ NOT_RUN = {
     "README.md: make test": "builds an environment",
     "README.md: spacearm plan examples/floating.yaml -o out/floating": "some seconds; tests/planner plans all examples",
     "spacebench.md: spacearm bench space -d benchmarks/spacebench -o results": "a minute and a half",
-    "spacebench.md: python -m spacearm.bench.space FOLDER": "two minutes and a half",
-    "spacebench.md: python -m spacearm.bench.space FOLDER --seed 7 --problems 200 --families truss panel": "minutes",
+    "spacebench.md: python -m spacearm.study.spacebench_generate FOLDER": "two minutes and a half",
+    "spacebench.md: python -m spacearm.study.spacebench_generate FOLDER --seed 7 --problems 200 --families truss": "minutes",
 }
 """Commands of the pages that no test runs, and why. Those of docs/benchmarks.md take minutes to hours."""
 CODES = {"spacearm doctor": {0, 1}}

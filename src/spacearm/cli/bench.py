@@ -10,20 +10,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from spacearm.bench import report
-from spacearm.bench.collection import find_items, find_robot
-from spacearm.bench.mbm import run_benchmark
-from spacearm.bench.measure import LIMIT, Protocol
-from spacearm.bench.space import measure as space_measure
-from spacearm.bench.space import report as space_report
-from spacearm.bench.space.collection import find_problems
-from spacearm.bench.space.run import run_spacebench
 from spacearm.checks import as_number, shown
 from spacearm.cli.arguments import parsed
 from spacearm.cli.folder import results_folder
 from spacearm.cli.terminal import progress_bar, show_table
 from spacearm.errors import SettingsError, nearest
 from spacearm.settings import whole
+from spacearm.study import motionbenchmaker_report as report
+from spacearm.study import spacebench_report as space_report
+from spacearm.study.motionbenchmaker import find_items, find_robot
+from spacearm.study.motionbenchmaker_runs import LIMIT, Protocol, run_benchmark
+from spacearm.study.spacebench import find_problems
+from spacearm.study.spacebench_runs import SpaceProtocol, run_spacebench
+from spacearm.study.study_tables import Table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,7 +146,7 @@ def _space(arguments: Sequence[str]) -> int:
         "to the first certified motion, how far the base turns, what becomes of motions planned for a fixed base; then on "
         "published problems. Times are stated for a reference core.",
     )
-    protocol = space_measure.Protocol(seeds=options.seeds, limit=options.limit)
+    protocol = SpaceProtocol(seeds=options.seeds, limit=options.limit)
     items = find_problems(options.data, families=options.family or (), most=options.problems)
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
         with progress_bar("measuring") as bar:
@@ -159,7 +158,7 @@ def _space(arguments: Sequence[str]) -> int:
 
 
 def _tell(
-    values: dict[str, Any] | None, tables: Sequence[report.Table], notes: Sequence[str], written: Sequence[Path], seconds: float
+    values: dict[str, Any] | None, tables: Sequence[Table], notes: Sequence[str], written: Sequence[Path], seconds: float
 ) -> None:
     if values is not None:
         print(json.dumps(values, indent=1, allow_nan=False))
