@@ -53,13 +53,14 @@ def request(start: Sequence[float], goal: Sequence[float]) -> dict[str, Any]:
 
 
 def write_robot(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
     (folder / "arm.urdf").write_text(ARM)
     (folder / "arm.srdf").write_text(GROUPS)
 
 
 def write_problem(family: Path, number: int, what: dict[str, Any], asked: dict[str, Any]) -> None:
     """Write a problem's two files; JSON is YAML."""
-    family.mkdir(exist_ok=True)
+    family.mkdir(parents=True, exist_ok=True)
     (family / f"scene{number:04d}.yaml").write_text(json.dumps(what))
     (family / f"request{number:04d}.yaml").write_text(json.dumps(asked))
 

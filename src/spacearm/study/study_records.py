@@ -76,9 +76,9 @@ def load_records(path: str | os.PathLike[str], record: type[R], *, study: str) -
             name, definition = str(values["task"]), dict(values["definition"])
             found[name] = Recorded(definition=definition, record=_validated(record, values["record"]))
         except (KeyError, TypeError, ValueError) as error:
-            reason = shown(" ".join(str(error).split()))
             raise FileFormatError(
-                f"{path}: line {number} is no record of the study '{study}' ({reason}); take the line away, or begin a new file"
+                f"{path}: line {number} is no record of the study '{study}' ({_reason(error)}); take the line away, or begin a "
+                "new file"
             ) from None
     return found
 
@@ -169,6 +169,16 @@ def _adapter(record: type) -> Any:
     from pydantic import TypeAdapter
 
     return TypeAdapter(record)
+
+
+def _reason(error: Exception) -> str:
+    """Say what is wrong with a line: the first that pydantic found, or a key that is missing."""
+    from pydantic import ValidationError
+
+    if isinstance(error, ValidationError):
+        first = error.errors(include_url=False)[0]
+        return f"{'.'.join(map(str, first['loc']))} is {shown(first['input'])}: {first['msg']}"
+    return f"{type(error).__name__} {error}"
 
 
 def _validated(record: type[R], values: Any) -> R:

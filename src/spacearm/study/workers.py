@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import multiprocessing
 import os
 import signal
@@ -22,6 +21,8 @@ R = TypeVar("R")
 
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMEXPR_NUM_THREADS")
 _POLL = 1.0  # how often hanging processes are looked for [s]
+_READY = "ready"
+_GUARD = 'a program that runs studies needs the line `if __name__ == "__main__":` before what it does'
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +36,7 @@ class Lost:
     why: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Worker:
     process: BaseProcess
     pipe: Connection
@@ -77,36 +78,44 @@ def in_processes(
         return _Worker(process, ours)
 
     waiting = iter(enumerate(tasks))
-    idle = [begin() for _ in range(min(jobs, len(tasks)))]
-    busy: dict[Connection, tuple[_Worker, int, float]] = {}
+    starting = [begin() for _ in range(min(jobs, len(tasks)))]
+    busy: dict[_Worker, tuple[int, float]] = {}  # at which task, and since when
+    following = next(waiting, None)
     try:
-        while True:
-            while idle and (following := next(waiting, None)) is not None:
-                number, task = following
-                worker = idle.pop()
-                with contextlib.suppress(BrokenPipeError):  # the process died while it waited: that is heard below
-                    worker.pipe.send(task)
-                busy[worker.pipe] = (worker, number, time.perf_counter())
-            if not busy:
-                return
-            ready = wait(list(busy), timeout=_POLL)
-            for pipe, (worker, number, since) in list(busy.items()):
-                late = hang is not None and time.perf_counter() - since > hang
-                if pipe not in ready and not late:
+        while busy or following is not None:
+            ready = wait([worker.pipe for worker in (*starting, *busy)], timeout=_POLL)
+            now = time.perf_counter()
+            for worker, (number, since) in list(busy.items()):
+                late = hang is not None and now - since > hang
+                if worker.pipe not in ready and not late:
                     continue
-                found = _heard(worker) if pipe in ready else Lost(why=f"no answer within {hang:g} s")
-                del busy[pipe]
+                found = _heard(worker) if worker.pipe in ready else Lost(why=f"no answer within {hang:g} s")
+                del busy[worker]
                 if isinstance(found, Lost):
-                    worker.process.kill()
-                    worker.process.join()
-                    worker = begin()
-                idle.append(worker)
+                    _end(worker)
+                    starting.append(begin())
+                else:
+                    starting.append(worker)  # it says anew that it is ready
                 yield number, found
+            for worker in [worker for worker in starting if worker.pipe in ready]:
+                if following is None:
+                    break
+                if isinstance(said := _heard(worker), Lost):
+                    raise RuntimeError(f"a process could not be begun ({said.why}), expected it to import the study; {_GUARD}")
+                number, task = following
+                worker.pipe.send(task)
+                starting.remove(worker)
+                busy[worker] = (number, time.perf_counter())
+                following = next(waiting, None)
     finally:
-        for worker in (*idle, *(worker for worker, _, _ in busy.values())):
-            worker.process.kill()
-            worker.process.join()
-            worker.pipe.close()
+        for worker in (*starting, *busy):
+            _end(worker)
+
+
+def _end(worker: _Worker) -> None:
+    worker.process.kill()
+    worker.process.join()
+    worker.pipe.close()
 
 
 def _heard(worker: _Worker) -> Any:
@@ -129,6 +138,7 @@ def _work(pipe: Connection, run: Callable[[Any], Any], memory_gb: float | None) 
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
     try:
         while True:
+            pipe.send((False, _READY))
             pipe.send(_done(run, pipe.recv()))
     except (EOFError, BrokenPipeError):
         return
