@@ -82,7 +82,9 @@ def run_command(command: str, name: str) -> None:
     assert main([*words[1:], *quick]) in allowed, command
 
 
-@pytest.mark.parametrize("page", ["README.md", "planning.md", "robots.md", "doctor.md", "problem_file.md", "certificate.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "planning.md", "robots.md", "doctor.md", "problem_file.md", "certificate.md", "study.md"]
+)
 def test_a_page_runs_as_a_newcomer_would_twice(page: str, newcomer: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = REPOSITORY / page if page == "README.md" else REPOSITORY / "docs" / page
     for attempt in range(2):

@@ -5,7 +5,6 @@ A task measures the bare search, then `plan()` with its proof, then what another
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -19,13 +18,13 @@ import numpy as np
 from spacearm.planner import ConfigurationGoal, Plan, PlannerSettings, Problem, plan
 from spacearm.planner.clearance import margins_within_reach
 from spacearm.planner.islands import Islands
-from spacearm.reading import read_bytes
 from spacearm.robot import Robot
 from spacearm.scene import Scene
 from spacearm.study.motionbenchmaker import Item, RobotFiles, read_item
 from spacearm.study.other_checker import OtherChecker, dense_configurations
 from spacearm.study.reference_core import CoreSpeed, speed_for
 from spacearm.study.run_study import Progress, Study, jobs_of, run_study
+from spacearm.study.study_records import file_digest
 
 LIMIT = 1.0
 """A problem that takes longer than this is not solved [s of the reference core]."""
@@ -225,9 +224,12 @@ def mbm_tasks(items: Sequence[Item], robot: RobotFiles, protocol: Protocol) -> l
     Raises:
         FileFormatError: a file that is missing or empty.
     """
-    of_robot = (("urdf", _digest(robot.urdf, "a URDF")), ("srdf", _digest(robot.srdf, "an SRDF")))
+    of_robot = (("urdf", file_digest(robot.urdf, what="a URDF")), ("srdf", file_digest(robot.srdf, what="an SRDF")))
     of_items = [
-        (("scene", _digest(item.scene, "a planning scene")), ("request", _digest(item.request, "a motion request")))
+        (
+            ("scene", file_digest(item.scene, what="a planning scene")),
+            ("request", file_digest(item.request, what="a motion request")),
+        )
         for item in items
     ]
     return [
@@ -333,7 +335,7 @@ def run_benchmark(
     tasks = mbm_tasks(items, robot, protocol)
     for task in tasks[: len(items)]:
         _prepared(robot, task.digests[:2]).problem(task.item, task.digests[2:])
-    speed_for("")  # a benchmark that was run in this process before does not tell how fast the core is now
+    speed_for.cache_clear()  # how fast the core was in a benchmark before says nothing now
     runs = run_study(MBM, tasks, records=records, jobs=jobs, progress=progress)
     return Benchmark(
         protocol=protocol, robot=robot, runs=tuple(runs), seconds=time.perf_counter() - begun, jobs=jobs_of(MBM, jobs)
@@ -361,7 +363,3 @@ class _Prepared:
 def _prepared(robot: RobotFiles, digests: tuple[tuple[str, str], ...]) -> _Prepared:
     arm = robot.load()
     return _Prepared(arm=arm, other=OtherChecker(robot, arm.dof_names))
-
-
-def _digest(path: Path, what: str) -> str:
-    return hashlib.sha256(read_bytes(path, what=what)).hexdigest()[:16]

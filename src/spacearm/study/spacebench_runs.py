@@ -403,7 +403,7 @@ def run_spacebench(
     total, second = len(tasks) + len(others), None
     if records is not None:
         second = records.with_name(f"{records.stem}-published{records.suffix}")
-    speed_for("")  # a benchmark that was run in this process before does not tell how fast the core is now
+    speed_for.cache_clear()  # how fast the core was in a benchmark before says nothing now
     runs = run_study(SPACE, tasks, records=records, jobs=jobs, progress=lambda done, _, what: tell(done, total, what))
     extra = run_study(
         PUBLISHED,

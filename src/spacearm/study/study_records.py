@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import hashlib
 import json
 import math
 import os
@@ -134,6 +135,19 @@ def require_same_definition(
             f"{path} holds a record of task '{task}' with another definition ({told}), expected the same one; name another "
             "file for the changed study, or give the old settings"
         )
+
+
+def file_digest(path: str | os.PathLike[str], *, what: str = "a file") -> str:
+    """Return the beginning of the SHA-256 of a file, for the definitions of tasks that depend on it.
+
+    Args:
+        path: the file.
+        what: what it should hold, for messages.
+
+    Raises:
+        FileFormatError: it is missing, empty or cannot be read.
+    """
+    return hashlib.sha256(read_bytes(path, what=what)).hexdigest()[:16]
 
 
 def _require_header(path: str | os.PathLike[str], header: Any, study: str) -> None:
