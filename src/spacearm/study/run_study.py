@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import os
+import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Generic, TypeAlias, TypeVar
 
@@ -24,7 +26,7 @@ MOST_JOBS = 1024
 Progress: TypeAlias = Callable[[int, int, str], Any]
 """Called with the tasks done, the tasks in all, and the name of the one that is next."""
 
-Execute: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Any]], Iterator[tuple[int, Any]]]
+Execute: TypeAlias = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[tuple[int, Any]]]
 """Does tasks: takes a function and its arguments, and yields the number of each argument with its result, in any order."""
 
 
@@ -59,10 +61,12 @@ def run_study(
     *,
     records: str | os.PathLike[str] | None = None,
     jobs: int | None = None,
+    seconds: float | None = None,
     progress: Progress | None = None,
+    watch: Callable[[T, R], Any] | None = None,
     execute: Execute | None = None,
 ) -> list[R]:
-    """Do the tasks of a study; return their records, in the order of the tasks.
+    """Do the tasks of a study; return the records of those that are done, in the order of the tasks.
 
     Args:
         study: what is done with each.
@@ -70,7 +74,9 @@ def run_study(
         records: file to which each record is appended as it comes. What it holds already is not done again, so the same call
             goes on after a stop. None: nothing is written.
         jobs: processes; None: one a processor core, or 1 if the study is timed. With 1, the tasks are done in this process.
+        seconds: after this time no more tasks are begun [s]; None: all are done.
         progress: called as tasks are done.
+        watch: called with each task that is done and its record, at once; not with those that were recorded before.
         execute: does the tasks in place of the processes of this machine.
 
     Raises:
@@ -86,7 +92,6 @@ def run_study(
         twice = Counter(keys).most_common(1)[0][0]
         raise SettingsError(f"study '{study.name}' has two tasks of the name '{twice}', expected one; change `key`")
     count = jobs_of(study, jobs)
-    execute = execute or (in_this_process if count == 1 else lambda run, given: in_processes(run, given, jobs=count))
     tell = progress or (lambda done, total, what: None)
     with contextlib.ExitStack() as stack:
         append = None if records is None else stack.enter_context(appending(records, study=study.name))
@@ -94,7 +99,10 @@ def run_study(
         todo = [task for task in tasks if study.key(task) not in found]
         if todo:
             tell(len(found), len(tasks), study.key(todo[0]))
-        outcomes = execute(study.run, todo)
+        if execute is None:
+            count = min(count, len(todo))
+            execute = in_this_process if count <= 1 else partial(in_processes, jobs=count)
+        outcomes = execute(study.run, todo if seconds is None else _begun_within(todo, seconds))
         stack.callback(getattr(outcomes, "close", lambda: None))  # ends the processes at once if anything is raised below
         for number, outcome in outcomes:
             task = todo[number]
@@ -102,8 +110,18 @@ def run_study(
             found[key] = record
             if append is not None:
                 append(key, study.definition(task), record)
+            if watch is not None:
+                watch(task, record)
             tell(len(found), len(tasks), study.key(todo[number + 1]) if number + 1 < len(todo) else key)
-    return [found[key] for key in keys]
+    return [found[key] for key in keys if key in found]
+
+
+def _begun_within(tasks: Sequence[T], seconds: float) -> Iterator[T]:
+    begun = time.perf_counter()
+    for task in tasks:
+        if time.perf_counter() - begun > seconds:
+            return
+        yield task
 
 
 def jobs_of(study: Study[Any, Any], jobs: int | None) -> int:

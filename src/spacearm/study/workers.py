@@ -7,7 +7,7 @@ import os
 import signal
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -42,14 +42,14 @@ class _Worker:
     pipe: Connection
 
 
-def in_this_process(run: Callable[[T], R], tasks: Sequence[T]) -> Iterator[tuple[int, R | Lost]]:
+def in_this_process(run: Callable[[T], R], tasks: Iterable[T]) -> Iterator[tuple[int, R | Lost]]:
     """Do tasks one after the other; yield the number of each in the list, and its record."""
     for number, task in enumerate(tasks):
         yield number, run(task)
 
 
 def in_processes(
-    run: Callable[[T], R], tasks: Sequence[T], *, jobs: int, memory_gb: float | None = None, hang: float | None = None
+    run: Callable[[T], R], tasks: Iterable[T], *, jobs: int, memory_gb: float | None = None, hang: float | None = None
 ) -> Iterator[tuple[int, R | Lost]]:
     """Do tasks in several processes; yield the number of each in the list, and its record, in the order in which they end.
 
@@ -78,9 +78,9 @@ def in_processes(
         return _Worker(process, ours)
 
     waiting = iter(enumerate(tasks))
-    starting = [begin() for _ in range(min(jobs, len(tasks)))]
-    busy: dict[_Worker, tuple[int, float]] = {}  # at which task, and since when
     following = next(waiting, None)
+    starting = [begin() for _ in range(jobs if following is not None else 0)]
+    busy: dict[_Worker, tuple[int, float]] = {}  # at which task, and since when
     try:
         while busy or following is not None:
             ready = wait([worker.pipe for worker in (*starting, *busy)], timeout=_POLL)
