@@ -26,8 +26,7 @@ import numpy as np
 
 from best_known import find_best
 from instances import ARM, MODES, RADII, Instance, drawn_instances, paper_instance
-from spacearm.paper import NEAR
-from spacearm.paper.best_known import BEST_KNOWN
+from spacearm.study.paper_problem import BEST_KNOWN, NEAR
 from spacearm.swarm import NAMED_SETTINGS, SwarmSettings, named_settings, run_trials
 
 MAIN = ("goal", 0.10)

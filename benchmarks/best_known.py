@@ -6,7 +6,7 @@ kernel's float64 model. What it ends at is kept when the kernel finds a violatio
 inside (violation exactly 0), so that the value is one that a feasible swarm can reach; it is recorded rounded down in
 the ninth decimal, so that rounding alone beats it nowhere. The values are the best found, not proven optima.
 
-    python benchmarks/best_known.py                    # 2,000 starts a case, as recorded in spacearm/paper/best_known.py
+    python benchmarks/best_known.py                    # 2,000 starts a case, as recorded in spacearm/study/paper_problem.py
     python benchmarks/best_known.py --starts 100 --cases "goal 0.10"
     python benchmarks/best_known.py --json best_known.json
 """

@@ -21,7 +21,7 @@ import numpy as np
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "src"))  # for environments where spacearm is not installed
 
-from spacearm.bench.numpy_reference import (
+from spacearm.study.numpy_reference import (
     AXES,
     GOAL,
     LINKS,

@@ -25,7 +25,7 @@ from spacearm.cli.doctor_command import Options as DoctorOptions
 from spacearm.cli.paper_command import Options as PaperOptions
 from spacearm.cli.plan_command import Options as PlanOptions
 from spacearm.errors import SettingsError
-from spacearm.paper import PaperSettings
+from spacearm.study.paper_problem import PaperSettings
 from spacearm.swarm import NAMED_SETTINGS
 
 RECORDS: dict[str, Any] = {

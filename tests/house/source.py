@@ -15,7 +15,6 @@ PACKAGE = REPOSITORY / "src" / "spacearm"
 
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("cli",),
-    ("paper", "bench"),
     ("study",),
     ("show",),
     ("planner",),

@@ -12,13 +12,13 @@ from typing import Annotated, Any
 
 from tyro.conf import arg
 
-from spacearm.bench.measure import LIMIT
 from spacearm.checks import as_number, shown
 from spacearm.cli.arguments import parsed
 from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import progress_bar, show_table
 from spacearm.errors import SettingsError, nearest
 from spacearm.settings import whole
+from spacearm.study.motionbenchmaker_runs import LIMIT
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,10 +120,9 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _mbm(arguments: Sequence[str]) -> int:
-    from spacearm.bench.collection import find_items, find_robot
-    from spacearm.bench.mbm import run_benchmark
-    from spacearm.bench.measure import Protocol
-    from spacearm.bench.report import notes, report_as_dict, save_report, tables
+    from spacearm.study.motionbenchmaker import find_items, find_robot
+    from spacearm.study.motionbenchmaker_report import notes, report_as_dict, save_report, tables
+    from spacearm.study.motionbenchmaker_runs import Protocol, run_benchmark
 
     options = parsed(MbmOptions, arguments, command="bench mbm")
     protocol = Protocol(seeds=options.seeds, search=options.search / 1e3, plan=options.budget / 1e3)
@@ -139,13 +138,12 @@ def _mbm(arguments: Sequence[str]) -> int:
 
 
 def _space(arguments: Sequence[str]) -> int:
-    from spacearm.bench.space.collection import find_problems
-    from spacearm.bench.space.measure import Protocol
-    from spacearm.bench.space.report import notes, report_as_dict, save_report, tables
-    from spacearm.bench.space.run import run_spacebench
+    from spacearm.study.spacebench import find_problems
+    from spacearm.study.spacebench_report import notes, report_as_dict, save_report, tables
+    from spacearm.study.spacebench_runs import SpaceProtocol, run_spacebench
 
     options = parsed(SpaceOptions, arguments, command="bench space")
-    protocol = Protocol(seeds=options.seeds, limit=options.limit)
+    protocol = SpaceProtocol(seeds=options.seeds, limit=options.limit)
     items = find_problems(options.data, families=options.family or (), most=options.problems)
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
         with progress_bar("measuring") as bar:

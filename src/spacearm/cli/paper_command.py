@@ -14,8 +14,9 @@ from tyro.conf import OmitArgPrefixes, arg
 from spacearm.cli.arguments import parsed
 from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import progress_bar, show_table
-from spacearm.paper import PaperSettings, run_experiment
-from spacearm.paper.report import LEGEND, path_notes, report_as_dict, save_report, table_rows
+from spacearm.study.paper_experiment import run_experiment
+from spacearm.study.paper_problem import PaperSettings
+from spacearm.study.paper_report import LEGEND, path_notes, report_as_dict, save_report, table_rows
 
 
 @dataclass(frozen=True, kw_only=True)
