@@ -30,8 +30,8 @@ FINE = ("read", "refused")
 
 def work(pipe: Connection, at: Synchronized[int], name: str, seed: int, first: int, last: int, limit_gb: float) -> None:
     """Read the files from first to last; send counts and findings."""
-    from reliability.readers import beside, readers
-    from reliability.wrong_files import finding, wrong_file
+    from support.file_readers import beside, readers
+    from support.wrong_files import finding, wrong_file
 
     most = int(limit_gb * 2**30)
     resource.setrlimit(resource.RLIMIT_AS, (most, most))
@@ -120,7 +120,7 @@ def main() -> int:
     parser.add_argument("--memory", type=float, default=3.0, help="limit of each process' address space [GB]")
     parser.add_argument("--keep", help="folder for the files that are findings")
     options = parser.parse_args()
-    from reliability.readers import readers
+    from support.file_readers import readers
 
     names = list(readers())
     for name in options.readers or ():

@@ -22,8 +22,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 def run(options: argparse.Namespace, first: int, last: int, pipe: int) -> None:
     """Make the calls from first to last; write a line for each, and what it found."""
-    from reliability.hostile import finding, hostile_call
     from spacearm.checks import shown as as_shown
+    from support.hostile_calls import finding, hostile_call
 
     most = int(options.memory * 2**30)
     resource.setrlimit(resource.RLIMIT_AS, (most, most))

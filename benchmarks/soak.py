@@ -49,11 +49,11 @@ class Outcome(NamedTuple):
 
 def look_at(seed: int, number: int, instants: int) -> Outcome:
     """Plan one problem and check the plan."""
-    from reliability.drawn_problems import drawn_problem
-    from reliability.other_checker import complaints
     from spacearm.errors import SpacearmError
     from spacearm.planner import plan
     from spacearm.proof.digest import trajectory_digest
+    from support.drawn_problems import drawn_problem
+    from support.plan_checker import complaints
 
     rng = np.random.default_rng((seed, number, 1))
     begun = planned = time.perf_counter()

@@ -23,13 +23,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from oracles.coal_shapes import least_distances
-from oracles.pinocchio_points import joint_frames
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.planner import PlannerSettings, load_moveit, plan
 from spacearm.proof import Certificate, certify
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, load_robot
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
+from support.oracles.coal_shapes import least_distances
+from support.oracles.pinocchio_points import joint_frames
 
 TOLERANCE = 1e-7  # [m] Coal's and Pinocchio's rounding
 DEPTH = 1e-4  # [m] of Coal's penetration depths

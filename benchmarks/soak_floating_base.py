@@ -1,6 +1,6 @@
 """A long search for a certificate of a floating base that is wrong, by a checker that shares nothing with the proof.
 
-What is drawn is in tests/reliability/floating_cases.py, the checker in tests/reliability/floating_checker.py.
+What is drawn is in tests/support/floating_cases.py, the checker in tests/support/floating_checker.py.
 
     python benchmarks/soak_floating_base.py --certificates 100000 --seed 0
     python benchmarks/soak_floating_base.py --certificates 100000 --seed 0 --scenes 20   # quicker: 20 obstacles a motion
@@ -19,10 +19,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from reliability.floating_cases import drawn, drawn_again
-from reliability.floating_checker import complaints, looseness
 from spacearm.errors import SpacearmError
 from spacearm.proof import certify
+from support.floating_cases import drawn, drawn_again
+from support.floating_checker import complaints, looseness
 
 
 def run(

@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 def main() -> int:
     """Draw, enclose, look; return 1 if anything is wrong."""
-    from reliability.drawn_meshes import Outcome, looked_at
+    from support.drawn_meshes import Outcome, looked_at
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=1000)

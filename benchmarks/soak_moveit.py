@@ -27,8 +27,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 def look_at(seed: int, number: int, folder: Path) -> list[str]:
     """Draw files, and list what the two readers place differently; everything drawn is legal, so a refusal is wrong, too."""
-    from reliability.drawn_moveit import drawn_files
-    from reliability.moveit_check import complaints
+    from support.drawn_moveit import drawn_files
+    from support.moveit_checker import complaints
 
     rng = np.random.default_rng((seed, number))
     files = drawn_files(rng, folder)

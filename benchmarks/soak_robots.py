@@ -31,7 +31,7 @@ def main() -> int:
     parser.add_argument("--instants", type=int, default=60, help="of each motion that is proven")
     parser.add_argument("--seconds", type=float, default=0.0, help="begin no more after this time [s]; 0: no limit")
     options = parser.parse_args()
-    from reliability.drawn_robots import look_at
+    from support.drawn_robots import look_at
 
     numbers = range(options.first, options.first + options.count) if options.only is None else [options.only]
     became, wrong, done, begun = Counter[str](), 0, 0, time.perf_counter()

@@ -1,7 +1,7 @@
 """A soak of the readers of robots: drawn URDF, SRDF and joint_limits.yaml, and a second reader that looks at the robots.
 
 Mimics of mimics, slides that follow turning joints, limits from every source and limits that mean none, lengths from
-millimetres to kilometres, XML that only urdfdom reads. The second reader (`tests/reliability/urdf_checker.py`) is made of
+millimetres to kilometres, XML that only urdfdom reads. The second reader (`tests/support/urdf_checker.py`) is made of
 ElementTree, PyYAML and Pinocchio: it compares frames, and every joint's own limits, also along motions that are as fast as the
 limits allow. A robot is drawn from (seed, number), which is printed with whatever is wrong.
 
@@ -26,8 +26,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 def look_at(seed: int, number: int) -> tuple[str, list[str]]:
     """Draw one robot, load it, and compare; return what became of it, and what is wrong."""
-    from reliability.drawn_urdfs import drawn_files
-    from reliability.urdf_checker import complaints
+    from support.drawn_urdfs import drawn_files
+    from support.urdf_checker import complaints
 
     with tempfile.TemporaryDirectory() as folder:
         try:
@@ -44,7 +44,7 @@ def main() -> int:
     parser.add_argument("--only", type=int, help="the number of one robot, whose files are printed")
     options = parser.parse_args()
     if options.only is not None:
-        from reliability.drawn_urdfs import drawn_files
+        from support.drawn_urdfs import drawn_files
 
         print(drawn_files(options.seed, options.only))
     begun, became, bad = time.perf_counter(), Counter[str](), 0

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from bench.tiny_collection import box, request, scene, write_collection, write_problem, write_robot
-from snapshot import assert_sentence
 from spacearm.cli import main
+from support.messages import assert_sentence
 
 MBM = os.environ.get("SPACEARM_MBM")
 SHORT = ("--group", "arm", "--seeds", "2", "--search", "20", "--budget", "100")

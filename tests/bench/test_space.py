@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from snapshot import assert_refused, assert_sentence
 from spacearm.bench.space.collection import FAMILIES, SpaceProblem, find_problems, read_family, write_family
 from spacearm.bench.space.generate import DRAWS, generate
 from spacearm.bench.space.measure import Protocol, measure, released
@@ -22,6 +21,7 @@ from spacearm.planner import ConfigurationGoal, PositionGoal, Problem, clearance
 from spacearm.proof import certify
 from spacearm.robot import load_robot
 from spacearm.scene import Sphere
+from support.messages import assert_refused, assert_sentence
 
 FROZEN = Path(__file__).resolve().parents[2] / "benchmarks" / "spacebench"
 

@@ -8,9 +8,9 @@ from typing import NoReturn
 
 import pytest
 
-from snapshot import assert_refused
 from spacearm.cli import main
 from spacearm.errors import SpacearmError
+from support.messages import assert_refused
 
 PROBLEM = """\
 spacearm: 1

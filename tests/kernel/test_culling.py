@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from kernel import accuracy, drawn, objectives
 from kernel.builds import Build, Surrounded, surround
 from kernel.test_distance import rounding
-from oracles import coal_shapes, pinocchio_points
 from spacearm.robot import LinkCapsule, Robot
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
+from support.oracles import coal_shapes, pinocchio_points
 
 MARGINS = st.sampled_from([0.0, 1e-4, 0.02, 0.5])  # [m]
 

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
 from kernel import accuracy, drawn
 from kernel.builds import Build, place
-from oracles import coal_shapes, pinocchio_points
 from spacearm.planner.kernel_model import make_kernel_model
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Scene, Sphere
+from support import strategies
+from support.oracles import coal_shapes, pinocchio_points
 
 RADII = st.one_of(st.just(0.0), st.floats(1e-3, 0.5))
 

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from kernel import accuracy, drawn, objectives
 from kernel.builds import Build, surround
 from kernel.test_spline import by_scipy
-from oracles import pinocchio_points
-from oracles.solids import axes_distance, link_distance
 from spacearm.robot import Robot, joint_centres
 from spacearm.scene import Capsule, HalfSpace, Obstacle, Sphere
+from support.oracles import pinocchio_points
+from support.oracles.solids import axes_distance, link_distance
 
 TERMS = ("length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3")
 

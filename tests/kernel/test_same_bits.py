@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
 from kernel import drawn, objectives
 from kernel.builds import LEVELS, Build, place, surround
 from spacearm._kernel import available_levels
 from spacearm.scene import Scene
+from support import strategies
 
 ROBOT = objectives.paper_robot()
 BOUNDS = np.array(ROBOT.lower), np.array(ROBOT.upper)

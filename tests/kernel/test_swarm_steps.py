@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from kernel.builds import Build
-from oracles.swarm_equations import EquationSwarm
+from support.oracles.swarm_equations import EquationSwarm
 
 VARIANTS = ("pso", "symbiotic", "cooperative", "evolving")
 IPSO = {"inertia_start": 0.9, "inertia_end": 0.4, "velocity_clamp": 0.2, "particles": 30, "evaluations": 240}

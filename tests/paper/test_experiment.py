@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from snapshot import assert_refused
 from spacearm._kernel import available_levels
 from spacearm.errors import OutputError
 from spacearm.paper import (
@@ -34,6 +33,7 @@ from spacearm.paper.best_known import BEST_KNOWN
 from spacearm.paper.report import HEADER, path_notes, report_as_dict, save_report, table_rows
 from spacearm.swarm import FeasibleFirst, Penalty, named_settings
 from spacearm.version import version
+from support.messages import assert_refused
 
 SMALL = PaperSettings(runs=3, methods=("pso", "ring-rising"), modes=("goal",), threads=1)
 

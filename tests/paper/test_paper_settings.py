@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from snapshot import assert_refused
 from spacearm.errors import SettingsError, SpacearmError
 from spacearm.paper import NEAR, READINGS, REPORTED, REPORTED_FOR, THRESHOLD, PaperSettings, paper_scene, seed_objective
 from spacearm.settings import as_dict
 from spacearm.swarm import NAMED_SETTINGS
+from support.messages import assert_refused
 
 WRONG: dict[str, dict[str, Any]] = {
     "runs zero": {"runs": 0},

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from planner.test_files import written
-from snapshot import assert_refused
 from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
 from spacearm.momentum import Momentum, center_of_mass
 from spacearm.planner.files.problems import load_problem, load_problem_file
@@ -19,7 +18,8 @@ from spacearm.planner.problem import Problem
 from spacearm.planner.settings import Weights
 from spacearm.robot import load_robot
 from spacearm.scene import Scene, pose
-from urdf_text import chain, joint
+from support.messages import assert_refused
+from support.urdf_text import chain, joint
 
 ROBOT = load_robot("srs7")
 PROBLEM = """\

@@ -13,8 +13,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import urdf_text
-from snapshot import assert_refused
 from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
 from spacearm.planner.files.plans import problem_as_dict, problem_hash
 from spacearm.planner.files.problems import load_problem, load_problem_file
@@ -24,6 +22,8 @@ from spacearm.planner.problem import Problem
 from spacearm.planner.settings import PlannerSettings
 from spacearm.robot import load_robot
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere
+from support import urdf_text
+from support.messages import assert_refused
 
 PROBLEM = """\
 spacearm: 1

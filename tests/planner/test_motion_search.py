@@ -15,20 +15,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
 from kernel import drawn, objectives
 from kernel.builds import BUILDS, Build, surround
 from kernel.test_culling import enveloped
 from kernel.test_motion_terms import TERMS, looked_at
 from kernel.test_same_bits import MOTIONS
-from oracles import pinocchio_points
-from proof.dense import planar
 from spacearm._kernel import available_levels
 from spacearm.planner import PlannerSettings, Problem
 from spacearm.planner.clearance import Margins
 from spacearm.planner.islands import Islands
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Scene, Sphere
+from support import strategies
+from support.dense_samples import planar
+from support.oracles import pinocchio_points
 
 BUILD = Build(available_levels()[0], 32)
 EXACT = Build(available_levels()[0], 64)

@@ -16,13 +16,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
-import urdf_text
 from kernel import objectives
-from oracles import coal_shapes, pinocchio_points
 from planner.test_motion_search import BUILD, crowded, needle, quintic, thin_planar
-from proof.dense import planar
-from snapshot import assert_refused, assert_sentence
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion
 from spacearm.planner import (
@@ -43,6 +38,10 @@ from spacearm.proof import certify
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, forward_kinematics
 from spacearm.scene import Box, HalfSpace, Scene, Sphere, pose
 from spacearm.swarm import IPSO
+from support import strategies, urdf_text
+from support.dense_samples import planar
+from support.messages import assert_refused, assert_sentence
+from support.oracles import coal_shapes, pinocchio_points
 
 PAPER = load_problem_file(Path(__file__).parents[2] / "examples" / "problem.yaml")
 SMALL = PlannerSettings(evaluations=800, goal_candidates=2)

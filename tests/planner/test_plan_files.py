@@ -15,10 +15,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import strategies
-from proof.dense import arms, planar
-from scene.drawn_shapes import obstacles
-from snapshot import assert_refused
 from spacearm.errors import FileFormatError, OutputError, ProblemError, SpacearmError
 from spacearm.momentum import Momentum, base_at_mass_center
 from spacearm.motion import RecordedTrajectory, TimeLaw, Trajectory
@@ -42,6 +38,10 @@ from spacearm.proof import certify
 from spacearm.records import record_as_dict
 from spacearm.robot import Joint, forward_kinematics, load_robot
 from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, pose
+from support import strategies
+from support.dense_samples import arms, planar
+from support.drawn_shapes import obstacles
+from support.messages import assert_refused
 
 SMALL = PlannerSettings(evaluations=300, goal_candidates=2)
 BALL = Sphere((1.2, 1.2, 0.0), 0.3, name="ball")

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from planner.test_plan_files import BALL, PROBLEM, SMALL, edited, turn
-from proof.dense import planar
 from spacearm.errors import FileFormatError, ProblemError
 from spacearm.motion import PiecewisePath, RecordedTrajectory, load_trajectory
 from spacearm.planner import (
@@ -30,6 +29,7 @@ from spacearm.planner.files.recheck import recheck_plan, recheck_trajectory
 from spacearm.proof import certify
 from spacearm.robot import load_robot
 from spacearm.scene import Sphere, SphereSet, pose
+from support.dense_samples import planar
 
 
 @pytest.fixture(scope="module")

@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
-from oracles.coal_shapes import distance, placed_capsule, placed_obstacle
-from proof.dense import planar
 from proof.test_bounds import line, watched
-from scene.drawn_shapes import bodies, directions, obstacles, points_in
 from spacearm.proof.bodies import bodies_of
 from spacearm.proof.pairs import Tasks, capsule_pairs, kinds_of, link_pairs, out_of_cells
 from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
 from spacearm.proof.solids import Balls, Solids, cells_of, solids_of
 from spacearm.robot import LinkCapsule, Robot
 from spacearm.scene import HalfSpace, Obstacle, Scene, Sphere, SphereSet
+from support import strategies
+from support.dense_samples import planar
+from support.drawn_shapes import bodies, directions, obstacles, points_in
+from support.oracles.coal_shapes import distance, placed_capsule, placed_obstacle
 
 COALS = 1e-7  # [m] tolerance of Coal where it has no closed form
 

@@ -9,9 +9,9 @@ from tempfile import TemporaryDirectory
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import srdf_text
 from spacearm.errors import SpacearmError
 from spacearm.robot import load_robot
+from support import srdf_text
 
 URDF = srdf_text.two_arms_with_a_mass()
 SRDF = srdf_text.two_arms_srdf().replace(

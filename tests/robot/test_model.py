@@ -12,12 +12,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import strategies
-from kinematics import joint_transforms
-from snapshot import assert_refused
 from spacearm.errors import RobotError
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, joint_centres, load_robot
 from spacearm.robot.plain import robot_as_dict, robot_from_dict
+from support import strategies
+from support.forward_kinematics import joint_transforms
+from support.messages import assert_refused
 
 COINCIDENT = 1e-8  # [m] what is listed as one centre within 1e-9 stays together through a few rotations
 

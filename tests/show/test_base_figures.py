@@ -14,8 +14,6 @@ from hypothesis import strategies as st
 from matplotlib.text import Text
 from scipy.spatial.transform import Rotation
 
-from show.drawn_runs import levels, texts
-from snapshot import assert_refused
 from spacearm.errors import ProblemError
 from spacearm.momentum import Momentum
 from spacearm.motion import Motion, Trajectory
@@ -36,6 +34,8 @@ from spacearm.show.momentum_residual import differenced_rates, residual_momentum
 from spacearm.show.obstacles_in_space import parted
 from spacearm.show.path_drawing import extent, make_drawing
 from spacearm.show.shapes import cut_off, silhouette
+from support.drawn_runs import levels, texts
+from support.messages import assert_refused
 
 ROBOT = load_robot("srs7")
 POINTS = np.array([[0, 0, 0, 0.4, 0, 0, 0], [0.5, 0.8, -0.3, 0.9, 0.2, -0.6, 0.4], [0.9, 0.3, 0.6, 1.5, -0.5, 0.4, 0.1]])
