@@ -15,11 +15,11 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.test_model import two_link
 from spacearm.errors import FileFormatError, SpacearmError
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, Trajectory, load_trajectory, write_ros_trajectory
 from spacearm.robot import load_robot
 from support.messages import assert_refused
+from support.small_robots import two_link
 
 ROBOT = two_link()
 LINES = PiecewisePath.from_linear([0, 0.5, 2], [[0, 0], [0.2, 0.1], [0.3, 0.5]])

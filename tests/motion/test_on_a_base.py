@@ -12,7 +12,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from robot.test_model import two_link
 from spacearm.errors import FileFormatError, ProblemError, RobotError
 from spacearm.momentum import BaseMotion, Momentum, center_of_mass, system_mass
 from spacearm.motion import Motion, RecordedTrajectory, Trajectory, load_trajectory, time_optimal
@@ -23,6 +22,7 @@ from support.drawn_spacecraft import motion_of, spacecraft
 from support.messages import assert_refused
 from support.oracles.pinocchio_floating import floating_model, floating_q
 from support.oracles.servicer import ROWS, servicer
+from support.small_robots import two_link
 
 ROBOT = servicer()
 PATH = Motion([np.zeros(7), np.full(7, 0.6), ROWS[0][0]])

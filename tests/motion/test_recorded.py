@@ -13,7 +13,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from robot.test_model import two_link
 from spacearm.errors import FileFormatError, ProblemError, SpacearmError
 from spacearm.motion import (
     Motion,
@@ -27,6 +26,7 @@ from spacearm.motion import (
 from spacearm.planner.files.plans import save_trajectory
 from spacearm.robot import Joint, Robot, load_robot
 from support.messages import assert_refused
+from support.small_robots import two_link
 
 ARM = load_robot("zhang2022")
 TURNER = two_link(lower=(-np.inf, -2.0), upper=(np.inf, 2.0))

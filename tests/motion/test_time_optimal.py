@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.test_model import two_link
 from spacearm.errors import ProblemError, SettingsError, SpacearmError
 from spacearm.motion import Motion, TimeLaw, Trajectory, fastest_duration, optimal, resampled, time_optimal
 from spacearm.motion.timelaw import over_time
@@ -18,6 +17,7 @@ from spacearm.robot import Robot, load_robot
 from support import strategies
 from support.drawn_motions import motions_of
 from support.messages import assert_refused
+from support.small_robots import two_link
 
 ARM = load_robot("zhang2022")
 FEW = settings(max_examples=15)  # each is a whole optimisation

@@ -24,6 +24,7 @@ from spacearm.robot import load_robot
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere
 from support import urdf_text
 from support.messages import assert_refused
+from support.written_files import written
 
 PROBLEM = """\
 spacearm: 1
@@ -33,12 +34,6 @@ scene:
 start: [0, 0, 0, 0, 0, 0, 0]
 goal: {position: [0.7, 0.3, 0.0]}
 """
-
-
-def written(directory: Path, text: str | bytes, name: str = "problem.yaml") -> Path:
-    path = directory / name
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return path
 
 
 def changed(old: str, new: str) -> str:

@@ -17,7 +17,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernel import objectives
-from planner.test_motion_search import BUILD, crowded, needle, quintic, thin_planar
 from spacearm.errors import ProblemError, SettingsError
 from spacearm.motion import Motion
 from spacearm.planner import (
@@ -41,12 +40,13 @@ from spacearm.swarm import IPSO
 from support import strategies, urdf_text
 from support.dense_samples import planar
 from support.messages import assert_refused, assert_sentence
+from support.motion_searches import BUILD, crowded, needle, quintic, thin_planar
 from support.oracles import coal_shapes, pinocchio_points
+from support.planar_problems import CLUTTERED, walled
 
 PAPER = load_problem_file(Path(__file__).parents[2] / "examples" / "problem.yaml")
 SMALL = PlannerSettings(evaluations=800, goal_candidates=2)
 BALL = Sphere((1.2, 1.2, 0.0), 0.3)
-CLUTTERED = Problem(objectives.thick_arm(), Scene(objectives.CLUTTER), start=objectives.AROUND[0], goal=objectives.AROUND[1])
 
 
 def turn(*, scene: Any = (BALL,), start: Any = (0.0, 0.0), goal: Any = (math.pi / 2, 0.0), robot: Any = None) -> Problem:
@@ -374,12 +374,6 @@ def test_a_plan_survives_pickle() -> None:
 # ---- where there is no plan ------------------------------------------------------------------------------------------
 
 
-def walled() -> Problem:
-    """A ball that closes the plane, so that a stretched arm on one side never gets to the other."""
-    robot = planar(lower=(-1.7, -0.1), upper=(1.7, 0.1))
-    return turn(robot=robot, scene=[Sphere((1.2, 0.0, 0.0), 0.4, name="boulder")], start=(-1.5, 0.0), goal=(1.5, 0.0))
-
-
 NAMED = Sphere((1.5, 0.2, 0), 0.2, name="boulder")
 WITHOUT: dict[str, tuple[str, Problem]] = {
     "start in collision": ("start_in_collision", turn(scene=[NAMED])),
@@ -577,8 +571,8 @@ def test_what_progress_raises_reaches_the_caller() -> None:
 
 INTERRUPTED = """
 import os, signal, sys, threading, time
-sys.path.insert(0, "planner")
-from test_plan import CLUTTERED, PlannerSettings, plan, walled
+from spacearm.planner import PlannerSettings, plan
+from support.planar_problems import CLUTTERED, walled
 
 problem, islands = {problem}, {islands}
 sent = []

@@ -42,23 +42,7 @@ from support import strategies
 from support.dense_samples import arms, planar
 from support.drawn_shapes import obstacles
 from support.messages import assert_refused
-
-SMALL = PlannerSettings(evaluations=300, goal_candidates=2)
-BALL = Sphere((1.2, 1.2, 0.0), 0.3, name="ball")
-
-
-def turn(*, scene: Any = (BALL,), start: Any = (0.0, 0.0), goal: Any = (math.pi / 2, 0.0), robot: Any = None) -> Problem:
-    """The planar arm, stretched, from x to y; a ball stands where the stretched arm would pass."""
-    return Problem(robot or planar(), Scene(scene), start=start, goal=goal)
-
-
-def turntable() -> Any:
-    limits = dict.fromkeys(("velocity", "acceleration"), (1.0,)) | {"lower": (-np.inf,), "upper": (np.inf,)}
-    capsule = planar().capsules[0]
-    return planar(joints=planar().joints[:1], capsules=(capsule,), frames=planar().frames[:1], tip="base", **limits)
-
-
-PROBLEM = turn()
+from support.planar_problems import BALL, PROBLEM, SMALL, edited, turn, turntable
 
 
 @pytest.fixture(scope="module")
@@ -225,13 +209,6 @@ def test_problems_from_before_bases_could_float_keep_their_hashes() -> None:
 
 
 # ---- refused ---------------------------------------------------------------------------------------------------------
-
-
-def edited(path: Path, change: Any) -> Path:
-    content = json.loads(path.read_text())
-    change(content)
-    path.write_text(json.dumps(content))
-    return path
 
 
 BROKEN: dict[str, Any] = {

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proof.test_bounds import line, watched
 from spacearm.proof.bodies import bodies_of
 from spacearm.proof.pairs import Tasks, capsule_pairs, kinds_of, link_pairs, out_of_cells
 from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
@@ -18,6 +17,7 @@ from support import strategies
 from support.dense_samples import planar
 from support.drawn_shapes import bodies, directions, obstacles, points_in
 from support.oracles.coal_shapes import distance, placed_capsule, placed_obstacle
+from support.proof_curves import line, watched
 
 COALS = 1e-7  # [m] tolerance of Coal where it has no closed form
 

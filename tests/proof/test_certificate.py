@@ -218,8 +218,8 @@ REFUSED: dict[str, Any] = {
 
 
 def three_joints() -> Any:
-    from robot.test_model import two_link
     from spacearm.robot import Joint
+    from support.small_robots import two_link
 
     arm = two_link()
     third = Joint(name="third", kind="revolute", parent=1, T_parent_joint=np.eye(4))
