@@ -12,12 +12,27 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spacearm.motion import Curve, PiecewisePath
+from spacearm.motion import Curve, Motion, PiecewisePath
 from spacearm.proof.bodies import bodies_of
+from spacearm.proof.middles import JointMap, Middles
 from spacearm.proof.spans import Spans, Stretches
+from spacearm.proof.witness import Witness
 from spacearm.robot import Joint, LinkCapsule, Robot
 from support.dense_samples import arms, moving_frames, planar
-from support.proof_curves import curves, line, parabola, watched
+
+
+def watched(robot: Robot, curve: Curve, stretches: Stretches | None = None) -> tuple[Middles, Stretches]:
+    """All riders on a stretch of a curve; on all of it if none is given."""
+    spans = Spans(curve)
+    if stretches is None:
+        first = spans.first()
+        whole = np.array([[first.ends[0, 0], first.ends[-1, 1]]])
+        stretches = Stretches(first=first.first[:1], last=first.last[-1:], ends=whole, share=np.ones(1))
+    bodies, riders = bodies_of(robot)
+    witness = Witness(robot, bodies)
+    middles = Middles(bodies, riders, JointMap(robot), lambda _, values: witness.frames(values), spans.lines(stretches))
+    middles.watch(np.arange(len(riders.body)))
+    return middles, stretches
 
 
 def riders_ends(robot: Robot, q: np.ndarray) -> np.ndarray:
@@ -43,6 +58,19 @@ def directions(robot: Robot, q: np.ndarray, n: np.ndarray) -> np.ndarray:
         same = riders.motion == riders.motion[rider]
         out[same] = n @ frames[bodies.joint[body], :3, :3]
     return out
+
+
+@st.composite
+def curves(draw: st.DrawFn, robot: Robot) -> Curve:
+    """Motions, and paths of lines and cubics, that may turn far."""
+    size = draw(st.sampled_from([0.05, 1.0, 3.0]))
+    count = draw(st.integers(2, 24))
+    numbers = st.lists(st.floats(-size, size, allow_subnormal=False), min_size=robot.dof, max_size=robot.dof)
+    q = np.array([draw(numbers) for _ in range(count)])
+    if count <= 6 and draw(st.booleans()):
+        return Motion(q)
+    make = draw(st.sampled_from([PiecewisePath.from_linear, PiecewisePath.from_cubic]))
+    return make(np.arange(count) / 2, q)
 
 
 @settings(max_examples=60)
@@ -96,6 +124,18 @@ def bend_of(robot: Robot, curve: Curve, rider: int, n: tuple[float, float, float
 def first_part(curve: Curve) -> Stretches | None:
     """The first stretch of a parabola; None, for all of a path of lines."""
     return None if isinstance(curve, PiecewisePath) and curve.degree == 1 else Spans(curve).first().some(np.array([0]))
+
+
+def parabola(rise: float, joints: int = 2) -> PiecewisePath:
+    """The first joint moves by so much from the middle of the first stretch, where it stands still, to its ends."""
+    m = float(Spans(line((0,), (0,))).first().ends[0].mean())
+    points = np.zeros((1, 3, joints))
+    points[0, :, 0] = rise, rise * (1 - 1 / m), rise * (1 / m - 1) ** 2
+    return PiecewisePath([0, 1], points)
+
+
+def line(*q: tuple[float, ...]) -> PiecewisePath:
+    return PiecewisePath.from_linear(np.arange(len(q)), q)
 
 
 def slide(**changes: Any) -> Robot:

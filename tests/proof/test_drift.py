@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from proof.test_bounds import curves, parabola
 from spacearm.momentum import Momentum
 from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
 from spacearm.proof.base import Base
@@ -30,7 +31,6 @@ from spacearm.scene import Scene
 from support.floating_arms import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
 from support.floating_checker import moving
 from support.oracles.servicer import ROWS, servicer
-from support.proof_curves import curves, parabola
 
 BRUTE = 3e-8  # [rad] of the method of fourth order in 200 steps a piece
 NONE = Momentum()
