@@ -49,7 +49,7 @@ def link_clearance(robot: Robot, q: np.ndarray, first: str, second: str) -> floa
 nearby = st.one_of(strategies.points(1.0), st.sampled_from([np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 1e-9, 0])]))
 
 
-@settings(max_examples=300)
+@settings(max_examples=90)
 @given(nearby, nearby, nearby, nearby, st.sampled_from(["free", "parallel", "crossing", "same"]))
 def test_the_distance_of_segments_is_that_of_their_nearest_points(
     a1: np.ndarray, b1: np.ndarray, a2: np.ndarray, b2: np.ndarray, how: str

@@ -273,7 +273,7 @@ def test_a_truncated_checkpoint_is_refused(written: Path, tmp_path: Path, data: 
         Swarm.load(path)
 
 
-@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_checkpoint_with_a_wrong_byte_is_refused_or_harmless(written: Path, tmp_path: Path, data: st.DataObject) -> None:
     content = bytearray(written.read_bytes())
