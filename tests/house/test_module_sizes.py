@@ -8,7 +8,7 @@ import pytest
 
 from house.source import REPOSITORY, python_files, repository_files, where
 
-MOST_LINES = 600
+MOST_LINES = 500
 EXEMPT = {"kernel/bindings.cpp": 600}  # translation of every kernel function, no idea to split at
 NO_IDEA = {"utils", "util", "helpers", "misc", "common"}
 
