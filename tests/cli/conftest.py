@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from snapshot import assert_sentence
 from spacearm.cli import main
+from support.messages import assert_sentence
 
 PROBLEM = """\
 spacearm: 1

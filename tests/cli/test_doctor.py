@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Refused, Told
-from doctor_text import FAULTS, HEALTHY, changed, written
-from srdf_text import disabled, srdf
+from support.doctor_text import FAULTS, HEALTHY, changed, written
+from support.srdf_text import disabled, srdf
 
 _SLOW = changed((' velocity="0.1"', ""))
 

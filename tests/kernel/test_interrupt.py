@@ -16,10 +16,10 @@ import pytest
 
 from kernel import misuse, objectives
 from kernel.builds import BUILDS, Build, place
-from kernel.test_same_bits import VARIANTS
 from spacearm._kernel import available_levels
 from spacearm.robot import Frame, Joint, Robot
 from spacearm.scene import Sphere
+from support.kernel_variants import VARIANTS
 
 ROBOT = objectives.paper_robot()
 BOUNDS = np.array(ROBOT.lower), np.array(ROBOT.upper)

@@ -12,8 +12,6 @@ import pytest
 
 from kernel import objectives
 from kernel.builds import LEVELS, Build, place
-from momentum.drawn import motion_of, spacecraft
-from oracles import pinocchio_floating, servicer
 from spacearm._kernel import available_levels
 from spacearm.momentum import BaseMotion, Momentum, moments, system_mass
 from spacearm.momentum.quick import kernel_masses
@@ -25,6 +23,8 @@ from spacearm.planner.reaching.onto_goal import pose_errors
 from spacearm.robot import Body, LinkCapsule, Robot
 from spacearm.scene import Box, Capsule, HalfSpace, Scene, Sphere
 from spacearm.scene.moved import moved_scene
+from support.drawn_spacecraft import motion_of, spacecraft
+from support.oracles import pinocchio_floating, servicer
 
 ROBOTS = [spacecraft(seed) for seed in range(6)]
 OBSTACLES = [

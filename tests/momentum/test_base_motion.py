@@ -9,11 +9,6 @@ import pinocchio as pin
 import pytest
 from scipy.integrate import solve_ivp
 
-from momentum.drawn import motion_of, spacecraft
-from oracles import mujoco_floating
-from oracles.pinocchio_floating import floating_model, floating_q, floating_v, free_rate, momentum
-from oracles.servicer import AT_ZERO, ROWS, servicer
-from snapshot import assert_refused
 from spacearm.errors import ProblemError, RobotError
 from spacearm.momentum import (
     BaseMotion,
@@ -27,6 +22,11 @@ from spacearm.momentum import (
 )
 from spacearm.motion import Motion, Trajectory, time_optimal
 from spacearm.robot import Robot, load_robot
+from support.drawn_spacecraft import motion_of, spacecraft
+from support.messages import assert_refused
+from support.oracles import mujoco_floating
+from support.oracles.pinocchio_floating import floating_model, floating_q, floating_v, free_rate, momentum
+from support.oracles.servicer import AT_ZERO, ROWS, servicer
 
 SERVICER = servicer()
 ROBOTS = pytest.mark.parametrize("robot", [SERVICER, *map(spacecraft, (0, 2, 3, 5))], ids=lambda robot: robot.name)

@@ -8,11 +8,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from momentum.drawn import spacecraft
-from oracles.pinocchio_floating import floating_model, floating_q, floating_v, free_rate, momentum
-from oracles.pinocchio_model import full_q
-from oracles.servicer import servicer
-from snapshot import assert_refused
 from spacearm.errors import ProblemError, RobotError, SpacearmError
 from spacearm.momentum import (
     Momentum,
@@ -26,6 +21,11 @@ from spacearm.momentum import (
 )
 from spacearm.momentum.quick import moving
 from spacearm.robot import Body, Robot, joint_frames, load_robot
+from support.drawn_spacecraft import spacecraft
+from support.messages import assert_refused
+from support.oracles.pinocchio_floating import floating_model, floating_q, floating_v, free_rate, momentum
+from support.oracles.pinocchio_model import full_q
+from support.oracles.servicer import servicer
 
 ROBOTS = pytest.mark.parametrize("robot", [servicer(), *map(spacecraft, range(12))], ids=lambda robot: robot.name)
 _AT_ORIGIN = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robot.test_model import two_link
 from spacearm.errors import SettingsError
 from spacearm.momentum import Momentum
 from spacearm.motion import (
@@ -24,6 +23,7 @@ from spacearm.motion import (
 )
 from spacearm.planner.files.plans import save_trajectory
 from spacearm.robot import load_robot
+from support.small_robots import two_link
 
 ARM, SERVICER = load_robot("zhang2022"), load_robot("servicer7")
 SMOOTH = TimeLaw([0, 1], [[0, 0, 0.5, 1, 1]])

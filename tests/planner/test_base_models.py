@@ -15,7 +15,6 @@ import pytest
 from numpy.typing import ArrayLike
 
 from house.source import PACKAGE, python_files, where
-from proof.adrift import lander
 from spacearm.errors import ProblemError
 from spacearm.momentum import BASE_MODELS, BaseModel, BaseTrack, JointPath, Momentum, center_of_mass, moments
 from spacearm.momentum.masses import require_possible_masses
@@ -35,6 +34,7 @@ from spacearm.proof.stance import BaseSetup
 from spacearm.robot import Robot, forward_kinematics
 from spacearm.robot.left_out import lacks_masses
 from spacearm.scene import Scene, Sphere
+from support.floating_arms import lander
 
 NAME = "attitude_held"
 START = np.array([[0.0, -1.0, 0.0, 0.5], [1.0, 0.0, 0.0, -0.25], [0.0, 0.0, 1.0, 2.0], [0.0, 0.0, 0.0, 1.0]])

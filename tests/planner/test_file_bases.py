@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.test_files import written
-from snapshot import assert_refused
 from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
 from spacearm.momentum import Momentum, center_of_mass
 from spacearm.planner.files.problems import load_problem, load_problem_file
@@ -19,7 +17,9 @@ from spacearm.planner.problem import Problem
 from spacearm.planner.settings import Weights
 from spacearm.robot import load_robot
 from spacearm.scene import Scene, pose
-from urdf_text import chain, joint
+from support.messages import assert_refused
+from support.urdf_text import chain, joint
+from support.written_files import written
 
 ROBOT = load_robot("srs7")
 PROBLEM = """\

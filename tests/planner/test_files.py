@@ -13,8 +13,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import urdf_text
-from snapshot import assert_refused
 from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
 from spacearm.planner.files.plans import problem_as_dict, problem_hash
 from spacearm.planner.files.problems import load_problem, load_problem_file
@@ -24,6 +22,9 @@ from spacearm.planner.problem import Problem
 from spacearm.planner.settings import PlannerSettings
 from spacearm.robot import load_robot
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere
+from support import urdf_text
+from support.messages import assert_refused
+from support.written_files import written
 
 PROBLEM = """\
 spacearm: 1
@@ -33,12 +34,6 @@ scene:
 start: [0, 0, 0, 0, 0, 0, 0]
 goal: {position: [0.7, 0.3, 0.0]}
 """
-
-
-def written(directory: Path, text: str | bytes, name: str = "problem.yaml") -> Path:
-    path = directory / name
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return path
 
 
 def changed(old: str, new: str) -> str:

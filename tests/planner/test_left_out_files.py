@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import urdf_text
 from spacearm.errors import ProblemError, RobotError
 from spacearm.motion.for_robot import robot_in_order
 from spacearm.planner import MotionSwarm, Plan, PlannerSettings, Problem, hold, load_problem, load_saved_plan, plan, save_plan
@@ -19,6 +18,7 @@ from spacearm.planner.goals import ConfigurationGoal, goal_as_dict
 from spacearm.robot import Robot, load_robot
 from spacearm.robot.plain import robot_as_dict
 from spacearm.scene import Box, Sphere
+from support import urdf_text
 
 QUICK = PlannerSettings(evaluations=200)
 ROD = urdf_text.collision('<cylinder radius="0.05" length="0.8"/>', xyz="0.5 0 0", rpy="0 1.5707963267948966 0")

@@ -15,10 +15,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import strategies
-from proof.dense import arms, planar
-from scene.drawn_shapes import obstacles
-from snapshot import assert_refused
 from spacearm.errors import FileFormatError, OutputError, ProblemError, SpacearmError
 from spacearm.momentum import Momentum, base_at_mass_center
 from spacearm.motion import RecordedTrajectory, TimeLaw, Trajectory
@@ -43,23 +39,11 @@ from spacearm.proof import certify
 from spacearm.records import record_as_dict
 from spacearm.robot import Joint, forward_kinematics, load_robot
 from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, pose
-
-SMALL = PlannerSettings(evaluations=300, goal_candidates=2)
-BALL = Sphere((1.2, 1.2, 0.0), 0.3, name="ball")
-
-
-def turn(*, scene: Any = (BALL,), start: Any = (0.0, 0.0), goal: Any = (math.pi / 2, 0.0), robot: Any = None) -> Problem:
-    """The planar arm, stretched, from x to y; a ball stands where the stretched arm would pass."""
-    return Problem(robot or planar(), Scene(scene), start=start, goal=goal)
-
-
-def turntable() -> Any:
-    limits = dict.fromkeys(("velocity", "acceleration"), (1.0,)) | {"lower": (-np.inf,), "upper": (np.inf,)}
-    capsule = planar().capsules[0]
-    return planar(joints=planar().joints[:1], capsules=(capsule,), frames=planar().frames[:1], tip="base", **limits)
-
-
-PROBLEM = turn()
+from support import strategies
+from support.dense_samples import arms, planar
+from support.drawn_shapes import obstacles
+from support.messages import assert_refused
+from support.planar_problems import BALL, PROBLEM, SMALL, edited, turn, turntable
 
 
 @pytest.fixture(scope="module")
@@ -240,13 +224,6 @@ def test_a_plan_that_an_older_release_saved_is_still_read(found: Plan) -> None:
 # ---- refused ---------------------------------------------------------------------------------------------------------
 
 
-def edited(path: Path, change: Any) -> Path:
-    content = json.loads(path.read_text())
-    change(content)
-    path.write_text(json.dumps(content))
-    return path
-
-
 BROKEN: dict[str, Any] = {
     "text": lambda path: path.write_text("not a plan"),
     "empty": lambda path: path.write_bytes(b""),
@@ -384,7 +361,7 @@ def _places(value: Any, place: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [place, *(deeper for key, entry in inside for deeper in _places(entry, (*place, key)))]
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_file_is_refused_in_a_sentence_or_judged(data: st.DataObject, found: Plan, tmp_path: Path) -> None:
     content = json.loads(json.dumps(plan_as_dict(found)))

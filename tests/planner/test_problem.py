@@ -14,9 +14,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import strategies
-import urdf_text
-from snapshot import assert_refused
 from spacearm.errors import ProblemError, RobotError, SceneError
 from spacearm.momentum import Momentum
 from spacearm.momentum.turning import matrix_of, quaternion_of
@@ -25,6 +22,8 @@ from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGo
 from spacearm.planner.problem import Problem, nearest_turns
 from spacearm.robot import Joint, joint_frames, load_robot
 from spacearm.scene import HalfSpace, Scene, Sphere, pose
+from support import strategies, urdf_text
+from support.messages import assert_refused
 
 ARM = load_robot("zhang2022")
 GOAL = PositionGoal((0.7, 0.3, 0.0))

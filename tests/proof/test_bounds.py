@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proof.dense import arms, moving_frames, planar
 from spacearm.motion import Curve, Motion, PiecewisePath
 from spacearm.proof.bodies import bodies_of
 from spacearm.proof.middles import JointMap, Middles
 from spacearm.proof.spans import Spans, Stretches
 from spacearm.proof.witness import Witness
 from spacearm.robot import Joint, LinkCapsule, Robot
+from support.dense_samples import arms, moving_frames, planar
 
 
 def watched(robot: Robot, curve: Curve, stretches: Stretches | None = None) -> tuple[Middles, Stretches]:

@@ -12,10 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from oracles.servicer import ROWS, servicer
-from proof.adrift import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
 from proof.test_bounds import curves, parabola
-from reliability.floating_checker import moving
 from spacearm.momentum import BASE_MODELS, Momentum
 from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
 from spacearm.proof.base import FloatingBaseProof
@@ -31,6 +28,9 @@ from spacearm.proof.suprema import greatest_norm
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
 from spacearm.scene import Scene
+from support.floating_arms import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
+from support.floating_checker import moving
+from support.oracles.servicer import ROWS, servicer
 
 BRUTE = 3e-8  # [rad] of the method of fourth order in 200 steps a piece
 NONE = Momentum()

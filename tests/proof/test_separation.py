@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
-from oracles.coal_shapes import distance, placed_capsule, placed_obstacle
-from proof.dense import planar
 from proof.test_bounds import line, watched
-from scene.drawn_shapes import bodies, directions, obstacles, points_in
 from spacearm.proof.bodies import bodies_of
 from spacearm.proof.pairs import Tasks, capsule_pairs, kinds_of, link_pairs, out_of_cells
 from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
 from spacearm.proof.solids import Balls, Solids, cells_of, solids_of
 from spacearm.robot import LinkCapsule, Robot
 from spacearm.scene import HalfSpace, Obstacle, Scene, Sphere, SphereSet
+from support import strategies
+from support.dense_samples import planar
+from support.drawn_shapes import bodies, directions, obstacles, points_in
+from support.oracles.coal_shapes import distance, placed_capsule, placed_obstacle
 
 COALS = 1e-7  # [m] tolerance of Coal where it has no closed form
 
@@ -38,7 +38,7 @@ def looked(robot: Robot, obstacle: Obstacle, n: np.ndarray | None = None) -> Gap
     return gaps(middles, body, relative_bodies, tasks, solids, enough=np.inf, n=directed)
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(strategies.points(2.0), strategies.points(2.0), st.booleans(), st.sampled_from([0.0, 0.05]), obstacles())
 def test_what_is_proven_is_less_than_coals_distance_and_a_balls_gap_is_it(
     a: np.ndarray, b: np.ndarray, ball: bool, radius: float, obstacle: Obstacle
@@ -56,7 +56,7 @@ def test_what_is_proven_is_less_than_coals_distance_and_a_balls_gap_is_it(
         assert known.most.min() == pytest.approx(true, abs=1e-8)
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(strategies.points(2.0), strategies.points(2.0), obstacles(), directions())
 def test_no_direction_proves_more_than_there_is(a: np.ndarray, b: np.ndarray, obstacle: Obstacle, n: np.ndarray) -> None:
     known = looked(resting(a, b, 0.05), obstacle, n / np.linalg.norm(n))
@@ -65,15 +65,15 @@ def test_no_direction_proves_more_than_there_is(a: np.ndarray, b: np.ndarray, ob
     assert known.left.min() <= max(0.0, true) + COALS
 
 
-@settings(max_examples=100)
+@settings(max_examples=40)
 @given(strategies.points(2.0), strategies.points(2.0), obstacles(), directions(), st.floats(-300, 300))
 def test_a_direction_of_any_length_proves_no_more_than_that_of_length_1(
     a: np.ndarray, b: np.ndarray, obstacle: Obstacle, n: np.ndarray, size: float
 ) -> None:
     robot, n = resting(a, b, 0.05), n / np.linalg.norm(n)
     known, scaled = looked(robot, obstacle, n), looked(robot, obstacle, n * 10.0**size)
-    # Its rounding may take it off the one direction that proves anything of a half-space.
-    lost = np.isneginf(scaled.left) if isinstance(obstacle, HalfSpace) else np.zeros(len(scaled.left), dtype=bool)
+    # Rounding may take either off the one direction that proves anything of a half-space.
+    lost = isinstance(obstacle, HalfSpace) & (np.isneginf(scaled.left) | np.isneginf(known.left))
     np.testing.assert_allclose(scaled.left[~lost], known.left[~lost], rtol=0, atol=1e-12)
     np.testing.assert_allclose(scaled.least[~lost], known.least[~lost], rtol=0, atol=1e-12)
 

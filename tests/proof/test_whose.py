@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import srdf_text
-import urdf_text
 from spacearm.errors import ProblemError, RobotError
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.motion.for_robot import robot_in_order
@@ -21,6 +19,7 @@ from spacearm.proof import certify
 from spacearm.proof.digest import trajectory_digest
 from spacearm.robot import Robot, load_robot
 from spacearm.scene import Box, Scene, Sphere
+from support import srdf_text, urdf_text
 
 ROD = urdf_text.collision('<cylinder radius="0.05" length="0.8"/>', xyz="0.5 0 0", rpy="0 1.5707963267948966 0")
 BALL = urdf_text.collision('<sphere radius="0.06"/>')

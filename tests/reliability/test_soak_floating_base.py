@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from reliability.floating_cases import drawn
-from reliability.floating_checker import complaints
 from spacearm.proof import certify
+from support.floating_cases import drawn
+from support.floating_checker import complaints
 
 
 @pytest.mark.parametrize("block", range(3))

@@ -14,14 +14,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import urdf_text
-from kinematics import frame_transform
-from snapshot import assert_refused
 from spacearm.errors import FileFormatError, RobotError, SpacearmError
 from spacearm.robot import builtin_robots, load_robot, load_urdf
 from spacearm.robot.tree import snapped, turned_onto_z
-from urdf_text import chain, joint
-from yaml_text import ARM, FLOATING
+from support import urdf_text
+from support.forward_kinematics import frame_transform
+from support.messages import assert_refused
+from support.urdf_text import chain, joint
+from support.yaml_text import ARM, FLOATING
 
 
 @pytest.mark.parametrize("name", builtin_robots())

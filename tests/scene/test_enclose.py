@@ -15,8 +15,6 @@ from hypothesis import HealthCheck, given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-import strategies
-from snapshot import assert_refused
 from spacearm.errors import FileFormatError, SceneError
 from spacearm.scene import Scene, Sphere, SphereSet, enclose_mesh, enclose_points, pose
 from spacearm.scene.enclose.files import read_points
@@ -24,6 +22,8 @@ from spacearm.scene.enclose.inside import Inside
 from spacearm.scene.enclose.surface import Surface
 from spacearm.scene.enclose.topology import solid_of
 from spacearm.scene.plain import scene_as_list, scene_from_list
+from support import strategies
+from support.messages import assert_refused
 
 COORDINATE = st.floats(-1.0, 1.0, allow_subnormal=False)
 QUICK = hypothesis_settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])

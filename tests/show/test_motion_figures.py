@@ -8,8 +8,6 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-import strategies
-from show.drawn_runs import SCENE, levels, moved, texts, two_joints
 from spacearm.errors import ProblemError, RobotError
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import ConfigurationGoal, Problem, clearance, hold
@@ -19,6 +17,8 @@ from spacearm.scene import Capsule, Scene, Sphere
 from spacearm.show import figure_clearance, figure_joints, figure_path_2d, figure_path_3d
 from spacearm.show.arm import envelope, pose_times, skeleton
 from spacearm.show.style import new_figure
+from support import strategies
+from support.drawn_runs import SCENE, levels, moved, texts, two_joints
 
 PATHS = [figure_path_2d, figure_path_3d]
 

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from snapshot import assert_refused, assert_sentence
 from spacearm.cli import main
 from spacearm.errors import FileFormatError
 from spacearm.motion import Motion, Trajectory
@@ -24,6 +23,7 @@ from spacearm.study.spacebench_families import FAMILIES
 from spacearm.study.spacebench_generate import generate
 from spacearm.study.spacebench_report import OUTCOMES, summary_of
 from spacearm.study.spacebench_runs import SpaceProtocol, measure, released
+from support.messages import assert_refused, assert_sentence
 
 FROZEN = Path(__file__).resolve().parents[2] / "benchmarks" / "spacebench"
 

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from hypothesis import strategies as st
 
-import strategies
-from motion.drawn import motions_of
-from oracles.coal_shapes import clearances
-from oracles.pinocchio_points import joint_frames
 from spacearm.motion import Motion, Trajectory
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Scene, Sphere
+from support import strategies
+from support.drawn_motions import motions_of
+from support.oracles.coal_shapes import clearances
+from support.oracles.pinocchio_points import joint_frames
 
 
 class Setting(NamedTuple):

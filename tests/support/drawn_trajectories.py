@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from proof.adrift import Way, along
 from spacearm.momentum import Momentum
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.proof import Certificate
 from spacearm.robot import Body, Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Capsule, HalfSpace, Obstacle, Scene, Sphere, pose
+from support.floating_arms import Way, along
 
 EPS = float(np.finfo(np.float64).eps)
 AT_ONCE = 4000  # instants of a trajectory that are looked at

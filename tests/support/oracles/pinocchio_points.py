@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from oracles.pinocchio_model import full_q, pinocchio_model
 from spacearm.robot import Robot
+from support.oracles.pinocchio_model import full_q, pinocchio_model
 
 
 def joint_frames(robot: Robot, q: np.ndarray) -> np.ndarray:

@@ -10,11 +10,6 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from motion.drawn import motions_of
-from oracles.coal_shapes import distance, placed_capsule, placed_obstacle
-from proof.adrift import Adrift, along, body, floating_arms, frames_of, lander, line, wheel
-from scene.drawn_shapes import obstacles
-from snapshot import assert_refused
 from spacearm.errors import ProblemError, RobotError
 from spacearm.momentum import Momentum
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
@@ -23,6 +18,11 @@ from spacearm.proof import Certificate, certify
 from spacearm.proof.digest import problem_digest
 from spacearm.robot import Robot
 from spacearm.scene import Box, Cylinder, Obstacle, Scene, Sphere
+from support.drawn_motions import motions_of
+from support.drawn_shapes import obstacles
+from support.floating_arms import Adrift, along, body, floating_arms, frames_of, lander, line, wheel
+from support.messages import assert_refused
+from support.oracles.coal_shapes import distance, placed_capsule, placed_obstacle
 
 ROUNDING = 1e-7  # [m] Coal's, and of the brute force's attitude over some metres
 INSTANTS = 25

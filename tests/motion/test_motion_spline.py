@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motion.drawn import INTERIORS, motions, scipy_spline, size_of
 from spacearm.motion import Motion, basis
+from support.drawn_motions import INTERIORS, motions, scipy_spline, size_of
 
 ROUNDING = 1e-13  # of the derivative's scale: two recursions of doubles
 DENSE = np.linspace(0, 1, 2001)

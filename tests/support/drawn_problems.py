@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from oracles.pinocchio_points import joint_frames
-from oracles.solids import point_distance
 from spacearm.planner import (
     ConfigurationGoal,
     ConfigurationsGoal,
@@ -23,6 +21,8 @@ from spacearm.planner.goals import Goal
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
 from spacearm.swarm import IPSO, PSO
+from support.oracles.pinocchio_points import joint_frames
+from support.oracles.solids import point_distance
 
 _ALONG = np.linspace(0.0, 1.0, 7)  # where an axis is looked at to tell roughly what is clear
 

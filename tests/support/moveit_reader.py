@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from reliability.drawn_moveit import Files
+from support.drawn_moveit import Files
 
 _KINDS = (("primitives", "primitive_poses"), ("meshes", "mesh_poses"), ("planes", "plane_poses"))
 _NUMBERS = {1: "box", 2: "sphere", 3: "cylinder"}

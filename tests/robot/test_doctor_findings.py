@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from doctor_text import (
+from spacearm.errors import FileFormatError, RobotError, SpacearmError
+from spacearm.robot import load_robot
+from spacearm.robot.doctor import Choices, diagnose
+from support.doctor_text import (
     BASE,
     BASE_INERTIAL,
     COLLISION,
@@ -22,9 +25,6 @@ from doctor_text import (
     found_in,
     written,
 )
-from spacearm.errors import FileFormatError, RobotError, SpacearmError
-from spacearm.robot import load_robot
-from spacearm.robot.doctor import Choices, diagnose
 
 
 def test_a_healthy_model_is_healthy(tmp_path: Path) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-import strategies
 from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
+from support import strategies
 
 SIZES = st.floats(0.01, 1.0, allow_subnormal=False)
 NAMES = st.sampled_from(["", "module", "Überwachung", "a 'b'"])

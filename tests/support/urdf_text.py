@@ -9,7 +9,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from spacearm.robot import Robot, load_urdf
-from strategies import ANGLES, lengths
+from support.strategies import ANGLES, lengths
 
 _KINDS = ("revolute", "revolute", "continuous", "prismatic", "fixed", "mimic")
 

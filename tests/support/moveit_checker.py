@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from reliability.drawn_moveit import Files
-from reliability.moveit_reader import OtherReader, _pose, _row
 from spacearm import forward_kinematics, load_moveit, load_robot
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, Problem
 from spacearm.scene import Box, Cylinder, HalfSpace, Sphere, SphereSet
+from support.drawn_moveit import Files
+from support.moveit_reader import OtherReader, _pose, _row
 
 SAME = 1e-9
 """Greatest difference of two numbers that ought to be the same [m, rad and -]; the readers multiply in other orders."""

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from reliability.floating_checker import Array, Case, Motions, checked, distances, moving, speed_of, turned
 from spacearm.momentum import Momentum
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.planner import BaseLimits
 from spacearm.robot import Body, Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Capsule, HalfSpace, Scene, Sphere, pose
+from support.floating_checker import Array, Case, Motions, checked, distances, moving, speed_of, turned
 
 
 def drawn_robot(rng: np.random.Generator) -> Robot:

@@ -6,9 +6,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import urdf_text
 from spacearm.robot import Robot, load_robot
-from urdf_text import collision, joint, link
+from support import urdf_text
+from support.urdf_text import collision, joint, link
 
 
 def srdf(*elements: str, name: str = "arm") -> str:

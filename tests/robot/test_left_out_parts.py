@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-import srdf_text
-import urdf_text
 from spacearm.errors import RobotError
 from spacearm.planner import hold
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, builtin_robots, find_self_pairs, load_robot
 from spacearm.robot.left_out import ApartPairs, UncheckedPair, bare_links, unchecked_pairs, without_mass
 from spacearm.robot.plain import robot_as_dict, robot_from_dict
 from spacearm.scene import Box, Sphere, pose
+from support import srdf_text, urdf_text
 
 ROD = urdf_text.collision('<cylinder radius="0.05" length="0.8"/>', xyz="0.5 0 0", rpy="0 1.5707963267948966 0")
 BALL = urdf_text.collision('<sphere radius="0.06"/>')

@@ -11,10 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from oracles.coal_shapes import clearances
-from oracles.pinocchio_points import joint_frames
-from proof.dense import Setting, dense_clearances, least_clearance, on_the_way, planar, swing, trajectories
-from snapshot import assert_refused
 from spacearm.errors import ProblemError
 from spacearm.motion import Motion, Trajectory
 from spacearm.proof import certify
@@ -22,6 +18,10 @@ from spacearm.proof.certificate import Certificate
 from spacearm.proof.witness import Witness
 from spacearm.robot import LinkCapsule
 from spacearm.scene import Scene, Sphere
+from support.dense_samples import Setting, dense_clearances, least_clearance, on_the_way, planar, swing, trajectories
+from support.messages import assert_refused
+from support.oracles.coal_shapes import clearances
+from support.oracles.pinocchio_points import joint_frames
 
 INSTANTS = 20_000
 ROUNDING = 1e-7  # [m] Coal's and Pinocchio's, of arms a few metres long
@@ -218,8 +218,8 @@ REFUSED: dict[str, Any] = {
 
 
 def three_joints() -> Any:
-    from robot.test_model import two_link
     from spacearm.robot import Joint
+    from support.small_robots import two_link
 
     arm = two_link()
     third = Joint(name="third", kind="revolute", parent=1, T_parent_joint=np.eye(4))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from oracles.pinocchio_model import full_q
 from spacearm.robot import Robot
+from support.oracles.pinocchio_model import full_q
 
 
 def floating_model(robot: Robot) -> pin.Model:

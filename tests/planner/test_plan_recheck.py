@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.test_plan_files import BALL, PROBLEM, SMALL, edited, turn
-from proof.dense import planar
 from spacearm.errors import FileFormatError, ProblemError
 from spacearm.motion import PiecewisePath, RecordedTrajectory, load_trajectory
 from spacearm.planner import (
@@ -30,6 +28,8 @@ from spacearm.planner.files.recheck import recheck_plan, recheck_trajectory
 from spacearm.proof import certify
 from spacearm.robot import load_robot
 from spacearm.scene import Sphere, SphereSet, pose
+from support.dense_samples import planar
+from support.planar_problems import BALL, PROBLEM, SMALL, edited, turn
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,7 @@ def test_options_are_the_proofs(saved: Path) -> None:
 
 
 def test_a_plan_of_another_robot_is_refused(saved: Path) -> None:
-    from planner.test_plan_files import turntable
+    from support.planar_problems import turntable
 
     other = Problem(turntable(), [], start=[0.0], goal=[1.0])
     with pytest.raises(ProblemError, match=r"moves joint.*expected the joints"):

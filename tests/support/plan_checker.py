@@ -7,13 +7,13 @@ import math
 import coal
 import numpy as np
 
-from oracles.coal_shapes import Placed, distance, least_distances, placed_obstacle
-from oracles.pinocchio_points import joint_frames
-from oracles.solids import least_on_segments, link_distance
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, Plan, PoseGoal, PositionGoal, Problem
 from spacearm.planner.result import STATUSES
 from spacearm.robot import Robot
 from spacearm.scene import Capsule, HalfSpace, Scene
+from support.oracles.coal_shapes import Placed, distance, least_distances, placed_obstacle
+from support.oracles.pinocchio_points import joint_frames
+from support.oracles.solids import least_on_segments, link_distance
 
 ROUNDING = 1e-9  # [m] of Pinocchio's kinematics and of closed forms
 GJK = 1e-7  # [m] of Coal's iterations; what is nearer to the bound is measured by thirds

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-import srdf_text
 from spacearm.motion import load_trajectory
 from spacearm.planner import PlannerSettings, Problem, load_problem_file, plan, plan_as_dict
 from spacearm.planner.files.recheck import recheck_plan
@@ -24,7 +23,8 @@ from spacearm.proof import certify
 from spacearm.robot import Robot, load_robot
 from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
 from spacearm.swarm import IPSO, PSO, Swarm
-from yaml_text import ARM
+from support import srdf_text
+from support.yaml_text import ARM
 
 
 class Reader(NamedTuple):

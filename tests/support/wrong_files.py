@@ -11,9 +11,9 @@ from typing import NoReturn
 
 import numpy as np
 
-from reliability.mutations import mutated
-from reliability.readers import Reader
 from spacearm.errors import SpacearmError
+from support.file_readers import Reader
+from support.mutations import mutated
 
 SOON = 5.0  # [s] of the processor's time, for a machine may be busy
 AT_LAST = 60.0  # [s] by the clock

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from hypothesis import strategies as st
 
-from proof.dense import arms, moving_frames
 from spacearm.momentum import Momentum
 from spacearm.motion import AnyTrajectory, Curve
 from spacearm.robot import Body, Frame, Joint, LinkCapsule, Robot
 from spacearm.scene import Scene
+from support.dense_samples import arms, moving_frames
 
 
 class Adrift(NamedTuple):

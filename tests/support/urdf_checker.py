@@ -11,11 +11,11 @@ import numpy as np
 import pinocchio as pin
 import yaml
 
-from reliability.drawn_urdfs import DrawnFiles
 from spacearm import Motion, Problem, Trajectory, certify, forward_kinematics
 from spacearm.errors import RobotError
 from spacearm.motion.margins import fastest_duration
 from spacearm.robot import Robot, load_robot
+from support.drawn_urdfs import DrawnFiles
 
 VAST = 1e4
 CLOSE = 1e-9
