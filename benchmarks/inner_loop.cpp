@@ -1,4 +1,4 @@
-// The kernel's inner loop alone, for build_choices.py: the seed's objective on 1,024 packs, so many that the processor
+// The kernel's inner loop alone, for build_choices.py: the paper's objective on 1,024 packs, so many that the processor
 // cannot learn which of them come near an obstacle, and the randomness. Prints nanoseconds a configuration and a random
 // number, double then float, least of 40 rounds.
 #include <chrono>
