@@ -46,7 +46,7 @@ format: $(STAMPS)/lint ## rewrite the Python and C++ files in the house's format
 	@$(PY) -m ruff check --fix --exit-zero --quiet . ; $(PY) -m ruff format . ; $(CLANG_FORMAT) -i $(CXX_FILES)
 
 bench: $(STAMPS)/package ## the swarm beside other libraries (BENCH="--quick --install"), one environment each
-	@$(PY) benchmarks/seed_numpy.py
+	@$(PY) benchmarks/paper_numpy.py
 	@$(PY) benchmarks/compare_swarms.py $(BENCH)
 
 clean: ## remove what was built or cached; .venv and out/ stay

@@ -1,4 +1,4 @@
-"""Instances of the seed's problem: the paper's own, and drawn ones on which nothing was tuned."""
+"""Instances of the paper's problem: its own, and drawn ones on which nothing was tuned."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "3": {"interior": [3]},
     "4": {"interior": [4]},
     "32 particles": {"swarm": {"particles": 32}},
-    "seed's PSO, w 0.5, c 2": {"swarm": {"inertia": 0.5, "cognitive": 2.0, "social": 2.0}},
+    "the paper's PSO, w 0.5, c 2": {"swarm": {"inertia": 0.5, "cognitive": 2.0, "social": 2.0}},
     "no ring": {"swarm": {"neighbours": None}},
     "edges of 0.8 rad": {"probe_step": 0.8},
     "edges of 1.5 rad": {"probe_step": 1.5},

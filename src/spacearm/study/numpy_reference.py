@@ -1,4 +1,4 @@
-"""The seed's objective in plain NumPy, vectorised over configurations: what a kernel is measured against.
+"""The paper's objective in plain NumPy, vectorised over configurations: what a kernel is measured against.
 
 Equations (1) to (7), (10) and (11) of Zhang et al. 2022 (doi 10.3390/sym14050938) with rotation matrices, as one writes it
 first. Its time on a core says how fast that core is, so that times of different machines can be compared. Needs NumPy only,

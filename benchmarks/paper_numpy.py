@@ -1,11 +1,11 @@
-"""The seed's objective in plain NumPy: what a swarm costs without a kernel.
+"""The paper's objective in plain NumPy: what a swarm costs without a kernel.
 
 Equations (1) to (7), (10) and (11) of Zhang et al. 2022 (doi 10.3390/sym14050938), vectorised over particles,
 for the reading of the experiment that spacearm declares (robot, obstacles, weights, four distinct joint
 centres). It is the common yardstick of `compare_swarms.py`: each library minimises this very function.
 
-    python benchmarks/seed_numpy.py          # time each formulation
-    python benchmarks/seed_numpy.py --json seed_numpy.json
+    python benchmarks/paper_numpy.py          # time each formulation
+    python benchmarks/paper_numpy.py --json paper_numpy.json
 """
 
 from __future__ import annotations
