@@ -23,9 +23,9 @@ AGAIN = 0.02  # share of the problems that are planned twice, for the same bits
 
 def look(case: Case) -> Outcome:
     """Plan one problem and check the plan."""
-    from spacearm.errors import SpacearmError
+    from spacearm.core.errors import SpacearmError
     from spacearm.planner import plan
-    from spacearm.proof.digest import trajectory_digest
+    from spacearm.proof.certificate import trajectory_digest
     from support.drawn_problems import drawn_problem
     from support.plan_checker import complaints
 

@@ -19,11 +19,12 @@ from typing import NamedTuple
 import numpy as np
 
 from fault_search import Case, Outcome, search  # puts the tests' modules on the path
+from spacearm.files import load_moveit
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
-from spacearm.planner import PlannerSettings, load_moveit, plan
+from spacearm.planner import PlannerSettings, plan
 from spacearm.proof import Certificate, certify
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, load_robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
 from support.oracles.coal_shapes import least_distances
 from support.oracles.pinocchio_points import joint_frames
 

@@ -23,7 +23,7 @@ _LIMITS: tuple[Any, ...] = (("position", "velocity", "acceleration"), ("position
 
 def look(case: Case) -> Outcome:
     """Draw a trajectory, certify it, and look at it."""
-    from spacearm.errors import SpacearmError
+    from spacearm.core.errors import SpacearmError
     from spacearm.proof import certify
     from support.drawn_trajectories import complaints, drawn_case
 

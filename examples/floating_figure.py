@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import spacearm as sa
-from spacearm.momentum.turning import matrix_of
-from spacearm.show.arm import base_envelope, envelope, skeleton
-from spacearm.show.shapes import silhouette
-from spacearm.show.style import BLACK, BLUE, GREEN, SKY, SMALL, VERMILION, look, new_figure
+from spacearm.core.rotations import matrix_of
+from spacearm.show.drawing import base_envelope, envelope, silhouette, skeleton
+from spacearm.show.figure_style import BLACK, BLUE, GREEN, SKY, SMALL, VERMILION, look, new_figure
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import yaml
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from spacearm.errors import FileFormatError
-from spacearm.reading import _composed, _composed_in_c, _loader_class, yaml_documents, yaml_of_others
+from spacearm.core.errors import FileFormatError
+from spacearm.core.reading import _composed, _composed_in_c, _loader_class, yaml_documents, yaml_of_others
 
 pytestmark = pytest.mark.skipif(not yaml.__with_libyaml__, reason="this PyYAML has no libyaml")
 

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from spacearm.checks import Frozen, as_readonly
-from spacearm.errors import RobotError
-from spacearm.records import plain, record_as_dict, record_from_dict
+from spacearm.core.checks import Frozen, as_readonly
+from spacearm.core.errors import RobotError
+from spacearm.core.records import plain, record_as_dict, record_from_dict
 
 
 @dataclass(frozen=True, slots=True, eq=False)

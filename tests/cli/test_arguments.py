@@ -24,7 +24,7 @@ from spacearm.cli.certify_command import Options as CertifyOptions
 from spacearm.cli.doctor_command import Options as DoctorOptions
 from spacearm.cli.paper_command import Options as PaperOptions
 from spacearm.cli.plan_command import Options as PlanOptions
-from spacearm.errors import SettingsError
+from spacearm.core.errors import SettingsError
 from spacearm.study.paper_problem import PaperSettings
 from spacearm.swarm import NAMED_SETTINGS
 

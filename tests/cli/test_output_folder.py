@@ -17,7 +17,7 @@ import pytest
 
 from cli.conftest import Refused, Told
 from spacearm.cli.results_folder import results_folder
-from spacearm.errors import OutputError
+from spacearm.core.errors import OutputError
 from spacearm.study import paper_report as report
 
 QUICK = ("--runs", 1, "--methods", "ring", "--modes", "goal")

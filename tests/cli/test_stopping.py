@@ -16,7 +16,7 @@ import pytest
 from cli.conftest import Told
 from spacearm import cli
 from spacearm.cli.stopping import came
-from spacearm.output import CLAIM
+from spacearm.core.output import CLAIM
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 LATEST = 30.0  # [s]
@@ -67,7 +67,7 @@ def tripped_over() -> None:
 
 
 def raised_as_ours() -> None:
-    from spacearm.errors import FileFormatError
+    from spacearm.core.errors import FileFormatError
 
     try:
         stop()

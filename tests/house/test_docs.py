@@ -31,7 +31,7 @@ import yaml
 
 from house.source import REPOSITORY
 from spacearm.cli import main
-from spacearm.planner.files.problems import load_problem_file
+from spacearm.files.problem_file import load_problem_file
 from spacearm.robot import load_robot
 
 PAGES = [REPOSITORY / "README.md", REPOSITORY / "CONTRIBUTING.md", *sorted((REPOSITORY / "docs").glob("*.md"))]

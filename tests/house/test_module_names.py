@@ -8,7 +8,7 @@ import pytest
 
 from house.source import python_files, where
 
-IN_FORCE = False
+IN_FORCE = True
 """Set once the rooms have been laid out anew; until then the names of some modules repeat."""
 
 OF_PYTHON = {"__init__", "__main__"}

@@ -9,8 +9,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 from kernel.builds import Build
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from spacearm.robot import Robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from support import strategies
 from support.oracles import coal_shapes
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from kernel import accuracy, drawn, objectives
 from kernel.builds import Build, Surrounded, surround
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from spacearm.robot import LinkCapsule, Robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from support.kernel_cases import enveloped, rounding
 from support.oracles import coal_shapes, pinocchio_points
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from kernel import accuracy, drawn
 from kernel.builds import Build, place
+from spacearm.geometry import Scene, Sphere
 from spacearm.planner.kernel_model import make_kernel_model
 from spacearm.robot import LinkCapsule, Robot
-from spacearm.scene import Scene, Sphere
 from support import strategies
 from support.kernel_cases import bench, capsule, rounding
 from support.oracles import coal_shapes, pinocchio_points

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from kernel import accuracy, drawn
 from kernel.builds import Build, Placed, Point, place, surround
+from spacearm.geometry import Scene, Sphere
 from spacearm.planner.kernel_model import make_kernel_model, native_class
 from spacearm.robot import Robot, joint_centres, load_robot
-from spacearm.scene import Scene, Sphere
 from support import strategies
 from support.oracles import coal_shapes, pinocchio_points
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from kernel import accuracy, drawn, objectives
 from kernel.builds import Build, surround
+from spacearm.geometry import Capsule, HalfSpace, Obstacle, Sphere
 from spacearm.robot import Robot, joint_centres
-from spacearm.scene import Capsule, HalfSpace, Obstacle, Sphere
 from support.kernel_cases import TERMS, by_scipy, instants, looked_at
 from support.oracles import pinocchio_points
 from support.oracles.solids import axes_distance, link_distance

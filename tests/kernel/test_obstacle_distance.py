@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from kernel import drawn
 from kernel.builds import Build, surround
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from spacearm.robot import LinkCapsule
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from support import strategies
 from support.kernel_cases import bench, capsule, rounding
 from support.oracles import coal_shapes, solids

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from kernel import drawn, objectives
 from kernel.builds import LEVELS, Build, place, surround
-from spacearm._kernel import available_levels
-from spacearm.scene import Scene
+from spacearm.core.native import available_levels
+from spacearm.geometry import Scene
 from support import strategies
 from support.kernel_variants import MOTIONS, VARIANTS
 

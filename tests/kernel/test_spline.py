@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernel.builds import LEVELS, Build
-from spacearm._kernel import available_levels, native
+from spacearm.core.native import available_levels, native
 from spacearm.motion import Motion
 from spacearm.motion.spline import basis
 from support.kernel_cases import by_scipy, clamped_quintic

@@ -9,8 +9,8 @@ import pinocchio as pin
 import pytest
 from scipy.integrate import solve_ivp
 
-from spacearm.errors import ProblemError, RobotError
-from spacearm.momentum import (
+from spacearm.core.errors import ProblemError, RobotError
+from spacearm.dynamics import (
     BaseMotion,
     Momentum,
     base_at_mass_center,

@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from spacearm.errors import ProblemError, RobotError, SpacearmError
-from spacearm.momentum import (
+from spacearm.core.errors import ProblemError, RobotError, SpacearmError
+from spacearm.dynamics import (
     Momentum,
     base_at_mass_center,
     base_rate,
@@ -19,7 +19,7 @@ from spacearm.momentum import (
     require_masses,
     system_mass,
 )
-from spacearm.momentum.quick import moving
+from spacearm.dynamics.momentum import moving
 from spacearm.robot import Body, Robot, joint_frames, load_robot
 from support.drawn_spacecraft import spacecraft
 from support.messages import assert_refused

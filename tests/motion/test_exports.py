@@ -11,9 +11,10 @@ import pytest
 from scipy.interpolate import lagrange
 from scipy.spatial.transform import Rotation
 
-from spacearm.errors import OutputError, SettingsError
-from spacearm.momentum import Momentum
-from spacearm.motion import Motion, RecordedTrajectory, Trajectory, write_aem, write_ros_trajectory
+from spacearm.core.errors import OutputError, SettingsError
+from spacearm.dynamics import Momentum
+from spacearm.files import write_aem, write_ros_trajectory
+from spacearm.motion import Motion, RecordedTrajectory, Trajectory
 from spacearm.robot import load_robot
 from support.messages import assert_refused
 

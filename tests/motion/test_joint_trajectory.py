@@ -15,8 +15,9 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spacearm.errors import FileFormatError, SpacearmError
-from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, Trajectory, load_trajectory, write_ros_trajectory
+from spacearm.core.errors import FileFormatError, SpacearmError
+from spacearm.files import load_trajectory, write_ros_trajectory
+from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.robot import load_robot
 from support.messages import assert_refused
 from support.small_robots import two_link

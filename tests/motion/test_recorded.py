@@ -13,17 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from spacearm.errors import FileFormatError, ProblemError, SpacearmError
-from spacearm.motion import (
-    Motion,
-    PiecewisePath,
-    RecordedTrajectory,
-    TimeLaw,
-    Trajectory,
-    load_trajectory,
-    time_optimal,
-)
-from spacearm.planner.files.plans import save_trajectory
+from spacearm.core.errors import FileFormatError, ProblemError, SpacearmError
+from spacearm.files import load_trajectory
+from spacearm.files.plan_file import save_trajectory
+from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory, time_optimal
 from spacearm.robot import Joint, Robot, load_robot
 from support.messages import assert_refused
 from support.small_robots import two_link

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from spacearm.errors import ProblemError
-from spacearm.momentum import Momentum
+from spacearm.core.errors import ProblemError
+from spacearm.dynamics import Momentum
 from spacearm.motion import Motion, Trajectory, fastest_duration, limit_margins
 from spacearm.robot import Robot, forward_kinematics, load_robot
 from support import strategies

@@ -15,25 +15,22 @@ import pytest
 from numpy.typing import ArrayLike
 
 from house.source import PACKAGE, python_files, where
-from spacearm.errors import ProblemError
-from spacearm.momentum import BASE_MODELS, BaseModel, BaseTrack, JointPath, Momentum, center_of_mass, moments
-from spacearm.momentum.masses import require_possible_masses
-from spacearm.momentum.turning import quaternion_of
+from spacearm.core.errors import ProblemError
+from spacearm.core.rotations import quaternion_of
+from spacearm.dynamics import BASE_MODELS, BaseModel, BaseTrack, JointPath, Momentum, center_of_mass, moments
+from spacearm.dynamics.momentum import require_possible_masses
+from spacearm.geometry import Scene, Sphere
 from spacearm.motion import AnyTrajectory, Motion, RecordedTrajectory, Trajectory, time_optimal
-from spacearm.motion.plain import trajectory_as_dict, trajectory_from_dict
+from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
 from spacearm.planner import BaseLimits, PlannerSettings, Problem, plan
 from spacearm.proof import BaseFindings, certify
-from spacearm.proof.base import BASE_PROOFS, BaseProof, time_at
-from spacearm.proof.base_limits import BaseFigures, asked, exceeded
-from spacearm.proof.bodies import bodies_in_space_of
-from spacearm.proof.drift import Drift
-from spacearm.proof.masses import masses_of
-from spacearm.proof.recoil import BaseMotionBounds, Reaction
-from spacearm.proof.residual import stated_elsewhere
-from spacearm.proof.stance import BaseSetup
+from spacearm.proof.base_attitude import Drift
+from spacearm.proof.base_setup import BaseFigures, BaseSetup, asked, exceeded
+from spacearm.proof.base_track import BASE_PROOFS, BaseProof, stated_elsewhere, time_at
+from spacearm.proof.displacement import BaseMotionBounds, Reaction
+from spacearm.proof.moving_bodies import bodies_in_space_of, masses_of
 from spacearm.robot import Robot, forward_kinematics
-from spacearm.robot.left_out import lacks_masses
-from spacearm.scene import Scene, Sphere
+from spacearm.robot.unchecked_pairs import lacks_masses
 from support.floating_arms import lander
 
 NAME = "attitude_held"

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from spacearm.geometry import Scene, Sphere, SphereSet, pose
 from spacearm.planner import ConfigurationGoal, PlannerSettings, PoseGoal, PositionGoal, Problem
-from spacearm.planner.reaching.explain import EndReport, check_ends, contacts, explain_goal
-from spacearm.planner.reaching.onto_goal import reach_of
-from spacearm.planner.reaching.search import find_goal_configurations
+from spacearm.planner.explanations import EndReport, check_ends, contacts, explain_goal
+from spacearm.planner.goal_reach import reach_of
+from spacearm.planner.inverse_kinematics import find_goal_configurations
 from spacearm.robot import LinkCapsule, Robot, forward_kinematics
-from spacearm.scene import Scene, Sphere, SphereSet, pose
 from support import drawn_shapes, strategies, urdf_text
 from support.dense_samples import arms, planar
 from support.messages import assert_sentence

@@ -13,15 +13,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
-from spacearm.planner import hold, load_moveit_scene
-from spacearm.planner.files.problems import load_problem, load_problem_file
-from spacearm.planner.files.scenes import placed
+from spacearm.core.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
+from spacearm.dynamics import hold
+from spacearm.files import load_moveit_scene
+from spacearm.files.problem_file import load_problem, load_problem_file
+from spacearm.files.scene_file import placed
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet, enclose_mesh, enclose_points, pose
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
-from spacearm.planner.settings import PlannerSettings, Weights
+from spacearm.planner.planner_settings import PlannerSettings, Weights
 from spacearm.robot import load_robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet, pose
-from spacearm.scene.enclose import enclose_mesh, enclose_points
 from spacearm.swarm import IPSO, PSO, Penalty
 from support import urdf_text
 from support.messages import assert_refused

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import spacearm as sa
-from spacearm.momentum.quick import moving
-from spacearm.momentum.turning import angle, conjugate, matrix_of, multiplied
+from spacearm.core.rotations import angle, conjugate, matrix_of, multiplied
+from spacearm.dynamics.momentum import moving
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
 from spacearm.planner import AttitudeGoal, BaseLimits, PlannerSettings, PoseGoal, PositionGoal, Problem, Weights, plan
 from spacearm.robot import Robot, load_robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
 
 SRS7 = load_robot("srs7")
 START, GOAL = (0, 0, 0, 0.5, 0, 0, 0), (1.5, 0.3, 0.3, 1.7, 0.2, 0.3, 0)
@@ -186,7 +186,7 @@ def test_a_scene_is_told_from_the_base() -> None:
     ]
     q = np.array([START, (0.3, 0.2, -0.5, 1.0, 0.3, -0.4, 0.2)])
     here = Problem(SRS7, shapes, start=START, goal=START, base="fixed")
-    from spacearm.scene.moved import moved_scene
+    from spacearm.geometry.scene import moved_scene
 
     there = Problem(SRS7, moved_scene(Scene(shapes), T), start=START, goal=START, base="fixed", base_start=T)
     np.testing.assert_allclose(sa.clearance(there, q), sa.clearance(here, q), atol=1e-12)

@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 
 from kernel import objectives
 from kernel.builds import BUILDS, Build, surround
-from spacearm._kernel import available_levels
+from spacearm.core.native import available_levels
+from spacearm.geometry import Sphere
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
-from spacearm.scene import Sphere
 from support.dense_samples import planar
 from support.kernel_cases import TERMS, looked_at
 from support.kernel_variants import MOTIONS

@@ -18,10 +18,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from spacearm import load_moveit, load_moveit_scene
-from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SpacearmError
+from spacearm.core.errors import FileFormatError, ProblemError, RobotError, SceneError, SpacearmError
+from spacearm.geometry import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, clearance
 from spacearm.robot import Robot, load_robot
-from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
 from support import urdf_text
 from support.messages import assert_refused
 from support.oracles.solids import point_distance

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spacearm.errors import ProblemError, SettingsError, SpacearmError
+from spacearm.core.errors import ProblemError, SettingsError, SpacearmError
+from spacearm.geometry import Sphere
 from spacearm.planner import PlannerSettings, Problem, pareto_front, report_base
 from spacearm.planner.pareto import not_beaten
 from spacearm.robot import load_robot
-from spacearm.scene import Sphere
 from support.messages import assert_refused
 
 ROBOT = load_robot("srs7")

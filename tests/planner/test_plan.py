@@ -17,7 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernel import objectives
-from spacearm.errors import ProblemError, SettingsError
+from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.files import load_problem_file, plan_as_dict
+from spacearm.geometry import Box, HalfSpace, Scene, Sphere, pose
 from spacearm.motion import Motion
 from spacearm.planner import (
     ConfigurationGoal,
@@ -28,14 +30,11 @@ from spacearm.planner import (
     PositionGoal,
     Problem,
     Weights,
-    load_problem_file,
     plan,
-    plan_as_dict,
 )
-from spacearm.planner.result import STATUSES
+from spacearm.planner.plan_result import STATUSES
 from spacearm.proof import certify
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, forward_kinematics
-from spacearm.scene import Box, HalfSpace, Scene, Sphere, pose
 from spacearm.swarm import IPSO
 from support import strategies, urdf_text
 from support.dense_samples import planar

@@ -15,30 +15,17 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from spacearm.errors import FileFormatError, OutputError, ProblemError, SpacearmError
-from spacearm.momentum import Momentum, base_at_mass_center
+from spacearm.core.errors import FileFormatError, OutputError, ProblemError, SpacearmError
+from spacearm.core.records import record_as_dict
+from spacearm.dynamics import Momentum, base_at_mass_center
+from spacearm.files import load_plan, load_saved_plan, plan_as_dict, save_plan, save_trajectory
+from spacearm.files.plan_file import problem_as_dict, problem_from_dict, problem_hash
+from spacearm.files.recheck import recheck_plan
+from spacearm.geometry import Box, Cylinder, HalfSpace, Scene, Sphere, pose
 from spacearm.motion import RecordedTrajectory, TimeLaw, Trajectory
-from spacearm.planner import (
-    BaseLimits,
-    Plan,
-    PlannerSettings,
-    PoseGoal,
-    PositionGoal,
-    Problem,
-    load_plan,
-    load_saved_plan,
-    plan,
-    plan_as_dict,
-    save_plan,
-    save_trajectory,
-)
-from spacearm.planner.files.plans import problem_as_dict, problem_hash
-from spacearm.planner.files.recheck import recheck_plan
-from spacearm.planner.files.saved_plans import problem_from_dict
+from spacearm.planner import BaseLimits, Plan, PlannerSettings, PoseGoal, PositionGoal, Problem, plan
 from spacearm.proof import certify
-from spacearm.records import record_as_dict
 from spacearm.robot import Joint, forward_kinematics, load_robot
-from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, pose
 from support import strategies
 from support.dense_samples import arms, planar
 from support.drawn_shapes import obstacles

@@ -10,24 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spacearm.errors import FileFormatError, ProblemError
-from spacearm.motion import PiecewisePath, RecordedTrajectory, load_trajectory
-from spacearm.planner import (
-    BaseLimits,
-    Plan,
-    PlannerSettings,
-    PositionGoal,
-    Problem,
-    plan,
-    report_base,
-    save_plan,
-    save_trajectory,
-)
-from spacearm.planner.files.plans import problem_hash
-from spacearm.planner.files.recheck import recheck_plan, recheck_trajectory
+from spacearm.core.errors import FileFormatError, ProblemError
+from spacearm.files import load_trajectory, save_plan, save_trajectory
+from spacearm.files.plan_file import problem_hash
+from spacearm.files.recheck import recheck_plan, recheck_trajectory
+from spacearm.geometry import Sphere, SphereSet, pose
+from spacearm.motion import PiecewisePath, RecordedTrajectory
+from spacearm.planner import BaseLimits, Plan, PlannerSettings, PositionGoal, Problem, plan, report_base
 from spacearm.proof import certify
 from spacearm.robot import load_robot
-from spacearm.scene import Sphere, SphereSet, pose
 from support.dense_samples import planar
 from support.planar_problems import BALL, PROBLEM, SMALL, edited, turn
 

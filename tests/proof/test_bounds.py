@@ -13,9 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spacearm.motion import Curve, Motion, PiecewisePath
-from spacearm.proof.bodies import bodies_of
-from spacearm.proof.middles import JointMap, Middles
-from spacearm.proof.spans import Spans, Stretches
+from spacearm.proof.displacement import JointMap, Middles, Spans, Stretches
+from spacearm.proof.moving_bodies import bodies_of
 from spacearm.proof.witness import Witness
 from spacearm.robot import Joint, LinkCapsule, Robot
 from support.dense_samples import arms, moving_frames, planar

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spacearm.errors import ProblemError
+from spacearm.core.errors import ProblemError
+from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion, Trajectory
 from spacearm.proof import certify
 from spacearm.proof.certificate import Certificate
 from spacearm.proof.witness import Witness
 from spacearm.robot import LinkCapsule
-from spacearm.scene import Scene, Sphere
 from support.dense_samples import Setting, dense_clearances, least_clearance, on_the_way, planar, swing, trajectories
 from support.messages import assert_refused
 from support.oracles.coal_shapes import clearances

@@ -13,21 +13,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proof.test_bounds import curves, parabola
-from spacearm.momentum import BASE_MODELS, Momentum
+from spacearm.dynamics import BASE_MODELS, Momentum
+from spacearm.geometry import Scene
 from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
-from spacearm.proof.base import FloatingBaseProof
-from spacearm.proof.bodies import bodies_in_space_of, bodies_of
+from spacearm.proof.base_attitude import TOLERANCE, Drift
+from spacearm.proof.base_setup import BaseSetup
+from spacearm.proof.base_track import FloatingBaseProof
 from spacearm.proof.certificate import LOST
-from spacearm.proof.drift import TOLERANCE, Drift
-from spacearm.proof.ellipses import RHO, PanelPath, ellipses_of
-from spacearm.proof.middles import JointMap, Middles
-from spacearm.proof.recoil import Reaction, _PlacedMasses
-from spacearm.proof.spans import Spans
-from spacearm.proof.stance import BaseSetup
-from spacearm.proof.suprema import greatest_norm
+from spacearm.proof.displacement import JointMap, Middles, Reaction, Spans, _PlacedMasses
+from spacearm.proof.moving_bodies import bodies_in_space_of, bodies_of
+from spacearm.proof.polynomial_bounds import RHO, PanelPath, ellipses_of, greatest_norm
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
-from spacearm.scene import Scene
 from support.floating_arms import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
 from support.floating_checker import moving
 from support.oracles.servicer import ROWS, servicer

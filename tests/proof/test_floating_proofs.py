@@ -10,14 +10,14 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from spacearm.errors import ProblemError, RobotError
-from spacearm.momentum import Momentum
+from spacearm.core.errors import ProblemError, RobotError
+from spacearm.dynamics import Momentum
+from spacearm.geometry import Box, Cylinder, Obstacle, Scene, Sphere
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.planner import BaseLimits
 from spacearm.proof import Certificate, certify
-from spacearm.proof.digest import problem_digest
+from spacearm.proof.certificate import problem_digest
 from spacearm.robot import Robot
-from spacearm.scene import Box, Cylinder, Obstacle, Scene, Sphere
 from support.drawn_motions import motions_of
 from support.drawn_shapes import obstacles
 from support.floating_arms import Adrift, along, body, floating_arms, frames_of, lander, line, wheel
@@ -428,7 +428,7 @@ def test_another_base_is_refused(case: str) -> None:
     ],
 )
 def test_masses_that_cannot_be_are_refused(case: str, bodies: Any) -> None:
-    from spacearm.proof.masses import masses_of
+    from spacearm.proof.moving_bodies import masses_of
 
     assert_refused("proof", case, RobotError, lambda: masses_of(lander(bodies=bodies)))
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from spacearm.files import load_moveit
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
-from spacearm.planner import ConfigurationGoal, PlannerSettings, Problem, load_moveit, plan
+from spacearm.planner import ConfigurationGoal, PlannerSettings, Problem, plan
 from spacearm.proof import certify
 from spacearm.robot import load_robot
 from support.oracles.coal_shapes import least_distances

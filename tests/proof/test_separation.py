@@ -8,12 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proof.test_bounds import line, watched
-from spacearm.proof.bodies import bodies_of
-from spacearm.proof.pairs import Tasks, capsule_pairs, kinds_of, link_pairs, out_of_cells
-from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
+from spacearm.geometry import HalfSpace, Obstacle, Scene, Sphere, SphereSet
+from spacearm.proof.moving_bodies import bodies_of
+from spacearm.proof.separation import GUARD, Gaps, Tasks, capsule_pairs, gaps, kinds_of, link_pairs, link_solids, out_of_cells
 from spacearm.proof.solids import Balls, Solids, cells_of, solids_of
 from spacearm.robot import LinkCapsule, Robot
-from spacearm.scene import HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from support import strategies
 from support.dense_samples import planar
 from support.drawn_shapes import bodies, directions, obstacles, points_in

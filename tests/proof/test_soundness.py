@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.proof import certify
 from spacearm.robot import Robot
-from spacearm.scene import Scene
 from support import strategies
 from support.dense_samples import Setting, arms
 from support.drawn_motions import motions_of

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from proof.test_bounds import curves
 from spacearm.motion import Motion, PiecewisePath
-from spacearm.proof.spans import Spans
+from spacearm.proof.displacement import Spans
 from support.dense_samples import planar
 
 

@@ -10,7 +10,7 @@ import pytest
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import Problem
 from spacearm.proof import Certificate, certify
-from spacearm.robot.left_out import bare_links, unchecked_pairs
+from spacearm.robot.unchecked_pairs import bare_links, unchecked_pairs
 from support.drawn_robots import Draft, complaints, drawn_robot, loaded, look_at, placed_capsules
 
 

@@ -18,11 +18,12 @@ import numpy as np
 import pytest
 
 from spacearm.cli import main
-from spacearm.errors import OutputError
-from spacearm.planner import Plan, PlannerSettings, Problem, plan, save_plan, save_trajectory
+from spacearm.core.errors import OutputError
+from spacearm.files import save_plan, save_trajectory
+from spacearm.geometry import Scene, Sphere
+from spacearm.planner import Plan, PlannerSettings, Problem, plan
 from spacearm.planner.goals import ConfigurationGoal
 from spacearm.robot import load_robot
-from spacearm.scene import Scene, Sphere
 from spacearm.swarm import PSO, Swarm
 
 PROBLEM = """\
@@ -58,7 +59,7 @@ def save_trajectory_csv(found: Plan, path: Path) -> None:
 def save_drawing(_: Plan, path: Path) -> None:
     from matplotlib.figure import Figure
 
-    from spacearm.show.save import save_figure
+    from spacearm.show.figure_style import save_figure
 
     figure = Figure(figsize=(1, 1))
     save_figure(figure, path.with_suffix(""), provenance={"seed": "0"})
@@ -102,7 +103,7 @@ def test_what_cannot_be_written_is_one_sentence_and_leaves_nothing(
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
     for function in ("link", "replace") if call == "put in place" else (call,):
-        monkeypatch.setattr(f"spacearm.output.os.{function}", fails)
+        monkeypatch.setattr(f"spacearm.core.output.os.{function}", fails)
     with pytest.raises(OutputError, match=r"cannot be written \(Input/output error\); free space there") as raised:
         WRITERS[name](found, tmp_path / name)
     assert len(str(raised.value).splitlines()) == 1

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spacearm.errors import RobotError
+from spacearm.core.errors import RobotError
 from spacearm.robot import Body, Robot
 from support import srdf_text, strategies, urdf_text
 from support.forward_kinematics import joint_transforms

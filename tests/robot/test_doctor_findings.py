@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spacearm.errors import FileFormatError, RobotError, SpacearmError
+from spacearm.core.errors import FileFormatError, RobotError, SpacearmError
+from spacearm.doctor import Choices, diagnose
 from spacearm.robot import load_robot
-from spacearm.robot.doctor import Choices, diagnose
 from support.doctor_text import (
     BASE,
     BASE_INERTIAL,
@@ -153,7 +153,7 @@ def test_the_solid_of_a_mesh_is_that_of_its_shape(tmp_path: Path) -> None:
     import trimesh
     from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
 
-    from spacearm.robot.doctor.shapes import link_solid
+    from spacearm.doctor.shape_checks import link_solid
 
     mesh = trimesh.creation.icosphere(subdivisions=2, radius=0.3)
     mesh.apply_scale((1, 2, 0.5))
@@ -175,7 +175,7 @@ def test_the_solid_of_turned_shapes_is_that_of_their_meshes(tmp_path: Path) -> N
     import trimesh
     from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
 
-    from spacearm.robot.doctor.shapes import link_solid
+    from spacearm.doctor.shape_checks import link_solid
 
     link = etree.fromstring(
         '<link><collision><origin xyz="0.3 0 0" rpy="0.4 -0.3 1.1"/><geometry><cylinder radius="0.1" length="0.7"/></geometry>'

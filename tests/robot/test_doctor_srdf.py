@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spacearm.errors import FileFormatError
+from spacearm.core.errors import FileFormatError
+from spacearm.doctor import diagnose
 from spacearm.robot import load_robot
-from spacearm.robot.doctor import diagnose
 from support.doctor_text import HEALTHY, codes, found_in, written
 from support.srdf_text import disabled, group, srdf, state
 

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spacearm.errors import SpacearmError
+from spacearm.core.errors import SpacearmError
 from spacearm.robot import load_robot
 from support import srdf_text
 

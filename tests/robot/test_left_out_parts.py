@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spacearm.errors import RobotError
-from spacearm.planner import hold
+from spacearm.core.errors import RobotError
+from spacearm.dynamics import hold
+from spacearm.geometry import Box, Sphere, pose
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, builtin_robots, find_self_pairs, load_robot
-from spacearm.robot.left_out import ApartPairs, UncheckedPair, bare_links, unchecked_pairs, without_mass
-from spacearm.robot.plain import robot_as_dict, robot_from_dict
-from spacearm.scene import Box, Sphere, pose
+from spacearm.robot.model import robot_as_dict, robot_from_dict
+from spacearm.robot.unchecked_pairs import ApartPairs, UncheckedPair, bare_links, unchecked_pairs, without_mass
 from support import srdf_text, urdf_text
 
 ROD = urdf_text.collision('<cylinder radius="0.05" length="0.8"/>', xyz="0.5 0 0", rpy="0 1.5707963267948966 0")

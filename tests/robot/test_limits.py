@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spacearm import Motion, Problem, Trajectory, certify
-from spacearm.errors import FileFormatError, ProblemError, RobotError
-from spacearm.motion.margins import as_jerk_limit
+from spacearm.core.errors import FileFormatError, ProblemError, RobotError
+from spacearm.motion.limit_margins import as_jerk_limit
 from spacearm.robot import Robot, load_robot
 from support import srdf_text, urdf_text
 from support.messages import assert_refused

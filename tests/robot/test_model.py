@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spacearm.errors import RobotError
+from spacearm.core.errors import RobotError
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, joint_centres, load_robot
-from spacearm.robot.plain import robot_as_dict, robot_from_dict
+from spacearm.robot.model import robot_as_dict, robot_from_dict
 from support import strategies
 from support.forward_kinematics import joint_transforms
 from support.messages import assert_refused

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from spacearm.errors import FileFormatError, RobotError, SpacearmError
+from spacearm.core.errors import FileFormatError, RobotError, SpacearmError
 from spacearm.robot import load_robot
 from support import srdf_text
 from support.messages import assert_refused

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from spacearm.errors import FileFormatError, RobotError, SpacearmError
+from spacearm.core.errors import FileFormatError, RobotError, SpacearmError
 from spacearm.robot import load_urdf
 from support.messages import assert_refused
 from support.urdf_text import chain, collision, joint, link, robot

@@ -14,11 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from spacearm.errors import FileFormatError, RobotError
+from spacearm.core.errors import FileFormatError, RobotError
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, find_self_pairs, load_robot
-from spacearm.robot.never_meet import joints_between, never_meet
-from spacearm.robot.segments import axes_of, segment_distance
-from spacearm.robot.self_collision import ALWAYS, finite_range
+from spacearm.robot.capsules import axes_of, segment_distance
+from spacearm.robot.self_collision import ALWAYS, finite_range, joints_between, never_meet
 from support import srdf_text, strategies, urdf_text
 from support.forward_kinematics import joint_transforms
 from support.messages import assert_refused

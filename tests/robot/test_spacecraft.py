@@ -7,8 +7,8 @@ import pinocchio as pin
 import pytest
 
 from spacearm.robot import Robot, builtin_robots, forward_kinematics, load_robot
+from spacearm.robot.capsules import clearance, link_axes, placed, point_segment_distance
 from spacearm.robot.kinematics import base_and_joint_frames, skeleton
-from spacearm.robot.segments import clearance, link_axes, placed, point_segment_distance
 from support.forward_kinematics import joint_transforms
 from support.oracles.pinocchio_model import full_q, pinocchio_model
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from spacearm.errors import RobotError
+from spacearm.core.errors import RobotError
+from spacearm.doctor import diagnose
 from spacearm.robot import Robot, load_robot
-from spacearm.robot.doctor import diagnose
 from support import srdf_text, urdf_text
 from support.srdf_text import group, srdf
 from support.urdf_text import joint, link

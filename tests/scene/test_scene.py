@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from spacearm.errors import SceneError
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
+from spacearm.core.errors import SceneError
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
 from support import strategies
 from support.messages import assert_refused
 

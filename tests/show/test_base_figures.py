@@ -13,25 +13,25 @@ from hypothesis import strategies as st
 from matplotlib.text import Text
 from scipy.spatial.transform import Rotation
 
-from spacearm.errors import ProblemError
+from spacearm.core.errors import ProblemError
+from spacearm.geometry import Box, Capsule, HalfSpace, Scene, Sphere
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import BaseLimits
 from spacearm.robot import forward_kinematics, joint_frames, load_robot
-from spacearm.scene import Box, Capsule, HalfSpace, Scene, Sphere
-from spacearm.show import (
-    figure_base_motion,
-    figure_base_paths,
-    figure_clearance,
-    figure_pareto,
-    figure_path_2d,
-    figure_path_3d,
+from spacearm.show import figure_base_motion, figure_base_paths, figure_clearance, figure_pareto, figure_path_2d, figure_path_3d
+from spacearm.show.base_figures import differenced_rates, residual_momentum, rotation_vectors
+from spacearm.show.drawing import (
+    base_envelope,
+    base_frames,
+    cut_off,
+    envelope,
+    extent,
+    make_drawing,
+    pose_times,
+    silhouette,
+    skeleton,
 )
-from spacearm.show.arm import base_envelope, base_frames, envelope, pose_times, skeleton
-from spacearm.show.base import rotation_vectors
-from spacearm.show.momentum_residual import differenced_rates, residual_momentum
-from spacearm.show.obstacles_in_space import parted
-from spacearm.show.path_drawing import extent, make_drawing
-from spacearm.show.shapes import cut_off, silhouette
+from spacearm.show.path_figures import parted
 from support.drawn_runs import levels, texts
 from support.floating_runs import POINTS, ROBOT, floating, front
 from support.messages import assert_refused

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from spacearm.errors import OutputError
+from spacearm.core.errors import OutputError
 from spacearm.show import (
     ComparedMethod,
     figure_base_motion,

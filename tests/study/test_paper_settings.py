@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spacearm.errors import SettingsError, SpacearmError
-from spacearm.settings import as_dict
+from spacearm.core.errors import SettingsError, SpacearmError
+from spacearm.core.records import as_dict
 from spacearm.study.paper_problem import NEAR, REPORTED, REPORTED_FOR, THRESHOLD, PaperSettings, paper_objective, paper_scene
 from spacearm.study.paper_readings import READINGS
 from spacearm.swarm import NAMED_SETTINGS

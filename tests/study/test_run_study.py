@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from house.source import REPOSITORY
-from spacearm.errors import FileFormatError, OutputError, ProblemError, SettingsError
+from spacearm.core.errors import FileFormatError, OutputError, ProblemError, SettingsError
 from spacearm.study.run_study import run_study
 from spacearm.study.study_records import appending, load_records
 from spacearm.study.workers import Lost, in_processes

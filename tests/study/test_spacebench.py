@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from spacearm.cli import main
-from spacearm.errors import FileFormatError
+from spacearm.core.errors import FileFormatError
+from spacearm.geometry import Sphere
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import ConfigurationGoal, PositionGoal, Problem, clearance, report_base
 from spacearm.proof import certify
 from spacearm.robot import load_robot
-from spacearm.scene import Sphere
 from spacearm.study.reference_core import CoreSpeed
 from spacearm.study.spacebench import SpaceProblem, find_problems, read_family, write_family
 from spacearm.study.spacebench_families import FAMILIES

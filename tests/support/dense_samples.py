@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from hypothesis import strategies as st
 
+from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion, Trajectory
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
-from spacearm.scene import Scene, Sphere
 from support import strategies
 from support.drawn_motions import motions_of
 from support.oracles.coal_shapes import clearances

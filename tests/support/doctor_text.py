@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from spacearm.robot.doctor import Choices, Diagnosis, diagnose
+from spacearm.doctor import Choices, Diagnosis, diagnose
 
 HEALTHY = """\
 <?xml version="1.0"?>

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import trimesh
 
+from spacearm.geometry import SphereSet, enclose_mesh
 from spacearm.robot import load_robot
-from spacearm.scene import SphereSet, enclose_mesh
 
 Array = np.ndarray
 
@@ -307,7 +307,7 @@ def _apart(points: Array, balls: SphereSet) -> Array:
 
 def looked_at(seed: int, number: int, folder: Path) -> Outcome:
     """Enclose a drawn mesh, as an obstacle or a link, from memory or from a file, and have the solid's points looked for."""
-    from spacearm.errors import SpacearmError
+    from spacearm.core.errors import SpacearmError
 
     mesh, rng = drawn_mesh(seed, number), np.random.default_rng((seed, number, 1))
     kind = str(rng.choice(["array", "stl", "obj", "ply", "dae", "glb"]))

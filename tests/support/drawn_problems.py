@@ -8,18 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spacearm.planner import (
-    ConfigurationGoal,
-    ConfigurationsGoal,
-    PlannerSettings,
-    PoseGoal,
-    PositionGoal,
-    Problem,
-    Weights,
-)
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
+from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, PlannerSettings, PoseGoal, PositionGoal, Problem, Weights
 from spacearm.planner.goals import Goal
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
 from spacearm.swarm import IPSO, PSO
 from support.oracles.pinocchio_points import joint_frames
 from support.oracles.solids import point_distance

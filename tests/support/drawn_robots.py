@@ -16,13 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.errors import SpacearmError
+from spacearm.core.errors import SpacearmError
+from spacearm.dynamics import hold
+from spacearm.geometry import Capsule, Scene, Sphere
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, Trajectory
-from spacearm.motion.for_robot import robot_in_order
-from spacearm.planner import PlannerSettings, Problem, hold, plan
+from spacearm.motion.recorded import robot_in_order
+from spacearm.planner import PlannerSettings, Problem, plan
 from spacearm.proof import Certificate, certify
 from spacearm.robot import Robot, find_self_pairs, load_robot
-from spacearm.scene import Capsule, Scene, Sphere
 
 Array = np.ndarray
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion, Trajectory
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
-from spacearm.scene import Scene, Sphere
 from spacearm.swarm import PSO, SwarmResult
-from spacearm.swarm.result import SwarmHistory
+from spacearm.swarm.ask_tell import SwarmHistory
 
 SCENE = Scene([Sphere((0.9, 0.6, 0.0), 0.1), Sphere((0.2, 0.9, 0.1), 0.15)])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 from support import strategies
 
 SIZES = st.floats(0.01, 1.0, allow_subnormal=False)

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from spacearm.momentum import Momentum
+from spacearm.dynamics import Momentum
+from spacearm.geometry import Capsule, HalfSpace, Obstacle, Scene, Sphere, pose
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.proof import Certificate
 from spacearm.robot import Body, Frame, Joint, LinkCapsule, Robot
-from spacearm.scene import Capsule, HalfSpace, Obstacle, Scene, Sphere, pose
 from support.floating_arms import Way, along
 
 EPS = float(np.finfo(np.float64).eps)

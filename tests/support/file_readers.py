@@ -14,14 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spacearm.motion import load_trajectory
-from spacearm.planner import PlannerSettings, Problem, load_problem_file, plan, plan_as_dict
-from spacearm.planner.files.recheck import recheck_plan
-from spacearm.planner.files.saved_plans import load_plan, load_saved_plan
+from spacearm.files import load_problem_file, load_trajectory, plan_as_dict
+from spacearm.files.plan_file import load_plan, load_saved_plan
+from spacearm.files.recheck import recheck_plan
+from spacearm.geometry import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
+from spacearm.planner import PlannerSettings, Problem, plan
 from spacearm.planner.goals import ConfigurationGoal
 from spacearm.proof import certify
 from spacearm.robot import Robot, load_robot
-from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
 from spacearm.swarm import IPSO, PSO, Swarm
 from support import srdf_text
 from support.yaml_text import ARM
@@ -230,8 +230,8 @@ def beside(folder: Path) -> None:
 
 def readers() -> dict[str, Reader]:
     """All readers by name."""
-    from spacearm.planner.moveit.read import load_moveit, load_moveit_scene
-    from spacearm.scene.enclose.files import mesh_of, read_points
+    from spacearm.files.moveit import load_moveit, load_moveit_scene
+    from spacearm.geometry.meshes import mesh_of, read_points
 
     def proven(path: Path) -> object:
         saved = load_saved_plan(path)

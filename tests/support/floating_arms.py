@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from hypothesis import strategies as st
 
-from spacearm.momentum import Momentum
+from spacearm.dynamics import Momentum
+from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory, Curve
 from spacearm.robot import Body, Frame, Joint, LinkCapsule, Robot
-from spacearm.scene import Scene
 from support.dense_samples import arms, moving_frames
 
 

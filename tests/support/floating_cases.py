@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.momentum import Momentum
+from spacearm.dynamics import Momentum
+from spacearm.geometry import Capsule, HalfSpace, Scene, Sphere, pose
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.planner import BaseLimits
 from spacearm.robot import Body, Frame, Joint, LinkCapsule, Robot
-from spacearm.scene import Capsule, HalfSpace, Scene, Sphere, pose
 from support.floating_checker import Array, Case, Motions, checked, distances, moving, speed_of, turned
 
 

@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from spacearm.momentum import Momentum
+from spacearm.dynamics import Momentum
+from spacearm.geometry import Capsule, HalfSpace, Scene, Sphere
 from spacearm.motion import AnyTrajectory, RecordedTrajectory
 from spacearm.planner import BaseLimits
 from spacearm.proof import Certificate
-from spacearm.proof.base import begun_base_proof
-from spacearm.proof.stance import base_setup_of
+from spacearm.proof.base_setup import base_setup_of
+from spacearm.proof.base_track import begun_base_proof
 from spacearm.robot import Robot
-from spacearm.scene import Capsule, HalfSpace, Scene, Sphere
 
 STEPS = 500  # of the integration, over all pieces
 ROUNDING = 1e-8  # of lengths, relative to the robot's size; of angles [rad]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from spacearm.momentum import Momentum
+from spacearm.dynamics import Momentum
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import ParetoFront
 from spacearm.robot import load_robot

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import spacearm as sa
-from spacearm.errors import SpacearmError
+from spacearm.core.errors import SpacearmError
 
 VALUES: tuple[Any, ...] = (
     *(-1, 0, 1, 2**31 - 1, 2**31, 2**63, 10**18, 10**300, 10**5000),

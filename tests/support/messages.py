@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pytest
 
-from spacearm.errors import SpacearmError
+from spacearm.core.errors import SpacearmError
 
 _DIRECTORY = Path(__file__).parents[1] / "snapshots"
 

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from kernel import drawn, objectives
 from kernel.builds import Build, surround
-from spacearm._kernel import available_levels
+from spacearm.core.native import available_levels
+from spacearm.geometry import Scene, Sphere
 from spacearm.planner import PlannerSettings, Problem
 from spacearm.planner.clearance import Margins
-from spacearm.planner.islands import Islands
+from spacearm.planner.motion_search import Islands
 from spacearm.robot import Robot
-from spacearm.scene import Scene, Sphere
 from support import strategies
 from support.dense_samples import planar
 from support.kernel_cases import enveloped

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from spacearm import forward_kinematics, load_moveit, load_robot
+from spacearm.geometry import Box, Cylinder, HalfSpace, Sphere, SphereSet
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, Problem
-from spacearm.scene import Box, Cylinder, HalfSpace, Sphere, SphereSet
 from support.drawn_moveit import Files
 from support.moveit_reader import OtherReader, _pose, _row
 

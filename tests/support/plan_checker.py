@@ -7,10 +7,10 @@ import math
 import coal
 import numpy as np
 
+from spacearm.geometry import Capsule, HalfSpace, Scene
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, Plan, PoseGoal, PositionGoal, Problem
-from spacearm.planner.result import STATUSES
+from spacearm.planner.plan_result import STATUSES
 from spacearm.robot import Robot
-from spacearm.scene import Capsule, HalfSpace, Scene
 from support.oracles.coal_shapes import Placed, distance, least_distances, placed_obstacle
 from support.oracles.pinocchio_points import joint_frames
 from support.oracles.solids import least_on_segments, link_distance

@@ -10,11 +10,8 @@ from typing import Any
 import numpy as np
 
 from kernel import objectives
-from spacearm.planner import (
-    PlannerSettings,
-    Problem,
-)
-from spacearm.scene import Scene, Sphere
+from spacearm.geometry import Scene, Sphere
+from spacearm.planner import PlannerSettings, Problem
 from support.dense_samples import planar
 
 SMALL = PlannerSettings(evaluations=300, goal_candidates=2)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
+from spacearm.geometry import Scene, Sphere
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
-from spacearm.scene import Scene, Sphere
 
 # Quarter turns, their neighbourhoods and anything between.
 ANGLES = st.one_of(

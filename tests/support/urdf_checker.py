@@ -12,8 +12,8 @@ import pinocchio as pin
 import yaml
 
 from spacearm import Motion, Problem, Trajectory, certify, forward_kinematics
-from spacearm.errors import RobotError
-from spacearm.motion.margins import fastest_duration
+from spacearm.core.errors import RobotError
+from spacearm.motion.limit_margins import fastest_duration
 from spacearm.robot import Robot, load_robot
 from support.drawn_urdfs import DrawnFiles
 

@@ -11,7 +11,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from spacearm.errors import SpacearmError
+from spacearm.core.errors import SpacearmError
 from support.file_readers import Reader
 from support.mutations import mutated
 

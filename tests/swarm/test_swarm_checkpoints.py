@@ -16,7 +16,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from spacearm.errors import FileFormatError, OutputError, SettingsError, SpacearmError, SwarmError
+from spacearm.core.errors import FileFormatError, OutputError, SettingsError, SpacearmError, SwarmError
 from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty, Swarm, SwarmSettings, minimize
 from support.messages import assert_refused
 from support.swarm_boxes import SEEDS, SMALL_NAMED, Box, Hills, assert_same_run, boxes, by_hand, swarms

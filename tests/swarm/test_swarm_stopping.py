@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 
 from spacearm.swarm import PSO, Swarm, SwarmSettings, minimize
-from spacearm.swarm.result import MESSAGES
+from spacearm.swarm.ask_tell import MESSAGES
 from support.swarm_boxes import SEEDS, SMALL_NAMED, Box, Hills, assert_same_run, boxes, swarms
 
 BOX = np.array([3.0, -9.0]), np.array([5.0, -8.5])

@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _told(given: list[str], watch: Watch) -> int:
     """Run a command, tell what went wrong, and return its exit code."""
-    from spacearm.errors import SpacearmError
+    from spacearm.core.errors import SpacearmError
 
     try:
         code = _run(given)
@@ -101,8 +101,8 @@ def _run(given: list[str]) -> int:
     name = given[0]
     if name == "--version":
         return _version()
-    from spacearm.checks import shown
-    from spacearm.errors import SettingsError, nearest
+    from spacearm.core.checks import shown
+    from spacearm.core.errors import SettingsError, nearest
 
     if name.startswith("-"):
         raise SettingsError(f"there is no option {shown(name)}; {nearest(name, _OPTIONS)}; a command's options follow its name")
@@ -112,8 +112,8 @@ def _run(given: list[str]) -> int:
 
 
 def _version() -> int:
-    from spacearm._kernel import kernel_info
-    from spacearm.version import version
+    from spacearm.core.native import kernel_info
+    from spacearm.core.version import version
 
     kernel = kernel_info()
     print(f"spacearm {version()} (kernel {kernel.level}, {kernel.compiler})")

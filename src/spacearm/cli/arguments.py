@@ -24,8 +24,8 @@ from typing import Any, TypeVar
 import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
-from spacearm.checks import shown
-from spacearm.errors import SettingsError, nearest
+from spacearm.core.checks import shown
+from spacearm.core.errors import SettingsError, nearest
 
 T = TypeVar("T")
 

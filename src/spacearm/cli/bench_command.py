@@ -12,12 +12,12 @@ from typing import Annotated, Any
 
 from tyro.conf import arg
 
-from spacearm.checks import as_number, shown
 from spacearm.cli.arguments import parsed
 from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import progress_bar, show_table
-from spacearm.errors import SettingsError, nearest
-from spacearm.settings import whole
+from spacearm.core.checks import as_number, shown
+from spacearm.core.errors import SettingsError, nearest
+from spacearm.core.records import whole
 from spacearm.study.motionbenchmaker_runs import LIMIT
 
 

@@ -12,16 +12,16 @@ from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
 from spacearm.cli.terminal import base_rows, show_list, tell_notes, tell_robot
-from spacearm.errors import SettingsError
-from spacearm.motion import load_trajectory
-from spacearm.motion.stated_times import as_duration
-from spacearm.output import require_new
-from spacearm.planner import Problem, load_problem
-from spacearm.planner.files.plans import save_json
-from spacearm.planner.files.recheck import Recheck, recheck_plan, recheck_trajectory
-from spacearm.reading import located, read_bytes
-from spacearm.robot.left_out import rows_on_unchecked
-from spacearm.version import version
+from spacearm.core.errors import SettingsError
+from spacearm.core.output import require_new
+from spacearm.core.reading import located, read_bytes
+from spacearm.core.version import version
+from spacearm.files import load_problem, load_trajectory
+from spacearm.files.plan_file import save_json
+from spacearm.files.recheck import Recheck, recheck_plan, recheck_trajectory
+from spacearm.files.stated_columns import as_duration
+from spacearm.planner import Problem
+from spacearm.robot.unchecked_pairs import rows_on_unchecked
 
 
 @dataclass(frozen=True, kw_only=True)

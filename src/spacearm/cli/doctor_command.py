@@ -14,9 +14,9 @@ from typing import Annotated, Literal
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.errors import SettingsError
-from spacearm.robot.doctor import Choices, Diagnosis, Finding, Mended, diagnose, mend_urdf
-from spacearm.version import version
+from spacearm.core.errors import SettingsError
+from spacearm.core.version import version
+from spacearm.doctor import Choices, Diagnosis, Finding, Mended, diagnose, mend_urdf
 
 _LISTED = 12  # places of one kind of finding
 _CHOSEN = Choices()

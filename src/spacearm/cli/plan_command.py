@@ -14,30 +14,21 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, arg
 
-from spacearm.checks import shown
 from spacearm.cli.arguments import parsed
 from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import base_rows, progress_bar, show_list, tell_notes, tell_robot
-from spacearm.errors import ProblemError, SettingsError
-from spacearm.interrupts import unbroken
-from spacearm.motion.exports import write_aem, write_ros_trajectory
-from spacearm.motion.exports.aem import as_epoch
-from spacearm.motion.stated_times import as_duration
-from spacearm.output import write_new
-from spacearm.planner import (
-    ParetoFront,
-    Plan,
-    load_problem_file,
-    pareto_front,
-    plan,
-    plan_as_dict,
-    save_plan,
-    save_trajectory,
-)
+from spacearm.core.checks import shown
+from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.interrupts import unbroken
+from spacearm.core.output import write_new
+from spacearm.core.reading import located
+from spacearm.core.records import whole
+from spacearm.files import load_problem_file, plan_as_dict, save_plan, save_trajectory, write_aem, write_ros_trajectory
+from spacearm.files.ccsds_attitude import as_epoch
+from spacearm.files.stated_columns import as_duration
+from spacearm.planner import ParetoFront, Plan, pareto_front, plan
 from spacearm.planner.pareto import require_choice
-from spacearm.reading import located
-from spacearm.robot.left_out import rows_on_unchecked
-from spacearm.settings import whole
+from spacearm.robot.unchecked_pairs import rows_on_unchecked
 
 _WRONG = ("no_envelope", "start_in_collision", "goal_in_collision")
 """As given: the input's fault, and there is nothing to search for."""
@@ -165,7 +156,7 @@ def _save_pareto(found: Plan, folder: Path, *, points: int, figures: bool) -> li
     write_new(folder / "pareto.csv", _pareto_table(front, plans))
     written = ["pareto.csv", *plans]
     if figures:
-        from spacearm.version import version
+        from spacearm.core.version import version
 
         with unbroken():
             from spacearm.show import figure_pareto, save_figure

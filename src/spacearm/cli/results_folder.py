@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from spacearm.cli.stopping import came
-from spacearm.errors import SpacearmError
-from spacearm.interrupts import unbroken
-from spacearm.output import claim_new_folder, release_folder
+from spacearm.core.errors import SpacearmError
+from spacearm.core.interrupts import unbroken
+from spacearm.core.output import claim_new_folder, release_folder
 
 
 @contextmanager

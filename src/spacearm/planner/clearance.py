@@ -9,13 +9,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import shown
-from spacearm.errors import ProblemError
-from spacearm.momentum.base_models import BASE_MODELS
+from spacearm.core.checks import shown
+from spacearm.core.errors import ProblemError
+from spacearm.dynamics.base_models import BASE_MODELS
+from spacearm.geometry import Scene
 from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
-from spacearm.scene import Scene
 
 Array = NDArray[np.float64]
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm._kernel import native
-from spacearm.errors import RobotError, SceneError
+from spacearm.core.errors import RobotError, SceneError
+from spacearm.core.native import native
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import tree_arrays
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
 
 _SHAPE = {"Sphere": 1, "Capsule": 2, "Box": 3, "Cylinder": 4, "HalfSpace": 5}
 _NUMBERS = 15  # an obstacle's row

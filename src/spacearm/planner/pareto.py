@@ -15,14 +15,14 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import require_kind
-from spacearm.errors import ProblemError, SettingsError
+from spacearm.core.checks import require_kind
+from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.random_seed import Rng, seed_of
+from spacearm.core.records import one_of, whole
+from spacearm.planner.plan_result import Plan
+from spacearm.planner.planner_settings import PlannerSettings, Weights
+from spacearm.planner.planning import plan
 from spacearm.planner.problem import Problem
-from spacearm.planner.result import Plan
-from spacearm.planner.search import plan
-from spacearm.planner.settings import PlannerSettings, Weights
-from spacearm.settings import one_of, whole
-from spacearm.swarm import Rng, seed_of
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,12 @@
 """The independent proof of a trajectory: nothing of the search is trusted."""
 
-from spacearm.proof.base_limits import BaseFindings
+from spacearm.proof.base_setup import BaseFindings
 from spacearm.proof.certificate import Certificate, ClosestApproach
 from spacearm.proof.certify import certify
 
-__all__ = ["BaseFindings", "Certificate", "ClosestApproach", "certify"]
+__all__ = [
+    "BaseFindings",
+    "Certificate",
+    "ClosestApproach",
+    "certify",
+]

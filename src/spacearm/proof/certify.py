@@ -10,21 +10,20 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spacearm.checks import as_number, shown
-from spacearm.errors import ProblemError, nearest
-from spacearm.momentum.base_models import BASE_MODELS
+from spacearm.core.checks import as_number, shown
+from spacearm.core.errors import ProblemError, nearest
+from spacearm.core.identity_cache import kept
+from spacearm.dynamics.base_models import BASE_MODELS
+from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
-from spacearm.motion.for_robot import for_robot
-from spacearm.proof.base import BaseProof, FixedBaseProof, base_proof, own_parameter, time_at
-from spacearm.proof.base_limits import BaseFindings
+from spacearm.motion.recorded import for_robot
+from spacearm.proof.base_setup import BaseFindings, BaseSetup, base_setup_of, require_same
+from spacearm.proof.base_track import BaseProof, FixedBaseProof, base_proof, own_parameter, time_at
 from spacearm.proof.certificate import Certificate, ClosestApproach, Limit, broken_limits
 from spacearm.proof.intervals import Proof, Status
-from spacearm.proof.kept import kept
-from spacearm.proof.measuring import Near
-from spacearm.proof.stance import BaseSetup, base_setup_of, require_same
+from spacearm.proof.separation import Near
 from spacearm.robot import Robot
-from spacearm.robot.left_out import UncheckedPair, bare_links, lacks_envelope, unchecked_pairs
-from spacearm.scene import Scene
+from spacearm.robot.unchecked_pairs import UncheckedPair, bare_links, lacks_envelope, unchecked_pairs
 
 LIMITS: tuple[Limit, ...] = ("position", "velocity", "acceleration")
 RESOLUTION = 1e-7

@@ -14,16 +14,27 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.proof.base import BaseProof
-from spacearm.proof.measuring import DISAGREEMENT, Measurements, Near
-from spacearm.proof.middles import JointMap, Middles
-from spacearm.proof.pairs import Tasks, capsule_pairs, halved, kinds_of, link_pairs, out_of_cells
-from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
+from spacearm.geometry import Scene
+from spacearm.proof.base_track import BaseProof
+from spacearm.proof.displacement import JointMap, Lines, Middles, Spans, Stretches
+from spacearm.proof.separation import (
+    DISAGREEMENT,
+    GUARD,
+    Gaps,
+    Measurements,
+    Near,
+    Tasks,
+    capsule_pairs,
+    gaps,
+    halved,
+    kinds_of,
+    link_pairs,
+    link_solids,
+    out_of_cells,
+)
 from spacearm.proof.solids import Solids, lengths
-from spacearm.proof.spans import Lines, Spans, Stretches
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
-from spacearm.scene import Scene
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -9,20 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.interrupts import unbroken
+from spacearm.core.interrupts import unbroken
+from spacearm.core.version import version
 from spacearm.motion import Trajectory
 from spacearm.planner import Plan, PoseGoal, PositionGoal
 from spacearm.planner.goals import ConfigurationsGoal, Goal
 from spacearm.robot import Robot, forward_kinematics
-from spacearm.show.arm import base_frames
-from spacearm.show.base import figure_base_motion
-from spacearm.show.base_paths import figure_base_paths
-from spacearm.show.clearance import figure_clearance
-from spacearm.show.joints import figure_joints
-from spacearm.show.path import figure_path_2d
-from spacearm.show.path_space import figure_path_3d
-from spacearm.show.save import save_figure
-from spacearm.version import version
+from spacearm.show.base_figures import figure_base_motion, figure_base_paths
+from spacearm.show.drawing import base_frames
+from spacearm.show.figure_style import save_figure
+from spacearm.show.path_figures import figure_path_2d, figure_path_3d
+from spacearm.show.trajectory_figures import figure_clearance, figure_joints
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

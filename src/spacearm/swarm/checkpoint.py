@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import shown
-from spacearm.errors import FileFormatError, OutputError, SpacearmError
-from spacearm.output import require_path, write_atomically
-from spacearm.reading import read_bytes, require_version
-from spacearm.settings import as_dict
-from spacearm.swarm.settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
+from spacearm.core.checks import shown
+from spacearm.core.errors import FileFormatError, OutputError, SpacearmError
+from spacearm.core.output import require_path, write_atomically
+from spacearm.core.reading import read_bytes, require_version
+from spacearm.core.records import as_dict
+from spacearm.swarm.swarm_settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
 
 Array = NDArray[np.float64]
 

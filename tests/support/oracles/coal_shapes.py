@@ -5,8 +5,8 @@ from __future__ import annotations
 import coal
 import numpy as np
 
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.robot import LinkCapsule, Robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 
 Placed = tuple[coal.CollisionGeometry, coal.Transform3s]
 

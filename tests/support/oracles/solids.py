@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 
 
 def point_distance(obstacle: Obstacle, p: np.ndarray) -> np.ndarray:
