@@ -12,6 +12,7 @@ PY := $(VENV)/bin/python
 PIP := $(PY) -m pip --disable-pip-version-check --quiet
 STAMPS := $(VENV)/stamps
 BENCH ?= --quick --install
+WORKERS ?= 2
 
 export PYTHON
 export PYRIGHT_PYTHON_IGNORE_WARNINGS = 1
@@ -30,7 +31,7 @@ demo: $(STAMPS)/package ## everything from nothing: environment, build, the pape
 
 test: $(STAMPS)/package $(STAMPS)/test ## environment, build, and all tests
 	@echo 'Running the tests.'
-	@$(PY) -m pytest
+	@$(PY) -m pytest -n $(WORKERS) --dist loadfile
 
 lint: $(STAMPS)/package $(STAMPS)/lint ## format check, lint, and types
 	@failed=; \
@@ -45,7 +46,7 @@ format: $(STAMPS)/lint ## rewrite the Python and C++ files in the house's format
 	@$(PY) -m ruff check --fix --exit-zero --quiet . ; $(PY) -m ruff format . ; $(CLANG_FORMAT) -i $(CXX_FILES)
 
 bench: $(STAMPS)/package ## the swarm beside other libraries (BENCH="--quick --install"), one environment each
-	@$(PY) benchmarks/seed_numpy.py
+	@$(PY) benchmarks/paper_numpy.py
 	@$(PY) benchmarks/compare_swarms.py $(BENCH)
 
 clean: ## remove what was built or cached; .venv and out/ stay

@@ -1,12 +1,12 @@
 """What each part of the swarm's settings is worth, and whether they are tuned to one instance only.
 
-Every named setting runs on the seed's problem (goal mode, A_R 0.10) within the same 30,000 evaluations: 500 runs, and
+Every named setting runs on the paper's problem (goal mode, A_R 0.10) within the same 30,000 evaluations: 500 runs, and
 the 20 runs of seed 0 that the paper's Table 3 would show. Then the same settings run where nothing was tuned: on the
 other radii, in the literal mode, and on 20 drawn scenes, each beside its own best known value.
 
     python benchmarks/ablation.py
     python benchmarks/ablation.py --runs 100 --scenes 5       # a minute
-    python benchmarks/ablation.py --settings ring-rising ipso-e --json ablation.json
+    python benchmarks/ablation.py --settings ring-rising ipso-e --records ablation.jsonl    # goes on after a stop
 
 "Within 1 %" is the share of all runs that end feasible and at most 1 % above the best known value; worst and mean are
 over the feasible runs. The best known value of a drawn scene is the least of what gradient descents (best_known.py) and
@@ -17,18 +17,18 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import time
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from best_known import find_best
+from best_known import DESCENTS, best_of, starts_on
 from instances import ARM, MODES, RADII, Instance, drawn_instances, paper_instance
-from spacearm.paper import NEAR
-from spacearm.paper.best_known import BEST_KNOWN
-from spacearm.swarm import NAMED_SETTINGS, SwarmSettings, named_settings, run_trials
+from rounds import print_table
+from spacearm.study.paper_problem import BEST_KNOWN, NEAR
+from spacearm.study.run_study import Study, run_study
+from spacearm.swarm import NAMED_SETTINGS, named_settings, run_trials
 
 MAIN = ("goal", 0.10)
 SEED = 7  # of the many runs; the 20 runs of the paper's table use 0
@@ -55,10 +55,20 @@ class Row:
     milliseconds: float
 
 
-def measure(
-    settings: SwarmSettings, instance: Instance, best_known: float, *, runs: int, seed: int = SEED, threads: int = 1
-) -> Row:
-    """Run a setting on an instance many times."""
+@dataclass(frozen=True, kw_only=True)
+class Measure:
+    """A setting, by name, to be run on an instance, so many times with a seed; `best_known` is the instance's value."""
+
+    settings: str
+    instance: Instance
+    best_known: float
+    runs: int
+    seed: int = SEED
+
+
+def measure(task: Measure) -> Row:
+    """Run a setting on an instance many times, on one thread."""
+    instance, runs = Instance(**asdict(task.instance)), task.runs
     batches = [len(part) for part in np.array_split(np.arange(runs), min(BATCHES, runs))]
     values, seconds, first = [], [], 0
     for trials in batches:
@@ -67,11 +77,11 @@ def measure(
             instance.objective,
             ARM.lower,
             ARM.upper,
-            settings,
-            seed=seed,
+            named_settings(task.settings),
+            seed=task.seed,
             first_trial=first,
             trials=trials,
-            threads=threads,
+            threads=1,
         )
         seconds.append((time.perf_counter() - begun) / trials)
         values += [run.fitness if run.success else np.inf for run in results]
@@ -79,7 +89,7 @@ def measure(
     f = np.array(values)
     fine = f[np.isfinite(f)] if np.isfinite(f).any() else np.array([np.nan])
     return Row(
-        near=float(np.mean(f <= best_known * (1 + NEAR))),
+        near=float(np.mean(f <= task.best_known * (1 + NEAR))),
         worst=float(fine.max()),
         mean=float(fine.mean()),
         best=float(fine.min()),
@@ -88,92 +98,109 @@ def measure(
     )
 
 
-def known_value(instance: Instance, *, starts: int = 100) -> float:
+ABLATION = Study(
+    name="ablation",
+    run=measure,
+    record=Row,
+    key=lambda task: f"{task.settings} on {task.instance.name}, {task.runs} runs, seed {task.seed}",
+    definition=lambda task: {
+        **asdict(task.instance),
+        "best_known": task.best_known,
+        "swarm": asdict(named_settings(task.settings)),
+    },
+    timed=True,
+)
+"""The study of all settings on all instances; timed, so one task at a time."""
+
+
+def known_value(instance: Instance, *, starts: int) -> float:
     """The best known value of a drawn scene: the least that descents and long runs find."""
     long = run_trials(instance.objective, ARM.lower, ARM.upper, LONG, seed=SEED, trials=20, threads=1)
     values = [run.fitness for run in long if run.success]
+    fresh = Instance(**asdict(instance))  # the kernel's objects that it holds stay in this process
     with contextlib.suppress(RuntimeError):  # no descent ended feasible
-        values.append(find_best(instance, starts=starts).fitness)
+        values.append(best_of(fresh, run_study(DESCENTS, starts_on(fresh, starts=starts))).fitness)
     return min(values)
 
 
-def chosen_settings(names: list[str]) -> dict[str, SwarmSettings]:
-    return {name: named_settings(name) for name in names}
+def rows_of(names: list[str], cases: list[tuple[Instance, float]], records: Path | None, **how: int) -> dict[str, list[Row]]:
+    """Return each setting's rows, one for each instance with its best known value."""
+    tasks = [Measure(settings=name, instance=instance, best_known=best, **how) for name in names for instance, best in cases]
+    rows = run_study(ABLATION, tasks, records=records)
+    return {name: rows[i * len(cases) : (i + 1) * len(cases)] for i, name in enumerate(names)}
 
 
-def print_main(settings: dict[str, SwarmSettings], runs: int) -> dict[str, dict[str, Row]]:
+def print_main(names: list[str], runs: int, records: Path | None) -> None:
     """The ablation's table."""
-    instance, known = paper_instance(*MAIN), BEST_KNOWN[MAIN]
-    print(f"\n## Goal mode, A_R 0.10: best known {known:.6f}, 30,000 evaluations a run\n")
-    print(
-        f"| settings | within 1 %, {runs} runs | worst | mean | feasible | ms a run | within 1 %, 20 runs of seed 0 | worst |"
+    cases = [(paper_instance(*MAIN), BEST_KNOWN[MAIN])]
+    many, few = rows_of(names, cases, records, runs=runs), rows_of(names, cases, records, runs=20, seed=0)
+    lines: list[list[object]] = [
+        [
+            name,
+            f"{round(row.near * runs)} of {runs}",
+            f"{row.worst:.4f}",
+            f"{row.mean:.4f}",
+            f"{row.feasible:.0%}",
+            f"{row.milliseconds:.2f}",
+            f"{round(twenty.near * 20)} of 20",
+            f"{twenty.worst:.4f}",
+        ]
+        for name in names
+        for row, twenty in zip(many[name], few[name], strict=True)
+    ]
+    print_table(
+        f"Goal mode, A_R 0.10: best known {BEST_KNOWN[MAIN]:.6f}, 30,000 evaluations a run",
+        f"settings | within 1 %, {runs} runs | worst | mean | feasible | ms a run | within 1 %, 20 runs of seed 0 | worst",
+        lines,
     )
-    print("|---|---|---|---|---|---|---|---|")
-    out = {}
-    for name, setting in settings.items():
-        many = measure(setting, instance, known, runs=runs)
-        few = measure(setting, instance, known, runs=20, seed=0)
-        print(
-            f"| {name} | {round(many.near * runs)} of {runs} | {many.worst:.4f} | {many.mean:.4f} | {many.feasible:.0%} "
-            f"| {many.milliseconds:.2f} | {round(few.near * 20)} of 20 | {few.worst:.4f} |",
-            flush=True,
-        )
-        out[name] = {"many": many, "twenty": few}
-    return out
 
 
-def print_other(settings: dict[str, SwarmSettings], runs: int) -> dict[str, dict[str, Row]]:
+def print_other(names: list[str], runs: int, records: Path | None) -> None:
     """The paper's other radii and mode."""
-    cases = [(mode, radius) for mode in MODES for radius in RADII if (mode, radius) != MAIN]
-    print(f"\n## The other radii and the literal mode: share of {runs} runs within 1 % (worst excess over best known)\n")
-    print("| settings | " + " | ".join(f"{mode} {radius:.2f}" for mode, radius in cases) + " |")
-    print("|---" * (len(cases) + 1) + "|")
-    out: dict[str, dict[str, Row]] = {}
-    for name, setting in settings.items():
-        rows = {case: measure(setting, paper_instance(*case), BEST_KNOWN[case], runs=runs) for case in cases}
-        cells = [f"{row.near:.1%} ({row.worst / BEST_KNOWN[case] - 1:.1%})" for case, row in rows.items()]
-        print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
-        out[name] = {f"{mode} {radius:.2f}": row for (mode, radius), row in rows.items()}
-    return out
+    places = [(mode, radius) for mode in MODES for radius in RADII if (mode, radius) != MAIN]
+    cases = [(paper_instance(*place), BEST_KNOWN[place]) for place in places]
+    lines: list[list[object]] = [
+        [name, *(f"{row.near:.1%} ({row.worst / best - 1:.1%})" for row, (_, best) in zip(rows, cases, strict=True))]
+        for name, rows in rows_of(names, cases, records, runs=runs).items()
+    ]
+    print_table(
+        f"The other radii and the literal mode: share of {runs} runs within 1 % (worst excess over best known)",
+        "settings | " + " | ".join(instance.name for instance, _ in cases),
+        lines,
+    )
 
 
-def print_drawn(settings: dict[str, SwarmSettings], scenes: int, runs: int, starts: int) -> dict[str, list[Row]]:
+def print_drawn(names: list[str], scenes: int, runs: int, starts: int, records: Path | None) -> None:
     """Scenes on which nothing was tuned."""
-    instances = drawn_instances(scenes)
-    known = [known_value(instance, starts=starts) for instance in instances]
-    print(f"\n## {scenes} drawn scenes, {runs} runs each, beside each scene's own best known value\n")
-    print("| settings | within 1 %, all | scenes with all runs | worst scene | feasible, all | worst scene | mean excess |")
-    print("|---|---|---|---|---|---|---|")
-    out = {}
-    for name, setting in settings.items():
-        rows = [measure(setting, i, best, runs=runs) for i, best in zip(instances, known, strict=True)]
+    cases = [(Instance(**asdict(each)), known_value(each, starts=starts)) for each in drawn_instances(scenes)]
+    lines: list[list[object]] = []
+    for name, rows in rows_of(names, cases, records, runs=runs).items():
         near = np.array([row.near for row in rows])
         feasible = np.array([row.feasible for row in rows])
-        excess = np.nanmean([row.mean / best - 1 for row, best in zip(rows, known, strict=True)])
-        print(
-            f"| {name} | {near.mean():.1%} | {np.sum(near == 1)} of {scenes} | {near.min():.0%} | {feasible.mean():.1%} "
-            f"| {feasible.min():.0%} | {excess:.2%} |",
-            flush=True,
-        )
-        out[name] = rows
-    return out
+        excess = np.nanmean([row.mean / best - 1 for row, (_, best) in zip(rows, cases, strict=True)])
+        shares = (f"{near.mean():.1%}", f"{np.sum(near == 1)} of {scenes}", f"{near.min():.0%}")
+        lines.append([name, *shares, f"{feasible.mean():.1%}", f"{feasible.min():.0%}", f"{excess:.2%}"])
+    print_table(
+        f"{scenes} drawn scenes, {runs} runs each, beside each scene's own best known value",
+        "settings | within 1 %, all | scenes with all runs | worst scene | feasible, all | worst scene | mean excess",
+        lines,
+    )
 
 
 def main() -> None:
+    """Measure and print the three tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--settings", nargs="+", default=list(NAMED_SETTINGS), choices=list(NAMED_SETTINGS), metavar="NAME")
     parser.add_argument("--runs", type=int, default=500)
     parser.add_argument("--scenes", type=int, default=20)
     parser.add_argument("--scene-runs", type=int, default=100)
     parser.add_argument("--starts", type=int, default=200, help="gradient descents for a drawn scene's best known value")
-    parser.add_argument("--json", metavar="FILE", help="also write the rows to FILE")
+    parser.add_argument("--records", type=Path, help="file of records; the same again goes on after a stop")
     args = parser.parse_args()
-    settings = chosen_settings(args.settings)
-    tables = {"main": print_main(settings, args.runs), "other": print_other(settings, args.runs)}
+    print_main(args.settings, args.runs, args.records)
+    print_other(args.settings, args.runs, args.records)
     if args.scenes:
-        tables["drawn"] = print_drawn(settings, args.scenes, args.scene_runs, args.starts)
-    if args.json:
-        Path(args.json).write_text(json.dumps(tables, indent=1, default=asdict), encoding="utf-8")
+        print_drawn(args.settings, args.scenes, args.scene_runs, args.starts, args.records)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The best known values of the seed's problem, by gradient descent from many random starts: no swarm is involved.
+"""The best known values of the paper's problem, by gradient descent from many random starts: no swarm is involved.
 
 SciPy's SLSQP minimises eq. (4) from configurations drawn within the joint limits, with the nine clearances and, in the
 goal mode, the squared distance to the goal as smooth inequality constraints; gradients are central differences over the
@@ -6,24 +6,24 @@ kernel's float64 model. What it ends at is kept when the kernel finds a violatio
 inside (violation exactly 0), so that the value is one that a feasible swarm can reach; it is recorded rounded down in
 the ninth decimal, so that rounding alone beats it nowhere. The values are the best found, not proven optima.
 
-    python benchmarks/best_known.py                    # 2,000 starts a case, as recorded in spacearm/paper/best_known.py
+    python benchmarks/best_known.py                    # 2,000 starts a case, as recorded in spacearm/study/paper_problem.py
     python benchmarks/best_known.py --starts 100 --cases "goal 0.10"
-    python benchmarks/best_known.py --json best_known.json
+    python benchmarks/best_known.py --records best_known.jsonl    # the same file goes on after a stop
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import math
-import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize
 
 from instances import ARM, MODES, RADII, SETTINGS, Instance, paper_instance
+from spacearm.study.run_study import Study, run_study
 
 ALLOWED = 1e-9  # violation of a descent's end [m]
 MARGINS = (1e-12, 1e-11, 1e-10, 1e-9)  # how far inside the last descent aims [m], the least that gives violation 0
@@ -98,6 +98,48 @@ class Descent:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Start:
+    """A descent: on an instance, from the configuration that is drawn from a seed and a number."""
+
+    instance: Instance
+    seed: int
+    number: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class End:
+    """Where a descent ended: the kernel's fitness and violation, and the configuration (7,) [rad]."""
+
+    fitness: float
+    violation: float
+    q: tuple[float, ...]
+
+
+@lru_cache(maxsize=8)
+def descent_on(instance: Instance) -> Descent:
+    """Return the descent on an instance, made once in a process."""
+    return Descent(Instance(**asdict(instance)))
+
+
+def descend(start: Start) -> End:
+    """Descend."""
+    descent = descent_on(start.instance)
+    q = descent.run(np.random.default_rng((start.seed, start.number)).uniform(ARM.lower, ARM.upper))
+    fitness, violation = descent.judge(q)
+    return End(fitness=fitness, violation=violation, q=tuple(q.tolist()))
+
+
+DESCENTS = Study(
+    name="descents",
+    run=descend,
+    record=End,
+    key=lambda start: f"{start.instance.name}, seed {start.seed}, start {start.number}",
+    definition=lambda start: asdict(start.instance),
+)
+"""The study of the descents."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class BestKnown:
     """What the descents of one instance found.
 
@@ -108,7 +150,6 @@ class BestKnown:
         kept: those that ended feasible.
         reached: those whose end is as good as the best.
         poses: how many distinct poses (elbow, wrist, end effector) these are.
-        seconds: all took.
     """
 
     fitness: float
@@ -117,62 +158,50 @@ class BestKnown:
     kept: int
     reached: int
     poses: int
-    seconds: float
 
 
-def find_best(instance: Instance, *, starts: int, seed: int = 0) -> BestKnown:
-    """Descend from random configurations."""
-    begun = time.perf_counter()
-    descent = Descent(instance)
-    rng = np.random.default_rng(seed)
-    kept = []
-    for _ in range(starts):
-        q = descent.run(rng.uniform(ARM.lower, ARM.upper))
-        fitness, violation = descent.judge(q)
-        if violation <= ALLOWED:
-            kept.append((fitness, q))
-    kept.sort(key=lambda pair: pair[0])
+def starts_on(instance: Instance, *, starts: int, seed: int = 0) -> list[Start]:
+    """Return the descents of an instance."""
+    return [Start(instance=instance, seed=seed, number=number) for number in range(starts)]
+
+
+def best_of(instance: Instance, ends: list[End]) -> BestKnown:
+    """Return the best that descents of an instance found.
+
+    Raises:
+        RuntimeError: none ended strictly feasible.
+    """
+    descent = descent_on(instance)
+    kept = sorted(((end.fitness, np.array(end.q)) for end in ends if end.violation <= ALLOWED), key=lambda pair: pair[0])
     polished = [end for _, q in kept[:20] if (end := descent.strictly_feasible(q))]
     if not polished:
         raise RuntimeError(f"no descent on {instance.name} ended strictly feasible; allow more starts")
     fitness, q = min(polished, key=lambda pair: pair[0])
     good = [q for f, q in kept if f <= fitness + SAME_VALUE]
     poses: list[np.ndarray] = []
-    for points in instance.model.native.points(np.array([q, *good])):
+    for points in descent.instance.model.native.points(np.array([q, *good])):
         if all(np.abs(points - other).max() > SAME_POSE for other in poses):
             poses.append(points)
-    return BestKnown(
-        fitness=fitness,
-        q=q,
-        starts=starts,
-        kept=len(kept),
-        reached=len(good),
-        poses=len(poses),
-        seconds=time.perf_counter() - begun,
-    )
+    return BestKnown(fitness=fitness, q=q, starts=len(ends), kept=len(kept), reached=len(good), poses=len(poses))
 
 
 def main() -> None:
-    cases = {f"{mode} {radius:.2f}": (mode, radius) for mode in MODES for radius in RADII}
+    """Descend, and print the best known value of each case."""
+    cases = {f"{mode} {radius:.2f}": paper_instance(mode, radius) for mode in MODES for radius in RADII}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--starts", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--cases", nargs="+", default=list(cases), choices=list(cases), metavar="CASE")
-    parser.add_argument("--json", metavar="FILE", help="also write the values and configurations to FILE")
+    parser.add_argument("--jobs", type=int, help="processes (default: one a processor core)")
+    parser.add_argument("--records", type=Path, help="file of records; the same again goes on after a stop")
     args = parser.parse_args()
-    rows = {}
     for case in args.cases:
-        best = find_best(paper_instance(*cases[case]), starts=args.starts, seed=args.seed)
-        rows[case] = {**{name: getattr(best, name) for name in best.__dataclass_fields__}, "q": best.q.tolist()}
+        tasks = starts_on(cases[case], starts=args.starts, seed=args.seed)
+        best = best_of(cases[case], run_study(DESCENTS, tasks, records=args.records, jobs=args.jobs))
         recorded = math.floor(best.fitness * 1e9) / 1e9
         print(f"{case}: {best.fitness!r}, recorded as {recorded:.9f}")
         print(f"  {best.kept} of {best.starts} descents ended feasible, {best.reached} at this value, in {best.poses} poses")
-        print(
-            f"  q = {np.array2string(best.q, precision=9, separator=', ', max_line_width=200)}; {best.seconds:.0f} s",
-            flush=True,
-        )
-    if args.json:
-        Path(args.json).write_text(json.dumps(rows, indent=1), encoding="utf-8")
+        print(f"  q = {np.array2string(best.q, precision=9, separator=', ', max_line_width=200)}", flush=True)
 
 
 if __name__ == "__main__":

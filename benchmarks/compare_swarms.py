@@ -1,6 +1,6 @@
 """spacearm beside the swarm and evolution libraries a Python user would reach for: one function, one budget.
 
-Each library minimises the seed's objective (`seed_numpy.py`) and three textbook functions in 7-D, with 300
+Each library minimises the paper's objective (`paper_numpy.py`) and three textbook functions in 7-D, with 300
 particles and 100 iterations (Table 1) or as many evaluations of its own kind, 30,000 in all, on one thread.
 Every library lives in an environment of its own, `.venv-compare/<library>`, because some pin what others
 need.
@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-import seed_numpy
+import paper_numpy
 from contenders.problems import PROBLEMS, Problem
 
 HERE = Path(__file__).resolve().parent
@@ -82,7 +82,7 @@ def summary(problem: Problem, result: dict[str, Any], best_known: float) -> dict
     """One row of the table from the runs of one method on one problem."""
     runs = result["runs"]
     violation = np.array([r["violation"] for r in runs])
-    value = np.array([r["fitness"] for r in runs]) + seed_numpy.PENALTY * violation
+    value = np.array([r["fitness"] for r in runs]) + paper_numpy.PENALTY * violation
     milliseconds = np.array([r["seconds"] for r in runs]) * 1e3
     objective = np.array([r["objective_seconds"] for r in runs]) * 1e3
     return {
@@ -145,7 +145,7 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     every = (*OWN, *FOREIGN)
     parser.add_argument("--install", action="store_true", help="create or refresh the environments first")
-    parser.add_argument("--quick", action="store_true", help="3 seeds, the seed's problem and one textbook function")
+    parser.add_argument("--quick", action="store_true", help="3 seeds, the paper's problem and one textbook function")
     parser.add_argument("--libraries", nargs="+", default=every, choices=every, metavar="NAME")
     parser.add_argument("--problems", nargs="+", choices=sorted(PROBLEMS), metavar="NAME")
     parser.add_argument("--seeds", type=int)
@@ -154,7 +154,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--timeout", type=float, default=1800, help="for one library [s]")
     parser.add_argument("--json", metavar="FILE", help="write the reports, run by run, to FILE")
     args = parser.parse_args()
-    usual = ["seed", "rosenbrock"] if args.quick else ["seed", "sphere", "rastrigin", "rosenbrock"]
+    usual = ["paper", "rosenbrock"] if args.quick else ["paper", "sphere", "rastrigin", "rosenbrock"]
     args.problems = args.problems or usual
     args.seeds = args.seeds or (3 if args.quick else 20)
     return args

@@ -1,4 +1,4 @@
-"""Instances of the seed's problem: the paper's own, and drawn ones on which nothing was tuned."""
+"""Instances of the paper's problem: its own, and drawn ones on which nothing was tuned."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.paper import GOAL_POSITION, OBSTACLE_CENTERS, PaperSettings, paper_robot
+from spacearm.geometry import Scene, Sphere
 from spacearm.planner.kernel_model import KernelModel, make_kernel_model, native_class
-from spacearm.scene import Scene, Sphere
+from spacearm.study.paper_problem import GOAL_POSITION, OBSTACLE_CENTERS, PaperSettings, paper_robot
 
 RADII = (0.06, 0.10, 0.15)
 MODES = ("goal", "literal")

@@ -23,11 +23,11 @@ from typing import Any
 
 import numpy as np
 
-import seed_numpy
+import paper_numpy
 from compare_swarms import HERE, ONE_THREAD, interpreter
 from instances import ARM, paper_instance
 from rounds import Rounds, machine, print_table, take_turns
-from spacearm._kernel import ENVIRONMENT_VARIABLE, kernel_info
+from spacearm.core.native import ENVIRONMENT_VARIABLE, kernel_info
 from spacearm.swarm import PSO, minimize, named_settings, run_trials
 
 BATCH = 300  # Table 1's particles
@@ -42,10 +42,10 @@ Row = dict[str, Any]
 
 
 def fitness_rounds(bits: int, rounds: int, *, with_numpy: bool = True) -> Rounds:
-    """One evaluation of the seed's fitness and violation, contestant by contestant; seconds a configuration."""
+    """One evaluation of the paper's fitness and violation, contestant by contestant; seconds a configuration."""
     objective = paper_instance("goal", 0.10).make_objective(bits)
     kind = np.float64 if bits == 64 else np.float32
-    drawn = np.random.default_rng(0).uniform(seed_numpy.LOWER, seed_numpy.UPPER, (LARGE, 7)).astype(kind)
+    drawn = np.random.default_rng(0).uniform(paper_numpy.LOWER, paper_numpy.UPPER, (LARGE, 7)).astype(kind)
     batch, cached = drawn[:BATCH].copy(), drawn[:CACHED].copy()
     contestants: dict[str, Callable[[], object]] = {
         "kernel, 300": lambda: objective.evaluate(batch),
@@ -55,7 +55,7 @@ def fitness_rounds(bits: int, rounds: int, *, with_numpy: bool = True) -> Rounds
     rows = {"kernel, 300": BATCH, "kernel, 30,000": LARGE, "kernel, 4,096": CACHED}
     if with_numpy:
         numpy_batches = {"300": batch, "3,000": drawn[:3000].copy()}
-        for form, function in seed_numpy.FORMULATIONS.items():
+        for form, function in paper_numpy.FORMULATIONS.items():
             for size, q in numpy_batches.items():
                 contestants[f"NumPy {form}, {size}"] = lambda function=function, q=q: function(q, "goal")
                 rows[f"NumPy {form}, {size}"] = len(q)
@@ -89,8 +89,8 @@ def fitness_part(rounds: int) -> list[Row]:
 
 def require_agreement() -> None:
     """Stop when kernel and NumPy do not compute the same."""
-    q = np.random.default_rng(1).uniform(seed_numpy.LOWER, seed_numpy.UPPER, (2000, 7))
-    for value, reference in zip(paper_instance("goal", 0.10).objective.evaluate(q), seed_numpy.objective(q), strict=True):
+    q = np.random.default_rng(1).uniform(paper_numpy.LOWER, paper_numpy.UPPER, (2000, 7))
+    for value, reference in zip(paper_instance("goal", 0.10).objective.evaluate(q), paper_numpy.objective(q), strict=True):
         np.testing.assert_allclose(value, reference, rtol=0, atol=1e-11)
 
 
@@ -198,7 +198,7 @@ def pyswarms_part(rounds: int) -> list[Row]:
             return float(stdout.readline())
 
         contestants: dict[str, Callable[[], object]] = {
-            f"pyswarms, NumPy {form}": lambda form=form: theirs(form) for form in seed_numpy.FORMULATIONS
+            f"pyswarms, NumPy {form}": lambda form=form: theirs(form) for form in paper_numpy.FORMULATIONS
         }
         contestants |= {f"native, {bits} bits": lambda bits=bits: native_run("pso", bits=bits) for bits in BITS}
         taken = take_turns(contestants, rounds=rounds, block=0.01)
@@ -241,12 +241,12 @@ def overhead_part(rounds: int) -> list[Row]:
         def f(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             nonlocal inside
             begun = time.perf_counter()
-            told = seed_numpy.objective(x)
+            told = paper_numpy.objective(x)
             inside += time.perf_counter() - begun
             return told
 
         begun = time.perf_counter()
-        result = minimize(f, seed_numpy.LOWER, seed_numpy.UPPER, PSO(), rng=0)
+        result = minimize(f, paper_numpy.LOWER, paper_numpy.UPPER, PSO(), rng=0)
         return (time.perf_counter() - begun - inside) / result.iterations
 
     return [_timed("`minimize` beyond f, 300 x 7, an iteration", take_turns({"m": run}, rounds=rounds), "m", 1e6, "us")]
@@ -289,7 +289,7 @@ def targets(results: dict[str, list[Row]]) -> list[tuple[str, str, str, str]]:
     out = []
     fitness = {(r["what"], r["bits"]): r for r in results.get("fitness", [])}
     for bits, least in ((64, 80), (32, 150)):
-        for form in seed_numpy.FORMULATIONS if fitness else ():
+        for form in paper_numpy.FORMULATIONS if fitness else ():
             row = fitness[f"NumPy {form}, 300", bits]
             best = row["times_kernel_cached"]
             text = f"{row['times_kernel_300']:.0f} x (300 rows), {best:.0f} x (4,096 rows)"

@@ -20,12 +20,13 @@ from typing import Any
 
 import numpy as np
 
-from spacearm._kernel import native
-from spacearm.planner import Problem, load_moveit
+from spacearm.core.native import native
+from spacearm.files import load_moveit
+from spacearm.planner import Problem
 from spacearm.planner.kernel_model import kernel_model
-from spacearm.planner.settings import SWARM, PlannerSettings
+from spacearm.planner.planner_settings import SWARM, PlannerSettings
 from spacearm.robot import load_robot
-from spacearm.swarm.settings import kernel_settings
+from spacearm.swarm.swarm_settings import kernel_settings
 
 MARKS = (0.7e-3, 7e-3, 35e-3)  # [s] of searching
 
@@ -42,7 +43,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "3": {"interior": [3]},
     "4": {"interior": [4]},
     "32 particles": {"swarm": {"particles": 32}},
-    "seed's PSO, w 0.5, c 2": {"swarm": {"inertia": 0.5, "cognitive": 2.0, "social": 2.0}},
+    "the paper's PSO, w 0.5, c 2": {"swarm": {"inertia": 0.5, "cognitive": 2.0, "social": 2.0}},
     "no ring": {"swarm": {"neighbours": None}},
     "edges of 0.8 rad": {"probe_step": 0.8},
     "edges of 1.5 rad": {"probe_step": 1.5},

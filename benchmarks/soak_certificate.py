@@ -4,38 +4,35 @@ Robots with branches, slides and mimics; obstacles of every shape; splines, stra
 holds, Pinocchio and Coal measure the clearance at many random instants and around the closest approach; where it fails, at the
 instant that it names. A case is drawn from (seed, number), which is printed with whatever is wrong.
 
-    python benchmarks/soak_certificate.py --seconds 600 --instants 500
+    python benchmarks/soak_certificate.py --seconds 600 --count 1000000 --instants 500
     python benchmarks/soak_certificate.py --seed 0 --only 1234
-    python benchmarks/soak_certificate.py --seconds 600 --data DIR    # planned motions of MotionBenchMaker's Panda instead
+    python benchmarks/soak_certificate.py --count 1000 --data DIR    # planned motions of MotionBenchMaker's Panda instead
 """
 
 from __future__ import annotations
 
 import argparse
-import resource
 import sys
-import time
-from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-
-from oracles.coal_shapes import least_distances
-from oracles.pinocchio_points import joint_frames
+from fault_search import Case, Outcome, search  # puts the tests' modules on the path
+from spacearm.files import load_moveit
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
-from spacearm.planner import PlannerSettings, load_moveit, plan
+from spacearm.planner import PlannerSettings, plan
 from spacearm.proof import Certificate, certify
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, load_robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
+from support.oracles.coal_shapes import least_distances
+from support.oracles.pinocchio_points import joint_frames
 
 TOLERANCE = 1e-7  # [m] Coal's and Pinocchio's rounding
 DEPTH = 1e-4  # [m] of Coal's penetration depths
 
 
-class Case(NamedTuple):
+class Trial(NamedTuple):
     """What a certificate is asked about."""
 
     robot: Robot
@@ -43,14 +40,14 @@ class Case(NamedTuple):
     trajectory: AnyTrajectory
 
 
-def drawn(seed: int, number: int) -> Case:
+def drawn(seed: int, number: int) -> Trial:
     rng = np.random.default_rng((seed, number))
     robot = drawn_robot(rng)
     scene = Scene([drawn_obstacle(rng) for _ in range(rng.integers(0, 7))])
-    return Case(robot, scene, drawn_trajectory(rng, robot))
+    return Trial(robot, scene, drawn_trajectory(rng, robot))
 
 
-def planned(folder: Path, seed: int, number: int) -> Case:
+def planned(folder: Path, seed: int, number: int) -> Trial:
     """Plan one of MotionBenchMaker's problems, another one each time."""
     fixed = {f"panda_finger_joint{i}": 0.065 for i in (1, 2)}
     robot = load_robot(folder / "panda_spherized.urdf", srdf=folder / "panda.srdf", group="panda_arm", fixed=fixed)
@@ -59,7 +56,7 @@ def planned(folder: Path, seed: int, number: int) -> Case:
     problem = load_moveit(robot, scene, scene.with_name(scene.name.replace("scene", "request")))
     found = plan(problem, PlannerSettings(evaluations=2000), rng=seed + number)
     assert found.trajectory is not None, f"{scene}: {found.message}"
-    return Case(robot, problem.scene, found.trajectory)
+    return Trial(robot, problem.scene, found.trajectory)
 
 
 def drawn_robot(rng: np.random.Generator) -> Robot:
@@ -137,9 +134,9 @@ def drawn_trajectory(rng: np.random.Generator, robot: Robot) -> AnyTrajectory:
     return RecordedTrajectory(robot, PiecewisePath.from_linear(t, q) if kind == 1 else PiecewisePath.from_cubic(t, q))
 
 
-def complaint(case: Case, certificate: Certificate, instants: int, rng: np.random.Generator) -> str | None:
+def complaint(trial: Trial, certificate: Certificate, instants: int, rng: np.random.Generator) -> str | None:
     """Say what is wrong with a certificate, if anything is."""
-    robot, scene, trajectory = case
+    robot, scene, trajectory = trial
     near = certificate.closest
     if near is None:
         return None if certificate.holds and not (scene.obstacles or robot.self_pairs) else "nothing was measured"
@@ -161,36 +158,25 @@ def complaint(case: Case, certificate: Certificate, instants: int, rng: np.rando
     return None
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--seconds", type=float, default=60.0)
+def look(case: Case) -> Outcome:
+    """Draw or plan a trajectory, certify it, and measure it."""
+    data, instants = case.options["data"], case.options["instants"]
+    trial = drawn(case.seed, case.number) if data is None else planned(data, case.seed, case.number)
+    certificate = certify(trial, trial.trajectory, limits=())
+    found = complaint(trial, certificate, instants, np.random.default_rng(case.number))
+    if case.only:
+        print(certificate.message)
+    return Outcome(
+        became=[certificate.status],
+        complaints=[] if found is None else [found],
+        measured={"a proof [s]": certificate.seconds},
+    )
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--instants", type=int, default=200, help="random instants of each trajectory that is proven")
-    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--data", type=Path, help="folder of MotionBenchMaker's problems, to be planned")
-    parser.add_argument("--only", type=int, help="this case only")
-    options = parser.parse_args()
-    begun, statuses, seconds, wrong, number, instants = time.perf_counter(), Counter[str](), [], 0, 0, 0
-    while time.perf_counter() - begun < options.seconds:
-        number = number if options.only is None else options.only
-        case = drawn(options.seed, number) if options.data is None else planned(options.data, options.seed, number)
-        certificate = certify(case, case.trajectory, limits=())
-        statuses[certificate.status] += 1
-        seconds.append(certificate.seconds)
-        instants += options.instants if certificate.holds else 0
-        found = complaint(case, certificate, options.instants, np.random.default_rng(number))
-        if found is not None:
-            wrong += 1
-            print(f"--seed {options.seed} --only {number}: {found}", flush=True)
-        number += 1
-        if options.only is not None:
-            print(certificate.message)
-            break
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"{number} trajectories, {instants} random instants, {wrong} wrong: {dict(statuses)}")
-    middle, most = np.percentile(seconds, (50, 99)) * 1e3
-    print(f"a proof takes {middle:.1f} ms (median), {most:.1f} ms (99 %); memory {memory:.0f} MB")
-    return 1 if wrong else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(search(look, doc=__doc__, what="trajectories", add_options=add_options))

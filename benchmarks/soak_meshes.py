@@ -12,51 +12,22 @@ whatever is wrong.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
-import time
-import traceback
-from collections import Counter
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from fault_search import Case, Outcome, search
 
 
-def main() -> int:
-    """Draw, enclose, look; return 1 if anything is wrong."""
-    from reliability.drawn_meshes import Outcome, looked_at
+def look(case: Case) -> Outcome:
+    """Draw a mesh, enclose it, and look for the points of the solid."""
+    from support.drawn_meshes import looked_at
 
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--only", type=int)
-    options = parser.parse_args()
-    numbers = range(options.first, options.first + options.count) if options.only is None else [options.only]
-    drawn: Counter[str] = Counter()
-    refused: Counter[str] = Counter()
-    wrong, slowest, begun = 0, (0.0, -1), time.perf_counter()
-    with tempfile.TemporaryDirectory() as place:
-        for number in numbers:
-            at = time.perf_counter()
-            try:
-                found = looked_at(options.seed, number, Path(place))
-            except Exception:
-                found = Outcome([], "", [traceback.format_exc(limit=-4)])
-            slowest = max(slowest, (time.perf_counter() - at, number))
-            drawn.update(found.drawn)
-            if found.refused:
-                refused[found.refused.split(",")[0][:60]] += 1
-            for complaint in found.complaints:
-                wrong += 1
-                print(f"seed {options.seed}, number {number} ({', '.join(found.drawn)}): {complaint}", flush=True)
-    print(f"{len(numbers):,} meshes in {time.perf_counter() - begun:.0f} s; the slowest, {slowest[1]}, took {slowest[0]:.1f} s")
-    print("drawn: " + ", ".join(f"{name} {count}" for name, count in drawn.most_common()))
-    print(f"refused: {sum(refused.values())}" + "".join(f"\n    {count} x {text}" for text, count in refused.most_common()))
-    print(f"wrong: {wrong}")
-    return 1 if wrong else 0
+    with tempfile.TemporaryDirectory() as folder:
+        found = looked_at(case.seed, case.number, Path(folder))
+    refused = [f"refused: {found.refused.split(',')[0][:60]}"] if found.refused else []
+    return Outcome(became=[*found.drawn, *refused], complaints=found.complaints)
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(search(look, doc=__doc__, what="meshes"))

@@ -15,52 +15,35 @@ import argparse
 import shutil
 import sys
 import tempfile
-import time
 import traceback
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from fault_search import Case, Outcome, search
 
 
-def look_at(seed: int, number: int, folder: Path) -> list[str]:
+def look(case: Case) -> Outcome:
     """Draw files, and list what the two readers place differently; everything drawn is legal, so a refusal is wrong, too."""
-    from reliability.drawn_moveit import drawn_files
-    from reliability.moveit_check import complaints
+    from support.drawn_moveit import drawn_files
+    from support.moveit_checker import complaints
 
-    rng = np.random.default_rng((seed, number))
-    files = drawn_files(rng, folder)
-    try:
-        return complaints(files, rng)
-    except Exception as error:
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        return [f"{type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"]
+    rng = np.random.default_rng((case.seed, case.number))
+    with tempfile.TemporaryDirectory() as folder:
+        files = drawn_files(rng, Path(folder))
+        try:
+            wrong = complaints(files, rng)
+        except Exception as error:
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            wrong = [f"{type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"]
+        if case.only and case.options["keep"] is not None:
+            shutil.copytree(folder, case.options["keep"], dirs_exist_ok=True)
+    return Outcome(became=["differs" if wrong else "agrees"], complaints=wrong if case.only else wrong[:1])
 
 
-def main() -> int:
-    """Run them, print what is wrong."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=5000)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", type=int, help="one number, told in full")
+def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--keep", type=Path, help="a folder for the files of --only")
-    options = parser.parse_args()
-    numbers = range(options.first, options.first + options.count) if options.only is None else [options.only]
-    begun, wrong = time.perf_counter(), Counter[str]()
-    for number in numbers:
-        with tempfile.TemporaryDirectory() as folder:
-            said = look_at(options.seed, number, Path(folder))
-            if options.keep is not None:
-                shutil.copytree(folder, options.keep, dirs_exist_ok=True)
-        for sentence in said if options.only is not None else said[:1]:
-            wrong[sentence.split(" differs")[0][:60]] += 1
-            print(f"--seed {options.seed} --only {number}: {sentence}", flush=True)
-    print(f"{len(numbers)} drawn in {time.perf_counter() - begun:.0f} s, {sum(wrong.values())} wrong")
-    return 1 if wrong else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(search(look, doc=__doc__, what="pairs of files", count=5000, add_options=add_options))

@@ -9,23 +9,24 @@ A small share of this runs in the tests.
 
 from __future__ import annotations
 
-import argparse
 import copy
 import os
 import signal
 import sys
 import tempfile
 import warnings
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import spacearm as sa
+
+if TYPE_CHECKING:
+    from fault_search import Case, Outcome
 
 LONGEST = 20  # [s] of a call
 
@@ -268,21 +269,32 @@ def spoilt(call: Call, rng: np.random.Generator) -> tuple[str, tuple[Any, ...], 
     return f"argument {key!r}: {text}", tuple(arguments), named
 
 
+def fault(folder: Path, seed: int, number: int) -> tuple[str, str, str] | None:
+    """Make a wrong call drawn from a seed and a number.
+
+    Returns:
+        Its name, what was wrong with it, and what came of it; None where that is a result or a `SpacearmError`.
+    """
+    rng, good = np.random.default_rng((seed, number)), calls(folder)
+    call = good[int(rng.integers(len(good)))]
+    what, arguments, named = spoilt(call, rng)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            _timed(call.what, arguments, named)
+    except sa.SpacearmError as error:
+        return (call.name, what, f"more than a line: {error}") if "\n" in str(error) else None
+    except Exception as error:
+        return call.name, what, f"{type(error).__name__}: {error}"
+    return None
+
+
 def faults(folder: Path, *, count: int, seed: int) -> Iterator[tuple[str, str, str]]:
-    """Yield the name, what was wrong with a call, and what came of it, where that is no `SpacearmError`."""
-    rng, good = np.random.default_rng(seed), calls(folder)
-    for _ in range(count):
-        call = good[int(rng.integers(len(good)))]
-        what, arguments, named = spoilt(call, rng)
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")
-                _timed(call.what, arguments, named)
-        except sa.SpacearmError as error:
-            if "\n" in str(error):
-                yield call.name, what, f"more than a line: {error}"
-        except Exception as error:
-            yield call.name, what, f"{type(error).__name__}: {error}"
+    """Yield the faults of so many calls."""
+    for number in range(count):
+        found = fault(folder, seed, number)
+        if found is not None:
+            yield found
 
 
 def _timed(what: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any]) -> None:
@@ -301,22 +313,30 @@ def _timed(what: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str
         signal.signal(signal.SIGALRM, before)
 
 
+@cache
+def place() -> tempfile.TemporaryDirectory[str]:
+    """Make a folder and go there: a wrong path may be a good name for a file."""
+    folder = tempfile.TemporaryDirectory()
+    os.chdir(folder.name)
+    return folder
+
+
+def look(case: Case) -> Outcome:
+    """Make a wrong call."""
+    from fault_search import Outcome
+
+    found = fault(Path(place().name), case.seed, case.number)
+    if found is None:
+        return Outcome(became=["fine"])
+    name, what, came = found
+    return Outcome(became=[name], complaints=[f"{name}, {what} -> {came[:160]}"])
+
+
 def main() -> int:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=10_000)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    found: Counter[tuple[str, str]] = Counter()
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)  # a wrong path may be a good name for a file
-        for name, what, came in faults(Path(folder), count=given.count, seed=given.seed):
-            kind = (name, came.split(":")[0])
-            found[kind] += 1
-            if found[kind] <= 3:
-                print(f"{name}, {what} -> {came[:160]}", flush=True)
-    print(f"{sum(found.values())} of {given.count} calls ended in something else than a SpacearmError")
-    return bool(found)
+    from fault_search import search
+
+    return search(look, doc=__doc__, what="calls", count=10_000, memory=None)
 
 
 if __name__ == "__main__":

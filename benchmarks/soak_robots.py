@@ -13,44 +13,21 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
-import traceback
-from collections import Counter
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from fault_search import Case, Outcome, search
 
 
-def main() -> int:
-    """Run the soak; 1 if anything is wrong."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--count", type=int, default=1000, help="robots")
-    parser.add_argument("--first", type=int, default=0, help="number of the first one: resumes a run")
-    parser.add_argument("--only", type=int, help="this one only")
-    parser.add_argument("--seed", type=int, default=0)
+def look(case: Case) -> Outcome:
+    """Draw a robot, load it, change it, hold something, plan and certify."""
+    from support.drawn_robots import look_at
+
+    wrong, became = look_at(case.seed, case.number, instants=case.options["instants"])
+    return Outcome(became=became, complaints=wrong)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--instants", type=int, default=60, help="of each motion that is proven")
-    parser.add_argument("--seconds", type=float, default=0.0, help="begin no more after this time [s]; 0: no limit")
-    options = parser.parse_args()
-    from reliability.drawn_robots import look_at
-
-    numbers = range(options.first, options.first + options.count) if options.only is None else [options.only]
-    became, wrong, done, begun = Counter[str](), 0, 0, time.perf_counter()
-    for number in numbers:
-        if options.seconds and time.perf_counter() - begun > options.seconds:
-            break
-        try:
-            said, words = look_at(options.seed, number, instants=options.instants)
-        except Exception:
-            said, words = [traceback.format_exc(limit=-4)], ["raised"]
-        became.update(words)
-        wrong, done = wrong + bool(said), done + 1
-        for sentence in said:
-            print(f"--seed {options.seed} --only {number}: {sentence}", flush=True)
-    print(f"{done} robots in {time.perf_counter() - begun:.0f} s, {wrong} of them wrong")
-    for word, count in became.most_common():
-        print(f"  {word:22} {count}")
-    return 1 if wrong else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(search(look, doc=__doc__, what="robots", add_options=add_options))

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from spacearm.paper import GOAL_POSITION, REPORTED, REPORTED_FOR, PaperSettings, paper_robot, paper_scene, run_experiment
 from spacearm.show import ComparedMethod, figure_comparison, figure_path_3d
+from spacearm.study.paper_experiment import run_experiment
+from spacearm.study.paper_problem import GOAL_POSITION, REPORTED, REPORTED_FOR, PaperSettings, paper_robot, paper_scene
 
 METHODS = ("pso", "ipso-m", "ipso-s", "ring-rising", "ipso-e")
 

@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from spacearm import errors
-from spacearm.checks import as_number, as_readonly, as_transform, shown
-from spacearm.errors import SceneError, SettingsError, SpacearmError, nearest
-from spacearm.motion.on_a_base import checked_base
+from spacearm.core import errors
+from spacearm.core.checks import as_number, as_readonly, as_transform, shown
+from spacearm.core.errors import SceneError, SettingsError, SpacearmError, nearest
+from spacearm.dynamics.base_models import checked_base
+from spacearm.geometry import Box, Cylinder
 from spacearm.planner import PoseGoal
 from spacearm.robot import Frame, Joint, load_robot
-from spacearm.scene import Box, Cylinder
 
 
 def test_every_error_is_a_spacearm_error_and_there_are_under_ten() -> None:

@@ -9,11 +9,11 @@ import pytest
 import trimesh
 
 import spacearm as sa
-import urdf_text
-from spacearm.errors import SpacearmError
-from spacearm.meshes import read_mesh, stl_of
+from spacearm.core.errors import SpacearmError
+from spacearm.geometry import enclose_mesh
+from spacearm.geometry.meshes import read_mesh, stl_of
 from spacearm.robot import envelope_report, load_robot
-from spacearm.scene import enclose_mesh
+from support import urdf_text
 
 BOX = trimesh.creation.box((0.4, 0.2, 0.1))
 LFS = b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n"

@@ -13,13 +13,14 @@ from typing import Any, NoReturn
 import numpy as np
 import pytest
 
-from spacearm.errors import OutputError
-from spacearm.interrupts import unbroken
-from spacearm.motion import Motion, Trajectory, write_aem, write_ros_trajectory
-from spacearm.output import CLAIM, claim_new_folder, make_new_folder, release_folder, write_atomically, write_new
-from spacearm.planner import Problem, plan, save_plan
-from spacearm.planner.files.plans import save_trajectory
-from spacearm.planner.settings import PlannerSettings
+from spacearm.core.errors import OutputError
+from spacearm.core.interrupts import unbroken
+from spacearm.core.output import CLAIM, claim_new_folder, make_new_folder, release_folder, write_atomically, write_new
+from spacearm.files import save_plan, write_aem, write_ros_trajectory
+from spacearm.files.plan_file import save_trajectory
+from spacearm.motion import Motion, Trajectory
+from spacearm.planner import Problem, plan
+from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.robot import load_robot
 
 ARM = load_robot("zhang2022")
@@ -132,7 +133,7 @@ def test_who_comes_after_another_has_finished_is_refused(tmp_path: Path, monkeyp
         (folder / "plan.json").touch()
         return folder
 
-    monkeypatch.setattr("spacearm.output.make_new_folder", finished_meanwhile)
+    monkeypatch.setattr("spacearm.core.output.make_new_folder", finished_meanwhile)
     with pytest.raises(OutputError, match="is not empty"):
         claim_new_folder(out)
     assert [path.name for path in out.iterdir()] == ["plan.json"]

@@ -11,8 +11,8 @@ import yaml
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from spacearm.errors import FileFormatError
-from spacearm.reading import _composed, _composed_in_c, _loader_class, yaml_of_others
+from spacearm.core.errors import FileFormatError
+from spacearm.core.reading import _composed, _composed_in_c, _loader_class, yaml_documents, yaml_of_others
 
 pytestmark = pytest.mark.skipif(not yaml.__with_libyaml__, reason="this PyYAML has no libyaml")
 
@@ -74,3 +74,69 @@ def test_lines_are_known_either_way() -> None:
     file = yaml_of_others("a:\n  - 1\n  - b: 2\n", Path("file"), key="a", what="a file")
     assert file.where(("a", 1, "b")) == "file: line 3"
     assert file.value == {"a": [1, {"b": 2}]}
+
+
+WORDS_OF_YAML: dict[str, Any] = {
+    "yes": "yes",
+    "no": "no",
+    "on": "on",
+    "true": True,
+    "FALSE": False,
+    "010": 10.0,
+    "0o10": "0o10",
+    "0x1f": "0x1f",
+    "1_000": "1_000",
+    "12:30": "12:30",
+    "1e-3": 0.001,
+    "1.": 1.0,
+    ".5": 0.5,
+    "-.inf": -math.inf,
+    "~": None,
+    "null": None,
+    "2001-01-01": "2001-01-01",
+    "'1'": "1",
+    "!!str 1": "1",
+    "=": "=",
+}
+
+
+@pytest.mark.parametrize("word", WORDS_OF_YAML)
+def test_a_word_means_what_the_core_schema_of_yaml_1_2_says(word: str) -> None:
+    assert same(_composed(f"a: {word}", "file", "a file")[0]["a"], WORDS_OF_YAML[word])
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("%YAML 1.1\n---\na: yes\n", {"a": "yes"}),
+        ("%YAML 1.2\n---\na: 010\n", {"a": 10}),
+        ("a: &x [1, 2]\nb: *x\n", {"a": [1, 2], "b": [1, 2]}),
+        ("a: &x {c: 1}\nb: {<<: *x, d: 2}\n", {"a": {"c": 1}, "b": {"c": 1, "d": 2}}),
+        ("a: 1 # yes\n", {"a": 1}),
+        ("a:\n- 1\n- 2\n", {"a": [1, 2]}),
+    ],
+)
+def test_what_a_text_means(text: str, expected: Any) -> None:
+    assert _composed(text, "file", "a file")[0] == expected
+
+
+REFUSED_YAML = {
+    "a tab": ("a:\n\tb: 1", "line 2"),
+    "twice": ("a: 1\na: 2", "key 'a' is given twice"),
+    "twice deep": ("a:\n  - {b: 1, b: 2}", "line 2: key 'b' is given twice"),
+    "two documents": ("a: 1\n---\na: 2", "document"),
+    "an object": ("a: !!python/object:os.system x", "line 1"),
+    "open": ("a: [1, 2", "line 1"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED_YAML)
+def test_what_is_no_yaml_is_refused_with_its_line(case: str) -> None:
+    text, words = REFUSED_YAML[case]
+    with pytest.raises(FileFormatError, match=words):
+        _composed(text, "file", "a file")
+
+
+def test_documents_are_parted_by_dashes(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text("---\na: 1\n---\n---\nb: yes\n")
+    assert yaml_documents(tmp_path / "a.yaml", what="messages") == [{"a": 1}, {"b": "yes"}]

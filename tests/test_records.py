@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from spacearm.checks import Frozen, as_readonly
-from spacearm.errors import RobotError
-from spacearm.records import plain, record_as_dict, record_from_dict
+from spacearm.core.checks import Frozen, as_readonly
+from spacearm.core.errors import RobotError
+from spacearm.core.records import plain, record_as_dict, record_from_dict
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,14 +78,14 @@ def test_null_stands_for_the_infinity_that_a_field_names() -> None:
 
 WRONG: dict[str, Any] = {
     "outer is None, expected a mapping": None,
-    "outer has no key 'name'": {},
-    "outer has key 'nam', which is not known; did you mean 'name'?": {"nam": "x"},
+    "key 'name' is missing in outer; add it": {},
+    "outer: key 'nam' is not known; did you mean 'name'?": {"nam": "x"},
     "outer.name is 3, expected text": {"name": 3},
     "outer.count is True, expected a whole number": {"name": "", "count": True},
     "outer.count is 1.0, expected a whole number": {"name": "", "count": 1.0},
     "outer.share is '1', expected a number": {"name": "", "share": "1"},
     "outer.sure is 1, expected true or false": {"name": "", "sure": 1},
-    "outer.kind is ['a'], expected one of a, b": {"name": "", "kind": ["a"]},
+    "outer.kind is ['a'], expected 'a' or 'b'": {"name": "", "kind": ["a"]},
     "outer.inner is [], expected a mapping": {"name": "", "inner": []},
     "outer.inner.values is 3, expected a list": {"name": "", "inner": {"values": 3}},
     "outer.several is {}, expected a list": {"name": "", "several": {}},

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-import seed_numpy
+import paper_numpy
 
 
 @dataclass(frozen=True)
@@ -46,16 +46,16 @@ def _classic(name: str, function: Callable[[np.ndarray], np.ndarray], half: floa
     return Problem(name, evaluate, np.full(7, -half), np.full(7, half), False, 0.0, 0.01)
 
 
-def _seed(name: str, mode: seed_numpy.Mode, best_known: float) -> Problem:
-    function = partial(seed_numpy.objective, mode=mode)
-    return Problem(name, function, seed_numpy.LOWER, seed_numpy.UPPER, True, best_known, 0.01 * best_known)
+def _paper(name: str, mode: paper_numpy.Mode, best_known: float) -> Problem:
+    function = partial(paper_numpy.objective, mode=mode)
+    return Problem(name, function, paper_numpy.LOWER, paper_numpy.UPPER, True, best_known, 0.01 * best_known)
 
 
 PROBLEMS = {
     problem.name: problem
     for problem in (
-        _seed("seed", "goal", 2.984974500),
-        _seed("seed-literal", "literal", 2.561027421),
+        _paper("paper", "goal", 2.984974500),
+        _paper("paper-literal", "literal", 2.561027421),
         _classic("sphere", _sphere, 5.12, shifted=True),
         _classic("rastrigin", _rastrigin, 5.12, shifted=True),
         _classic("rosenbrock", _rosenbrock, 2.048, shifted=False),

@@ -20,7 +20,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-import seed_numpy
+import paper_numpy
 from contenders.problems import PROBLEMS, Problem
 
 Handling = Literal["penalty", "feasible first", "rising penalty"]  # the last is judged feasible first
@@ -53,7 +53,7 @@ class Task:
     def penalised(self, x: np.ndarray) -> np.ndarray:
         """F + 100 violation of the rows of x (n, d), (n,)."""
         fitness, violation = self.evaluate(x)
-        return fitness + seed_numpy.PENALTY * violation
+        return fitness + paper_numpy.PENALTY * violation
 
     def fitness_again(self, x: np.ndarray) -> np.ndarray:
         """Fitness of rows of x that were evaluated before: it costs time, not budget."""
@@ -82,12 +82,12 @@ class Task:
 
     def _keys(self, fitness: np.ndarray, violation: np.ndarray) -> tuple[np.ndarray, ...]:
         if self.handling == "penalty":
-            return (fitness + seed_numpy.PENALTY * violation,)
+            return (fitness + paper_numpy.PENALTY * violation,)
         return (fitness, violation)  # lexsort: the last key counts first
 
     def _key(self, pair: tuple[float, float]) -> tuple[float, ...]:
         fitness, violation = pair
-        return (fitness + seed_numpy.PENALTY * violation,) if self.handling == "penalty" else (violation, fitness)
+        return (fitness + paper_numpy.PENALTY * violation,) if self.handling == "penalty" else (violation, fitness)
 
     def __deepcopy__(self, memo: dict) -> Task:
         return self  # some libraries copy the problem they are given; the count must stay one
@@ -105,7 +105,7 @@ def serve(
     `problems` are those that the contender can solve; the others are left out.
     """
     parser = argparse.ArgumentParser(description=f"contender: {library}")
-    parser.add_argument("--problems", nargs="+", default=["seed"], choices=sorted(PROBLEMS))
+    parser.add_argument("--problems", nargs="+", default=["paper"], choices=sorted(PROBLEMS))
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--particles", type=int, default=300)
     parser.add_argument("--iterations", type=int, default=100)

@@ -9,15 +9,15 @@ import time
 import numpy as np
 import pyswarms as ps
 
-import seed_numpy
+import paper_numpy
 
 
-def run(formulation: seed_numpy.Formulation, seed: int) -> float:
+def run(formulation: paper_numpy.Formulation, seed: int) -> float:
     """One run with Table 1's settings, F + 100 violation."""
 
     def penalised(x: np.ndarray) -> np.ndarray:
         fitness, violation = formulation(x, "goal")
-        return fitness + seed_numpy.PENALTY * violation
+        return fitness + paper_numpy.PENALTY * violation
 
     np.random.seed(seed)  # noqa: NPY002 - the only way to seed it
     begun = time.perf_counter()
@@ -25,7 +25,7 @@ def run(formulation: seed_numpy.Formulation, seed: int) -> float:
         n_particles=300,
         dimensions=7,
         options={"c1": 2.0, "c2": 2.0, "w": 0.5},
-        bounds=(seed_numpy.LOWER, seed_numpy.UPPER),
+        bounds=(paper_numpy.LOWER, paper_numpy.UPPER),
     )
     swarm.optimize(penalised, iters=100, verbose=False)
     return time.perf_counter() - begun
@@ -33,4 +33,4 @@ def run(formulation: seed_numpy.Formulation, seed: int) -> float:
 
 if __name__ == "__main__":
     for seed, line in enumerate(sys.stdin):
-        print(run(seed_numpy.FORMULATIONS[line.strip()], seed), flush=True)
+        print(run(paper_numpy.FORMULATIONS[line.strip()], seed), flush=True)

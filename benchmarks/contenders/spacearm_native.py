@@ -6,7 +6,7 @@ from contenders.spacearm_python import fitted
 from instances import paper_instance
 from spacearm.swarm import PSO, Penalty, SwarmSettings, named_settings, run_trials
 
-INSTANCES = {name: paper_instance(mode, 0.10) for name, mode in (("seed", "goal"), ("seed-literal", "literal"))}
+INSTANCES = {name: paper_instance(mode, 0.10) for name, mode in (("paper", "goal"), ("paper-literal", "literal"))}
 
 
 def _run(task: Task, settings: SwarmSettings) -> None:

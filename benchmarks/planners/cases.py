@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.bench.collection import Item, RobotFiles, find_items, find_robot, read_item
 from spacearm.planner import Problem, clearance
 from spacearm.planner.kernel_model import kernel_model
+from spacearm.study.motionbenchmaker import Item, RobotFiles, find_items, find_robot, read_item
 
 HERE = Path(__file__).resolve().parent
 ENVIRONMENT = HERE.parents[1] / ".venv-planners"

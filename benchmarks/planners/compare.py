@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 from cases import ENVIRONMENT, Case, Trace, load_cases
 
-from spacearm.bench.recheck import OtherChecker
-from spacearm.bench.yardstick import REFERENCE, load_now, machine, seconds_per_configuration
+from spacearm.study.other_checker import OtherChecker
+from spacearm.study.reference_core import REFERENCE, load_now, machine, seconds_per_configuration
 
 SEARCH = 0.5  # how long our bare search goes on [s]
 PROVEN = (0.001, 0.05)  # how long that of `plan()` does [s]

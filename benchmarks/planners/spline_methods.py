@@ -15,9 +15,9 @@ import numpy as np
 from cases import Case, Trace
 from scipy.optimize import differential_evolution, minimize
 
-from spacearm.bench.recheck import dense_configurations
 from spacearm.motion import Motion
 from spacearm.planner import MotionSwarm, PlannerSettings
+from spacearm.study.other_checker import dense_configurations
 
 PENALTY = 100.0  # rad a metre
 INTERIOR = 2  # control points

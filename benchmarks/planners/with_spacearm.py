@@ -6,9 +6,9 @@ import time
 
 from cases import Case, Trace
 
-from spacearm.bench.recheck import dense_configurations
 from spacearm.planner import PlannerSettings, plan
-from spacearm.planner.islands import Islands
+from spacearm.planner.motion_search import Islands
+from spacearm.study.other_checker import dense_configurations
 
 
 def searched(case: Case, seed: int, *, seconds: float = 0, evaluations: int = 0) -> Trace:

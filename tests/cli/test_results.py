@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import PROBLEM, Told
-from spacearm.paper.report import LEGEND
+from spacearm.study.paper_report import LEGEND
 
 REACHED_BUT_BLOCKED = PROBLEM.replace("radius: 0.1", "radius: 0.3").replace(
     "goal: {configuration: [1, 0, 0, 0, 0, 0, 0]}",

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import pytest
 
 from kernel.builds import LEVELS
-from spacearm._kernel import available_levels, load_level
+from spacearm.core.native import available_levels, load_level
 
 pytestmark = pytest.mark.skipif(shutil.which("objdump") is None, reason="objdump is missing")
 

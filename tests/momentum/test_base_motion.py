@@ -9,13 +9,8 @@ import pinocchio as pin
 import pytest
 from scipy.integrate import solve_ivp
 
-from momentum.drawn import motion_of, spacecraft
-from oracles import mujoco_floating
-from oracles.pinocchio_floating import floating_model, floating_q, floating_v, free_rate, momentum
-from oracles.servicer import AT_ZERO, ROWS, servicer
-from snapshot import assert_refused
-from spacearm.errors import ProblemError, RobotError
-from spacearm.momentum import (
+from spacearm.core.errors import ProblemError, RobotError
+from spacearm.dynamics import (
     BaseMotion,
     Momentum,
     base_at_mass_center,
@@ -25,8 +20,13 @@ from spacearm.momentum import (
     momentum_map,
     system_mass,
 )
-from spacearm.motion import Motion, TimeLaw, Trajectory, time_optimal
+from spacearm.motion import Motion, Trajectory, time_optimal
 from spacearm.robot import Robot, load_robot
+from support.drawn_spacecraft import motion_of, spacecraft
+from support.messages import assert_refused
+from support.oracles import mujoco_floating
+from support.oracles.pinocchio_floating import floating_model, floating_q, floating_v, free_rate, momentum
+from support.oracles.servicer import AT_ZERO, ROWS, servicer
 
 SERVICER = servicer()
 ROBOTS = pytest.mark.parametrize("robot", [SERVICER, *map(spacecraft, (0, 2, 3, 5))], ids=lambda robot: robot.name)
@@ -201,22 +201,6 @@ def test_without_momentum_no_timing_changes_where_the_base_goes() -> None:
     for position, attitude in poses[1:]:
         np.testing.assert_allclose(position, poses[0][0], rtol=0, atol=1e-8)
         np.testing.assert_allclose(attitude, poses[0][1], rtol=0, atol=2e-9)
-
-
-def test_with_momentum_a_time_law_is_the_path_over_time() -> None:
-    path = Motion([np.zeros(7), np.full(7, 0.5), ROWS[0][0]])
-    quick = time_optimal(SERVICER, path)
-    given = Momentum(linear=(5.0, 0.0, -3.0), angular=(200.0, -100.0, 300.0))
-    by_law = BaseMotion(SERVICER, path, momentum=given, duration=quick.duration, time_law=quick.time_law)
-    over_time = BaseMotion(SERVICER, quick.path, momentum=given, duration=quick.duration)
-    s = np.linspace(0.02, 0.98, 33)
-    t = quick.time_at(s)
-    for found, expected in zip(by_law.pose(s), over_time.pose(t), strict=True):
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7)
-    speed = quick.time_law.sample(t / quick.duration, 1)[:, None] / quick.duration
-    for found, expected in zip(by_law.twist(s), over_time.twist(t), strict=True):
-        np.testing.assert_allclose(found * speed, expected, rtol=0, atol=1e-7)
-    assert isinstance(quick.time_law, TimeLaw)
 
 
 def test_a_free_body_tumbles_as_euler_found() -> None:

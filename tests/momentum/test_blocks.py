@@ -8,13 +8,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from momentum.drawn import spacecraft
-from oracles.pinocchio_floating import floating_model, floating_q, floating_v, free_rate, momentum
-from oracles.pinocchio_model import full_q
-from oracles.servicer import servicer
-from snapshot import assert_refused
-from spacearm.errors import ProblemError, RobotError, SpacearmError
-from spacearm.momentum import (
+from spacearm.core.errors import ProblemError, RobotError, SpacearmError
+from spacearm.dynamics import (
     Momentum,
     base_at_mass_center,
     base_rate,
@@ -24,8 +19,13 @@ from spacearm.momentum import (
     require_masses,
     system_mass,
 )
-from spacearm.momentum.quick import moving
+from spacearm.dynamics.momentum import moving
 from spacearm.robot import Body, Robot, joint_frames, load_robot
+from support.drawn_spacecraft import spacecraft
+from support.messages import assert_refused
+from support.oracles.pinocchio_floating import floating_model, floating_q, floating_v, free_rate, momentum
+from support.oracles.pinocchio_model import full_q
+from support.oracles.servicer import servicer
 
 ROBOTS = pytest.mark.parametrize("robot", [servicer(), *map(spacecraft, range(12))], ids=lambda robot: robot.name)
 _AT_ORIGIN = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))

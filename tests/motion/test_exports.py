@@ -11,11 +11,12 @@ import pytest
 from scipy.interpolate import lagrange
 from scipy.spatial.transform import Rotation
 
-from snapshot import assert_refused
-from spacearm.errors import OutputError, SettingsError
-from spacearm.momentum import Momentum
-from spacearm.motion import Motion, RecordedTrajectory, Trajectory, write_aem, write_ros_trajectory
+from spacearm.core.errors import OutputError, SettingsError
+from spacearm.dynamics import Momentum
+from spacearm.files import write_aem, write_ros_trajectory
+from spacearm.motion import Motion, RecordedTrajectory, Trajectory
 from spacearm.robot import load_robot
+from support.messages import assert_refused
 
 CREATED = "2026-02-03T04:05:06"
 SRS7 = load_robot("srs7")

@@ -15,11 +15,12 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.test_model import two_link
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, SpacearmError
-from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, Trajectory, load_trajectory, write_ros_trajectory
+from spacearm.core.errors import FileFormatError, SpacearmError
+from spacearm.files import load_trajectory, write_ros_trajectory
+from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.robot import load_robot
+from support.messages import assert_refused
+from support.small_robots import two_link
 
 ROBOT = two_link()
 LINES = PiecewisePath.from_linear([0, 0.5, 2], [[0, 0], [0.2, 0.1], [0.3, 0.5]])
@@ -301,7 +302,7 @@ def places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [path, *(place for key, inner in inside for place in places(inner, (*path, key)))]
 
 
-@settings(max_examples=300)
+@settings(max_examples=90)
 @given(st.sampled_from(places(WHOLE)[1:]), JUNK, st.booleans())
 def test_whatever_a_message_holds_it_is_read_or_refused_in_a_sentence(place: tuple[Any, ...], junk: Any, as_json: bool) -> None:
     whole = json.loads(json.dumps(WHOLE))

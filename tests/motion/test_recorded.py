@@ -13,20 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from robot.test_model import two_link
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, ProblemError, SpacearmError
-from spacearm.motion import (
-    Motion,
-    PiecewisePath,
-    RecordedTrajectory,
-    TimeLaw,
-    Trajectory,
-    load_trajectory,
-    time_optimal,
-)
-from spacearm.planner.files.plans import save_trajectory
+from spacearm.core.errors import FileFormatError, ProblemError, SpacearmError
+from spacearm.files import load_trajectory
+from spacearm.files.plan_file import save_trajectory
+from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory, time_optimal
 from spacearm.robot import Joint, Robot, load_robot
+from support.messages import assert_refused
+from support.small_robots import two_link
 
 ARM = load_robot("zhang2022")
 TURNER = two_link(lower=(-np.inf, -2.0), upper=(np.inf, 2.0))
@@ -350,14 +343,14 @@ def read_or_refused(content: bytes, robot: Robot) -> RecordedTrajectory | None:
             return None
 
 
-@settings(max_examples=300)
+@settings(max_examples=90)
 @given(st.one_of(st.binary(max_size=80), st.lists(FRAGMENTS, max_size=60).map(lambda parts: "".join(parts).encode())))
 def test_whatever_a_file_holds_it_is_read_or_refused_in_a_sentence(content: bytes) -> None:
     trajectory = read_or_refused(content, TURNER)
     assert trajectory is None or np.isfinite(trajectory.limits.velocity).all()
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(st.integers(0, len(TABLE) - 1), st.one_of(FRAGMENTS, st.characters(codec="utf-8")), st.booleans())
 def test_a_file_with_one_wrong_character_is_read_or_refused_in_a_sentence(at: int, new: str, instead: bool) -> None:
     read_or_refused((TABLE[:at] + new + TABLE[at + instead :]).encode(), two_link())

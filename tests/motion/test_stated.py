@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from spacearm.errors import FileFormatError
-from spacearm.momentum import Momentum
-from spacearm.motion import Motion, RecordedTrajectory, Trajectory, load_trajectory, time_optimal
-from spacearm.motion.plain import trajectory_as_dict, trajectory_from_dict
+from spacearm.core.errors import FileFormatError
+from spacearm.dynamics import Momentum
+from spacearm.files import load_trajectory
+from spacearm.files.plan_file import save_trajectory
+from spacearm.motion import Motion, RecordedTrajectory, Trajectory, time_optimal
+from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
 from spacearm.planner import Problem
-from spacearm.planner.files.plans import save_trajectory
 from spacearm.proof import certify
 from spacearm.robot import load_robot
 

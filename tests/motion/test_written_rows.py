@@ -8,22 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robot.test_model import two_link
-from spacearm.errors import SettingsError
-from spacearm.momentum import Momentum
-from spacearm.motion import (
-    AnyTrajectory,
-    Motion,
-    PiecewisePath,
-    RecordedTrajectory,
-    TimeLaw,
-    Trajectory,
-    load_trajectory,
-    time_optimal,
-    write_ros_trajectory,
-)
-from spacearm.planner.files.plans import save_trajectory
+from spacearm.core.errors import SettingsError
+from spacearm.dynamics import Momentum
+from spacearm.files import load_trajectory, write_ros_trajectory
+from spacearm.files.plan_file import save_trajectory
+from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory, time_optimal
 from spacearm.robot import load_robot
+from support.small_robots import two_link
 
 ARM, SERVICER = load_robot("zhang2022"), load_robot("servicer7")
 SMOOTH = TimeLaw([0, 1], [[0, 0, 0.5, 1, 1]])

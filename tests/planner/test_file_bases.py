@@ -9,17 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.test_files import written
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
-from spacearm.momentum import Momentum, center_of_mass
-from spacearm.planner.files.problems import load_problem, load_problem_file
-from spacearm.planner.floating import AttitudeGoal, BaseLimits
-from spacearm.planner.problem import Problem
-from spacearm.planner.settings import Weights
+from spacearm.core.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
+from spacearm.dynamics import Momentum, center_of_mass
+from spacearm.files.problem_file import load_problem, load_problem_file
+from spacearm.geometry import Scene, pose
+from spacearm.planner.planner_settings import Weights
+from spacearm.planner.problem import AttitudeGoal, BaseLimits, Problem
 from spacearm.robot import load_robot
-from spacearm.scene import Scene, pose
-from urdf_text import chain, joint
+from support.messages import assert_refused
+from support.urdf_text import chain, joint
+from support.written_files import written
 
 ROBOT = load_robot("srs7")
 PROBLEM = """\

@@ -12,9 +12,9 @@ import pytest
 import trimesh
 import yaml
 
-import urdf_text
-from spacearm.errors import SpacearmError
-from spacearm.planner.files.problems import load_problem_file
+from spacearm.core.errors import SpacearmError
+from spacearm.files.problem_file import load_problem_file
+from support import urdf_text
 
 WHOLE = """
 spacearm: 1

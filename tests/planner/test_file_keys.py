@@ -13,18 +13,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-import urdf_text
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
-from spacearm.planner import hold, load_moveit_scene
-from spacearm.planner.files.problems import load_problem, load_problem_file
-from spacearm.planner.files.scenes import placed
+from spacearm.core.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
+from spacearm.dynamics import hold
+from spacearm.files import load_moveit_scene
+from spacearm.files.problem_file import load_problem, load_problem_file
+from spacearm.files.scene_file import placed
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet, enclose_mesh, enclose_points, pose
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
-from spacearm.planner.settings import PlannerSettings, Weights
+from spacearm.planner.planner_settings import PlannerSettings, Weights
 from spacearm.robot import load_robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet, pose
-from spacearm.scene.enclose import enclose_mesh, enclose_points
 from spacearm.swarm import IPSO, PSO, Penalty
+from support import urdf_text
+from support.messages import assert_refused
 
 ROBOT = "robot: zhang2022\n"
 START = "start: [0, 0, 0, 0, 0, 0, 0]\n"
@@ -99,7 +99,7 @@ def test_orientations_are_those_of_scipy(shape: str, turn: str, folder: Path) ->
 
 
 @given(st.tuples(*[st.floats(-1e4, 1e4)] * 3))
-@settings(max_examples=100)
+@settings(max_examples=40)
 def test_any_turns_about_the_axes_are_those_of_scipy(rpy_deg: tuple[float, float, float]) -> None:
     class Turned:
         position, q_wxyz = None, None

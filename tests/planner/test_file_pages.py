@@ -13,11 +13,11 @@ import pytest
 import yaml
 
 from house.source import REPOSITORY
+from spacearm.core.records import as_dict
+from spacearm.files.problem_file import load_problem, load_problem_file
+from spacearm.files.problem_schema import SCHEMA_FILE, problem_schema
 from spacearm.planner import plan
-from spacearm.planner.files.editor_schema import SCHEMA_FILE, problem_schema
-from spacearm.planner.files.problems import load_problem, load_problem_file
-from spacearm.planner.settings import PlannerSettings, Weights
-from spacearm.settings import as_dict
+from spacearm.planner.planner_settings import PlannerSettings, Weights
 from spacearm.swarm import IPSO, PSO
 
 PAGE = (REPOSITORY / "docs" / "problem_file.md").read_text(encoding="utf-8")
@@ -121,7 +121,7 @@ WRONG = (
 
 @pytest.mark.parametrize("change", WRONG)
 def test_the_schema_refuses_what_the_reader_refuses(change: str, folder: Path) -> None:
-    from spacearm.errors import SpacearmError
+    from spacearm.core.errors import SpacearmError
 
     jsonschema = pytest.importorskip("jsonschema")
     value = {**yaml.safe_load(BASE), **yaml.safe_load(change)}

@@ -13,17 +13,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import urdf_text
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
-from spacearm.planner.files.plans import problem_as_dict, problem_hash
-from spacearm.planner.files.problems import load_problem, load_problem_file
-from spacearm.planner.files.saved_plans import problem_from_dict
+from spacearm.core.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
+from spacearm.files.plan_file import problem_as_dict, problem_from_dict, problem_hash
+from spacearm.files.problem_file import load_problem, load_problem_file
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere
 from spacearm.planner.goals import ConfigurationGoal, PositionGoal
+from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem
-from spacearm.planner.settings import PlannerSettings
 from spacearm.robot import load_robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere
+from support import urdf_text
+from support.messages import assert_refused
+from support.written_files import written
 
 PROBLEM = """\
 spacearm: 1
@@ -33,12 +33,6 @@ scene:
 start: [0, 0, 0, 0, 0, 0, 0]
 goal: {position: [0.7, 0.3, 0.0]}
 """
-
-
-def written(directory: Path, text: str | bytes, name: str = "problem.yaml") -> Path:
-    path = directory / name
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return path
 
 
 def changed(old: str, new: str) -> str:
@@ -80,8 +74,8 @@ def test_what_is_a_little_beyond_a_limit_is_set_onto_it_and_said(tmp_path: Path)
 
 def test_the_formats_own_description_is_a_problem(tmp_path: Path) -> None:
     # Each line of the docstring's example is tried, with the first alternative of every key that has several.
-    import spacearm.planner.files.problems as files
-    from spacearm.planner.files.schema import ProblemModel
+    import spacearm.files.problem_file as files
+    from spacearm.files.problem_schema import ProblemModel
 
     text = (files.__doc__ or "").split("::\n")[1]
     lines = [line.split("#")[0].strip() for line in text.splitlines()]

@@ -11,17 +11,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import srdf_text
-import strategies
-import urdf_text
-from kinematics import frame_transform, joint_transforms
-from oracles.solids import from_segments
-from snapshot import assert_refused
-from spacearm.errors import RobotError
+from spacearm.core.errors import RobotError
+from spacearm.dynamics import hold
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
 from spacearm.motion import Motion, Trajectory
-from spacearm.planner import hold
 from spacearm.robot import Robot, forward_kinematics, load_robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
+from support import srdf_text, strategies, urdf_text
+from support.forward_kinematics import frame_transform, joint_transforms
+from support.messages import assert_refused
+from support.oracles.solids import from_segments
 
 ROUNDING = 1e-9
 ARMS = srdf_text.loaded(srdf_text.two_arms(), tip="left_tool")

@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-import urdf_text
-from spacearm.errors import ProblemError, RobotError
-from spacearm.motion.for_robot import robot_in_order
-from spacearm.planner import MotionSwarm, Plan, PlannerSettings, Problem, hold, load_problem, load_saved_plan, plan, save_plan
-from spacearm.planner.files.recheck import recheck_plan, recheck_trajectory
+from spacearm.core.errors import ProblemError, RobotError
+from spacearm.dynamics import hold
+from spacearm.files import load_problem, load_saved_plan, save_plan
+from spacearm.files.recheck import recheck_plan, recheck_trajectory
+from spacearm.geometry import Box, Sphere
+from spacearm.motion.recorded import robot_in_order
+from spacearm.planner import MotionSwarm, Plan, PlannerSettings, Problem, plan
 from spacearm.planner.goals import ConfigurationGoal, goal_as_dict
 from spacearm.robot import Robot, load_robot
-from spacearm.robot.plain import robot_as_dict
-from spacearm.scene import Box, Sphere
+from spacearm.robot.model import robot_as_dict
+from support import urdf_text
 
 QUICK = PlannerSettings(evaluations=200)
 ROD = urdf_text.collision('<cylinder radius="0.05" length="0.8"/>', xyz="0.5 0 0", rpy="0 1.5707963267948966 0")

@@ -17,14 +17,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-import urdf_text
-from oracles.solids import point_distance
-from snapshot import assert_refused
 from spacearm import load_moveit, load_moveit_scene
-from spacearm.errors import FileFormatError, ProblemError, RobotError, SceneError, SpacearmError
+from spacearm.core.errors import FileFormatError, ProblemError, RobotError, SceneError, SpacearmError
+from spacearm.geometry import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, clearance
 from spacearm.robot import Robot, load_robot
-from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
+from support import urdf_text
+from support.messages import assert_refused
+from support.oracles.solids import point_distance
 
 POINT, TURN = [0.5, -0.1, 0.3], [0.0, 0.6, 0.0, 0.8]  # a quaternion of length 1 in decimals, x y z w
 AT = {"position": POINT, "orientation": TURN}

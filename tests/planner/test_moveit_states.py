@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-import urdf_text
 from spacearm import forward_kinematics, hold, load_moveit, load_moveit_scene, load_robot, plan
-from spacearm.errors import FileFormatError, RobotError
+from spacearm.core.errors import FileFormatError, RobotError
+from spacearm.geometry import Sphere, pose
 from spacearm.planner import Problem
 from spacearm.robot import Body, Robot
-from spacearm.robot.left_out import apart_pairs
-from spacearm.scene import Sphere, pose
+from spacearm.robot.unchecked_pairs import apart_pairs
+from support import urdf_text
 
 SCREW = {"position": [0.1, 0.2, 0.3], "orientation": [0, 0, 0.6, 0.8]}
 T_SCREW = np.eye(4)

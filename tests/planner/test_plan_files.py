@@ -15,50 +15,22 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import strategies
-from proof.dense import arms, planar
-from scene.drawn_shapes import obstacles
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, OutputError, ProblemError, SpacearmError
-from spacearm.momentum import Momentum, base_at_mass_center
+from spacearm.core.errors import FileFormatError, OutputError, ProblemError, SpacearmError
+from spacearm.core.records import record_as_dict
+from spacearm.dynamics import Momentum, base_at_mass_center
+from spacearm.files import load_plan, load_saved_plan, plan_as_dict, save_plan, save_trajectory
+from spacearm.files.plan_file import problem_as_dict, problem_from_dict, problem_hash
+from spacearm.files.recheck import recheck_plan
+from spacearm.geometry import Box, Cylinder, HalfSpace, Scene, Sphere, pose
 from spacearm.motion import RecordedTrajectory, TimeLaw, Trajectory
-from spacearm.planner import (
-    BaseLimits,
-    Plan,
-    PlannerSettings,
-    PoseGoal,
-    PositionGoal,
-    Problem,
-    load_plan,
-    load_saved_plan,
-    plan,
-    plan_as_dict,
-    save_plan,
-    save_trajectory,
-)
-from spacearm.planner.files.plans import problem_as_dict, problem_hash
-from spacearm.planner.files.saved_plans import problem_from_dict
+from spacearm.planner import BaseLimits, Plan, PlannerSettings, PoseGoal, PositionGoal, Problem, plan
 from spacearm.proof import certify
-from spacearm.records import record_as_dict
 from spacearm.robot import Joint, forward_kinematics, load_robot
-from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, pose
-
-SMALL = PlannerSettings(evaluations=300, goal_candidates=2)
-BALL = Sphere((1.2, 1.2, 0.0), 0.3, name="ball")
-
-
-def turn(*, scene: Any = (BALL,), start: Any = (0.0, 0.0), goal: Any = (math.pi / 2, 0.0), robot: Any = None) -> Problem:
-    """The planar arm, stretched, from x to y; a ball stands where the stretched arm would pass."""
-    return Problem(robot or planar(), Scene(scene), start=start, goal=goal)
-
-
-def turntable() -> Any:
-    limits = dict.fromkeys(("velocity", "acceleration"), (1.0,)) | {"lower": (-np.inf,), "upper": (np.inf,)}
-    capsule = planar().capsules[0]
-    return planar(joints=planar().joints[:1], capsules=(capsule,), frames=planar().frames[:1], tip="base", **limits)
-
-
-PROBLEM = turn()
+from support import strategies
+from support.dense_samples import arms, planar
+from support.drawn_shapes import obstacles
+from support.messages import assert_refused
+from support.planar_problems import BALL, PROBLEM, SMALL, edited, turn, turntable
 
 
 @pytest.fixture(scope="module")
@@ -224,14 +196,19 @@ def test_problems_from_before_bases_could_float_keep_their_hashes() -> None:
     assert "base" not in plan_as_dict(plan(turn(scene=[]), SMALL, rng=0))
 
 
+OLD = Path(__file__).parent / "data" / "plan_before_certificate_version.json"
+
+
+def test_a_plan_that_an_older_release_saved_is_still_read(found: Plan) -> None:
+    assert "spacearm-certificate" not in json.loads(OLD.read_text())["certificate"]
+    old = load_saved_plan(OLD)
+    assert old.problem_hash == problem_hash(old.problem)
+    assert recheck_plan(OLD).notes == ()
+    assert old.trajectory == found.trajectory
+    assert load_plan(OLD, PROBLEM) == found.trajectory
+
+
 # ---- refused ---------------------------------------------------------------------------------------------------------
-
-
-def edited(path: Path, change: Any) -> Path:
-    content = json.loads(path.read_text())
-    change(content)
-    path.write_text(json.dumps(content))
-    return path
 
 
 BROKEN: dict[str, Any] = {
@@ -242,6 +219,8 @@ BROKEN: dict[str, Any] = {
     "a list": lambda path: path.write_text("[1, 2]"),
     "nested too deeply": lambda path: path.write_text("[" * 100_000),
     "another version": lambda path: edited(path, lambda c: c.update({"spacearm-plan": 2})),
+    "version a text": lambda path: edited(path, lambda c: c.update({"spacearm-plan": "1"})),
+    "certificate of a newer version": lambda path: edited(path, lambda c: c["certificate"].update({"spacearm-certificate": 2})),
     "a problem": lambda path: path.write_text('{"spacearm": 1}'),
     "no motion in it": lambda path: edited(path, lambda c: c.update(motion=None, status="not_found")),
     "motion missing": lambda path: edited(path, lambda c: c.pop("motion")),
@@ -369,7 +348,7 @@ def _places(value: Any, place: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [place, *(deeper for key, entry in inside for deeper in _places(entry, (*place, key)))]
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_file_is_refused_in_a_sentence_or_judged(data: st.DataObject, found: Plan, tmp_path: Path) -> None:
     content = json.loads(json.dumps(plan_as_dict(found)))

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from doctor_text import FAULTS, HEALTHY, changed, codes, written
-from spacearm.errors import FileFormatError, OutputError
+from spacearm.core.errors import FileFormatError, OutputError
+from spacearm.doctor import Choices, diagnose, mend_urdf
 from spacearm.robot import load_robot
-from spacearm.robot.doctor import Choices, diagnose, mend_urdf
+from support.doctor_text import FAULTS, HEALTHY, changed, codes, written
 
 # Those whose code is another one afterwards: what was 0 or missing is now said to be unknown.
 _LEAVES = {"no effort": ["effort-zero"], "vast limits": ["continuous"]}

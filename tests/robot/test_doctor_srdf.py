@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from doctor_text import HEALTHY, codes, found_in, written
-from spacearm.errors import FileFormatError
+from spacearm.core.errors import FileFormatError
+from spacearm.doctor import diagnose
 from spacearm.robot import load_robot
-from spacearm.robot.doctor import diagnose
-from srdf_text import disabled, group, srdf, state
+from support.doctor_text import HEALTHY, codes, found_in, written
+from support.srdf_text import disabled, group, srdf, state
 
 _NEIGHBOURS = (disabled("base", "upper"), disabled("fore", "upper"))
 

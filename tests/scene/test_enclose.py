@@ -15,15 +15,15 @@ from hypothesis import HealthCheck, given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-import strategies
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, SceneError
-from spacearm.scene import Scene, Sphere, SphereSet, enclose_mesh, enclose_points, pose
-from spacearm.scene.enclose.files import read_points
-from spacearm.scene.enclose.inside import Inside
-from spacearm.scene.enclose.surface import Surface
-from spacearm.scene.enclose.topology import solid_of
-from spacearm.scene.plain import scene_as_list, scene_from_list
+from spacearm.core.errors import FileFormatError, SceneError
+from spacearm.geometry import Scene, Sphere, SphereSet, enclose_mesh, enclose_points, pose
+from spacearm.geometry.mesh_distance import Surface
+from spacearm.geometry.mesh_inside import Inside
+from spacearm.geometry.mesh_topology import solid_of
+from spacearm.geometry.meshes import read_points
+from spacearm.geometry.scene import scene_as_list, scene_from_list
+from support import strategies
+from support.messages import assert_refused
 
 COORDINATE = st.floats(-1.0, 1.0, allow_subnormal=False)
 QUICK = hypothesis_settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -396,7 +396,7 @@ def test_what_cannot_be_enclosed_is_refused(case: str) -> None:
 
 
 def test_an_excess_that_takes_too_many_balls_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("spacearm.scene.enclose.balls._MOST_CELLS", 500)
+    monkeypatch.setattr("spacearm.geometry.enclosing_balls._MOST_CELLS", 500)
     case = "excess that takes too many balls"
     assert_refused("scene", case, SceneError, lambda: enclose_mesh(SOUP, excess=1e-5, name="hull"))
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-import strategies
-from snapshot import assert_refused
-from spacearm.errors import SceneError
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
+from spacearm.core.errors import SceneError
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
+from support import strategies
+from support.messages import assert_refused
 
 
 def test_a_scene_takes_any_iterable_and_keeps_a_tuple() -> None:

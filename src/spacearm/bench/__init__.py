@@ -1,1 +1,0 @@
-"""How good the planner is: benchmarks that a user can repeat, with their protocol."""

@@ -1,0 +1,1 @@
+"""Studies: tasks in, records out, and the tables and figures that are made of records."""

@@ -1,0 +1,126 @@
+"""MotionBenchMaker's problems, or others in MoveIt's files, on disk.
+
+Each family is a folder with scene*.yaml and request*.yaml.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from spacearm.core.errors import FileFormatError, nearest
+from spacearm.files.moveit import load_moveit
+from spacearm.planner import ConfigurationGoal, Problem
+from spacearm.robot import Robot, load_robot
+
+_SCENE = re.compile(r"scene(\d*)\.ya?ml")
+_LAYOUT = "folders with scene*.yaml and request*.yaml, one folder a family"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Item:
+    """A problem on disk.
+
+    Attributes:
+        family: its folder's name.
+        name: the number in its files' names.
+        scene: the planning scene.
+        request: the motion request.
+    """
+
+    family: str
+    name: str
+    scene: Path
+    request: Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotFiles:
+    """Where the robot is described.
+
+    Attributes:
+        urdf: its joints and bodies.
+        srdf: its groups, and which links may touch.
+        group: whose joints move.
+    """
+
+    urdf: Path
+    srdf: Path
+    group: str
+
+    def load(self) -> Robot:
+        """Return the robot."""
+        return load_robot(self.urdf, srdf=self.srdf, group=self.group)
+
+
+def find_items(folder: Path, *, families: Sequence[str] = (), most: int | None = None) -> list[Item]:
+    """Find the problems in a folder.
+
+    Args:
+        folder: of the families, or a family itself.
+        families: the names of those wanted; none: all.
+        most: of each family.
+
+    Raises:
+        FileFormatError: no such folder, no problems in it, no such family, or a scene without its request.
+    """
+    if not folder.is_dir():
+        kind = "is a file" if folder.exists() else "does not exist"
+        raise FileFormatError(f"{folder} {kind}, expected {_LAYOUT}; check --data")
+    try:
+        found = {path.name: _of_family(path) for path in sorted({folder, *folder.iterdir()}) if path.is_dir()}
+    except OSError as error:
+        raise FileFormatError(f"{folder} cannot be read ({error.strerror}), expected {_LAYOUT}; check --data") from None
+    found = {name: items for name, items in found.items() if items}
+    if not found:
+        raise FileFormatError(f"{folder} holds no problems, expected {_LAYOUT}; check --data")
+    for name in families:
+        if name not in found:
+            raise FileFormatError(f"{folder} has no family '{name}'; {nearest(name, found)}")
+    return [item for name, items in found.items() if not families or name in families for item in items[:most]]
+
+
+def find_robot(folder: Path, *, urdf: Path | None, srdf: Path | None, group: str) -> RobotFiles:
+    """Take the robot's files that are given, else the only ones in the folder.
+
+    Raises:
+        FileFormatError: there is none, or several.
+    """
+    return RobotFiles(urdf=urdf or _only(folder, "urdf"), srdf=srdf or _only(folder, "srdf"), group=group)
+
+
+def _only(folder: Path, kind: str) -> Path:
+    found = sorted(folder.glob(f"*.{kind}"))
+    if len(found) != 1:
+        listed = ", ".join(path.name for path in found[:4]) or "none"
+        raise FileFormatError(f"{folder} holds {len(found)} {kind.upper()} files ({listed}), expected one; name it by --{kind}")
+    return found[0]
+
+
+def _of_family(folder: Path) -> list[Item]:
+    items = []
+    for scene in sorted(folder.iterdir()):
+        match = _SCENE.fullmatch(scene.name)
+        if match is None or not scene.is_file():
+            continue
+        request = scene.with_name("request" + scene.name.removeprefix("scene"))
+        if not request.is_file():
+            raise FileFormatError(f"{scene} has no {request.name} beside it, expected a request for every scene; add it")
+        items.append(Item(family=folder.name, name=match[1], scene=scene, request=request))
+    return items
+
+
+def read_item(item: Item, robot: Robot) -> Problem:
+    """Read a problem whose goal is one configuration; a tolerance of it is not made use of.
+
+    Raises:
+        FileFormatError: a file that is missing, broken or of another format, or another goal.
+        SpacearmError: obstacles that cannot be, or ends out of the robot's limits.
+    """
+    found = load_moveit(robot, item.scene, item.request)
+    if not isinstance(found.goal, ConfigurationGoal):
+        kind = type(found.goal).__name__
+        raise FileFormatError(f"{item.request} has a {kind}, expected joint_constraints for one configuration; leave it out")
+    return replace(found, goal=ConfigurationGoal(found.goal.q))
