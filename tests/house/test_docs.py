@@ -29,7 +29,7 @@ from typing import Any
 import pytest
 import yaml
 
-from house.source import REPOSITORY
+from house.source import REPOSITORY, repository_files, where
 from spacearm.cli import main
 from spacearm.files.problem_file import load_problem_file
 from spacearm.robot import load_robot
@@ -202,6 +202,15 @@ def test_the_files_a_page_names_exist(page: Path) -> None:
 def test_the_sections_a_page_names_exist(page: Path) -> None:
     named = re.findall(r"\]\(([^):]*)#([^)]+)\)", page.read_text(encoding="utf-8"))
     missing = [f"{name}#{anchor}" for name, anchor in named if anchor not in anchors((page.parent / name) if name else page)]
+    assert not missing
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_the_source_files_a_page_names_exist(page: Path) -> None:
+    text = BLOCK.sub("", page.read_text(encoding="utf-8"))
+    named = {name for name in re.findall(r"`([\w/]+\.(?:py|hpp|cpp))`", text) if name != "utils.py"}
+    known = [f"/{where(path)}" for path in repository_files()]
+    missing = sorted(name for name in named if not any(path.endswith(f"/{name.removeprefix('spacearm/')}") for path in known))
     assert not missing
 
 
