@@ -32,7 +32,8 @@ _OPTIONS = ("-h", "--help", "--version")
 
 _HELP = """usage: spacearm COMMAND [options]
 
-Plans collision-free, executable motions for robot arms on spacecraft, with a particle swarm, and proves each of them.
+Plans collision-free motions for robot arms on spacecraft, and proves each of them. The search is a hybrid of
+RRT-Connect trees, local refinement and a particle swarm.
 
 commands:
 {commands}
