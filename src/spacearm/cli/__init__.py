@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 COMMANDS = {
     "bench": "measure the planner on a collection of problems: spacearm bench mbm -d DIR",
     "certify": "prove a plan.json again, or a trajectory in CSV: free of collision and within the limits, at every instant",
-    "doctor": "say what is wrong with a robot's URDF and how to mend it; --fix writes a corrected copy",
+    "doctor": "find the faults of a robot's URDF, and say how to correct them; --fix writes a corrected copy",
     "paper": "run the paper's experiment: Table 3, Figures 4-9, report.json",
     "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, figures",
 }
