@@ -79,12 +79,12 @@ def main() -> None:
                 number(1e3 * mean([record.clearance for record in these if record.clearance is not None]), 1),
             )
         )
-    print(
-        markdown(
-            [Table("margins", ("margin", "found", "interval", "length [rad]", "clearance [mm]"), rows)],
-            ["means of the motions found"],
-        )
+    header = ("margin", "found", "interval", "length [rad]", "clearance [mm]")
+    notes = (
+        "interval: the share of motions found lies in it with 95 % confidence",
+        "length and clearance: means of the motions found",
     )
+    print(markdown([Table("How the margin matters", header, rows)], notes))
 
 
 if __name__ == "__main__":
