@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from itertools import groupby
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from spacearm.motion import Trajectory
 from spacearm.planner import PlannerSettings, Problem, Weights, plan, report_base
@@ -257,7 +257,9 @@ class PublishedTask:
 def run_space_task(task: SpaceTask) -> Run:
     """Measure a task. In each process, the first one is measured twice: what is imported on the way is not timed."""
     speed = speed_for(f"SpaceBench, {task.item.family}")
-    _warm(measure, task.item, 0, task.protocol, speed)
+    if not _measured:
+        measure(task.item, 0, task.protocol, speed)
+        _measured.append(True)
     return measure(task.item, task.seed, task.protocol, speed)
 
 
@@ -295,13 +297,7 @@ def _published(what: str) -> Problem:
     return servicer_problem(restore=what == SERVICER)
 
 
-_measured: list[bool] = []  # whether this process has measured anything
-
-
-def _warm(first: Any, *arguments: Any) -> None:
-    if not _measured:
-        first(*arguments)
-        _measured.append(True)
+_measured: list[bool] = []  # not empty once this process has measured a task
 
 
 @cache
