@@ -12,11 +12,14 @@ PY := $(VENV)/bin/python
 PIP := $(PY) -m pip --disable-pip-version-check --quiet
 STAMPS := $(VENV)/stamps
 BENCH ?= --quick --install
+WORKERS ?= 2
 
 export PYTHON
 export PYRIGHT_PYTHON_IGNORE_WARNINGS = 1
 
-BUILD_FILES := pyproject.toml CMakeLists.txt $(wildcard kernel/*)
+CXX_FILES := $(wildcard kernel/*.c kernel/*.cpp kernel/*.hpp kernel/*/*.cpp kernel/*/*.hpp benchmarks/*.cpp)
+BUILD_FILES := pyproject.toml CMakeLists.txt $(CXX_FILES)
+CLANG_FORMAT := $(VENV)/bin/clang-format
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -28,18 +31,19 @@ demo: $(STAMPS)/package ## everything from nothing: environment, build, the pape
 
 test: $(STAMPS)/package $(STAMPS)/test ## environment, build, and all tests
 	@echo 'Running the tests.'
-	@$(PY) -m pytest
+	@$(PY) -m pytest -n $(WORKERS) --dist loadfile
 
 lint: $(STAMPS)/package $(STAMPS)/lint ## format check, lint, and types
 	@failed=; \
 	  echo 'ruff format --check'; $(PY) -m ruff format --check . || failed="$$failed format"; \
+	  echo 'clang-format';        $(CLANG_FORMAT) --dry-run -Werror $(CXX_FILES) || failed="$$failed clang-format"; \
 	  echo 'ruff check';          $(PY) -m ruff check . || failed="$$failed check"; \
 	  echo 'pyright';             $(PY) -m pyright || failed="$$failed pyright"; \
-	  if [ -n "$$failed" ]; then echo "Lint failed:$$failed (make format mends the first two where it can)."; exit 1; fi; \
+	  if [ -n "$$failed" ]; then echo "Lint failed:$$failed (make format mends the first three where it can)."; exit 1; fi; \
 	  echo 'Lint passed.'
 
-format: $(STAMPS)/lint ## rewrite the Python files in the house's format
-	@$(PY) -m ruff check --fix --exit-zero --quiet . ; $(PY) -m ruff format .
+format: $(STAMPS)/lint ## rewrite the Python and C++ files in the house's format
+	@$(PY) -m ruff check --fix --exit-zero --quiet . ; $(PY) -m ruff format . ; $(CLANG_FORMAT) -i $(CXX_FILES)
 
 bench: $(STAMPS)/package ## the swarm beside other libraries (BENCH="--quick --install"), one environment each
 	@$(PY) benchmarks/paper_numpy.py
@@ -66,7 +70,7 @@ $(STAMPS)/tools: pyproject.toml tools/preflight.sh tools/requirements.py
 $(STAMPS)/package: $(STAMPS)/tools $(STAMPS)/modules $(BUILD_FILES)
 	@sh tools/preflight.sh $(VENV) > /dev/null || exit 2
 	@echo 'Building the kernel and installing spacearm: about 1 minute on 2 cores, seconds if little changed.'
-	@$(PIP) install --no-build-isolation --editable .
+	@$(PIP) install --no-build-isolation --config-settings=cmake.define.SPACEARM_WERROR=ON --editable .
 	@touch $@
 
 $(STAMPS)/test $(STAMPS)/lint: $(STAMPS)/%: $(STAMPS)/tools pyproject.toml

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.momentum import BaseMotion
+from spacearm.dynamics import BaseMotion
 from spacearm.motion import Motion
 from spacearm.planner import PlannerSettings, Problem
-from spacearm.planner.islands import Islands
+from spacearm.planner.motion_search import Islands
 from spacearm.robot import Robot, load_robot
 
 Array = NDArray[np.float64]

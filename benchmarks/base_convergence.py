@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spacearm.momentum import BaseMotion, Convergence, convergence
+from spacearm.dynamics import BaseMotion, Convergence, convergence
 from spacearm.motion import Motion
 from spacearm.robot import load_robot
 
@@ -55,7 +55,7 @@ def needed(found: Convergence, order: int, tolerance: float) -> int | None:
 
 def draw(found: Convergence, path: Path) -> None:
     """Errors against evaluations, with the slopes that the orders ask for, and what the search and the certificate need."""
-    from spacearm.show.style import BLUE, COLUMN, GREEN, GREY, SMALL, VERMILION, look, new_figure, tidy
+    from spacearm.show.figure_style import BLUE, COLUMN, GREEN, GREY, SMALL, VERMILION, look, new_figure, tidy
 
     colors = {2: VERMILION, 4: GREEN, 6: BLUE}
     with look():

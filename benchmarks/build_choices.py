@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from rounds import machine, print_table
-from spacearm._kernel import available_levels, kernel_info
+from spacearm.core.native import available_levels, kernel_info
 
 HERE = Path(__file__).resolve().parent
 OPTIONS = ["-std=gnu++20", "-O3", "-fno-math-errno", "-fno-trapping-math", "-Wno-psabi"]  # as in CMakeLists.txt

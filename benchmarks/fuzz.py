@@ -24,7 +24,7 @@ from fault_search import Case, Outcome, search
 @cache
 def prepared() -> tuple[dict[str, Any], tempfile.TemporaryDirectory[str]]:
     """Return the readers by name, and a folder with the files that the texts name."""
-    from reliability.readers import beside, readers
+    from support.file_readers import beside, readers
 
     folder = tempfile.TemporaryDirectory()
     beside(Path(folder.name))
@@ -33,7 +33,7 @@ def prepared() -> tuple[dict[str, Any], tempfile.TemporaryDirectory[str]]:
 
 def look(case: Case) -> Outcome:
     """Read a file that is wrong; keep it if it is a finding."""
-    from reliability.wrong_files import finding, wrong_file
+    from support.wrong_files import finding, wrong_file
 
     readers, folder = prepared()
     reader = readers[case.part]
@@ -55,7 +55,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def main() -> int:
     """Run the fuzzing; 1 if there are findings."""
-    from reliability.readers import readers
+    from support.file_readers import readers
 
     names = list(readers())
     return search(

@@ -16,8 +16,8 @@ from fault_search import Case, Outcome, search
 
 def look(case: Case) -> Outcome:
     """Make a call with absurd arguments."""
-    from reliability.hostile import finding, hostile_call
-    from spacearm.checks import shown
+    from spacearm.core.checks import shown
+    from support.hostile_calls import finding, hostile_call
 
     name, changed = hostile_call((case.seed, case.number))
     kind, details = finding(name, changed)

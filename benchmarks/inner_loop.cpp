@@ -5,17 +5,17 @@
 #include <cmath>
 #include <cstdio>
 
-#include "fitness.hpp"
-#include "random.hpp"
+#include "lanes/random.hpp"
+#include "swarm/objectives.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
 // The paper's arm (joint axes z, x, y, z, y, x, z at q = 0, links along +y) among its three spheres.
-template <class T> seed_objective<T> paper_objective() {
+template <class T> paper_objective<T> paper_example() {
     const double along[3][9] = {{0, 0, 1, 1, 0, 0, 0, 1, 0}, {0, 1, 0, 0, 0, 1, 1, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}};
     const char axes[] = "zxyzyxz";
     const double link_before[7] = {0, 0, 0, 0.668, 0.4128, 0, 0};
-    seed_objective<T> o;
+    paper_objective<T> o;
     const double* before = along[2];
     for (int j = 0; j < 7; ++j) {
         const double* now = along[axes[j] - 'x'];
@@ -65,7 +65,7 @@ template <class F> double least_seconds(F&& work) {
 
 template <class T> void report() {
     constexpr int packs = 1024, times = 3, draws = 1000;
-    const auto o = paper_objective<T>();
+    const auto o = paper_example<T>();
     auto w = o.make_workspace();
     const random_key key(1, 0, stream::start_position);
     std::vector<pack<T>> q(packs * 8);
@@ -90,7 +90,8 @@ template <class T> void report() {
             }
         }
     });
-    std::printf("%.3f %.3f\n", objective * 1e9 / (times * packs * lanes_of<T>), randomness * 1e9 / (4 * draws * word_lanes));
+    std::printf("%.3f %.3f\n", objective * 1e9 / (times * packs * lanes_of<T>),
+                randomness * 1e9 / (4 * draws * word_lanes));
 }
 
 }  // namespace SPACEARM_NAMESPACE

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from spacearm.geometry import Scene, Sphere
 from spacearm.planner.kernel_model import KernelModel, make_kernel_model, native_class
-from spacearm.scene import Scene, Sphere
 from spacearm.study.paper_problem import GOAL_POSITION, OBSTACLE_CENTERS, PaperSettings, paper_robot
 
 RADII = (0.06, 0.10, 0.15)

@@ -27,7 +27,7 @@ import paper_numpy
 from compare_swarms import HERE, ONE_THREAD, interpreter
 from instances import ARM, paper_instance
 from rounds import Rounds, machine, print_table, take_turns
-from spacearm._kernel import ENVIRONMENT_VARIABLE, kernel_info
+from spacearm.core.native import ENVIRONMENT_VARIABLE, kernel_info
 from spacearm.swarm import PSO, minimize, named_settings, run_trials
 
 BATCH = 300  # Table 1's particles

@@ -1,6 +1,6 @@
 """The floating base's motion by the kernel and in plain NumPy, side by side.
 
-Kinematics, momentum blocks (spacearm.momentum, ORACLES' momentum form), the base's rate and the product of its turns, for all
+Kinematics, momentum blocks (spacearm.dynamics, ORACLES' momentum form), the base's rate and the product of its turns, for all
 particles and samples at once: what a search needs to know of where the base is. One sample is one evaluation of the blocks.
 
     python benchmarks/momentum_numpy.py                    # nanoseconds a sample and particle
@@ -17,13 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from rounds import machine, print_table, take_turns
-from spacearm._kernel import kernel_info
-from spacearm.momentum.blocks import free_rate, moments_of_frames
-from spacearm.momentum.masses import lumped_masses
-from spacearm.momentum.turning import exponential, running_products
+from spacearm.core.native import kernel_info
+from spacearm.core.rotations import exponential, running_products
+from spacearm.dynamics.momentum import free_rate, lumped_masses, moments_of_frames
 from spacearm.motion import basis
 from spacearm.planner import PlannerSettings, Problem
-from spacearm.planner.islands import Islands
+from spacearm.planner.motion_search import Islands
 from spacearm.robot import Robot, joint_frames, load_robot
 
 ROBOT, PARTICLES, SAMPLES, INTERIOR = "servicer7", 96, 64, 2

@@ -20,12 +20,13 @@ from typing import Any
 
 import numpy as np
 
-from spacearm._kernel import native
-from spacearm.planner import Problem, load_moveit
+from spacearm.core.native import native
+from spacearm.files import load_moveit
+from spacearm.planner import Problem
 from spacearm.planner.kernel_model import kernel_model
-from spacearm.planner.settings import SWARM, PlannerSettings
+from spacearm.planner.planner_settings import SWARM, PlannerSettings
 from spacearm.robot import load_robot
-from spacearm.swarm.settings import kernel_settings
+from spacearm.swarm.swarm_settings import kernel_settings
 
 MARKS = (0.7e-3, 7e-3, 35e-3)  # [s] of searching
 

@@ -23,11 +23,11 @@ AGAIN = 0.02  # share of the problems that are planned twice, for the same bits
 
 def look(case: Case) -> Outcome:
     """Plan one problem and check the plan."""
-    from reliability.drawn_problems import drawn_problem
-    from reliability.other_checker import complaints
-    from spacearm.errors import SpacearmError
+    from spacearm.core.errors import SpacearmError
     from spacearm.planner import plan
-    from spacearm.proof.digest import trajectory_digest
+    from spacearm.proof.certificate import trajectory_digest
+    from support.drawn_problems import drawn_problem
+    from support.plan_checker import complaints
 
     rng = np.random.default_rng((case.seed, case.number, 1))
     try:

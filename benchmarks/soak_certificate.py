@@ -19,13 +19,14 @@ from typing import NamedTuple
 import numpy as np
 
 from fault_search import Case, Outcome, search  # puts the tests' modules on the path
-from oracles.coal_shapes import least_distances
-from oracles.pinocchio_points import joint_frames
+from spacearm.files import load_moveit
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
-from spacearm.planner import PlannerSettings, load_moveit, plan
+from spacearm.planner import PlannerSettings, plan
 from spacearm.proof import Certificate, certify
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, load_robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet, pose
+from support.oracles.coal_shapes import least_distances
+from support.oracles.pinocchio_points import joint_frames
 
 TOLERANCE = 1e-7  # [m] Coal's and Pinocchio's rounding
 DEPTH = 1e-4  # [m] of Coal's penetration depths

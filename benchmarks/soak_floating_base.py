@@ -20,10 +20,10 @@ from fault_search import Case, Outcome, search
 
 def look(case: Case) -> Outcome:
     """Draw a motion, certify it among each of its obstacles, and check the certificates."""
-    from reliability.floating_cases import drawn, drawn_again
-    from reliability.floating_checker import complaints, looseness
-    from spacearm.errors import SpacearmError
+    from spacearm.core.errors import SpacearmError
     from spacearm.proof import certify
+    from support.floating_cases import drawn, drawn_again
+    from support.floating_checker import complaints, looseness
 
     try:
         problem, trajectory, way = drawn(case.seed, case.number)

@@ -21,7 +21,7 @@ from fault_search import Case, Outcome, search
 
 def look(case: Case) -> Outcome:
     """Draw a mesh, enclose it, and look for the points of the solid."""
-    from reliability.drawn_meshes import looked_at
+    from support.drawn_meshes import looked_at
 
     with tempfile.TemporaryDirectory() as folder:
         found = looked_at(case.seed, case.number, Path(folder))

@@ -25,8 +25,8 @@ from fault_search import Case, Outcome, search
 
 def look(case: Case) -> Outcome:
     """Draw files, and list what the two readers place differently; everything drawn is legal, so a refusal is wrong, too."""
-    from reliability.drawn_moveit import drawn_files
-    from reliability.moveit_check import complaints
+    from support.drawn_moveit import drawn_files
+    from support.moveit_checker import complaints
 
     rng = np.random.default_rng((case.seed, case.number))
     with tempfile.TemporaryDirectory() as folder:

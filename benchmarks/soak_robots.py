@@ -19,7 +19,7 @@ from fault_search import Case, Outcome, search
 
 def look(case: Case) -> Outcome:
     """Draw a robot, load it, change it, hold something, plan and certify."""
-    from reliability.drawn_robots import look_at
+    from support.drawn_robots import look_at
 
     wrong, became = look_at(case.seed, case.number, instants=case.options["instants"])
     return Outcome(became=became, complaints=wrong)

@@ -3,7 +3,7 @@
 Trajectories with jumps, stairs, corners, rests, dwells, steep time laws, huge values beside small ones, pieces of a microsecond
 and polynomials of high degree; limits and obstacles that are just kept or just broken; some bases float, some of these tumble.
 What holds is looked at by a checker with its own kinematics, distances and differences
-(`tests/reliability/drawn_trajectories.py`). A case is drawn from (seed, number), which is printed with whatever is wrong.
+(`tests/support/drawn_trajectories.py`). A case is drawn from (seed, number), which is printed with whatever is wrong.
 
     python benchmarks/soak_trajectories.py --count 5000 --seed 1
     python benchmarks/soak_trajectories.py --seed 1 --only 1234
@@ -23,9 +23,9 @@ _LIMITS: tuple[Any, ...] = (("position", "velocity", "acceleration"), ("position
 
 def look(case: Case) -> Outcome:
     """Draw a trajectory, certify it, and look at it."""
-    from reliability.drawn_trajectories import complaints, drawn_case
-    from spacearm.errors import SpacearmError
+    from spacearm.core.errors import SpacearmError
     from spacearm.proof import certify
+    from support.drawn_trajectories import complaints, drawn_case
 
     try:
         drawn = drawn_case(case.seed, case.number)

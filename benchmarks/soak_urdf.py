@@ -1,7 +1,7 @@
 """A soak of the readers of robots: drawn URDF, SRDF and joint_limits.yaml, and a second reader that looks at the robots.
 
 Mimics of mimics, slides that follow turning joints, limits from every source and limits that mean none, lengths from
-millimetres to kilometres, XML that only urdfdom reads. The second reader (`tests/reliability/urdf_checker.py`) is made of
+millimetres to kilometres, XML that only urdfdom reads. The second reader (`tests/support/urdf_checker.py`) is made of
 ElementTree, PyYAML and Pinocchio: it compares frames, and every joint's own limits, also along motions that are as fast as the
 limits allow. A robot is drawn from (seed, number), which is printed with whatever is wrong.
 
@@ -22,8 +22,8 @@ from fault_search import Case, Outcome, search
 
 def look(case: Case) -> Outcome:
     """Draw one robot, load it, and compare; its files are printed if it is the only one."""
-    from reliability.drawn_urdfs import drawn_files
-    from reliability.urdf_checker import complaints
+    from support.drawn_urdfs import drawn_files
+    from support.urdf_checker import complaints
 
     files = drawn_files(case.seed, case.number)
     if case.only:

@@ -1,4 +1,4 @@
-"""Draw docs/figures/floating_base.png: a motion planned for a held base, what it does when the base is free, and the remedy."""
+"""Draw docs/figures/floating_base.png: one goal, planned for a fixed and for a floating base."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import spacearm as sa
-from spacearm.momentum.turning import matrix_of
-from spacearm.show.arm import base_envelope, envelope, skeleton
-from spacearm.show.shapes import silhouette
-from spacearm.show.style import BLACK, BLUE, GREEN, SKY, SMALL, VERMILION, look, new_figure
+from spacearm.core.rotations import matrix_of
+from spacearm.show.drawing import base_envelope, envelope, silhouette, skeleton
+from spacearm.show.figure_style import BLACK, BLUE, GREEN, SKY, SMALL, VERMILION, look, new_figure
 
 Array = NDArray[np.float64]
 
@@ -28,24 +27,24 @@ VIEW = (-0.58, 1.0), (-0.62, 0.56)  # m, of x and y
 
 
 def main(path: str = "docs/figures/floating_base.png") -> None:
-    """Plan twice, prove thrice, and draw."""
+    """Plan for a fixed and for a floating base, certify, and draw."""
     robot = sa.load_robot("srs7")
     scene = sa.Scene([sa.Capsule((x, y, -0.6), (x, y, 1.2), 0.04, name=name) for name, (x, y) in STRUTS.items()])
-    held = sa.Problem(robot, scene, start=START, goal=sa.PositionGoal(GOAL), base="fixed")
+    bolted = sa.Problem(robot, scene, start=START, goal=sa.PositionGoal(GOAL), base="fixed")
     free = sa.Problem(robot, scene, start=START, goal=sa.PositionGoal(GOAL), base="floating")
-    first, second = sa.plan(held, SETTINGS, rng=SEED), sa.plan(free, SETTINGS, rng=SEED)
+    first, second = sa.plan(bolted, SETTINGS, rng=SEED), sa.plan(free, SETTINGS, rng=SEED)
     assert first.trajectory is not None
     assert second.trajectory is not None
-    let_go = replace(first.trajectory, base="floating")
-    hit = sa.certify(free, let_go).closest
+    adrift = replace(first.trajectory, base="floating")
+    hit = sa.certify(free, adrift).closest
     assert hit is not None
     with look():
         figure = new_figure(7.2, 2.75)
         axes = figure.subplots(1, 3, sharey=True)
-        draw(axes[0], scene, first.trajectory, "planned with the base held", at=hit.time)
+        draw(axes[0], scene, first.trajectory, "planned for a fixed base", at=hit.time)
         skeleton_of(axes[1], first.trajectory, hit.time, GREEN, linestyle=(0, (1.5, 1.5)), linewidth=1.0)
-        draw(axes[1], scene, let_go, "the same joint motion, the base free", at=hit.time, struck=hit.points)
-        draw(axes[2], scene, second.trajectory, 'planned with base="floating"', at=abreast(second.trajectory))
+        draw(axes[1], scene, adrift, "the same motion, floating base", at=hit.time, struck=hit.points)
+        draw(axes[2], scene, second.trajectory, "planned for a floating base", at=abreast(second.trajectory))
         axes[0].set_ylabel("y [m]")
         figure.legend(handles=legend(), loc="outside lower center", ncols=7)
         Path(path).parent.mkdir(parents=True, exist_ok=True)

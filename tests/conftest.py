@@ -12,6 +12,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# No test is timed: the first one to import Pinocchio or yourdfpy would fail for being first.
-settings.register_profile("spacearm", deadline=None)
+# No test is timed: the first one to import Pinocchio or yourdfpy would fail for being first. Other inputs are drawn each time,
+# so that many runs see what a long one would; pytest --hypothesis-profile=thorough draws ten times as many at once.
+settings.register_profile("spacearm", deadline=None, max_examples=40)
+settings.register_profile("thorough", deadline=None, max_examples=400)
 settings.load_profile("spacearm")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from cases import Case, Trace
 
-from spacearm.show.style import BLACK, BLUE, GREEN, ORANGE, PAGE, PURPLE, VERMILION, legend_below, look, new_figure, tidy
+from spacearm.show.figure_style import BLACK, BLUE, GREEN, ORANGE, PAGE, PURPLE, VERMILION, legend_below, look, new_figure, tidy
 
 OURS = "spacearm, search alone"
 COLOURS = {

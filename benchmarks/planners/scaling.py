@@ -23,12 +23,12 @@ from typing import Any
 
 import numpy as np
 
+from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion
 from spacearm.planner import PlannerSettings, Problem, clearance
-from spacearm.planner.islands import Islands
 from spacearm.planner.kernel_model import kernel_model
+from spacearm.planner.motion_search import Islands
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
-from spacearm.scene import Scene, Sphere
 from spacearm.study.reference_core import REFERENCE, load_now, machine, seconds_per_configuration
 
 OBSTACLES = (3, 10, 30, 100, 300, 1_000, 3_000, 10_000)
@@ -296,7 +296,7 @@ def report(found: dict[str, Any]) -> list[str]:
 def draw(found: dict[str, Any], path: Path) -> None:
     from matplotlib.ticker import FuncFormatter
 
-    from spacearm.show.style import BLUE, GREEN, GREY, ORANGE, PAGE, SKY, VERMILION, look, new_figure, tidy
+    from spacearm.show.figure_style import BLUE, GREEN, GREY, ORANGE, PAGE, SKY, VERMILION, look, new_figure, tidy
 
     lines = (
         ("configuration", 1e6, BLUE, "one configuration [us]"),

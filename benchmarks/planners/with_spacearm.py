@@ -7,7 +7,7 @@ import time
 from cases import Case, Trace
 
 from spacearm.planner import PlannerSettings, plan
-from spacearm.planner.islands import Islands
+from spacearm.planner.motion_search import Islands
 from spacearm.study.other_checker import dense_configurations
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from cases import ENVIRONMENT, HERE, Case, Trace, along
 
-from spacearm.scene import Box, Cylinder
+from spacearm.geometry import Box, Cylinder
 
 VERSION = "0.6.4"
 BUDGETS = (1_000, 3_000, 10_000, 30_000)

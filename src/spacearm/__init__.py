@@ -9,29 +9,45 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from spacearm._kernel import KernelInfo, kernel_info
-    from spacearm.errors import SpacearmError
-    from spacearm.momentum import (
+    from spacearm.core.errors import SpacearmError
+    from spacearm.core.native import KernelInfo, kernel_info
+    from spacearm.doctor import Diagnosis, Finding, diagnose, mend_urdf
+    from spacearm.dynamics import (
         BaseMotion,
         Momentum,
         base_at_mass_center,
         base_rate,
         center_of_mass,
+        hold,
         momentum_map,
         system_mass,
     )
-    from spacearm.motion import (
-        Motion,
-        PiecewisePath,
-        RecordedTrajectory,
-        TimeLaw,
-        Trajectory,
+    from spacearm.files import (
+        SavedPlan,
+        load_moveit,
+        load_moveit_scene,
+        load_plan,
+        load_problem,
+        load_saved_plan,
         load_trajectory,
-        resampled,
-        time_optimal,
+        save_plan,
         write_aem,
         write_ros_trajectory,
     )
+    from spacearm.geometry import (
+        Box,
+        Capsule,
+        Cylinder,
+        HalfSpace,
+        Scene,
+        Sphere,
+        SphereSet,
+        enclose_mesh,
+        enclose_points,
+        pose,
+    )
+    from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory, time_optimal
+    from spacearm.motion import recorded as resampled
     from spacearm.planner import (
         AttitudeGoal,
         BaseLimits,
@@ -45,18 +61,10 @@ if TYPE_CHECKING:
         PoseGoal,
         PositionGoal,
         Problem,
-        SavedPlan,
         Weights,
         clearance,
-        hold,
-        load_moveit,
-        load_moveit_scene,
-        load_plan,
-        load_problem,
-        load_saved_plan,
         pareto_front,
         plan,
-        save_plan,
     )
     from spacearm.proof import Certificate, certify
     from spacearm.robot import (
@@ -74,37 +82,62 @@ if TYPE_CHECKING:
         forward_kinematics,
         load_robot,
     )
-    from spacearm.robot.doctor import Diagnosis, Finding, diagnose, mend_urdf
-    from spacearm.scene import (
-        Box,
-        Capsule,
-        Cylinder,
-        HalfSpace,
-        Scene,
-        Sphere,
-        SphereSet,
-        enclose_mesh,
-        enclose_points,
-        pose,
-    )
     from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty, Swarm, SwarmResult, minimize, named_settings
 
 _ROOM_OF = {
-    "_kernel": ("KernelInfo", "kernel_info"),
-    "proof": ("Certificate", "certify"),
-    "errors": ("SpacearmError",),
-    "momentum": ("BaseMotion", "Momentum", "base_at_mass_center", "base_rate", "center_of_mass", "momentum_map", "system_mass"),
+    "core.errors": ("SpacearmError",),
+    "core.native": (
+        "KernelInfo",
+        "kernel_info",
+    ),
+    "doctor": (
+        "Diagnosis",
+        "Finding",
+        "diagnose",
+        "mend_urdf",
+    ),
+    "dynamics": (
+        "BaseMotion",
+        "Momentum",
+        "base_at_mass_center",
+        "base_rate",
+        "center_of_mass",
+        "hold",
+        "momentum_map",
+        "system_mass",
+    ),
+    "files": (
+        "SavedPlan",
+        "load_moveit",
+        "load_moveit_scene",
+        "load_plan",
+        "load_problem",
+        "load_saved_plan",
+        "load_trajectory",
+        "save_plan",
+        "write_aem",
+        "write_ros_trajectory",
+    ),
+    "geometry": (
+        "Box",
+        "Capsule",
+        "Cylinder",
+        "HalfSpace",
+        "Scene",
+        "Sphere",
+        "SphereSet",
+        "enclose_mesh",
+        "enclose_points",
+        "pose",
+    ),
     "motion": (
         "Motion",
         "PiecewisePath",
         "RecordedTrajectory",
         "TimeLaw",
         "Trajectory",
-        "load_trajectory",
         "resampled",
         "time_optimal",
-        "write_aem",
-        "write_ros_trajectory",
     ),
     "planner": (
         "AttitudeGoal",
@@ -119,18 +152,14 @@ _ROOM_OF = {
         "PoseGoal",
         "PositionGoal",
         "Problem",
-        "SavedPlan",
         "Weights",
         "clearance",
-        "hold",
-        "load_moveit",
-        "load_moveit_scene",
-        "load_plan",
-        "load_problem",
-        "load_saved_plan",
         "pareto_front",
         "plan",
-        "save_plan",
+    ),
+    "proof": (
+        "Certificate",
+        "certify",
     ),
     "robot": (
         "Body",
@@ -147,20 +176,16 @@ _ROOM_OF = {
         "forward_kinematics",
         "load_robot",
     ),
-    "robot.doctor": ("Diagnosis", "Finding", "diagnose", "mend_urdf"),
-    "scene": (
-        "Box",
-        "Capsule",
-        "Cylinder",
-        "HalfSpace",
-        "Scene",
-        "Sphere",
-        "SphereSet",
-        "enclose_mesh",
-        "enclose_points",
-        "pose",
+    "swarm": (
+        "FeasibleFirst",
+        "IPSO",
+        "PSO",
+        "Penalty",
+        "Swarm",
+        "SwarmResult",
+        "minimize",
+        "named_settings",
     ),
-    "swarm": ("IPSO", "PSO", "FeasibleFirst", "Penalty", "Swarm", "SwarmResult", "minimize", "named_settings"),
 }
 _ROOMS = {name: room for room, names in _ROOM_OF.items() for name in names}
 
@@ -251,7 +276,7 @@ __all__ = [  # a plain list for type checkers, in the order of ruff
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        return importlib.import_module("spacearm.version").version()
+        return importlib.import_module("spacearm.core.version").version()
     if name not in _ROOMS:
         raise AttributeError(f"module 'spacearm' has no attribute {name!r}")
     value = getattr(importlib.import_module(f"spacearm.{_ROOMS[name]}"), name)

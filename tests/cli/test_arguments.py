@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import re
+import sys
+import typing
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +16,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cli.conftest import Refused, Told
+from house.source import REPOSITORY
 from spacearm.cli import COMMANDS, main
-from spacearm.cli.arguments import _options, parsed
-from spacearm.cli.bench import MbmOptions, SpaceOptions
-from spacearm.cli.certify import Options as CertifyOptions
-from spacearm.cli.doctor import Options as DoctorOptions
-from spacearm.cli.paper import Options as PaperOptions
-from spacearm.cli.plan import Options as PlanOptions
-from spacearm.errors import SettingsError
+from spacearm.cli.arguments import _flags, parsed
+from spacearm.cli.bench_command import MbmOptions, SpaceOptions
+from spacearm.cli.certify_command import Options as CertifyOptions
+from spacearm.cli.doctor_command import Options as DoctorOptions
+from spacearm.cli.paper_command import Options as PaperOptions
+from spacearm.cli.plan_command import Options as PlanOptions
+from spacearm.core.errors import SettingsError
 from spacearm.study.paper_problem import PaperSettings
 from spacearm.swarm import NAMED_SETTINGS
 
@@ -38,25 +43,58 @@ def test_every_command_is_tested_here() -> None:
     assert {command.split()[0] for command in RECORDS} == set(COMMANDS)
 
 
+def described(record: Any) -> Iterator[tuple[str, str]]:
+    """Yield each field that is an option, and its line under Attributes."""
+    text = (inspect.getdoc(record) or "").partition("Attributes:")[2]
+    hints = typing.get_type_hints(record)
+    names = [field.name for field in dataclasses.fields(record)]
+    found = re.findall(r"^    (\w+): (.+(?:\n {8}.+)*)", text, re.MULTILINE)
+    lines = {name: " ".join(line.split()) for name, line in found}
+    assert list(lines) == names, "a field has no line under Attributes, or lines are out of order"
+    for name in names:
+        if dataclasses.is_dataclass(hints[name]):
+            yield from described(hints[name])
+        else:
+            yield name, lines[name]
+
+
 @pytest.mark.parametrize("command", RECORDS)
 def test_help_describes_every_option_with_default_and_unit(command: str, told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     code, out, err = told([*command.split(), "--help"])
     assert (code, err) == (0, "")
     assert max(map(len, out.splitlines())) <= 80
+    assert out.isascii()
     text = " ".join(out.split())
-    for option in _options(RECORDS[command]):
-        assert option.help, f"{option.key} has no line under Attributes:"
-        assert option.usage.split()[0] in text
-        assert " ".join(option.help_with_default.split()) in text
-        assert UNITS.get((option.flags or ("",))[-1], "") in option.help
-        if option.values != 0:
-            assert re.search(r"\((default: .+|required)\)$", option.help_with_default)
+    for flag, _ in _flags(RECORDS[command]):
+        assert re.search(rf" {flag}[ ,]", text)
+    for name, line in described(RECORDS[command]):
+        assert re.search(rf"{re.escape(line)} \((default: [^)]+|required)\)", text), name
+        assert UNITS.get(f"--{name.replace('_', '-')}", "") in line
+
+
+def test_the_page_of_the_command_line_names_every_option_and_command() -> None:
+    page = (REPOSITORY / "docs" / "command_line.md").read_text(encoding="utf-8")
+    for command, record in RECORDS.items():
+        section = page.partition(f"\n## {command.split()[0]}\n")[2].partition("\n## ")[0]
+        rows = "".join(line for line in section.splitlines(keepends=True) if line.startswith("|"))
+        missing = [flag for flag, _ in _flags(record) if not re.search(rf"`([^`]*, )?{flag}\b", rows)]
+        assert not missing, command
+        unknown = set(re.findall(r"`(--[\w-]+)", rows)) - {flag for one in RECORDS.values() for flag, _ in _flags(one)}
+        assert not unknown, command
+
+
+@pytest.mark.parametrize("columns", ["0", "1", "24", "x"])
+def test_help_ends_however_narrow_the_terminal(columns: str, told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    code, out, _ = told(["paper", "--help"])
+    assert code == 0
+    assert max(map(len, out.splitlines())) <= 80
 
 
 def test_the_help_knows_every_named_method() -> None:
-    line = next(option for option in _options(PaperOptions) if option.key == "methods")
-    assert set(NAMED_SETTINGS) <= set(re.findall(r"[\w-]+", line.help))
+    line = dict(described(PaperOptions))["methods"]
+    assert set(NAMED_SETTINGS) <= set(re.findall(r"[\w-]+", line))
 
 
 @pytest.mark.parametrize(("arguments", "code"), [((), 2), (("-h",), 0), (("--help",), 0)])
@@ -100,14 +138,14 @@ def test_settings_written_as_options_are_read_back(settings: PaperSettings, figu
         words += [str(one) for one in (value if isinstance(value, tuple) else (value,))]
     words += [] if figures else ["--no-figures"]
     words += ["--json"] if json else []
-    read = parsed(PaperOptions, words, command="paper", description="")
-    assert read == PaperOptions(output=Path("out"), settings=settings, figures=figures, json=json)
+    read = parsed(PaperOptions, words, command="paper")
+    assert read == PaperOptions(output=Path("out"), experiment=settings, no_figures=not figures, json=json)
 
 
 def test_options_left_out_keep_their_defaults() -> None:
-    read = parsed(PaperOptions, ["--output=out"], command="paper", description="")
+    read = parsed(PaperOptions, ["--output=out"], command="paper")
     assert read == PaperOptions(output=Path("out"))
-    plan = parsed(PlanOptions, ["-oout", "a.yaml", "--seed", "none"], command="plan", description="")
+    plan = parsed(PlanOptions, ["-oout", "a.yaml", "--seed", "none"], command="plan")
     assert plan == PlanOptions(problem=Path("a.yaml"), output=Path("out"))
 
 
@@ -115,69 +153,124 @@ def test_options_left_out_keep_their_defaults() -> None:
 def test_any_words_are_read_or_refused_in_one_line(words: list[str]) -> None:
     sentence = ""
     try:
-        parsed(PaperOptions, words, command="paper", description="")
+        parsed(PaperOptions, words, command="paper")
     except SettingsError as error:
         sentence = str(error)
     assert "\n" not in sentence
 
 
-WRONG_WORDS = {
+WORD_FOR_WORD = {
     "option mistyped": "paper -o <new> --rnus 3",
-    "option mistyped with a value": "paper -o <new> --rnus=3",
-    "option mistyped before a file": "plan --sed 3 problem.yaml -o <new>",
-    "switch mistyped": "paper -o <new> --no-figres",
-    "option unlike any": "plan problem.yaml -o <new> -x",
-    "option abbreviated": "paper -o <new> --run 3",
     "output missing": "paper",
-    "output without a value": "paper -o",
-    "output without a value, long": "paper --output --runs 3",
-    "problem missing": "plan -o <new>",
     "value missing": "paper -o <new> --runs",
     "values missing": "paper -o <new> --radii",
-    "values too few": "paper -o <new> --weights 0.5 0.5",
     "value of a switch": "paper -o <new> --json=yes",
     "word too many": "paper -o <new> extra",
-    "file too many": "plan a.yaml b.yaml -o <new>",
     "runs a word": "paper -o <new> --runs x",
-    "runs a fraction": "paper -o <new> --runs 1.5",
-    "runs empty": "paper -o <new> --runs=",
-    "runs zero": "paper -o <new> --runs 0",
-    "runs too many": "paper -o <new> --runs 1000000000",
-    "seed a word": "plan a.yaml -o <new> --seed x",
-    "seed negative": "plan a.yaml -o <new> --seed -1",
-    "paper's seed negative": "paper -o <new> --seed -1",
-    "seed too large": "paper -o <new> --seed 9223372036854775808",
-    "threads zero": "paper -o <new> --threads 0",
-    "weight a word": "paper -o <new> --weights 0.5 0.25 a",
-    "weights that sum to more than 1": "paper -o <new> --weights 0.5 0.25 0.5",
-    "weights that sum to nearly 1": "paper -o <new> --weights 0.5 0.25 0.2499999",
-    "weight negative": "paper -o <new> --weights -0.5 1 0.5",
-    "weight NaN": "paper -o <new> --weights nan 0.5 0.5",
-    "radius zero": "paper -o <new> --radii 0",
-    "radius negative": "paper -o <new> --radii 0.1 -0.1",
-    "radius NaN": "paper -o <new> --radii nan",
-    "radius infinite": "paper -o <new> --radii inf",
-    "radius a word": "paper -o <new> --radii 10cm",
-    "radius twice": "paper -o <new> --radii 0.1 0.1",
-    "tolerance zero": "paper -o <new> --tolerance 0",
-    "tolerance NaN": "paper -o <new> --tolerance nan",
-    "link radius negative": "paper -o <new> --link-radius -0.01",
-    "method mistyped": "paper -o <new> --methods pso ipso-n",
-    "method unlike any": "paper -o <new> --methods genetic",
-    "mode mistyped": "paper -o <new> --modes gaol",
     "constraints mistyped": "paper -o <new> --constraints penalti",
     "command mistyped": "plna problem.yaml",
-    "command unlike any": "render",
-    "command's option first": "--runs 3 paper",
     "option of spacearm mistyped": "--verison",
-    "command empty": "''",
 }
+"""One sentence for each class of error."""
+
+CONTAINED = {
+    "paper -o <new> --rnus=3": ("'--rnus'", "did you mean '--runs'?", "see spacearm paper --help"),
+    "plan --sed 3 problem.yaml -o <new>": ("'--sed'", "did you mean '--seed'?", "see spacearm plan --help"),
+    "plan -jo <new> problem.yaml": ("'-jo'", "known: --output"),
+    "plan --sed=3 -o <new>": ("'--sed'", "did you mean '--seed'?"),
+    "paper -o <new> --no-figres": ("'--no-figres'", "did you mean '--no-figures'?"),
+    "paper -o <new> --figures": ("'--figures'", "did you mean '--no-figures'?"),
+    "paper -o <new> --json --no-json": ("'--no-json'", "did you mean '--json'?"),
+    "paper -o <new> --hepl": ("'--hepl'", "did you mean '--help'?"),
+    "plan problem.yaml -o <new> -x": ("'-x'", "known: --output"),
+    "plan problem.yaml -o <new> -5": ("'-5'", "known: --output"),
+    "paper -o <new> --run 3": ("'--run'", "did you mean '--runs'?"),
+    "paper -o <new> --tyro-print-completion zsh": ("'--tyro-print-completion'", "known: --output"),
+    "paper --tyro-print-completion x": ("'--tyro-print-completion'", "known: --output"),
+    "paper --tyro_write_completion bash <new>": ("'--tyro_write_completion'", "known: --output"),
+    "paper -o": ("--output has too few values", "-o FOLDER"),
+    "paper -o --runs 3": ("--output has too few values", "-o FOLDER"),
+    "paper --output --runs 3": ("--output has too few values", "-o FOLDER"),
+    "plan -o <new>": ("PROBLEM.YAML is missing", "see spacearm plan --help"),
+    "plan": ("PROBLEM.YAML is missing", "see spacearm plan --help"),
+    "plan a.yaml -o <new> --epoch -x": ("--epoch has too few values", "--epoch TIME"),
+    "plan a.yaml -o <new> --export": ("--export has too few values", "one or more"),
+    "paper -o <new> --radii --runs 3": ("--radii has too few values", "one or more"),
+    "paper -o <new> --weights 0.5 0.5": ("--weights has too few values", "--weights FLOAT FLOAT FLOAT"),
+    "plan --json=no -o <new> a.yaml": ("--json takes no value", "leave the value out"),
+    "plan a.yaml b.yaml -o <new>": ("'b.yaml' is one argument too many", "see spacearm plan --help"),
+    "plan -o <new> -- -a.yaml": ("-a.yaml does not exist",),
+    "plan -o <new> -- a.yaml -o": ("'-o'",),
+    "paper -o <new> --runs 1.5": ("--runs is '1.5'", "a whole number"),
+    "paper -o <new> --runs=": ("--runs is ''", "a whole number"),
+    "paper -o <new> --runs 3 --runs x": ("--runs is 'x'", "a whole number"),
+    "paper -o <new> --runs none": ("--runs is 'none'", "a whole number"),
+    "paper -o <new> --runs 0": ("runs is 0", "from 1 to"),
+    "paper -o <new> --runs 1000000000": ("runs is 1000000000", "from 1 to"),
+    "plan a.yaml -o <new> --seed x": ("--seed is 'x'", "a whole number or none"),
+    "plan a.yaml -o <new> --seed -1": ("seed is -1", "from 0 to"),
+    "paper -o <new> --seed -1": ("seed is -1", "from 0 to"),
+    "paper -o <new> --seed 9223372036854775808": ("seed is 9223372036854775808", "to 9223372036854775807"),
+    "paper -o <new> --threads 0": ("threads is 0", "from 1 to"),
+    "paper -o <new> --weights 0.5 0.25 a": ("--weights is 'a'", "a number"),
+    "paper -o <new> --weights 0.5 0.25 0.5": ("weights sum to 1.25", "expected 1"),
+    "paper -o <new> --weights 0.5 0.25 0.2499999": ("weights sum to 0.9999999", "expected 1"),
+    "paper -o <new> --weights -0.5 1 0.5": ("weights[0] is -0.5", "from 0 to 1"),
+    "paper -o <new> --weights nan 0.5 0.5": ("weights[0] is nan", "finite"),
+    "paper -o <new> --radii 0": ("radius is 0", "above 0", "[m]"),
+    "paper -o <new> --radii 0.1 -0.1": ("radius is -0.1", "above 0", "[m]"),
+    "paper -o <new> --radii nan": ("radius is nan", "above 0", "[m]"),
+    "paper -o <new> --radii inf": ("radius is inf", "[m]"),
+    "paper -o <new> --radii -inf": ("radius is -inf", "[m]"),
+    "paper -o <new> --radii 10cm": ("--radii is '10cm'", "a number"),
+    "paper -o <new> --radii 0.1 0.1": ("radii is (0.1, 0.1)", "once"),
+    "paper -o <new> --tolerance 0": ("tolerance is 0", "above 0", "[m]"),
+    "paper -o <new> --tolerance nan": ("tolerance is nan", "[m]"),
+    "paper -o <new> --link-radius -0.01": ("link_radius is -0.01", "from 0", "[m]"),
+    "paper -o <new> --methods pso ipso-n": ("method is 'ipso-n'", "did you mean 'ipso-s'?"),
+    "paper -o <new> --methods genetic": ("method is 'genetic'", "known: pso"),
+    "paper -o <new> --modes gaol": ("mode is 'gaol'", "did you mean 'goal'?"),
+    "certify a.json --time-unit None": ("--time-unit is 'None'", "did you mean 'none'?", "s, ms, us, ns, none"),
+    "certify a.json --limits velocity speed": ("--limits is 'speed'", "position, velocity, acceleration"),
+    "render": ("no command 'render'", "known: bench"),
+    "--runs 3 paper": ("no option '--runs'", "a command's options follow its name"),
+    "''": ("no command ''", "known: bench"),
+}
+"""Command lines of the same classes, and what their sentences hold."""
 
 
-@pytest.mark.parametrize("case", WRONG_WORDS)
-def test_wrong_words_are_refused_in_one_sentence(case: str, refused: Refused, tmp_path: Path) -> None:
-    words = WRONG_WORDS[case].replace("''", "\0").replace("<new>", str(tmp_path / "new")).split()
-    refused(case, *("" if word == "\0" else word for word in words))
+def words_of(line: str, new: Path) -> list[str]:
+    words = line.replace("''", "\0").replace("<new>", str(new)).split()
+    return ["" if word == "\0" else word for word in words]
+
+
+@pytest.mark.parametrize("case", WORD_FOR_WORD)
+def test_each_class_of_wrong_words_has_its_sentence(case: str, refused: Refused, tmp_path: Path) -> None:
+    refused(case, *words_of(WORD_FOR_WORD[case], tmp_path / "new"))
+
+
+@pytest.mark.parametrize("line", CONTAINED)
+def test_wrong_words_are_refused_in_one_sentence(line: str, refused: Refused, tmp_path: Path) -> None:
+    refused(CONTAINED[line], *words_of(line, tmp_path / "new"))
+
+
+def test_words_that_are_spelt_otherwise_are_read_all_the_same() -> None:
+    plan = PlanOptions(problem=Path("-a"), output=Path("b"), seed=3, export=("aem", "ros"), no_figures=True)
+    for line in (
+        "-o b --seed 3 --export aem ros --no-figures -- -a",
+        "-ob --seed=3 --export=aem ros --no-figures -- -a",
+        "--output=b --seed 1 --seed 3 --no_figures --export aem ros -- -a",
+    ):
+        assert parsed(PlanOptions, line.split(), command="plan") == plan
+    assert parsed(PlanOptions, ["-o", "b", "--export", "ros", "a"], command="plan").problem == Path("a")
+
+
+@pytest.mark.parametrize("line", ["a -o b --sed 3", "a -o b --seed x", "-o b", "a -o", "a b -o c", "a -o b --export x"])
+def test_without_tyros_hook_its_own_words_stand_in_one_line(line: str, told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "tyro._errors", None)
+    code, out, err = told(["plan", *line.split()])
+    assert (code, out) == (2, "")
+    assert re.fullmatch(r"spacearm: [^─│╭╮╰╯\n]{20,}\n", err)
 
 
 def test_help_wins_over_what_is_missing(capsys: pytest.CaptureFixture[str]) -> None:

@@ -130,15 +130,23 @@ def test_wrong_input_is_told_in_a_sentence(refused: Refused, planned: Path, prob
     (tmp_path / "rows.csv").write_text("a,b\n1,2\n")
     (tmp_path / "note.json").write_text('{"a": 1}')
     (tmp_path / "there.json").write_text("mine")
-    refused("certify: no file", "certify")
-    refused("certify: missing file", "certify", tmp_path / "no.json")
+    refused(("FILE is missing", "see spacearm certify --help"), "certify")
+    refused(("<path>/no.json does not exist", "check the path"), "certify", tmp_path / "no.json")
     refused("certify: CSV without problem", "certify", tmp_path / "rows.csv")
-    refused("certify: CSV of something else", "certify", tmp_path / "rows.csv", "--problem", problem)
-    refused("certify: JSON of something else", "certify", tmp_path / "note.json")
-    refused("certify: problem of something else", "certify", planned / "plan.json", "--problem", tmp_path / "note.json")
-    refused("certify: output exists", "certify", planned / "plan.json", "-o", tmp_path / "there.json")
-    refused("certify: no such folder", "certify", planned / "plan.json", "-o", tmp_path / "none" / "c.json")
+    refused(("<path>/rows.csv", "1 row", "two or more"), "certify", tmp_path / "rows.csv", "--problem", problem)
+    refused(("<path>/note.json", "expected a plan file"), "certify", tmp_path / "note.json")
+    refused(
+        ("<path>/note.json", "expected a problem file"), "certify", planned / "plan.json", "--problem", tmp_path / "note.json"
+    )
+    refused(("<path>/there.json exists", "-o"), "certify", planned / "plan.json", "-o", tmp_path / "there.json")
+    refused(
+        ("<path>/none/c.json", "No such file or directory"),
+        "certify",
+        planned / "plan.json",
+        "-o",
+        tmp_path / "none" / "c.json",
+    )
     refused("certify: interpolation of a plan", "certify", planned / "plan.json", "--interpolation", "cubic")
-    refused("certify: a limit mistyped", "certify", planned / "plan.json", "--limits", "speed")
-    refused("certify: clearance below 0", "certify", planned / "plan.json", "--minimum-clearance", "-1")
-    refused("certify: an option mistyped", "certify", planned / "plan.json", "--problm", problem)
+    refused(("--limits is 'speed'", "position, velocity, acceleration"), "certify", planned / "plan.json", "--limits", "speed")
+    refused(("clearance is -1", "[m]"), "certify", planned / "plan.json", "--minimum-clearance", "-1")
+    refused(("'--problm'", "did you mean '--problem'?"), "certify", planned / "plan.json", "--problm", problem)

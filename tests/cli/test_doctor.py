@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Refused, Told
-from doctor_text import FAULTS, HEALTHY, changed, written
-from srdf_text import disabled, srdf
+from support.doctor_text import FAULTS, HEALTHY, changed, written
+from support.srdf_text import disabled, srdf
 
 _SLOW = changed((' velocity="0.1"', ""))
 
@@ -80,18 +80,18 @@ def test_what_cannot_be_mended_is_told_and_exits_with_1(told: Told, tmp_path: Pa
 def test_wrong_input_is_refused_in_one_sentence(refused: Refused, tmp_path: Path) -> None:
     model = written(tmp_path, HEALTHY)
     other = written(tmp_path, "mine", "other.urdf")
-    refused("doctor: no model", "doctor")
-    refused("doctor: missing model", "doctor", tmp_path / "none.urdf")
-    refused("doctor: no URDF", "doctor", other)
-    refused("doctor: an SRDF for a URDF", "doctor", written(tmp_path, srdf(), "arm.srdf"))
-    refused("doctor: a URDF for an SRDF", "doctor", model, "--srdf", model)
-    refused("doctor: missing SRDF", "doctor", model, "--srdf", tmp_path / "none.srdf")
-    refused("doctor: copy exists", "doctor", model, "--fix", other)
-    refused("doctor: copy over the model", "doctor", model, "--fix", model, "--force")
-    refused("doctor: copy in no folder", "doctor", model, "--fix", tmp_path / "no" / "arm.urdf")
+    refused(("MODEL.URDF is missing", "see spacearm doctor --help"), "doctor")
+    refused(("<path>/none.urdf does not exist", "check the path"), "doctor", tmp_path / "none.urdf")
+    refused(("<path>/other.urdf: line 1", "expected a URDF"), "doctor", other)
+    refused(("<path>/arm.srdf", "SRDF"), "doctor", written(tmp_path, srdf(), "arm.srdf"))
+    refused(("<path>/arm.urdf", "expected an SRDF"), "doctor", model, "--srdf", model)
+    refused(("<path>/none.srdf does not exist", "check the path"), "doctor", model, "--srdf", tmp_path / "none.srdf")
+    refused(("<path>/other.urdf exists", "another name"), "doctor", model, "--fix", other)
+    refused(("<path>/arm.urdf is the model itself", "another name"), "doctor", model, "--fix", model, "--force")
+    refused(("<path>/no/arm.urdf", "No such file or directory"), "doctor", model, "--fix", tmp_path / "no" / "arm.urdf")
     refused("doctor: force nothing", "doctor", model, "--force")
-    refused("doctor: base", "doctor", model, "--base", "swimming")
-    refused("doctor: velocity", "doctor", model, "--fix", tmp_path / "new.urdf", "--velocity-limit", -1)
+    refused(("--base is 'swimming'", "fixed, floating"), "doctor", model, "--base", "swimming")
+    refused(("velocity_limit is -1", "above 0"), "doctor", model, "--fix", tmp_path / "new.urdf", "--velocity-limit", -1)
 
 
 @pytest.mark.parametrize("case", FAULTS)

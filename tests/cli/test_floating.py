@@ -66,19 +66,28 @@ def test_what_is_not_met_is_told(told: Told, problem: Path, tmp_path: Path) -> N
     assert "more than 0.01" in err
 
 
-WRONG = {
-    "held": ("base_limits", "base: fixed\nbase_limits"),
-    "weightless": ("robot: srs7", "robot: {name: srs7, tip: nowhere}"),
-    "nowhere": ("mass_center", "somewhere"),
-    "far": ("mass_center", "{position: [1e300, 0, 0]}"),
-    "hasty": ("goal:", "duration: 1e-300\ngoal:"),
-    "spun": ("goal:", "duration: 10\nmomentum: {angular: [0, 0, 1e300]}\ngoal:"),
-    "thrown": ("goal:", "duration: 10\nmomentum: {linear: [0, 0, 1e300]}\ngoal:"),
-    "still": ("peak_deg: 40", "rate_deg: 1e-300"),
+WRONG: dict[str, tuple[str, str, tuple[str, ...]]] = {
+    "held": ("base_limits", "base: fixed\nbase_limits", ("line 6", "base is 'fixed'", "base_limits", "base='floating'")),
+    "weightless": ("robot: srs7", "robot: {name: srs7, tip: nowhere}", ("line 2", "'nowhere'", "known: base")),
+    "nowhere": ("mass_center", "somewhere", ("line 4", "base_start is 'somewhere'", "mass_center")),
+    "far": ("mass_center", "{position: [1e300, 0, 0]}", ("line 4", "base_start", "1e+300 m", "1e+06 m")),
+    "hasty": ("goal:", "duration: 1e-300\ngoal:", ("line 6", "duration is 1e-300 s", "1e-06 to 1e+09 s")),
+    "spun": (
+        "goal:",
+        "duration: 10\nmomentum: {angular: [0, 0, 1e300]}\ngoal:",
+        ("line 7", "momentum.angular", "1e+300", "units"),
+    ),
+    "thrown": (
+        "goal:",
+        "duration: 10\nmomentum: {linear: [0, 0, 1e300]}\ngoal:",
+        ("line 7", "momentum.linear", "10 s", "units"),
+    ),
+    "still": ("peak_deg: 40", "rate_deg: 1e-300", ("line 5", "rate is 1.74533e-302", "[rad/s]")),
 }
 
 
 @pytest.mark.parametrize("case", WRONG)
 def test_wrong_input_is_told_in_a_sentence(case: str, refused: Refused, problem: Path, tmp_path: Path) -> None:
-    problem.write_text(FLOATING.replace(*WRONG[case]))
-    refused(f"floating, {case}", "plan", problem, "-o", tmp_path / "out")
+    old, new, parts = WRONG[case]
+    problem.write_text(FLOATING.replace(old, new))
+    refused(("<path>/floating.yaml", *parts), "plan", problem, "-o", tmp_path / "out")

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import srdf_text
-import urdf_text
 from cli.conftest import Told
+from support import srdf_text, urdf_text
 
 BALL = urdf_text.collision('<sphere radius="0.06"/>')
 DRAWN = '<visual><geometry><sphere radius="0.05"/></geometry></visual>'

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from urdf_text import collision, joint, link, robot
+from support.urdf_text import collision, joint, link, robot
 
 Told = Callable[[Sequence[object]], tuple[int, str, str]]
 COUNT = 40

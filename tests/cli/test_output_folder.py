@@ -16,8 +16,8 @@ from typing import Any, NoReturn
 import pytest
 
 from cli.conftest import Refused, Told
-from spacearm.cli.folder import results_folder
-from spacearm.errors import OutputError
+from spacearm.cli.results_folder import results_folder
+from spacearm.core.errors import OutputError
 from spacearm.study import paper_report as report
 
 QUICK = ("--runs", 1, "--methods", "ring", "--modes", "goal")
@@ -46,13 +46,13 @@ def test_a_folder_with_a_hidden_file_is_not_empty(refused: Refused, words: list[
 
 def test_a_file_is_no_folder(words: list[object], refused: Refused, tmp_path: Path) -> None:
     (tmp_path / "out").write_text("mine")
-    refused("output: a file", *words, "-o", tmp_path / "out")
-    refused("output: below a file", *words, "-o", tmp_path / "out" / "here")
+    refused(("<path>/out is a file", "expected a folder", "-o"), *words, "-o", tmp_path / "out")
+    refused(("<path>/out/here cannot be written", "Not a directory"), *words, "-o", tmp_path / "out" / "here")
 
 
 def test_a_link_to_nowhere_is_refused(words: list[object], refused: Refused, tmp_path: Path) -> None:
     (tmp_path / "out").symlink_to(tmp_path / "nowhere")
-    refused("output: a link to nowhere", *words, "-o", tmp_path / "out")
+    refused(("<path>/out cannot be written", "File exists"), *words, "-o", tmp_path / "out")
 
 
 def test_an_empty_or_new_folder_is_taken_with_its_parents(words: list[object], told: Told, tmp_path: Path) -> None:
@@ -69,7 +69,7 @@ def test_a_folder_that_cannot_be_made_is_refused(
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
     monkeypatch.setattr(os, "mkdir", denied)
-    refused("output: cannot be made", *words, "-o", tmp_path / "out")
+    refused(("<path>/out cannot be written", "Permission denied"), *words, "-o", tmp_path / "out")
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_any_work(
@@ -88,10 +88,10 @@ def test_a_folder_that_cannot_be_written_is_refused_before_any_work(
     monkeypatch.setattr(os, "open", read_only)
     for command, work in (("paper", "run_experiment"), ("plan", "plan")):
         if command == words[0]:
-            __import__(f"spacearm.cli.{command}")
-            monkeypatch.setattr(sys.modules[f"spacearm.cli.{command}"], work, worked)
+            __import__(f"spacearm.cli.{command}_command")
+            monkeypatch.setattr(sys.modules[f"spacearm.cli.{command}_command"], work, worked)
     (tmp_path / "out").mkdir()
-    refused("output: read-only", *words, "-o", tmp_path / "out")
+    refused(("<path>/out cannot be written", "Read-only file system", "-o"), *words, "-o", tmp_path / "out")
 
 
 def full_from(call: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,7 +113,9 @@ def test_a_full_disk_leaves_nothing(
     words: list[object], refused: Refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     full_from(1, monkeypatch)
-    refused(f"disk full: {words[0]}", *words, "-o", tmp_path / "a" / "out")
+    refused(
+        ("<path>/a/out/", "cannot be written (No space left on device)", "another place"), *words, "-o", tmp_path / "a" / "out"
+    )
 
 
 def test_a_disk_that_fills_up_later_leaves_whole_files_and_says_which(
@@ -186,9 +188,9 @@ def interrupted(*_: object, **__: object) -> NoReturn:
 def test_ctrl_c_during_the_work_leaves_nothing(
     words: list[object], told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    __import__(f"spacearm.cli.{words[0]}")
+    __import__(f"spacearm.cli.{words[0]}_command")
     work = {"paper": "run_experiment", "plan": "plan"}[str(words[0])]
-    monkeypatch.setattr(sys.modules[f"spacearm.cli.{words[0]}"], work, interrupted)
+    monkeypatch.setattr(sys.modules[f"spacearm.cli.{words[0]}_command"], work, interrupted)
     before = list(tmp_path.iterdir())
     found = told([*words, "-o", tmp_path / "a" / "out"])
     assert found == (130, "", "spacearm: interrupted; nothing was written\n")

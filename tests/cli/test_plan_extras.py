@@ -67,8 +67,8 @@ def test_extras_that_cannot_be_are_refused_before_planning(refused: Refused, flo
     fixed = tmp_path / "fixed.yaml"
     fixed.write_text(PROBLEM)
     new = tmp_path / "new"
-    refused("plan: export unknown", "plan", floating, "-o", new, "--export", "oem")
-    refused("plan: epoch that is none", "plan", floating, "-o", new, "--export", "aem", "--epoch", "noon")
+    refused(("--export is 'oem'", "did you mean 'aem'?"), "plan", floating, "-o", new, "--export", "oem")
+    refused(("--epoch is 'noon'", "2026-03-01T12:00:00"), "plan", floating, "-o", new, "--export", "aem", "--epoch", "noon")
     refused("plan: epoch without aem", "plan", floating, "-o", new, "--epoch", "2026-03-01T12:00:00")
-    refused("plan: pareto of one", "plan", floating, "-o", new, "--pareto", "1")
-    refused("plan: pareto of a fixed base", "plan", fixed, "-o", new, "--pareto", "3")
+    refused(("pareto is 1", "from 2 to 1000"), "plan", floating, "-o", new, "--pareto", "1")
+    refused(("<path>/fixed.yaml", "fixed", "floating"), "plan", fixed, "-o", new, "--pareto", "3")

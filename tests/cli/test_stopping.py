@@ -16,7 +16,7 @@ import pytest
 from cli.conftest import Told
 from spacearm import cli
 from spacearm.cli.stopping import came
-from spacearm.output import CLAIM
+from spacearm.core.output import CLAIM
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 LATEST = 30.0  # [s]
@@ -67,7 +67,7 @@ def tripped_over() -> None:
 
 
 def raised_as_ours() -> None:
-    from spacearm.errors import FileFormatError
+    from spacearm.core.errors import FileFormatError
 
     try:
         stop()
@@ -91,14 +91,14 @@ WAYS = (passed_on, swallowed_by_a_finalizer, swallowed_by_others, tripped_over, 
 def test_an_interrupt_ends_a_command_with_130(
     way: Callable[[], None], told: Told, tmp_path: Path, problem: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    __import__("spacearm.cli.plan")
-    real = sys.modules["spacearm.cli.plan"].save_plan
+    __import__("spacearm.cli.plan_command")
+    real = sys.modules["spacearm.cli.plan_command"].save_plan
 
     def save(*given: Any) -> None:
         real(*given)
         way()
 
-    monkeypatch.setattr(sys.modules["spacearm.cli.plan"], "save_plan", save)
+    monkeypatch.setattr(sys.modules["spacearm.cli.plan_command"], "save_plan", save)
     out = tmp_path / "out"
     code, shown, err = told(["plan", problem, "-o", out, "--no-figures"])
     assert code == 130
@@ -151,7 +151,7 @@ def test_a_plan_that_was_interrupted_is_written_and_the_code_is_130(
 ) -> None:
     from dataclasses import replace
 
-    module = sys.modules.get("spacearm.cli.plan") or __import__("spacearm.cli.plan", fromlist=["plan"])
+    module = sys.modules.get("spacearm.cli.plan_command") or __import__("spacearm.cli.plan_command", fromlist=["plan"])
     real = module.plan
     monkeypatch.setattr(module, "plan", lambda *given, **named: replace(real(*given, **named), interrupted=True))
     out = tmp_path / "out"
@@ -160,7 +160,7 @@ def test_a_plan_that_was_interrupted_is_written_and_the_code_is_130(
 
 
 def test_two_runs_into_one_folder_are_one(told: Told, tmp_path: Path, problem: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = sys.modules.get("spacearm.cli.plan") or __import__("spacearm.cli.plan", fromlist=["plan"])
+    module = sys.modules.get("spacearm.cli.plan_command") or __import__("spacearm.cli.plan_command", fromlist=["plan"])
     real, second = module.plan, []
     words = ["plan", problem, "-o", tmp_path / "out", "--no-figures"]
 

@@ -1,135 +1,194 @@
-"""What the pages show runs, in order; and the files and the sections that they name exist."""
+"""Every page runs as a newcomer would run it: in a fresh folder, in the order of the page, with the files that it names.
+
+A page starts where a newcomer does, in the root of the repository. Blocks are run by their language:
+
+- python: all blocks of a page share their names. A comment `# -> text` is what the line prints; `...` stands for anything.
+- sh: `spacearm` runs in this process; `cp`, `cd` and `python` run as in a shell; `make` and figures are left out. A comment
+  names an exit code other than 0, as in `# exit code 1`.
+- yaml: a problem or robot file, saved under the name in its first line (else problem.yaml) and loaded. A block without the key
+  `spacearm` replaces keys of the page's first problem.
+- text: directly below a sh block it is what the last command prints; elsewhere it is only shown.
+
+The comment `<!-- not run: reason -->` above a block leaves it out. Readers do not see it.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import io
+import os
 import re
 import shlex
 import shutil
 import subprocess
 import sys
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from house.source import REPOSITORY
 from spacearm.cli import main
+from spacearm.files.problem_file import load_problem_file
+from spacearm.robot import load_robot
 
-PAGES = sorted((REPOSITORY / "docs").glob("*.md"))
+PAGES = [REPOSITORY / "README.md", REPOSITORY / "CONTRIBUTING.md", *sorted((REPOSITORY / "docs").glob("*.md"))]
+STARTED_WITH = ("examples", "benchmarks/spacebench")
+"""What the pages need of the repository."""
+MOST_BLOCKS_NOT_RUN = 6
+BLOCK = re.compile(
+    r"(?:^<!-- not run: (?P<reason>[^\n]+) -->\n)?^```(?P<language>\w*)\n(?P<text>.*?)^```$", flags=re.DOTALL | re.MULTILINE
+)
 
-EXAMPLES = REPOSITORY / "examples"
+
+@dataclass(frozen=True)
+class Block:
+    """A block of a page.
+
+    Attributes:
+        language: after the fence; "" if none.
+        text: of the block.
+        reason: why it is not run; None if it is.
+        follows: whether nothing stands between this block and the one before it.
+    """
+
+    language: str
+    text: str
+    reason: str | None
+    follows: bool
 
 
-def arm() -> tuple[str, str]:
-    """Return the URDF and SRDF of the pages' arm, of six joints."""
-    return (EXAMPLES / "arm.urdf").read_text(encoding="utf-8"), (EXAMPLES / "arm.srdf").read_text(encoding="utf-8")
+def blocks_of(page: Path) -> list[Block]:
+    """Return a page's blocks in order."""
+    text = page.read_text(encoding="utf-8")
+    found, end = [], 0
+    for match in BLOCK.finditer(text):
+        follows = bool(found) and not text[end : match.start()].strip()
+        found.append(Block(match["language"], match["text"], match["reason"], follows))
+        end = match.end()
+    return found
 
 
-def blocks(page: Path) -> list[str]:
-    """Return a page's Python."""
-    return re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+def commands_of(text: str) -> list[tuple[str, int]]:
+    """Return the commands of a sh block, each with its exit code; lines that end in a backslash go on."""
+    found = []
+    for line in text.replace("\\\n", " ").splitlines():
+        command, _, comment = line.partition("#")
+        stated = re.search(r"exit code (\d+)", comment)
+        found += [(part.strip(), int(stated[1]) if stated else 0) for part in command.split("&&") if part.strip()]
+    return found
+
+
+def matches(expected: str, printed: str) -> bool:
+    """Whether a text is what was printed, up to white space; `...` stands for anything."""
+    parts = [r"\s+".join(re.escape(word) for word in part.split()) for part in expected.split("...")]
+    return re.search(r"[\s\S]*?".join(parts), printed) is not None
+
+
+@dataclass
+class PageRun:
+    """A run of one page: what its blocks share.
+
+    Attributes:
+        page: the page.
+        names: of its Python.
+        problem: its first complete problem file.
+        printed: by the last block or command.
+    """
+
+    page: Path
+    names: dict[str, object] = field(default_factory=dict)
+    problem: dict[str, Any] = field(default_factory=dict)
+    printed: str = ""
+
+    def run(self, block: Block) -> None:
+        """Run a block by its language."""
+        if block.language == "python":
+            self._python(block.text)
+        elif block.language == "sh":
+            for command, code in commands_of(block.text):
+                self._command(shlex.split(command), code)
+        elif block.language == "yaml":
+            self._file(block.text)
+        elif block.language == "text" and block.follows:
+            assert matches(block.text, self.printed), f"the page shows\n{block.text}\nprinted was\n{self.printed}"
+
+    def _python(self, text: str) -> None:
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            exec(compile(text, self.page.name, "exec"), self.names)
+        self.printed = out.getvalue()
+        for stated in re.findall(r"# -> (.+)$", text, flags=re.MULTILINE):
+            assert matches(stated, self.printed), f"the page says {stated!r}, printed was\n{self.printed}"
+
+    def _command(self, words: list[str], code: int) -> None:
+        if words[0] == "make":
+            return
+        if words[0] == "cd":
+            os.chdir(words[1])
+        elif words[0] == "spacearm":
+            quick = ["--no-figures"] if words[1] == "plan" else []
+            with contextlib.redirect_stdout(io.StringIO()) as out:
+                assert main([*words[1:], *quick]) == code, (words, out.getvalue())
+            self.printed = out.getvalue()
+        else:
+            assert words[0] in ("python", "cp"), f"no test runs {words}"
+            program = sys.executable if words[0] == "python" else words[0]
+            assert subprocess.run([program, *words[1:]], check=False).returncode == code, words
+
+    def _file(self, text: str) -> None:
+        named = re.match(r"# (\S+\.yaml)\n", text)
+        path = Path(named[1] if named else "problem.yaml")
+        value = yaml.safe_load(text)
+        if "spacearm-robot" in value:
+            path.write_text(text, encoding="utf-8")
+            load_robot(path)
+            return
+        if "spacearm" not in value:
+            lacking = {key: kept for key, kept in self.problem.items() if key not in value and f"{key}_deg" not in value}
+            text, path = text + yaml.safe_dump(lacking), Path("changed.yaml")
+        elif not self.problem:
+            self.problem = value
+        path.write_text(text, encoding="utf-8")
+        load_problem_file(path)
 
 
 @pytest.fixture
 def newcomer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A fresh folder with a copy of the examples in it, and as it; where a newcomer runs a page."""
-    shutil.copytree(EXAMPLES, tmp_path, dirs_exist_ok=True)
-    shutil.copytree(EXAMPLES, tmp_path / "examples")
+    """Return a fresh folder with the files of the repository that pages need, and work in it."""
+    for name in STARTED_WITH:
+        shutil.copytree(REPOSITORY / name, tmp_path / name)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-NOT_RUN = {
-    "README.md: make demo": "builds an environment",
-    "README.md: make test": "builds an environment",
-    "README.md: spacearm plan examples/floating.yaml -o out/floating": "some seconds; tests/planner plans all examples",
-    "spacebench.md: spacearm bench space -d benchmarks/spacebench -o results": "a minute and a half",
-    "spacebench.md: python -m spacearm.study.spacebench_generate FOLDER": "two minutes and a half",
-    "spacebench.md: python -m spacearm.study.spacebench_generate FOLDER --seed 7 --problems 200 --families truss": "minutes",
-}
-"""Commands of the pages that no test runs, and why. Those of docs/benchmarks.md take minutes to hours."""
-CODES = {"spacearm doctor": {0, 1}}
-"""What else than 0 a command may end with: the doctor finds something."""
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks_of(page)], ids=lambda page: page.name)
+def test_a_page_runs_as_a_newcomer_would(page: Path, newcomer: Path) -> None:
+    run = PageRun(page)
+    for block in blocks_of(page):
+        if block.reason is None:
+            run.run(block)
 
 
-def lines_of(page: Path) -> list[tuple[str, str]]:
-    """Return a page's Python blocks and commands, in order: ("python", a block) or ("shell", a line)."""
-    text = page.read_text(encoding="utf-8")
-    found = re.finditer(r"^```(\w*)\n(.*?)^```|^((?:    [^\n]*\n)+)", text, flags=re.DOTALL | re.MULTILINE)
-    items = []
-    for match in found:
-        language, block, indented = match.groups()
-        if language == "python":
-            items.append(("python", block))
-        elif language in ("sh", "") or indented:
-            for line in (indented or block).splitlines():
-                command = line.split("  #")[0].split(" # ")[0].strip()
-                if re.match(r"(spacearm|python|make) ", command):
-                    items.append(("shell", command))
-    return items
+def test_python_of_a_page_runs_again_in_the_same_folder(newcomer: Path) -> None:
+    shutil.copytree(newcomer / "examples", newcomer, dirs_exist_ok=True)
+    run = PageRun(REPOSITORY / "docs" / "planning.md")
+    for _ in range(2):
+        for block in blocks_of(run.page):
+            if block.language == "python":
+                run.run(block)
 
 
-def run_command(command: str, name: str) -> None:
-    """Run a command of a page, unless a reason not to is known."""
-    if f"{name}: {command}" in NOT_RUN:
-        return
-    words = shlex.split(command)
-    if words[0] == "python":
-        assert subprocess.run([sys.executable, *words[1:]], check=False).returncode == 0, command
-        return
-    allowed = next((codes for start, codes in CODES.items() if command.startswith(start)), {0})
-    quick = ["--no-figures"] if words[1] == "plan" else []
-    assert main([*words[1:], *quick]) in allowed, command
+def test_few_blocks_are_not_run() -> None:
+    left_out = [(page.name, block.reason) for page in PAGES for block in blocks_of(page) if block.reason]
+    assert len(left_out) <= MOST_BLOCKS_NOT_RUN, left_out
 
 
-@pytest.mark.parametrize(
-    "page", ["README.md", "planning.md", "robots.md", "doctor.md", "problem_file.md", "certificate.md", "study.md"]
-)
-def test_a_page_runs_as_a_newcomer_would_twice(page: str, newcomer: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = REPOSITORY / page if page == "README.md" else REPOSITORY / "docs" / page
-    for attempt in range(2):
-        names: dict[str, object] = {}
-        for kind, text in lines_of(path):
-            if kind == "python":
-                exec(compile(text, page, "exec"), names)
-            elif attempt == 0:  # a second run needs another -o, and is told so
-                run_command(text, page)
-    printed = capsys.readouterr().out
-    if page in ("README.md", "planning.md"):
-        assert "a motion was found and proven" in printed
-        assert (newcomer / "plan.json").exists()
-    if page == "planning.md":
-        assert "holds" in printed
-        assert printed.rstrip().splitlines()[-1].startswith("clearance is at least")  # of the swarm by hand
-
-
-def test_what_is_not_run_is_on_a_page() -> None:
-    pages = {page.name: {text for _, text in lines_of(page)} for page in (*PAGES, REPOSITORY / "README.md")}
-    assert not [key for key in NOT_RUN if key.partition(": ")[2] not in pages[key.partition(": ")[0]]]
-
-
-def test_the_floating_base_page_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    names: dict[str, Any] = {}
-    for block in blocks(REPOSITORY / "docs" / "floating_base.md"):
-        exec(compile(block, "floating_base.md", "exec"), names)
-    printed = capsys.readouterr().out
-    assert "15.1 degrees" in printed
-    assert "fails | link 'link_7' and obstacle 'strut B'" in printed  # what was proven with the base held
-    assert "penetrate by 591 mm" in printed  # the published motion
-    found = [names[name] for name in ("first", "second", "reached", "slow", "caught")]
-    assert [plan.status for plan in found] == ["found"] * 5
-    assert all(plan.certificate.holds for plan in found)
-    # What is left of a goal: the plan's own report against the trajectory, and both against the page's words.
-    second, reached, slow = names["second"], names["reached"], names["slow"]
-    tip = second.trajectory.tip(second.trajectory.duration)[:3, 3]
-    assert abs(tip - names["goal"].position).max() < 1e-6
-    assert reached.base.goal_distance < 1e-6
-    assert reached.base.base_angle < 1e-6
-    assert slow.base.rate <= names["gentle"].base_limits.rate * (1 + 1e-6)
-    assert {path.name for path in Path().iterdir()} == {"plan.json", "base.aem", "arm.json"}
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_no_command_hides_in_an_indented_block(page: Path) -> None:
+    text = BLOCK.sub("", page.read_text(encoding="utf-8"))
+    assert not re.findall(r"^    (?:spacearm|python|\$) .*$", text, flags=re.MULTILINE)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -148,5 +207,6 @@ def test_the_sections_a_page_names_exist(page: Path) -> None:
 
 def anchors(page: Path) -> set[str]:
     """Return the anchors of a page's headings, as GitHub makes them."""
-    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    text = BLOCK.sub("", page.read_text(encoding="utf-8"))
+    headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}

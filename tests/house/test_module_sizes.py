@@ -8,17 +8,18 @@ import pytest
 
 from house.source import REPOSITORY, python_files, repository_files, where
 
-MOST_LINES = 500
-EXEMPT = {"kernel/bindings.cpp": 600}  # translation of every kernel function, no idea to split at
+MOST_LINES = 620
+MOST_KERNEL_LINES = 600  # of 120 columns, as clang-format sets them
 NO_IDEA = {"utils", "util", "helpers", "misc", "common"}
 
-SOURCES = [*python_files(), *sorted(path for path in (REPOSITORY / "kernel").iterdir() if path.is_file())]
+KERNEL = sorted(path for path in (REPOSITORY / "kernel").rglob("*") if path.is_file())
+SOURCES = [*python_files(), *KERNEL]
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=where)
 def test_a_module_is_short(path: Path) -> None:
     lines = len(path.read_text(encoding="utf-8").splitlines())
-    most = EXEMPT.get(path.relative_to(REPOSITORY).as_posix(), MOST_LINES)
+    most = MOST_KERNEL_LINES if path in KERNEL else MOST_LINES
     assert lines <= most, f"{where(path)} has {lines} lines, more than {most}: split it by ideas"
 
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from spacearm._kernel import load_level
+from spacearm.core.native import load_level
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import tree_arrays
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 
 LEVELS = ("x86-64-v4", "x86-64-v3", "x86-64-v2", "generic")
 Point = tuple[int, Sequence[float] | np.ndarray]

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from kernel.builds import BUILDS, Build
-from spacearm._kernel import available_levels
+from spacearm.core.native import available_levels
 
 
 @pytest.fixture(scope="session", params=BUILDS, ids=str)

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
-import strategies
 from kernel.builds import Build
-from oracles import coal_shapes
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from spacearm.robot import Robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
+from support import strategies
+from support.oracles import coal_shapes
 
 # Which coordinates of a point are kept; the kernel leaves out what zeros make needless.
 MASKS = st.sampled_from([(1, 1, 1), (0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 0), (1, 1, 0)]).map(np.array)

@@ -20,7 +20,7 @@ import numpy as np
 
 from kernel import objectives
 from kernel.builds import Build
-from spacearm._kernel import available_levels
+from spacearm.core.native import available_levels
 from spacearm.robot.kinematics import tree_arrays
 
 BUILD = Build(available_levels()[0], 64)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from kernel.builds import Build, place, surround
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, pose
 from spacearm.robot import Robot, joint_centres, load_robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, pose
 
 OBSTACLES = (Sphere((0.5, 0.5, 0.0), 0.1), Sphere((0.4, 0.7, 0.0), 0.1), Sphere((0.2, 0.8, 0.0), 0.1))
 GOAL = np.array([0.7, 0.3, 0.0])

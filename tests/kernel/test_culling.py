@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from kernel import accuracy, drawn, objectives
 from kernel.builds import Build, Surrounded, surround
-from kernel.test_distance import rounding
-from oracles import coal_shapes, pinocchio_points
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from spacearm.robot import LinkCapsule, Robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
+from support.kernel_cases import enveloped, rounding
+from support.oracles import coal_shapes, pinocchio_points
 
 MARGINS = st.sampled_from([0.0, 1e-4, 0.02, 0.5])  # [m]
 
@@ -37,23 +37,6 @@ def any_shape(rng: np.random.Generator, center: np.ndarray, size: float) -> Obst
     if kind < 9:
         return Capsule(center, center + sizes[0] * T[:3, 2] * (kind - 7), sizes[1])
     return Sphere(center, sizes[0])
-
-
-def enveloped(rng: np.random.Generator, robot: Robot, most: int) -> Robot:
-    """The robot with up to so many capsules a link, in some order of links, and pairs of links that must keep clear."""
-    joints = len(robot.joints)
-    capsules = []
-    for joint in rng.permutation(np.arange(-1, joints)):
-        near, spread = rng.uniform(-0.3, 0.3, 3), rng.choice([0.01, 0.1, 0.5])
-        for _ in range(rng.integers(0, most + 1)):
-            a = near + spread * rng.normal(size=3)
-            b = a + rng.choice([0.0, 1.0]) * spread * rng.normal(size=3)
-            capsules.append(LinkCapsule(name=f"link_{joint}", joint=int(joint), a=a, b=b, radius=rng.uniform(0, 0.05)))
-    if rng.random() < 0.5:  # not link by link
-        capsules = [capsules[i] for i in rng.permutation(len(capsules))]
-    links = sorted({c.name for c in capsules})
-    pairs = tuple((one, two) for i, one in enumerate(links) for two in links[i + 1 :] if rng.random() < 0.5)
-    return replace(robot, capsules=tuple(capsules), self_pairs=pairs, collision="envelope" if capsules else "none")
 
 
 def touching(rng: np.random.Generator, robot: Robot, frames: np.ndarray, depth: float) -> list[Obstacle]:

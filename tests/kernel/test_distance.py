@@ -9,45 +9,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
 from kernel import accuracy, drawn
 from kernel.builds import Build, place
-from oracles import coal_shapes, pinocchio_points
+from spacearm.geometry import Scene, Sphere
 from spacearm.planner.kernel_model import make_kernel_model
-from spacearm.robot import Frame, Joint, LinkCapsule, Robot
-from spacearm.scene import Scene, Sphere
+from spacearm.robot import LinkCapsule, Robot
+from support import strategies
+from support.kernel_cases import bench, capsule, rounding
+from support.oracles import coal_shapes, pinocchio_points
 
 RADII = st.one_of(st.just(0.0), st.floats(1e-3, 0.5))
-
-
-def bench(*capsules: LinkCapsule) -> Robot:
-    """A robot whose capsules stay on the base, so that their ends are known exactly."""
-    return Robot(
-        name="bench",
-        joints=(Joint(name="joint", kind="revolute", parent=-1, T_parent_joint=np.eye(4)),),
-        capsules=capsules,
-        frames=(Frame(name="tip", joint=0, T_joint_frame=np.eye(4)),),
-        tip="tip",
-        lower=np.array([-3.0]),
-        upper=np.array([3.0]),
-        velocity=np.ones(1),
-        acceleration=np.ones(1),
-    )
-
-
-def capsule(a: np.ndarray, b: np.ndarray, radius: float) -> LinkCapsule:
-    return LinkCapsule(name="link", joint=-1, a=np.asarray(a, float), b=np.asarray(b, float), radius=radius)
 
 
 def on_bench(build: Build, capsules: list[LinkCapsule], balls: list[Sphere]) -> np.ndarray:
     """Clearances (capsules, balls) [m]."""
     model = place(build, bench(*capsules), spheres=balls)
     return model.native.clearances(build.array([[0.0]]))[0]
-
-
-def rounding(build: Build, *lengths: float) -> float:
-    """What a clearance may be off by when nothing moves: some ten roundings of lengths such as these [m]."""
-    return 10 * float(np.finfo(build.scalar).eps) * (1 + sum(abs(length) for length in lengths))
 
 
 @settings(max_examples=12)

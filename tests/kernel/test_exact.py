@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from spacearm._kernel import available_levels, exact, load_level
+from spacearm.core import exact
+from spacearm.core.native import available_levels, load_level
 
 RNG = np.random.default_rng(0)
 ANGLES = np.concatenate([RNG.uniform(-10, 10, 500), RNG.uniform(-1e4, 1e4, 200), [0.0, 1e-300, -1e-9, math.pi, 1e-4]])

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
 from kernel import accuracy, drawn
 from kernel.builds import Build, Placed, Point, place, surround
-from oracles import coal_shapes, pinocchio_points
+from spacearm.geometry import Scene, Sphere
 from spacearm.planner.kernel_model import make_kernel_model, native_class
 from spacearm.robot import Robot, joint_centres, load_robot
-from spacearm.scene import Scene, Sphere
+from support import strategies
+from support.oracles import coal_shapes, pinocchio_points
 
 SHARES = st.floats(0.0, 1.0)
 TOLERANCES = st.sampled_from([0.0, 1e-3, 0.5])

@@ -16,10 +16,10 @@ import pytest
 
 from kernel import misuse, objectives
 from kernel.builds import BUILDS, Build, place
-from kernel.test_same_bits import VARIANTS
-from spacearm._kernel import available_levels
+from spacearm.core.native import available_levels
+from spacearm.geometry import Sphere
 from spacearm.robot import Frame, Joint, Robot
-from spacearm.scene import Sphere
+from support.kernel_variants import VARIANTS
 
 ROBOT = objectives.paper_robot()
 BOUNDS = np.array(ROBOT.lower), np.array(ROBOT.upper)
@@ -83,7 +83,7 @@ import os, signal, threading
 from kernel import objectives
 from kernel.test_interrupt import BOUNDS, BUILD, ROBOT
 
-from spacearm.scene import Sphere
+from spacearm.geometry import Sphere
 
 crowd = tuple(Sphere((0.01 * i, 0.5, 0.5), 0.1) for i in range(100))
 objective = objectives.seed_objective(BUILD, ROBOT, crowd)

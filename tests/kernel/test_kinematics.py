@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from kernel import accuracy, drawn
 from kernel.builds import Build, place
-from oracles import pinocchio_points
 from spacearm.robot import Frame, Joint, Robot, load_robot
 from spacearm.robot.model import JOINT_KINDS
+from support.oracles import pinocchio_points
 
 RIDERS = st.lists(st.tuples(st.integers(-1, 12), drawn.points()), max_size=4)
 

@@ -12,19 +12,19 @@ import pytest
 
 from kernel import objectives
 from kernel.builds import LEVELS, Build, place
-from momentum.drawn import motion_of, spacecraft
-from oracles import pinocchio_floating, servicer
-from spacearm._kernel import available_levels
-from spacearm.momentum import BaseMotion, Momentum, moments, system_mass
-from spacearm.momentum.quick import kernel_masses
-from spacearm.momentum.turning import angle, conjugate, matrix_of, multiplied
+from spacearm.core.native import available_levels
+from spacearm.core.rotations import angle, conjugate, matrix_of, multiplied
+from spacearm.dynamics import BaseMotion, Momentum, moments, system_mass
+from spacearm.dynamics.momentum import kernel_masses
+from spacearm.geometry import Box, Capsule, HalfSpace, Scene, Sphere
+from spacearm.geometry.scene import moved_scene
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import PoseGoal, PositionGoal, Problem, clearances
-from spacearm.planner.islands import asked_of_the_base
-from spacearm.planner.reaching.onto_goal import pose_errors
+from spacearm.planner.goal_reach import pose_errors
+from spacearm.planner.motion_search import asked_of_the_base
 from spacearm.robot import Body, LinkCapsule, Robot
-from spacearm.scene import Box, Capsule, HalfSpace, Scene, Sphere
-from spacearm.scene.moved import moved_scene
+from support.drawn_spacecraft import motion_of, spacecraft
+from support.oracles import pinocchio_floating, servicer
 
 ROBOTS = [spacecraft(seed) for seed in range(6)]
 OBSTACLES = [

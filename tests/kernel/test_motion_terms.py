@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -14,13 +13,11 @@ from hypothesis import strategies as st
 
 from kernel import accuracy, drawn, objectives
 from kernel.builds import Build, surround
-from kernel.test_spline import by_scipy
-from oracles import pinocchio_points
-from oracles.solids import axes_distance, link_distance
+from spacearm.geometry import Capsule, HalfSpace, Obstacle, Sphere
 from spacearm.robot import Robot, joint_centres
-from spacearm.scene import Capsule, HalfSpace, Obstacle, Sphere
-
-TERMS = ("length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3")
+from support.kernel_cases import TERMS, by_scipy, instants, looked_at
+from support.oracles import pinocchio_points
+from support.oracles.solids import axes_distance, link_distance
 
 
 @dataclass
@@ -61,11 +58,6 @@ def drawn_settings(draw: st.DrawFn, build: Build) -> Setting:
         weights=weights,
     )
     return Setting(robot, obstacles, start, np.array(goals), jerk, margin, comfort, weights, search)
-
-
-def instants(build: Build, packs: int) -> np.ndarray:
-    """What is looked at: the coarse instants are the first two packs, the fine ones all eight."""
-    return np.arange(packs * build.lanes) / (packs * build.lanes)
 
 
 def axis_distances(setting: Setting, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -220,13 +212,6 @@ def test_the_fitness_is_the_weighted_term_alone(build: Build, name: str) -> None
     x = build.array(np.random.default_rng(0).uniform(-1, 1, (4, 14)))
     found = search.judge(x, 2, 0)
     np.testing.assert_array_equal(found["fitness"], build.scalar(0.5) * found["terms"][:, TERMS.index(name)])
-
-
-def looked_at(build: Build, x: np.ndarray, K: int, start: Sequence[float], goal: Sequence[float]) -> np.ndarray:
-    """The configurations (rows, instants, n) at all instants that the search looks at."""
-    basis = by_scipy(instants(build, 8), K, 0)
-    points = np.stack([np.vstack([start, row.reshape(K, len(start)), goal]) for row in x.astype(np.float64)])
-    return np.einsum("ik,rkd->rid", basis, points)
 
 
 def test_a_motion_is_free_where_every_instant_is(build: Build) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from kernel import objectives
 from kernel.builds import Build, surround
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 
 FAR: dict[str, Obstacle] = {
     "sphere": Sphere((9.0, 9.0, 9.0), 0.1),

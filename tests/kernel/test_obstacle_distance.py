@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
 from kernel import drawn
 from kernel.builds import Build, surround
-from kernel.test_distance import bench, capsule, rounding
-from oracles import coal_shapes, solids
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from spacearm.robot import LinkCapsule
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
+from support import strategies
+from support.kernel_cases import bench, capsule, rounding
+from support.oracles import coal_shapes, solids
 
 Axes = Sequence[tuple[np.ndarray, np.ndarray]]
 

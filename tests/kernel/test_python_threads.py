@@ -12,7 +12,7 @@ import pytest
 
 from kernel import objectives
 from kernel.builds import Build
-from spacearm._kernel import available_levels
+from spacearm.core.native import available_levels
 
 BUILD = Build(available_levels()[0], 32)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from kernel.builds import Build
-from oracles import threefry
+from support.oracles import threefry
 
 WORDS = st.integers(0, 2**32 - 1)
 ONES = [2**32 - 1] * 4

@@ -11,23 +11,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
 from kernel import drawn, objectives
 from kernel.builds import LEVELS, Build, place, surround
-from spacearm._kernel import available_levels
-from spacearm.scene import Scene
+from spacearm.core.native import available_levels
+from spacearm.geometry import Scene
+from support import strategies
+from support.kernel_variants import MOTIONS, VARIANTS
 
 ROBOT = objectives.paper_robot()
 BOUNDS = np.array(ROBOT.lower), np.array(ROBOT.upper)
-IPSO = {"inertia_start": 0.9, "inertia_end": 0.4, "velocity_clamp": 0.2, "particles": 33, "evaluations": 33 * 12}
-VARIANTS: dict[str, dict[str, Any]] = {
-    "pso": {**IPSO, "variant": "pso", "tolerance_share": 0.4},
-    "ring": {**IPSO, "variant": "pso", "ring": 2, "bounds": "reflect"},
-    "symbiotic": {**IPSO, "variant": "symbiotic", "bounds": "periodic"},
-    "cooperative": {**IPSO, "variant": "cooperative"},
-    "evolving": {**IPSO, "variant": "evolving", "evolving_share": 1 / 3, "shrink_to": 4, "ring": 2},
-    "all evolving": {**IPSO, "variant": "evolving", "evolving_share": 1.0, "constraints": "penalty", "penalty_start": 9.0},
-}
 EVERY_TERM = dict.fromkeys(("length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3"), 0.5)
 
 
@@ -103,15 +95,6 @@ def test_every_level_searches_alike(bits: int, variant: str) -> None:
         assert_same_runs(runs(other), runs(first))
 
 
-MOTIONS: dict[str, tuple[dict[str, Any], dict[str, Any] | None]] = {
-    "trees": ({}, None),
-    "swarms": ({"patience": 0, "swarm_turn": 1}, None),
-    "symbiotic": ({"patience": 0}, {**VARIANTS["symbiotic"], "bounds": "absorb"}),
-    "evolving": ({"patience": 0, "interior": [3, 1]}, VARIANTS["evolving"]),
-}
-"""Settings of the search for motions, and of its swarm."""
-
-
 @pytest.mark.parametrize("how", MOTIONS)
 def test_every_level_finds_the_same_motions(bits: int, how: str) -> None:
     """To the last bit of all that was found, and of when."""
@@ -123,7 +106,7 @@ def test_every_level_finds_the_same_motions(bits: int, how: str) -> None:
             build, objectives.thick_arm(), objectives.CLUTTER, start, [goal, np.full(7, 0.1)], swarm=swarm, settings=chosen
         )
         objectives.run_motions(search, 1500)
-        assert {entry[3] for entry in search.history} >= ({"probe", "refine"} if how == "trees" else {"swarm", "refine"})
+        assert {entry[3] for entry in search.history} >= ({"rrt_connect", "refine"} if how == "trees" else {"swarm", "refine"})
         return [
             search.evaluations,
             search.configurations,

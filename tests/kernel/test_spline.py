@@ -8,27 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import BSpline
 
 from kernel.builds import LEVELS, Build
-from spacearm._kernel import available_levels, native
+from spacearm.core.native import available_levels, native
 from spacearm.motion import Motion
 from spacearm.motion.spline import basis
+from support.kernel_cases import by_scipy, clamped_quintic
 
 COUNTS = (0, 1, 2, 3, 5, 8, 16, 24, 32)  # of interior control points
-
-
-def clamped_quintic(interior: int) -> np.ndarray:
-    """Knots of a clamped quintic spline with interior + 6 control points on [0, 1]."""
-    spans = interior + 1
-    return np.concatenate([np.zeros(6), np.arange(1, spans) / spans, np.ones(6)])
-
-
-def by_scipy(s: np.ndarray, interior: int, derivative: int) -> np.ndarray:
-    """The basis' values (samples, interior + 2), those of the three first and three last control points summed."""
-    spline = BSpline(clamped_quintic(interior), np.eye(interior + 6), 5)
-    whole = spline(s) if derivative == 0 else spline.derivative(derivative)(s)
-    return np.column_stack([whole[:, :3].sum(axis=1), whole[:, 3:-3], whole[:, -3:].sum(axis=1)])
 
 
 def instants(interior: int) -> np.ndarray:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernel.builds import Build
-from kernel.test_swarm_steps import EVOLVING, IPSO, VARIANTS, rows, told
+from support.swarm_states import EVOLVING, IPSO, VARIANTS, rows, told
 
 BOX_3 = (np.array([1.0, -5.0, -0.5]), np.array([3.0, -4.0, 0.5]))
 

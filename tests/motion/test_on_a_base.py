@@ -12,17 +12,18 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from momentum.drawn import motion_of, spacecraft
-from oracles.pinocchio_floating import floating_model, floating_q
-from oracles.servicer import ROWS, servicer
-from robot.test_model import two_link
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, ProblemError, RobotError
-from spacearm.momentum import BaseMotion, Momentum, center_of_mass, system_mass
-from spacearm.motion import Motion, RecordedTrajectory, Trajectory, load_trajectory, time_optimal
-from spacearm.motion.plain import trajectory_as_dict, trajectory_from_dict
-from spacearm.planner.files.plans import save_trajectory
+from spacearm.core.errors import FileFormatError, ProblemError, RobotError
+from spacearm.dynamics import BaseMotion, Momentum, center_of_mass, system_mass
+from spacearm.files import load_trajectory
+from spacearm.files.plan_file import save_trajectory
+from spacearm.motion import Motion, RecordedTrajectory, Trajectory, time_optimal
+from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
 from spacearm.robot import Robot, forward_kinematics
+from support.drawn_spacecraft import motion_of, spacecraft
+from support.messages import assert_refused
+from support.oracles.pinocchio_floating import floating_model, floating_q
+from support.oracles.servicer import ROWS, servicer
+from support.small_robots import two_link
 
 ROBOT = servicer()
 PATH = Motion([np.zeros(7), np.full(7, 0.6), ROWS[0][0]])

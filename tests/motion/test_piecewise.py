@@ -11,11 +11,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly, CubicHermiteSpline, CubicSpline
 
-from snapshot import assert_refused
-from spacearm.errors import ProblemError
+from spacearm.core.errors import ProblemError
 from spacearm.motion import Motion, PiecewisePath
-from spacearm.motion.bernstein import after, binomials, cuts, times, weights
-from spacearm.motion.curve import Curve, extremes, greatest
+from spacearm.motion.piecewise import after, binomials, cuts, times, weights
+from spacearm.motion.spline import Curve, extremes, greatest
+from support.messages import assert_refused
 
 ROUNDING = 1e-12  # of the numbers' size, degree 5 and pieces of a tenth at the least
 NUMBERS = st.one_of(st.sampled_from([0.0, 1.0, -1.0]), st.floats(-10, 10, allow_subnormal=False))

@@ -10,14 +10,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
-from motion.drawn import motions_of
-from robot.test_model import two_link
-from snapshot import assert_refused
-from spacearm.errors import ProblemError, SettingsError, SpacearmError
-from spacearm.motion import Motion, TimeLaw, Trajectory, fastest_duration, optimal, resampled, time_optimal
-from spacearm.motion.timelaw import over_time
+from spacearm.core.errors import ProblemError, SettingsError, SpacearmError
+from spacearm.motion import Motion, TimeLaw, Trajectory, fastest_duration, time_optimal
+from spacearm.motion import recorded as resampled
+from spacearm.motion import time_optimal as optimal
+from spacearm.motion.time_laws import over_time
 from spacearm.robot import Robot, load_robot
+from support import strategies
+from support.drawn_motions import motions_of
+from support.messages import assert_refused
+from support.small_robots import two_link
 
 ARM = load_robot("zhang2022")
 FEW = settings(max_examples=15)  # each is a whole optimisation

@@ -13,15 +13,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-import strategies
-from motion.drawn import motions, motions_of, scipy_spline, size_of
-from robot.test_model import two_link
-from snapshot import assert_refused
-from spacearm.errors import ProblemError
+from spacearm.core.errors import ProblemError
 from spacearm.motion import Motion, TimeLaw, Trajectory, fastest_duration, fastest_durations, limit_margins
-from spacearm.motion.cubic_law import abscissae, cubic_basis, cubic_law, halved
-from spacearm.motion.retimed import fastest_duration_of_law, law_margins
-from spacearm.motion.timelaw import over_time
+from spacearm.motion.limit_margins import fastest_duration_of_law, law_margins
+from spacearm.motion.time_laws import abscissae, cubic_basis, cubic_law, halved, over_time
+from support import strategies
+from support.drawn_motions import motions, motions_of, scipy_spline, size_of
+from support.messages import assert_refused
+from support.small_robots import two_link
 
 FEWER = settings(max_examples=30)
 SMOOTHSTEP = TimeLaw([0, 1], [[0, 0, 1, 1]])

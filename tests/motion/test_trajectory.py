@@ -11,14 +11,14 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-import strategies
-from motion.drawn import motions_of
-from robot.test_model import two_link
-from snapshot import assert_refused
-from spacearm.errors import ProblemError
-from spacearm.momentum import Momentum
+from spacearm.core.errors import ProblemError
+from spacearm.dynamics import Momentum
 from spacearm.motion import Motion, Trajectory, fastest_duration, limit_margins
 from spacearm.robot import Robot, forward_kinematics, load_robot
+from support import strategies
+from support.drawn_motions import motions_of
+from support.messages import assert_refused
+from support.small_robots import two_link
 
 ARM = load_robot("zhang2022")
 STRAIGHT = Motion([np.zeros(7), np.full(7, 0.1)])

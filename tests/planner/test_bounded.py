@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import spacearm as sa
-from spacearm.errors import ProblemError, RobotError, SceneError, SettingsError
-from spacearm.planner import search
+from spacearm.core.errors import ProblemError, RobotError, SceneError, SettingsError
+from spacearm.planner import planning as search
 
 ROBOT = sa.load_robot("srs7")
 START, GOAL = np.radians([-25, 63, 0, 41, 0, 0, 0]), np.radians([60, 40, 10, 60, 10, 20, 0])

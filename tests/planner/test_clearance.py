@@ -10,18 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
 from kernel import drawn, objectives
 from kernel.builds import Build, surround
-from oracles import coal_shapes, pinocchio_points, solids
-from proof.dense import arms, planar
-from spacearm._kernel import available_levels
-from spacearm.errors import RobotError
+from spacearm.core.errors import RobotError
+from spacearm.core.native import available_levels
+from spacearm.geometry import Obstacle, Scene, Sphere, SphereSet
 from spacearm.planner import Problem, clearance, clearances
 from spacearm.planner.clearance import clearance_of, margins_within_reach, self_clearances
 from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
 from spacearm.robot import LinkCapsule, Robot
-from spacearm.scene import Obstacle, Scene, Sphere, SphereSet
+from support import strategies
+from support.dense_samples import arms, planar
+from support.oracles import coal_shapes, pinocchio_points, solids
 
 BALL = Sphere((1.2, 1.2, 0.0), 0.3)
 

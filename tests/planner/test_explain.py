@@ -11,19 +11,17 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-import strategies
-import urdf_text
-from oracles.coal_shapes import Placed, distance, placed_capsule, placed_obstacle
-from oracles.pinocchio_points import joint_frames as pinocchio_frames
-from proof.dense import arms, planar
-from scene import drawn_shapes
-from snapshot import assert_sentence
+from spacearm.geometry import Scene, Sphere, SphereSet, pose
 from spacearm.planner import ConfigurationGoal, PlannerSettings, PoseGoal, PositionGoal, Problem
-from spacearm.planner.reaching.explain import EndReport, check_ends, contacts, explain_goal
-from spacearm.planner.reaching.onto_goal import reach_of
-from spacearm.planner.reaching.search import find_goal_configurations
+from spacearm.planner.explanations import EndReport, check_ends, contacts, explain_goal
+from spacearm.planner.goal_reach import reach_of
+from spacearm.planner.inverse_kinematics import find_goal_configurations
 from spacearm.robot import LinkCapsule, Robot, forward_kinematics
-from spacearm.scene import Scene, Sphere, SphereSet, pose
+from support import drawn_shapes, strategies, urdf_text
+from support.dense_samples import arms, planar
+from support.messages import assert_sentence
+from support.oracles.coal_shapes import Placed, distance, placed_capsule, placed_obstacle
+from support.oracles.pinocchio_points import joint_frames as pinocchio_frames
 
 FEW = PlannerSettings(goal_candidates=2)
 

@@ -16,20 +16,17 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-import strategies
-import urdf_text
-from oracles.coal_shapes import least_distances
-from oracles.pinocchio_model import full_q, pinocchio_model
-from oracles.pinocchio_points import joint_frames as pinocchio_frames
-from proof.dense import arms, planar
-from scene import drawn_shapes
+from spacearm.core.rotations import rotation_vectors
+from spacearm.geometry import Box, Cylinder, HalfSpace, Scene, Sphere, pose
 from spacearm.planner import ConfigurationGoal, PlannerSettings, PoseGoal, PositionGoal, Problem
-from spacearm.planner.reaching.onto_goal import goal_errors, polished, reach_to
-from spacearm.planner.reaching.search import find_goal_configurations
-from spacearm.planner.reaching.task import GoalConfigurations
-from spacearm.planner.reaching.turning import rotation_vectors
+from spacearm.planner.goal_reach import goal_errors, polished, reach_to
+from spacearm.planner.inverse_kinematics import GoalConfigurations, find_goal_configurations
 from spacearm.robot import Robot, forward_kinematics, load_robot
-from spacearm.scene import Box, Cylinder, HalfSpace, Scene, Sphere, pose
+from support import drawn_shapes, strategies, urdf_text
+from support.dense_samples import arms, planar
+from support.oracles.coal_shapes import least_distances
+from support.oracles.pinocchio_model import full_q, pinocchio_model
+from support.oracles.pinocchio_points import joint_frames as pinocchio_frames
 
 ARM = load_robot("zhang2022")
 FEW = PlannerSettings(goal_candidates=4)

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proof.dense import planar
-from snapshot import assert_refused
-from spacearm.errors import ProblemError
+from spacearm.core.errors import ProblemError
+from spacearm.geometry import Box, Sphere, pose
 from spacearm.motion import Trajectory
 from spacearm.planner import BaseLimits, MotionSwarm, PlannerSettings, PoseGoal, PositionGoal, Problem, report_base
 from spacearm.proof import certify
 from spacearm.robot import load_robot
-from spacearm.scene import Box, Sphere, pose
 from spacearm.swarm import PSO
+from support.dense_samples import planar
+from support.messages import assert_refused
 
 CRAFT = load_robot("srs7")
 HOME = CRAFT.configuration("home")

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from snapshot import assert_refused
-from spacearm.errors import ProblemError, SettingsError, SpacearmError
+from spacearm.core.errors import ProblemError, SettingsError, SpacearmError
+from spacearm.geometry import Sphere
 from spacearm.planner import PlannerSettings, Problem, pareto_front, report_base
 from spacearm.planner.pareto import not_beaten
 from spacearm.robot import load_robot
-from spacearm.scene import Sphere
+from support.messages import assert_refused
 
 ROBOT = load_robot("srs7")
 START, GOAL = np.array([0, 0, 0, 0.4, 0, 0, 0]), np.array([0.9, 0.3, 0.6, 1.5, -0.5, 0.4, 0.1])

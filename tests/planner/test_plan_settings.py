@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from snapshot import assert_refused
-from spacearm.errors import SettingsError, SpacearmError
+from spacearm.core.errors import SettingsError, SpacearmError
+from spacearm.core.records import as_dict
 from spacearm.planner import PlannerSettings, Weights
-from spacearm.planner.settings import SWARM
-from spacearm.settings import as_dict
+from spacearm.planner.planner_settings import SWARM
 from spacearm.swarm import IPSO, PSO
+from support.messages import assert_refused
 
 
 def given(**values: Any) -> Callable[[], object]:

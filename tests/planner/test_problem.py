@@ -14,17 +14,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import strategies
-import urdf_text
-from snapshot import assert_refused
-from spacearm.errors import ProblemError, RobotError, SceneError
-from spacearm.momentum import Momentum
-from spacearm.momentum.turning import matrix_of, quaternion_of
-from spacearm.planner.floating import AttitudeGoal, BaseLimits
+from spacearm.core.errors import ProblemError, RobotError, SceneError
+from spacearm.core.rotations import matrix_of, quaternion_of
+from spacearm.dynamics import Momentum
+from spacearm.geometry import HalfSpace, Scene, Sphere, pose
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, goal_as_dict, goal_from_dict
-from spacearm.planner.problem import Problem, nearest_turns
+from spacearm.planner.problem import AttitudeGoal, BaseLimits, Problem, nearest_turns
 from spacearm.robot import Joint, joint_frames, load_robot
-from spacearm.scene import HalfSpace, Scene, Sphere, pose
+from support import strategies, urdf_text
+from support.messages import assert_refused
 
 ARM = load_robot("zhang2022")
 GOAL = PositionGoal((0.7, 0.3, 0.0))

@@ -12,50 +12,51 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proof.dense import arms, moving_frames, planar
 from spacearm.motion import Curve, Motion, PiecewisePath
-from spacearm.proof.bodies import bodies_of
-from spacearm.proof.middles import JointMap, Middles
-from spacearm.proof.spans import Spans, Stretches
+from spacearm.proof.displacement import JointMap, Middles, Spans, Stretches
+from spacearm.proof.moving_bodies import bodies_of
 from spacearm.proof.witness import Witness
 from spacearm.robot import Joint, LinkCapsule, Robot
+from support.dense_samples import arms, moving_frames, planar
 
 
 def watched(robot: Robot, curve: Curve, stretches: Stretches | None = None) -> tuple[Middles, Stretches]:
-    """All riders on a stretch of a curve; on all of it if none is given."""
+    """All relative bodies on a stretch of a curve; on all of it if none is given."""
     spans = Spans(curve)
     if stretches is None:
         first = spans.first()
         whole = np.array([[first.ends[0, 0], first.ends[-1, 1]]])
         stretches = Stretches(first=first.first[:1], last=first.last[-1:], ends=whole, share=np.ones(1))
-    bodies, riders = bodies_of(robot)
+    bodies, relative_bodies = bodies_of(robot)
     witness = Witness(robot, bodies)
-    middles = Middles(bodies, riders, JointMap(robot), lambda _, values: witness.frames(values), spans.lines(stretches))
-    middles.watch(np.arange(len(riders.body)))
+    middles = Middles(
+        bodies, relative_bodies, JointMap(robot), lambda _, values: witness.frames(values), spans.lines(stretches)
+    )
+    middles.watch(np.arange(len(relative_bodies.body)))
     return middles, stretches
 
 
-def riders_ends(robot: Robot, q: np.ndarray) -> np.ndarray:
-    """Where the ends of every rider's axis are in the frame that it is watched from, (rows, riders, ends, 3)."""
-    bodies, riders = bodies_of(robot)
+def relative_ends(robot: Robot, q: np.ndarray) -> np.ndarray:
+    """Where the ends of every relative body's axis are in the frame that it is watched from, (rows, bodies, ends, 3)."""
+    bodies, relative_bodies = bodies_of(robot)
     frames = np.concatenate([moving_frames(robot, q), np.tile(np.eye(4), (len(q), 1, 1, 1))], axis=1)
-    watched_from = {int(motion): -1 for motion in riders.motion[riders.over_scene]}
-    for rider, body in zip(riders.self_rider, riders.self_body, strict=True):
-        watched_from[int(riders.motion[rider])] = int(bodies.joint[body])
-    out = np.empty((len(q), len(riders.body), bodies.ends.shape[1], 3))
-    for i, (body, motion) in enumerate(zip(riders.body, riders.motion, strict=True)):
+    watched_from = {int(motion): -1 for motion in relative_bodies.motion[relative_bodies.over_scene]}
+    for relative, body in zip(relative_bodies.self_relative, relative_bodies.self_body, strict=True):
+        watched_from[int(relative_bodies.motion[relative])] = int(bodies.joint[body])
+    out = np.empty((len(q), len(relative_bodies.body), bodies.ends.shape[1], 3))
+    for i, (body, motion) in enumerate(zip(relative_bodies.body, relative_bodies.motion, strict=True)):
         T = np.linalg.inv(frames[:, watched_from[int(motion)]]) @ frames[:, bodies.joint[body]]
         out[:, i] = bodies.ends[body] @ np.swapaxes(T[:, :3, :3], 1, 2) + T[:, None, :3, 3]
     return out
 
 
 def directions(robot: Robot, q: np.ndarray, n: np.ndarray) -> np.ndarray:
-    """A direction of the base frame (3,) at q (1, n) in the frame that each rider is watched from, (riders, 3)."""
-    bodies, riders = bodies_of(robot)
+    """A direction of the base frame (3,) at q (1, n) in the frame that each relative body is watched from, (m, 3)."""
+    bodies, relative_bodies = bodies_of(robot)
     frames = np.concatenate([moving_frames(robot, q), np.tile(np.eye(4), (1, 1, 1, 1))], axis=1)[0]
-    out = np.tile(n, (len(riders.body), 1))
-    for rider, body in zip(riders.self_rider, riders.self_body, strict=True):
-        same = riders.motion == riders.motion[rider]
+    out = np.tile(n, (len(relative_bodies.body), 1))
+    for relative, body in zip(relative_bodies.self_relative, relative_bodies.self_body, strict=True):
+        same = relative_bodies.motion == relative_bodies.motion[relative]
         out[same] = n @ frames[bodies.joint[body], :3, :3]
     return out
 
@@ -89,7 +90,7 @@ def test_no_end_gets_further_than_its_way_nor_along_a_direction_than_its_speed_a
     n /= np.linalg.norm(n)
     u = np.concatenate([stretches.ends[0], np.random.default_rng(0).uniform(*stretches.ends[0], 30)])
     q = curve.sample(np.concatenate([middles.u, u]))
-    ends = riders_ends(robot, q)
+    ends = relative_ends(robot, q)
     moved = ends[1:] - ends[:1]
     assert (np.linalg.norm(moved, axis=-1) <= middles.way[0] + 1e-9).all()
     along = np.abs(np.einsum("umec,mc->ume", moved, directions(robot, q[:1], n)))
@@ -100,25 +101,25 @@ def test_no_end_gets_further_than_its_way_nor_along_a_direction_than_its_speed_a
 # ---- closed forms: the bound is at most this much above the truth ----------------------------------------------------
 
 
-def way_of(robot: Robot, curve: Curve, rider: int) -> tuple[float, float]:
+def way_of(robot: Robot, curve: Curve, relative: int) -> tuple[float, float]:
     """The bound of the furthest end's way, and the true one at the stretch's ends."""
     middles, stretches = watched(robot, curve, first_part(curve))
-    ends = riders_ends(robot, curve.sample(np.concatenate([middles.u, stretches.ends[0]])))
-    moved = np.linalg.norm(ends[1:] - ends[:1], axis=-1).max(axis=0)[rider]
-    end = int(np.argmax(middles.way[0, rider]))
-    return float(middles.way[0, rider, end]), float(moved[end])
+    ends = relative_ends(robot, curve.sample(np.concatenate([middles.u, stretches.ends[0]])))
+    moved = np.linalg.norm(ends[1:] - ends[:1], axis=-1).max(axis=0)[relative]
+    end = int(np.argmax(middles.way[0, relative]))
+    return float(middles.way[0, relative, end]), float(moved[end])
 
 
-def bend_of(robot: Robot, curve: Curve, rider: int, n: tuple[float, float, float]) -> tuple[float, float]:
+def bend_of(robot: Robot, curve: Curve, relative: int, n: tuple[float, float, float]) -> tuple[float, float]:
     """The bound of what an end loses along a direction beyond its speed, and the true loss at the stretch's ends."""
     middles, stretches = watched(robot, curve, first_part(curve))
     q = curve.sample(np.concatenate([middles.u, stretches.ends[0]]))
     direction = np.asarray(n) / np.linalg.norm(n)
-    ends = riders_ends(robot, q)
+    ends = relative_ends(robot, q)
     along = np.abs(np.einsum("umec,mc->ume", ends[1:] - ends[:1], directions(robot, q[:1], direction)))
-    beyond = (along - np.abs(middles.velocity[0] @ direction) * middles.half[0])[:, rider].max(axis=0)
-    end = int(np.argmax(middles.bend[0, rider]))
-    return float(middles.bend[0, rider, end]), float(beyond[end])
+    beyond = (along - np.abs(middles.velocity[0] @ direction) * middles.half[0])[:, relative].max(axis=0)
+    end = int(np.argmax(middles.bend[0, relative]))
+    return float(middles.bend[0, relative, end]), float(beyond[end])
 
 
 def first_part(curve: Curve) -> Stretches | None:
@@ -153,7 +154,7 @@ def slide(**changes: Any) -> Robot:
     return planar(joints=joints, capsules=(rod, post), self_pairs=(("post", "rod"),), **limits)
 
 
-# The capsules of `planar` are riders 1 (upper, of family 0) and 3 (fore).
+# The capsules of `planar` are relative bodies 1 (upper, of family 0) and 3 (fore).
 WAYS: dict[str, tuple[Robot, Curve, int, float]] = {
     "a turn moves by the distance from its axis": (planar(), line((-0.01, 0), (0.01, 0)), 1, 0.01),
     "distances add up along the arm": (planar(), line((-0.01, 0), (0.01, 0)), 3, 0.02),
@@ -170,8 +171,8 @@ WAYS: dict[str, tuple[Robot, Curve, int, float]] = {
 @pytest.mark.parametrize("case", WAYS)
 def test_the_way_is_no_more_than_it_has_to_be(case: str) -> None:
     """At most so much above the truth that half of it would be below."""
-    robot, curve, rider, expected = WAYS[case]
-    bound, true = way_of(robot, curve, rider)
+    robot, curve, relative, expected = WAYS[case]
+    bound, true = way_of(robot, curve, relative)
     assert 0.55 * bound < true <= bound
     assert bound == pytest.approx(expected, rel=1e-3)
 
@@ -201,16 +202,18 @@ BENDS: dict[str, tuple[Robot, Curve, int, tuple[float, float, float]]] = {
 @pytest.mark.parametrize("case", BENDS)
 def test_the_bend_is_needed(case: str) -> None:
     """At most so much above the truth that half of it would be below."""
-    robot, curve, rider, n = BENDS[case]
-    bound, true = bend_of(robot, curve, rider, n)
+    robot, curve, relative, n = BENDS[case]
+    bound, true = bend_of(robot, curve, relative, n)
     assert true <= bound
     assert true > 0.55 * bound
 
 
 def test_only_the_joints_between_move_one_link_from_another() -> None:
     robot = slide()
-    bodies, riders = bodies_of(robot)
-    assert (riders.sign[riders.motion[riders.self_rider[0]]] == [1, 1]).all()  # the post is on the base
+    bodies, relative_bodies = bodies_of(robot)
+    assert (
+        relative_bodies.sign[relative_bodies.motion[relative_bodies.self_relative[0]]] == [1, 1]
+    ).all()  # the post is on the base
     three = planar(
         joints=(*planar().joints, Joint(name="wrist", kind="revolute", parent=1, T_parent_joint=np.eye(4))),
         capsules=tuple(
@@ -221,12 +224,12 @@ def test_only_the_joints_between_move_one_link_from_another() -> None:
         **dict.fromkeys(("upper", "velocity", "acceleration"), (1.0, 1.0, 1.0)),
         lower=(-1.0, -1.0, -1.0),
     )
-    bodies, riders = bodies_of(three)
-    rider = riders.self_rider[0]
-    assert (riders.sign[riders.motion[rider]] == [0, 1, 1]).all()
+    bodies, relative_bodies = bodies_of(three)
+    relative = relative_bodies.self_relative[0]
+    assert (relative_bodies.sign[relative_bodies.motion[relative]] == [0, 1, 1]).all()
     middles, _ = watched(three, line((-0.5, 0, 0), (0.5, 0, 0)))
-    assert middles.way[0, rider].max() < 1e-12
-    assert bodies.joint[riders.self_body[0]] == 0
+    assert middles.way[0, relative].max() < 1e-12
+    assert bodies.joint[relative_bodies.self_body[0]] == 0
 
 
 def test_two_arms_are_watched_through_their_common_root() -> None:
@@ -238,13 +241,13 @@ def test_two_arms_are_watched_through_their_common_root() -> None:
         Joint(name="right", kind="revolute", parent=-1, T_parent_joint=side),
     )
     robot = planar(joints=joints, self_pairs=(("upper", "fore"),))
-    riders = bodies_of(robot)[1]
-    assert sorted(riders.sign[riders.motion[riders.self_rider[0]]]) == [-1, 1]
+    relative_bodies = bodies_of(robot)[1]
+    assert sorted(relative_bodies.sign[relative_bodies.motion[relative_bodies.self_relative[0]]]) == [-1, 1]
     turning_together = line((-0.2, -0.2), (0.2, 0.2))
     middles, stretches = watched(robot, turning_together)
-    ends = riders_ends(robot, turning_together.sample(np.concatenate([middles.u, stretches.ends[0]])))
-    rider = riders.self_rider[0] + 1
-    assert (np.linalg.norm(ends[1:, rider] - ends[:1, rider], axis=-1) <= middles.way[0, rider]).all()
+    ends = relative_ends(robot, turning_together.sample(np.concatenate([middles.u, stretches.ends[0]])))
+    relative = relative_bodies.self_relative[0] + 1
+    assert (np.linalg.norm(ends[1:, relative] - ends[:1, relative], axis=-1) <= middles.way[0, relative]).all()
 
 
 def test_links_are_inside_of_their_balls() -> None:

@@ -12,37 +12,34 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from oracles.servicer import ROWS, servicer
-from proof.adrift import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
 from proof.test_bounds import curves, parabola
-from reliability.floating_checker import moving
-from spacearm.momentum import Momentum
+from spacearm.dynamics import BASE_MODELS, Momentum
+from spacearm.geometry import Scene
 from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
-from spacearm.proof.base import Base
-from spacearm.proof.bodies import bodies_of, floating_bodies_of
+from spacearm.proof.base_attitude import TOLERANCE, Drift
+from spacearm.proof.base_setup import BaseSetup
+from spacearm.proof.base_track import FloatingBaseProof
 from spacearm.proof.certificate import LOST
-from spacearm.proof.drift import TOLERANCE, Drift
-from spacearm.proof.ellipses import RHO, PanelPath, ellipses_of
-from spacearm.proof.middles import JointMap, Middles
-from spacearm.proof.recoil import Reaction, _Held
-from spacearm.proof.spans import Spans
-from spacearm.proof.stance import Stance
-from spacearm.proof.suprema import greatest_norm
+from spacearm.proof.displacement import JointMap, Middles, Reaction, Spans, _PlacedMasses
+from spacearm.proof.moving_bodies import bodies_in_space_of, bodies_of
+from spacearm.proof.polynomial_bounds import RHO, PanelPath, ellipses_of, greatest_norm
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
-from spacearm.scene import Scene
+from support.floating_arms import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
+from support.floating_checker import moving
+from support.oracles.servicer import ROWS, servicer
 
 BRUTE = 3e-8  # [rad] of the method of fourth order in 200 steps a piece
 NONE = Momentum()
 
 
-def stance(momentum: Momentum = NONE, start: np.ndarray | None = None) -> Stance:
+def setup_of(momentum: Momentum = NONE, start: np.ndarray | None = None) -> BaseSetup:
     start = np.eye(4) if start is None else start
-    return Stance(base="floating", start=start, linear=momentum.linear, angular=momentum.angular)
+    return BaseSetup(model=BASE_MODELS["floating"], start=start, linear=momentum.linear, angular=momentum.angular)
 
 
 def drift(robot: Robot, curve: Curve, momentum: Momentum = NONE, time_rate: float = 0.0) -> Drift:
-    return Drift(robot, curve, stance(momentum), time_rate=time_rate)
+    return Drift(robot, curve, setup_of(momentum), time_rate=time_rate)
 
 
 def angle_between(R: np.ndarray, S: np.ndarray) -> float:
@@ -230,8 +227,8 @@ def test_no_end_of_a_drifting_robot_gets_further_than_its_way_nor_along_a_direct
     pushed, tumbling = Momentum(linear=(0.5, -1, 0.2)), Momentum(linear=(0, 0, 0.3), angular=(0.2, -0.5, 0.3))
     pushes = data.draw(st.sampled_from([NONE, pushed, tumbling]))
     duration = data.draw(st.sampled_from([0.1, 5.0]))
-    base = Base(robot, SimpleNamespace(curve=curve, duration=duration), stance(pushes))  # type: ignore[arg-type]
-    bodies, riders = floating_bodies_of(robot)
+    base = FloatingBaseProof(robot, SimpleNamespace(curve=curve, duration=duration), setup_of(pushes))  # type: ignore[arg-type]
+    bodies, relative_bodies = bodies_in_space_of(robot)
     witness, joints = Witness(robot, bodies), JointMap(robot)
     base.begin(witness.frames(joints.values(curve.sample(np.array(curve.domain[:1]))))[0])
     spans = Spans(curve)
@@ -241,13 +238,13 @@ def test_no_end_of_a_drifting_robot_gets_further_than_its_way_nor_along_a_direct
         stretches = half.some(np.array([data.draw(st.integers(0, 1))]))
     stretches = stretches.some(np.array([data.draw(st.integers(0, len(stretches) - 1))]))
     frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    middles = Middles(bodies, riders, joints, frames, spans.lines(stretches), base.reaction)
-    middles.watch(np.arange(len(riders.body)))
+    middles = Middles(bodies, relative_bodies, joints, frames, spans.lines(stretches), base.motion_bounds)
+    middles.watch(np.arange(len(relative_bodies.body)))
     u = np.concatenate([middles.u, stretches.ends[0], np.random.default_rng(0).uniform(*stretches.ends[0], 30)])
     at = frames(u, joints.values(curve.sample(u)))[:, bodies.joint]
     ends = bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
-    free = riders.free[riders.motion]
-    ends = ends[:, riders.body[free]]
+    free = relative_bodies.free[relative_bodies.motion]
+    ends = ends[:, relative_bodies.body[free]]
     moved = ends[1:] - ends[:1]
     assert (np.linalg.norm(moved, axis=-1) <= middles.way[0, free] + 1e-9).all()
     n = np.array(data.draw(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)))
@@ -260,14 +257,14 @@ def test_no_end_of_a_drifting_robot_gets_further_than_its_way_nor_along_a_direct
 def test_a_panel_that_turns_falls_towards_the_centre_and_the_bound_is_just_above(share: float) -> None:
     """A flywheel at a constant rate: the panel, 1 m out, falls by 1 - cos of the angle, and goes sideways by its sine."""
     robot, curve = wheel(), PiecewisePath.from_linear([0, 1], [[0.0], [share]])
-    base = Base(robot, SimpleNamespace(curve=curve, duration=1.0), stance())  # type: ignore[arg-type]
-    bodies, riders = floating_bodies_of(robot)
+    base = FloatingBaseProof(robot, SimpleNamespace(curve=curve, duration=1.0), setup_of())  # type: ignore[arg-type]
+    bodies, relative_bodies = bodies_in_space_of(robot)
     witness, joints = Witness(robot, bodies), JointMap(robot)
     base.begin(witness.frames(np.zeros((1, 1)))[0])
     frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
     stretches = Spans(curve).first().some(np.array([3]))
-    middles = Middles(bodies, riders, joints, frames, Spans(curve).lines(stretches), base.reaction)
-    middles.watch(np.arange(len(riders.body)))
+    middles = Middles(bodies, relative_bodies, joints, frames, Spans(curve).lines(stretches), base.motion_bounds)
+    middles.watch(np.arange(len(relative_bodies.body)))
     angle = share * np.diff(stretches.ends[0])[0] / 2 / 4
     assert 1 - np.cos(angle) <= middles.bend[0, 1, 0] <= 1.2 * (1 - np.cos(angle)) + 1e-9
     assert 2 * np.sin(angle / 2) <= middles.way[0, 1, 0] <= 1.01 * angle + 1e-9
@@ -288,22 +285,22 @@ STRAIGHT = [PiecewisePath.from_linear([0, 1], [[0, 0], [way, 0]]) for way in (-0
 def test_the_bend_of_the_turn_is_needed_and_just_above_it(curve: PiecewisePath) -> None:
     """In the plane the turn is one integral: it differs from the middle's rate by no more than the bound, nor much less."""
     robot = skewed()
-    base = Base(robot, SimpleNamespace(curve=curve, duration=1.0), stance())  # type: ignore[arg-type]
-    bodies, riders = floating_bodies_of(robot)
+    base = FloatingBaseProof(robot, SimpleNamespace(curve=curve, duration=1.0), setup_of())  # type: ignore[arg-type]
+    bodies, relative_bodies = bodies_in_space_of(robot)
     witness, joints = Witness(robot, bodies), JointMap(robot)
     base.begin(witness.frames(curve.sample(np.zeros(1)))[0])
     frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
     stretches = Spans(curve).first().some(np.array([0]))
-    middles = Middles(bodies, riders, joints, frames, Spans(curve).lines(stretches), base.reaction)
-    recoil = middles._recoil
-    assert recoil is not None
+    middles = Middles(bodies, relative_bodies, joints, frames, Spans(curve).lines(stretches), base.motion_bounds)
+    base_bounds = middles._base_bounds
+    assert base_bounds is not None
     assert base.drift is not None
     beyond = []
     for end in stretches.ends[0]:
         R = base.drift.attitude(np.array([middles.u[0], end]))
         turn = R[0].T @ R[1]
-        beyond.append(abs(np.arctan2(turn[1, 0], turn[0, 0]) - recoil.omega[0, 2] * (end - middles.u[0])))
-    assert 0.7 * recoil.bend[0] < max(beyond) <= recoil.bend[0]
+        beyond.append(abs(np.arctan2(turn[1, 0], turn[0, 0]) - base_bounds.omega[0, 2] * (end - middles.u[0])))
+    assert 0.7 * base_bounds.bend[0] < max(beyond) <= base_bounds.bend[0]
 
 
 def test_the_rate_of_a_tumbling_base_changes_no_more_than_its_bound() -> None:
@@ -311,24 +308,24 @@ def test_the_rate_of_a_tumbling_base_changes_no_more_than_its_bound() -> None:
     moments = np.array([1.0, 3.0, 3.5])
     robot, curve = wheel(bodies=(body("base", -1, 5.0, (0, 0, 0), moments),)), Motion([[0.0], [0.0]])
     tumbling = Momentum(angular=(1.0, 1.0, 0.2))
-    base = Base(robot, SimpleNamespace(curve=curve, duration=6.0), stance(tumbling))  # type: ignore[arg-type]
-    bodies, riders = floating_bodies_of(robot)
+    base = FloatingBaseProof(robot, SimpleNamespace(curve=curve, duration=6.0), setup_of(tumbling))  # type: ignore[arg-type]
+    bodies, relative_bodies = bodies_in_space_of(robot)
     witness, joints = Witness(robot, bodies), JointMap(robot)
     base.begin(witness.frames(np.zeros((1, 1)))[0])
     frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
     stretches = Spans(curve).halved(Spans(curve).first())
-    middles = Middles(bodies, riders, joints, frames, Spans(curve).lines(stretches), base.reaction)
-    recoil = middles._recoil
+    middles = Middles(bodies, relative_bodies, joints, frames, Spans(curve).lines(stretches), base.motion_bounds)
+    base_bounds = middles._base_bounds
     assert base.drift is not None
-    assert recoil is not None
+    assert base_bounds is not None
     shares = []
     for i, (middle, (_, end)) in enumerate(zip(middles.u, stretches.ends, strict=True)):
         u = np.linspace(middle, end, 201)
         local = np.swapaxes(base.drift.attitude(u), 1, 2) @ tumbling.angular * 6.0 / moments  # omega, base axes
         turned = (local[1:] + local[:-1]).sum(axis=0) / 2 * (u[1] - u[0])
         beyond = np.linalg.norm(turned - local[0] * (end - middle))
-        assert np.linalg.norm(recoil.omega[i]) == pytest.approx(np.linalg.norm(local[0]))
-        shares.append(beyond / recoil.bend[i])
+        assert np.linalg.norm(base_bounds.omega[i]) == pytest.approx(np.linalg.norm(local[0]))
+        shares.append(beyond / base_bounds.bend[i])
     assert 0.03 < max(shares) < 1
 
 
@@ -336,16 +333,16 @@ def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:
     """What is lost beside the speed goes with the square of a stretch; its bound is no more than 8 times the worst of it."""
     robot, curve = servicer(), Motion([np.zeros(7), ROWS[0][0]])
     robot = Robot(**{**{n: getattr(robot, n) for n in robot.__dataclass_fields__}, "capsules": lander().capsules[:1]})
-    base = Base(robot, Trajectory(robot, curve), stance())
-    bodies, riders = floating_bodies_of(robot)
+    base = FloatingBaseProof(robot, Trajectory(robot, curve), setup_of())
+    bodies, relative_bodies = bodies_in_space_of(robot)
     witness, joints = Witness(robot, bodies), JointMap(robot)
     base.begin(witness.frames(joints.values(curve.sample(np.zeros(1))))[0])
     frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
     stretches = Spans(curve).first()
     for _ in range(4):
         stretches = Spans(curve).halved(stretches)
-    middles = Middles(bodies, riders, joints, frames, Spans(curve).lines(stretches), base.reaction)
-    middles.watch(np.arange(len(riders.body)))
+    middles = Middles(bodies, relative_bodies, joints, frames, Spans(curve).lines(stretches), base.motion_bounds)
+    middles.watch(np.arange(len(relative_bodies.body)))
     shares = []
     for side in (0, 1):
         ends = []
@@ -353,7 +350,7 @@ def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:
             at = frames(u, joints.values(curve.sample(u)))[:, bodies.joint]
             ends.append(bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3])
         way = middles.velocity * (stretches.ends[:, side] - middles.u)[:, None, None, None]
-        beyond = np.linalg.norm((ends[1] - ends[0])[:, riders.body] - way, axis=-1)
+        beyond = np.linalg.norm((ends[1] - ends[0])[:, relative_bodies.body] - way, axis=-1)
         shares.append((beyond / middles.bend).max())
     assert 1 / 8 < max(shares) < 1
 
@@ -370,7 +367,7 @@ def test_the_rates_and_their_derivatives_are_those_of_the_momentum_form(robot: R
     scale[np.arange(len(robot.joints)), joints.dof] = joints.multiplier
 
     def rates(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return reaction._rates(_Held(reaction._masses, reaction._turns, witness.frames(joints.values(q))))
+        return reaction._rates(_PlacedMasses(reaction._masses, reaction._turns, witness.frames(joints.values(q))))
 
     def of_oracle(q: np.ndarray) -> np.ndarray:
         _, H_w, H_q = momentum_map(robot, q)
@@ -389,8 +386,8 @@ def test_the_rates_and_their_derivatives_are_those_of_the_momentum_form(robot: R
 def test_frames_of_the_brute_force_are_the_proofs() -> None:
     """Guards the other tests: both say where every joint is."""
     robot, curve = lander(), Motion([[0, 0], [1, -2]])
-    base = Base(robot, Trajectory(robot, curve), stance())
-    witness, joints = Witness(robot, floating_bodies_of(robot)[0]), JointMap(robot)
+    base = FloatingBaseProof(robot, Trajectory(robot, curve), setup_of())
+    witness, joints = Witness(robot, bodies_in_space_of(robot)[0]), JointMap(robot)
     base.begin(witness.frames(joints.values(curve.sample(np.zeros(1))))[0])
     way = brute_force(Adrift(robot, Scene([])), curve)
     mine = base.placed(way.u, witness.frames(joints.values(way.q)))

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from proof.dense import Setting, planar, swing
-from spacearm.errors import ProblemError
+from spacearm.core.errors import ProblemError
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.proof import Certificate, certify
-from spacearm.proof.spans import Spans
+from spacearm.proof.displacement import Spans
 from spacearm.robot import Joint, LinkCapsule, Robot
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
+from support.dense_samples import Setting, planar, swing
 
 ANGLES = st.floats(-0.95, 0.95)
 

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oracles.coal_shapes import least_distances
-from oracles.pinocchio_points import joint_frames
+from spacearm.files import load_moveit
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
-from spacearm.planner import ConfigurationGoal, PlannerSettings, Problem, load_moveit, plan
+from spacearm.planner import ConfigurationGoal, PlannerSettings, Problem, plan
 from spacearm.proof import certify
 from spacearm.robot import load_robot
+from support.oracles.coal_shapes import least_distances
+from support.oracles.pinocchio_points import joint_frames
 
 FOLDER = os.environ.get("SPACEARM_MBM", "")
 FAMILIES = ("bookshelf_small", "bookshelf_tall", "bookshelf_thin", "box", "cage", "table_pick", "table_under_pick")

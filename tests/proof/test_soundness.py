@@ -6,16 +6,16 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import strategies
-from motion.drawn import motions_of
-from oracles.coal_shapes import least_distances
-from oracles.pinocchio_points import joint_frames
-from proof.dense import Setting, arms
-from scene.drawn_shapes import obstacles
+from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.proof import certify
 from spacearm.robot import Robot
-from spacearm.scene import Scene
+from support import strategies
+from support.dense_samples import Setting, arms
+from support.drawn_motions import motions_of
+from support.drawn_shapes import obstacles
+from support.oracles.coal_shapes import least_distances
+from support.oracles.pinocchio_points import joint_frames
 
 INSTANTS = 40  # of each of the drawn trajectories
 ROUNDING = 1e-7  # [m] Coal's and Pinocchio's, of arms a few metres long

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proof.dense import planar
 from proof.test_bounds import curves
 from spacearm.motion import Motion, PiecewisePath
-from spacearm.proof.spans import Spans
+from spacearm.proof.displacement import Spans
+from support.dense_samples import planar
 
 
 @settings(max_examples=80)

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-import srdf_text
-import urdf_text
-from spacearm.errors import ProblemError, RobotError
+from spacearm.core.errors import ProblemError, RobotError
+from spacearm.dynamics import hold
+from spacearm.files.recheck import recheck_trajectory
+from spacearm.geometry import Box, Scene, Sphere
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
-from spacearm.motion.for_robot import robot_in_order
-from spacearm.motion.plain import trajectory_as_dict, trajectory_from_dict
-from spacearm.planner import Problem, hold, plan
-from spacearm.planner.files.recheck import recheck_trajectory
+from spacearm.motion.recorded import robot_in_order
+from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
+from spacearm.planner import Problem, plan
 from spacearm.proof import certify
-from spacearm.proof.digest import trajectory_digest
+from spacearm.proof.certificate import trajectory_digest
 from spacearm.robot import Robot, load_robot
-from spacearm.scene import Box, Scene, Sphere
+from support import srdf_text, urdf_text
 
 ROD = urdf_text.collision('<cylinder radius="0.05" length="0.8"/>', xyz="0.5 0 0", rpy="0 1.5707963267948966 0")
 BALL = urdf_text.collision('<sphere radius="0.06"/>')
@@ -239,7 +239,7 @@ def test_a_floating_base_is_not_proven_with_a_mass_that_nobody_knows() -> None:
         with pytest.raises(RobotError, match="cannot float"):
             plan(problem)
         for certificate in (certify(problem, trajectory), recheck_trajectory(problem, trajectory).certificate):
-            assert (certificate.status, certificate.clear, certificate.floating) == ("undecided", False, None)
+            assert (certificate.status, certificate.clear, certificate.base_findings) == ("undecided", False, None)
             assert "cannot float" in certificate.message
 
     class Scened:  # as anybody may hand it in

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reliability.drawn_robots import Draft, complaints, drawn_robot, loaded, look_at, placed_capsules
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import Problem
 from spacearm.proof import Certificate, certify
-from spacearm.robot.left_out import bare_links, unchecked_pairs
+from spacearm.robot.unchecked_pairs import bare_links, unchecked_pairs
+from support.drawn_robots import Draft, complaints, drawn_robot, loaded, look_at, placed_capsules
 
 
 @pytest.mark.parametrize("number", range(6))

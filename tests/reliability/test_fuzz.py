@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from reliability.readers import beside, readers
-from reliability.wrong_files import finding, wrong_file
+from support.file_readers import beside, readers
+from support.wrong_files import finding, wrong_file
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="timers of POSIX")
 READERS = readers()

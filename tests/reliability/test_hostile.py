@@ -6,7 +6,7 @@ import signal
 
 import pytest
 
-from reliability.hostile import CALLS, finding, hostile_call
+from support.hostile_calls import CALLS, finding, hostile_call
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="timers of POSIX")
 

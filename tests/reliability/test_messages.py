@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spacearm.errors import ProblemError, RobotError, SceneError, nearest
+from spacearm.core.errors import ProblemError, RobotError, SceneError, nearest
+from spacearm.geometry import Box, HalfSpace, Scene, pose
 from spacearm.planner.goals import PoseGoal
 from spacearm.planner.problem import Problem
 from spacearm.robot import load_robot
-from spacearm.scene import Box, HalfSpace, Scene, pose
 
 
 def test_a_message_with_an_endless_name_is_cut_and_keeps_its_advice() -> None:

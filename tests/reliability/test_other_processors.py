@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import spacearm as sa
-from spacearm._kernel import available_levels
+from spacearm.core.native import available_levels
 
 START = np.radians([-25, 63, 0, 41, 0, 0, 0])
 NEAR, GOAL = START + np.array([0.8, -0.3, 0.4, 0.5, 0.3, -0.4, 0.5]), np.radians([60, 40, 10, 60, 10, 20, 0])

@@ -83,7 +83,7 @@ def test_a_robot_whose_name_is_not_ascii_is_exported(tmp_path: Path) -> None:
     trajectory = sa.Trajectory(robot, sa.Motion([np.zeros(7), np.full(7, 0.1)]))
     sa.write_aem(trajectory, tmp_path / "t.aem")
     assert "OBJECT_NAME = ??" in (tmp_path / "t.aem").read_text()
-    from spacearm.planner import save_trajectory
+    from spacearm.files import save_trajectory
 
     save_trajectory(trajectory, tmp_path / "t.csv")
     assert sa.load_trajectory(robot, tmp_path / "t.csv").limits.holds

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reliability import drawn_trajectories
-from reliability.drawn_problems import drawn_problem
-from reliability.other_checker import complaints
-from spacearm.errors import SpacearmError
+from spacearm.core.errors import SpacearmError
+from spacearm.geometry import Scene, Sphere
 from spacearm.planner import Plan, PlannerSettings, Problem, plan
 from spacearm.planner.goals import ConfigurationGoal
 from spacearm.proof import certify
 from spacearm.robot import Robot, load_robot
-from spacearm.scene import Scene, Sphere
+from support import drawn_trajectories
+from support.drawn_problems import drawn_problem
+from support.plan_checker import complaints
 
 
 @pytest.mark.parametrize("block", range(4))

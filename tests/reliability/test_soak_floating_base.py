@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from reliability.floating_cases import drawn
-from reliability.floating_checker import complaints
 from spacearm.proof import certify
+from support.floating_cases import drawn
+from support.floating_checker import complaints
 
 
 @pytest.mark.parametrize("block", range(3))
@@ -26,8 +26,8 @@ def test_the_checker_sees_what_is_wrong() -> None:
     number = next(i for i in range(50) if certify(*drawn(7, i)[:2], limits=()).holds)
     case, trajectory, way = drawn(7, number)
     certificate = certify(case, trajectory, limits=())
-    assert certificate.floating is not None
+    assert certificate.base_findings is not None
     bold = replace(certificate, clearance=(certificate.clearance or 0.0) * 3 + 1e-3)
     assert complaints(case, trajectory, way, bold)
-    quick = replace(certificate, floating=replace(certificate.floating, rate=certificate.floating.rate * 0.99))
+    quick = replace(certificate, base_findings=replace(certificate.base_findings, rate=certificate.base_findings.rate * 0.99))
     assert complaints(case, trajectory, way, quick)

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reliability import drawn_meshes
-from reliability.drawn_meshes import looked_at, winding
+from support import drawn_meshes
+from support.drawn_meshes import looked_at, winding
 
 
 @pytest.mark.parametrize("block", range(3))

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reliability.drawn_moveit import Files, drawn_files
-from reliability.moveit_check import complaints
-from reliability.moveit_reader import OtherReader
+from support.drawn_moveit import Files, drawn_files
+from support.moveit_checker import complaints
+from support.moveit_reader import OtherReader
 
 
 def drawn(number: int, folder: Path) -> tuple[Files, np.random.Generator]:

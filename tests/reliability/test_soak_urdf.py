@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reliability.drawn_urdfs import drawn_files
-from reliability.urdf_checker import _wrong_limits, complaints, own_limits
 from spacearm.robot import load_robot
+from support.drawn_urdfs import drawn_files
+from support.urdf_checker import _wrong_limits, complaints, own_limits
 
 
 @pytest.mark.parametrize("block", range(4))

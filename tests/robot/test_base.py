@@ -6,9 +6,9 @@ from typing import Any, Literal
 
 import pytest
 
-import srdf_text
 from spacearm.robot import Robot, load_robot
-from srdf_text import group, srdf
+from support import srdf_text
+from support.srdf_text import group, srdf
 
 GOOD = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
 

@@ -11,13 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import srdf_text
-import strategies
-import urdf_text
-from kinematics import joint_transforms
-from snapshot import assert_refused
-from spacearm.errors import RobotError
+from spacearm.core.errors import RobotError
 from spacearm.robot import Body, Robot
+from support import srdf_text, strategies, urdf_text
+from support.forward_kinematics import joint_transforms
+from support.messages import assert_refused
 
 GOOD = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
 

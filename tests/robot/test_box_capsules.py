@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spacearm.robot.box_capsules import box_capsules, box_excess
-from spacearm.robot.segments import point_segment_distance
+from spacearm.robot.capsules import point_segment_distance
+from spacearm.robot.envelope_report import box_capsules, box_excess
 
 ROUNDING = 1e-9  # share of the box's size
 SIZES = st.tuples(*[st.floats(0.01, 10)] * 3)

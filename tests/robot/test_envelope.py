@@ -12,16 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-import strategies
-import urdf_text
-from oracles.solids import from_segments
-from snapshot import assert_refused
-from spacearm.errors import RobotError
+from spacearm.core.errors import RobotError
 from spacearm.robot import LinkCapsule, envelope_report, load_robot, load_urdf
 from spacearm.robot.capsule_fit import Segment, fit_capsule, smallest_circle, union_volume
-from spacearm.robot.capsule_split import Plane, cut, enclose
-from spacearm.robot.envelope import Shape, enclosed, found_mesh, shape_triangles
-from spacearm.robot.excess import greatest_excess
+from spacearm.robot.envelope import Plane, Shape, cut, enclose, enclosed, found_mesh, greatest_excess, shape_triangles
+from support import strategies, urdf_text
+from support.messages import assert_refused
+from support.oracles.solids import from_segments
 
 ROUNDING = 1e-12  # [m] sums of a few products of lengths of about one metre
 

@@ -9,9 +9,9 @@ from tempfile import TemporaryDirectory
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import srdf_text
-from spacearm.errors import SpacearmError
+from spacearm.core.errors import SpacearmError
 from spacearm.robot import load_robot
+from support import srdf_text
 
 URDF = srdf_text.two_arms_with_a_mass()
 SRDF = srdf_text.two_arms_srdf().replace(
@@ -87,7 +87,7 @@ def broken(draw: st.DrawFn, text: str) -> str:
     return text
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(broken(URDF), broken(SRDF), st.sampled_from(OPTIONS))
 def test_broken_files_give_a_robot_or_one_sentence(urdf: str, srdf: str, options: dict[str, object]) -> None:
     with TemporaryDirectory() as directory:

@@ -10,11 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import strategies
-import urdf_text
-from kinematics import frame_transform
-from oracles.pinocchio_model import full_q, pinocchio_model
 from spacearm.robot import Robot, load_robot
+from support import strategies, urdf_text
+from support.forward_kinematics import frame_transform
+from support.oracles.pinocchio_model import full_q, pinocchio_model
 
 # Twelve products of 4x4 matrices of entries about 1 and lengths of some metres, in double precision.
 ROUNDING = 1e-12

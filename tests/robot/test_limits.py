@@ -11,14 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import srdf_text
-import urdf_text
-from snapshot import assert_refused
 from spacearm import Motion, Problem, Trajectory, certify
-from spacearm.errors import FileFormatError, ProblemError, RobotError
-from spacearm.motion.margins import as_jerk_limit
+from spacearm.core.errors import FileFormatError, ProblemError, RobotError
+from spacearm.motion.limit_margins import as_jerk_limit
 from spacearm.robot import Robot, load_robot
-from urdf_text import chain, joint
+from support import srdf_text, urdf_text
+from support.messages import assert_refused
+from support.urdf_text import chain, joint
 
 WIDE = 'lower="-10" upper="10" velocity="10" effort="1"'
 

@@ -14,14 +14,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import urdf_text
-from kinematics import frame_transform
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, RobotError, SpacearmError
+from spacearm.core.errors import FileFormatError, RobotError, SpacearmError
 from spacearm.robot import builtin_robots, load_robot, load_urdf
-from spacearm.robot.tree import snapped, turned_onto_z
-from urdf_text import chain, joint
-from yaml_text import ARM, FLOATING
+from spacearm.robot.build_robot import snapped, turned_onto_z
+from support import urdf_text
+from support.forward_kinematics import frame_transform
+from support.messages import assert_refused
+from support.urdf_text import chain, joint
+from support.yaml_text import ARM, FLOATING
 
 
 @pytest.mark.parametrize("name", builtin_robots())
@@ -218,7 +218,7 @@ def test_a_urdf_in_a_default_namespace_with_byte_order_mark_is_read(tmp_path: Pa
 
 def test_importing_robots_imports_no_heavy_library() -> None:
     heavy = ("yaml", "pydantic", "yourdfpy", "trimesh", "lxml", "matplotlib", "scipy")
-    code = f"import sys, spacearm.robot, spacearm.planner.files.problems; print([m for m in {heavy} if m in sys.modules])"
+    code = f"import sys, spacearm.robot, spacearm.files.problem_file; print([m for m in {heavy} if m in sys.modules])"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.strip() == "[]"
 
@@ -317,7 +317,8 @@ def test_a_urdf_without_xml_is_refused_by_its_name(tmp_path: Path) -> None:
 
 
 def test_the_formats_description_names_every_key() -> None:
-    from spacearm.robot import yaml_robot, yaml_schema
+    from spacearm.robot import robot_schema as yaml_schema
+    from spacearm.robot import robot_yaml as yaml_robot
 
     for model in yaml_schema.StrictModel.__subclasses__():
         if model.__module__ != yaml_schema.__name__:

@@ -12,37 +12,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import strategies
-from kinematics import joint_transforms
-from snapshot import assert_refused
-from spacearm.errors import RobotError
+from spacearm.core.errors import RobotError
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, joint_centres, load_robot
-from spacearm.robot.plain import robot_as_dict, robot_from_dict
+from spacearm.robot.model import robot_as_dict, robot_from_dict
+from support import strategies
+from support.forward_kinematics import joint_transforms
+from support.messages import assert_refused
+from support.small_robots import two_link
 
 COINCIDENT = 1e-8  # [m] what is listed as one centre within 1e-9 stays together through a few rotations
-
-
-def two_link(**changes: Any) -> Robot:
-    """A planar arm with two links of 1 m."""
-    along_x = np.eye(4)
-    along_x[0, 3] = 1.0
-    fields: dict[str, Any] = {
-        "name": "two_link",
-        "joints": (
-            Joint(name="shoulder", kind="revolute", parent=-1, T_parent_joint=np.eye(4)),
-            Joint(name="elbow", kind="revolute", parent=0, T_parent_joint=along_x),
-        ),
-        "frames": (
-            Frame(name="base", joint=-1, T_joint_frame=np.eye(4)),
-            Frame(name="hand", joint=1, T_joint_frame=along_x),
-        ),
-        "tip": "hand",
-        "lower": (-1, -2),
-        "upper": (1, 2),
-        "velocity": (1, 1),
-        "acceleration": (2, 2),
-    }
-    return Robot(**(fields | changes))
 
 
 def following(**changes: Any) -> Joint:

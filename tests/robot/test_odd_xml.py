@@ -8,11 +8,11 @@ import pinocchio as pin
 import pytest
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
 
-import srdf_text
-from spacearm.errors import FileFormatError
+from spacearm.core.errors import FileFormatError
+from spacearm.doctor import diagnose, mend_urdf
 from spacearm.robot import load_robot
-from spacearm.robot.doctor import diagnose, mend_urdf
 from spacearm.robot.srdf import load_srdf
+from support import srdf_text
 
 LIMIT = '<limit lower="-1" upper="1" velocity="1" effort="1"/>'
 BODY = (

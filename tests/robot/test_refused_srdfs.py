@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-import srdf_text
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, RobotError, SpacearmError
+from spacearm.core.errors import FileFormatError, RobotError, SpacearmError
 from spacearm.robot import load_robot
-from srdf_text import disabled, group, srdf, state
+from support import srdf_text
+from support.messages import assert_refused
+from support.srdf_text import disabled, group, srdf, state
 
 FORMAT: dict[str, str] = {
     "empty": "",

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, RobotError, SpacearmError
+from spacearm.core.errors import FileFormatError, RobotError, SpacearmError
 from spacearm.robot import load_urdf
-from urdf_text import chain, collision, joint, link, robot
+from support.messages import assert_refused
+from support.urdf_text import chain, collision, joint, link, robot
 
 ONE = joint("elbow", "link_0", "link_1")
 TWO = joint("wrist", "link_1", "link_2")

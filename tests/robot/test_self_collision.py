@@ -14,16 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-import srdf_text
-import strategies
-import urdf_text
-from kinematics import joint_transforms
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, RobotError
+from spacearm.core.errors import FileFormatError, RobotError
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, find_self_pairs, load_robot
-from spacearm.robot.never_meet import joints_between, never_meet
-from spacearm.robot.segments import axes_of, segment_distance
-from spacearm.robot.self_collision import ALWAYS, finite_range
+from spacearm.robot.capsules import axes_of, segment_distance
+from spacearm.robot.self_collision import ALWAYS, finite_range, joints_between, never_meet
+from support import srdf_text, strategies, urdf_text
+from support.forward_kinematics import joint_transforms
+from support.messages import assert_refused
 
 MBM = os.environ.get("SPACEARM_MBM")
 WITH_MBM = pytest.mark.skipif(MBM is None, reason="SPACEARM_MBM does not name the MotionBenchMaker data")
@@ -51,7 +48,7 @@ def link_clearance(robot: Robot, q: np.ndarray, first: str, second: str) -> floa
 nearby = st.one_of(strategies.points(1.0), st.sampled_from([np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 1e-9, 0])]))
 
 
-@settings(max_examples=300)
+@settings(max_examples=90)
 @given(nearby, nearby, nearby, nearby, st.sampled_from(["free", "parallel", "crossing", "same"]))
 def test_the_distance_of_segments_is_that_of_their_nearest_points(
     a1: np.ndarray, b1: np.ndarray, a2: np.ndarray, b2: np.ndarray, how: str

@@ -6,11 +6,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from kinematics import joint_transforms
-from oracles.pinocchio_model import full_q, pinocchio_model
 from spacearm.robot import Robot, builtin_robots, forward_kinematics, load_robot
+from spacearm.robot.capsules import clearance, link_axes, placed, point_segment_distance
 from spacearm.robot.kinematics import base_and_joint_frames, skeleton
-from spacearm.robot.segments import clearance, link_axes, placed, point_segment_distance
+from support.forward_kinematics import joint_transforms
+from support.oracles.pinocchio_model import full_q, pinocchio_model
 
 FLOATING = ("ets7", "servicer7", "srs7", "ssrms")
 ROUNDING = 1e-9

@@ -12,14 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import srdf_text
-import strategies
-import urdf_text
-from kinematics import frame_transform
-from oracles.pinocchio_model import full_q, pinocchio_model
 from spacearm.robot import Robot, load_robot
 from spacearm.robot.srdf import load_srdf
-from srdf_text import disabled, group, srdf, state
+from support import srdf_text, strategies, urdf_text
+from support.forward_kinematics import frame_transform
+from support.oracles.pinocchio_model import full_q, pinocchio_model
+from support.srdf_text import disabled, group, srdf, state
 
 MBM = os.environ.get("SPACEARM_MBM")
 WITH_MBM = pytest.mark.skipif(MBM is None, reason="SPACEARM_MBM does not name the MotionBenchMaker data")

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import pytest
 
-import srdf_text
-import urdf_text
-from spacearm.errors import RobotError
+from spacearm.core.errors import RobotError
+from spacearm.doctor import diagnose
 from spacearm.robot import Robot, load_robot
-from spacearm.robot.doctor import diagnose
-from srdf_text import group, srdf
-from urdf_text import joint, link
+from support import srdf_text, urdf_text
+from support.srdf_text import group, srdf
+from support.urdf_text import joint, link
 
 
 def arm(*fixed: tuple[str, str], moving: tuple[tuple[str, str], ...] = ()) -> str:

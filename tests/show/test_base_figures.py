@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,43 +13,31 @@ from hypothesis import strategies as st
 from matplotlib.text import Text
 from scipy.spatial.transform import Rotation
 
-from show.drawn_runs import levels, texts
-from snapshot import assert_refused
-from spacearm.errors import ProblemError
-from spacearm.momentum import Momentum
+from spacearm.core.errors import ProblemError
+from spacearm.geometry import Box, Capsule, HalfSpace, Scene, Sphere
 from spacearm.motion import Motion, Trajectory
-from spacearm.planner import BaseLimits, ParetoFront
+from spacearm.planner import BaseLimits
 from spacearm.robot import forward_kinematics, joint_frames, load_robot
-from spacearm.scene import Box, Capsule, HalfSpace, Scene, Sphere
-from spacearm.show import (
-    figure_base_motion,
-    figure_base_paths,
-    figure_clearance,
-    figure_pareto,
-    figure_path_2d,
-    figure_path_3d,
+from spacearm.show import figure_base_motion, figure_base_paths, figure_clearance, figure_pareto, figure_path_2d, figure_path_3d
+from spacearm.show.base_figures import differenced_rates, residual_momentum, rotation_vectors
+from spacearm.show.drawing import (
+    base_envelope,
+    base_frames,
+    cut_off,
+    envelope,
+    extent,
+    make_drawing,
+    pose_times,
+    silhouette,
+    skeleton,
 )
-from spacearm.show.arm import base_envelope, base_frames, envelope, pose_times, skeleton
-from spacearm.show.base import rotation_vectors
-from spacearm.show.momentum_residual import differenced_rates, residual_momentum
-from spacearm.show.obstacles_in_space import parted
-from spacearm.show.path_drawing import extent, make_drawing
-from spacearm.show.shapes import cut_off, silhouette
+from spacearm.show.path_figures import parted
+from support.drawn_runs import levels, texts
+from support.floating_runs import POINTS, ROBOT, floating, front
+from support.messages import assert_refused
 
-ROBOT = load_robot("srs7")
-POINTS = np.array([[0, 0, 0, 0.4, 0, 0, 0], [0.5, 0.8, -0.3, 0.9, 0.2, -0.6, 0.4], [0.9, 0.3, 0.6, 1.5, -0.5, 0.4, 0.1]])
 SCENE = Scene([Sphere((0.9, -1.2, 2.6), 0.1, name="debris"), Box(size=(0.3, 0.3, 0.3), pose=(1.2, -0.6, 2.2))])
 GOALS = (0.9, -1.0, 2.5)
-
-
-@cache
-def floating(momentum: float = 0.0) -> Trajectory:
-    """Return a motion of a small spacecraft's arm, the base turned and aside at the start."""
-    start = np.eye(4)
-    start[:3, :3] = Rotation.from_rotvec([0.3, -0.2, 1.1]).as_matrix()
-    start[:3, 3] = 0.5, -1.0, 2.0
-    given = {"momentum": Momentum(angular=(0, 0, momentum)), "duration": 8.0} if momentum else {}
-    return Trajectory(ROBOT, Motion(POINTS), base="floating", base_start=start, **given)  # type: ignore[arg-type]
 
 
 def drawn(figure: Any) -> Any:
@@ -276,13 +263,6 @@ def test_the_paths_have_equal_scales_and_the_centre_of_mass_rests() -> None:
 def test_a_fixed_base_has_no_motion_to_draw(figure_of: Any) -> None:
     held = Trajectory(ROBOT, Motion(POINTS), base="fixed")
     assert_refused("show", "motion of a fixed base", ProblemError, lambda: figure_of(held))
-
-
-def front(durations: list[float], angles: list[float], best: list[bool]) -> ParetoFront:
-    """Return a front of plans that are not looked at."""
-    plans: Any = tuple(object() for _ in durations)
-    found = {"durations": np.array(durations), "disturbances": np.radians(angles), "best": np.array(best)}
-    return ParetoFront(measure="peak", plans=plans, failed=0, **found)  # type: ignore[arg-type]
 
 
 def test_a_front_is_a_stair_through_its_plans() -> None:

@@ -8,17 +8,18 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-import strategies
-from show.drawn_runs import SCENE, levels, moved, texts, two_joints
-from spacearm.errors import ProblemError, RobotError
+from spacearm.core.errors import ProblemError, RobotError
+from spacearm.dynamics import hold
+from spacearm.geometry import Capsule, Scene, Sphere
 from spacearm.motion import Motion, Trajectory
-from spacearm.planner import ConfigurationGoal, Problem, clearance, hold
+from spacearm.planner import ConfigurationGoal, Problem, clearance
 from spacearm.proof import Certificate, certify
 from spacearm.robot import forward_kinematics, load_robot
-from spacearm.scene import Capsule, Scene, Sphere
 from spacearm.show import figure_clearance, figure_joints, figure_path_2d, figure_path_3d
-from spacearm.show.arm import envelope, pose_times, skeleton
-from spacearm.show.style import new_figure
+from spacearm.show.drawing import envelope, pose_times, skeleton
+from spacearm.show.figure_style import new_figure
+from support import strategies
+from support.drawn_runs import SCENE, levels, moved, texts, two_joints
 
 PATHS = [figure_path_2d, figure_path_3d]
 

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-from scene import drawn_shapes
-from show.drawn_runs import moved, texts, two_joints
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.planner import Problem
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.show import figure_clearance, figure_path_2d, figure_path_3d
-from spacearm.show.shapes import common_outline, cut, cut_in_plane, hull, silhouette, span
+from spacearm.show.drawing import common_outline, cut, cut_in_plane, hull, silhouette, span
+from support import drawn_shapes
+from support.drawn_runs import moved, texts, two_joints
 
 CONVEX = st.one_of(drawn_shapes.spheres(), drawn_shapes.capsules(), drawn_shapes.boxes(), drawn_shapes.cylinders())
 VIEW = np.array([[0.6, 0.8, 0.0], [-0.48, 0.36, 0.8]])  # across, up

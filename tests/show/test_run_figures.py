@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from show.drawn_runs import levels, run, texts, two_joints
-from snapshot import assert_refused
-from spacearm.errors import RobotError, SettingsError
+from spacearm.core.errors import RobotError, SettingsError
 from spacearm.robot import load_robot
 from spacearm.show import ComparedMethod, figure_comparison, figure_convergence, figure_joints_over_iterations
-from spacearm.show.style import moved_apart, new_figure
+from spacearm.show.figure_style import moved_apart, new_figure
+from support.drawn_runs import levels, run, texts, two_joints
+from support.messages import assert_refused
 
 NAN = math.nan
 

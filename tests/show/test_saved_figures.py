@@ -11,10 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from show.drawn_runs import SCENE, moved, run, two_joints
-from show.test_base_figures import POINTS, ROBOT, floating, front
-from snapshot import assert_refused
-from spacearm.errors import OutputError
+from spacearm.core.errors import OutputError
 from spacearm.show import (
     ComparedMethod,
     figure_base_motion,
@@ -29,6 +26,9 @@ from spacearm.show import (
     figure_path_3d,
     save_figure,
 )
+from support.drawn_runs import SCENE, moved, run, two_joints
+from support.floating_runs import POINTS, ROBOT, floating, front
+from support.messages import assert_refused
 
 PROVENANCE = {"Title": "a test", "seed": "7", "version": "1.2.3", "command": "spacearm paper --seed 7"}
 ARM = two_joints()

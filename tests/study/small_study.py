@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spacearm.errors import ProblemError
+from spacearm.core.errors import ProblemError
 from spacearm.study.run_study import Study
 
 

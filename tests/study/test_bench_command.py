@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from snapshot import assert_sentence
 from spacearm.cli import main
 from study.tiny_collection import box, request, scene, write_collection, write_problem, write_robot
+from support.messages import assert_sentence
 
 MBM = os.environ.get("SPACEARM_MBM")
 SHORT = ("--group", "arm", "--seeds", "2", "--search", "20", "--budget", "100")

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from snapshot import assert_refused
-from spacearm._kernel import available_levels
-from spacearm.errors import OutputError
+from spacearm.core.errors import OutputError
+from spacearm.core.native import available_levels
+from spacearm.core.version import version
 from spacearm.study.paper_experiment import Experiment, run_experiment
 from spacearm.study.paper_problem import (
     BEST_KNOWN,
@@ -32,7 +32,7 @@ from spacearm.study.paper_problem import (
 from spacearm.study.paper_readings import READINGS
 from spacearm.study.paper_report import HEADER, path_notes, report_as_dict, save_report, table_rows
 from spacearm.swarm import FeasibleFirst, Penalty, named_settings
-from spacearm.version import version
+from support.messages import assert_refused
 
 SMALL = PaperSettings(runs=3, methods=("pso", "ring-rising"), modes=("goal",), threads=1)
 

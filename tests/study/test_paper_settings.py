@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from snapshot import assert_refused
-from spacearm.errors import SettingsError, SpacearmError
-from spacearm.settings import as_dict
+from spacearm.core.errors import SettingsError, SpacearmError
+from spacearm.core.records import as_dict
 from spacearm.study.paper_problem import NEAR, REPORTED, REPORTED_FOR, THRESHOLD, PaperSettings, paper_objective, paper_scene
 from spacearm.study.paper_readings import READINGS
 from spacearm.swarm import NAMED_SETTINGS
+from support.messages import assert_refused
 
 WRONG: dict[str, dict[str, Any]] = {
     "runs zero": {"runs": 0},

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from house.source import REPOSITORY
-from spacearm.errors import FileFormatError
+from spacearm.core.errors import FileFormatError
 from spacearm.study.motionbenchmaker import find_items, find_robot
 from spacearm.study.motionbenchmaker_runs import Protocol, run_benchmark
 from spacearm.study.paper_experiment import run_experiment

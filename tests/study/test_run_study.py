@@ -16,12 +16,12 @@ from pathlib import Path
 import pytest
 
 from house.source import REPOSITORY
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, OutputError, ProblemError, SettingsError
+from spacearm.core.errors import FileFormatError, OutputError, ProblemError, SettingsError
 from spacearm.study.run_study import run_study
 from spacearm.study.study_records import appending, load_records
 from spacearm.study.workers import Lost, in_processes
 from study.small_study import DRAWING, Draw, Drawn, draw, tasks
+from support.messages import assert_refused
 
 
 def values(records: list[Drawn]) -> list[float]:

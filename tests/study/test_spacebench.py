@@ -10,20 +10,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from snapshot import assert_refused, assert_sentence
 from spacearm.cli import main
-from spacearm.errors import FileFormatError
+from spacearm.core.errors import FileFormatError
+from spacearm.geometry import Sphere
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import ConfigurationGoal, PositionGoal, Problem, clearance, report_base
 from spacearm.proof import certify
 from spacearm.robot import load_robot
-from spacearm.scene import Sphere
 from spacearm.study.reference_core import CoreSpeed
 from spacearm.study.spacebench import SpaceProblem, find_problems, read_family, write_family
 from spacearm.study.spacebench_families import FAMILIES
 from spacearm.study.spacebench_generate import generate
 from spacearm.study.spacebench_report import OUTCOMES, summary_of
 from spacearm.study.spacebench_runs import SpaceProtocol, measure, released
+from support.messages import assert_refused, assert_sentence
 
 FROZEN = Path(__file__).resolve().parents[2] / "benchmarks" / "spacebench"
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from house.source import REPOSITORY
-from spacearm.momentum import center_of_mass, system_mass
+from spacearm.dynamics import center_of_mass, system_mass
+from spacearm.geometry import Sphere
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import PositionGoal, report_base
 from spacearm.proof import certify
 from spacearm.robot import forward_kinematics, joint_frames, load_robot
-from spacearm.scene import Sphere
 from spacearm.study.paper_problem import GOAL_POSITION, OBSTACLE_CENTERS
 from spacearm.study.spacebench import PUBLISHED_ROTATION, papers_problem, servicer_problem
 from spacearm.study.spacebench_robots import light, scaled_srs7, two_arms

@@ -13,7 +13,7 @@ from scipy.stats import mannwhitneyu
 
 from spacearm.study.statistics import Spread, Summary, mean, median, rank_sum, share, share_interval, summarise
 from spacearm.swarm import PSO, SwarmResult
-from spacearm.swarm.result import SwarmHistory
+from spacearm.swarm.ask_tell import SwarmHistory
 
 numbers = st.floats(-1e6, 1e6, allow_nan=False)
 few_values = st.sampled_from([0.0, 1.0, 2.5, math.inf])

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import srdf_text
-import urdf_text
-from urdf_text import collision, joint, link
+from support import srdf_text, urdf_text
+from support.urdf_text import collision, joint, link
 
 WIDE = 'lower="-2.9" upper="2.9" velocity="1" effort="1"'
 BEADS = [collision('<sphere radius="0.05"/>', xyz=f"{x} 0 0") for x in (0.3, 0.4, 0.5)]

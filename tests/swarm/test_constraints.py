@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 
 from spacearm.swarm import SwarmSettings, minimize
-from swarm.boxes import SEEDS, SMALL_NAMED, Box, Hills, boxes, swarms
+from support.swarm_boxes import SEEDS, SMALL_NAMED, Box, Hills, boxes, swarms
 
 CORNER = np.array([1.0, 1.0]), np.array([5.0, 5.0])
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spacearm.swarm import SwarmSettings, minimize
-from swarm.boxes import SEEDS, SMALL_NAMED, Box, Hills, boxes, swarms
+from support.swarm_boxes import SEEDS, SMALL_NAMED, Box, Hills, boxes, swarms
 
 BOX = np.array([3.0, -9.0]), np.array([5.0, -8.5])
 NAMES = pytest.mark.parametrize("name", SMALL_NAMED)

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spacearm.swarm import IPSO, PSO, Swarm, SwarmSettings, minimize, seed_of
-from swarm.boxes import SEEDS, SMALL_NAMED, Box, Hills, assert_same_run, boxes, by_hand, swarms
+from spacearm.core.random_seed import seed_of
+from spacearm.swarm import IPSO, PSO, Swarm, SwarmSettings, minimize
+from support.swarm_boxes import SEEDS, SMALL_NAMED, Box, Hills, assert_same_run, boxes, by_hand, swarms
 
 PLAIN = PSO(particles=20, iterations=15)
 BOX = np.array([3.0, -9.0]), np.array([5.0, -8.5])

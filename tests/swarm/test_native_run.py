@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spacearm.errors import SettingsError
+from spacearm.core.errors import SettingsError
+from spacearm.geometry import Scene, Sphere
 from spacearm.planner.kernel_model import make_kernel_model, native_class
 from spacearm.robot import load_robot
-from spacearm.scene import Scene, Sphere
 from spacearm.swarm import NAMED_SETTINGS, PSO, SwarmResult, minimize, run_trials
-from swarm.boxes import SMALL_NAMED, assert_same_run
+from support.swarm_boxes import SMALL_NAMED, assert_same_run
 
 ROBOT = load_robot("zhang2022")
 SCENE = Scene([Sphere((0.5, 0.5, 0.0), 0.1), Sphere((0.4, 0.7, 0.0), 0.1)])

@@ -16,10 +16,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from snapshot import assert_refused
-from spacearm.errors import FileFormatError, OutputError, SettingsError, SpacearmError, SwarmError
+from spacearm.core.errors import FileFormatError, OutputError, SettingsError, SpacearmError, SwarmError
 from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty, Swarm, SwarmSettings, minimize
-from swarm.boxes import SEEDS, SMALL_NAMED, Box, Hills, assert_same_run, boxes, by_hand, swarms
+from support.messages import assert_refused
+from support.swarm_boxes import SEEDS, SMALL_NAMED, Box, Hills, assert_same_run, boxes, by_hand, swarms
 
 BOX = np.array([3.0, -9.0]), np.array([5.0, -8.5])
 PLAIN = PSO(particles=10, iterations=20)
@@ -273,7 +273,7 @@ def test_a_truncated_checkpoint_is_refused(written: Path, tmp_path: Path, data: 
         Swarm.load(path)
 
 
-@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_checkpoint_with_a_wrong_byte_is_refused_or_harmless(written: Path, tmp_path: Path, data: st.DataObject) -> None:
     content = bytearray(written.read_bytes())

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from snapshot import assert_refused
-from spacearm.errors import SettingsError, SpacearmError, SwarmError
-from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty, Swarm, minimize, named_settings, seed_of
+from spacearm.core.errors import SettingsError, SpacearmError, SwarmError
+from spacearm.core.random_seed import seed_of
+from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty, Swarm, minimize, named_settings
+from support.messages import assert_refused
 
 BOX = np.array([3.0, -9.0]), np.array([5.0, -8.5])
 PLAIN = PSO(particles=4, iterations=3)

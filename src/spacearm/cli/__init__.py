@@ -26,7 +26,7 @@ COMMANDS = {
     "paper": "run the paper's experiment: Table 3, Figures 4-9, report.json",
     "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, figures",
 }
-"""Each command, a module of this room, and what it does."""
+"""Each command, and what it does. The module `<command>_command` of this room runs it."""
 
 _OPTIONS = ("-h", "--help", "--version")
 
@@ -54,6 +54,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     from spacearm.cli.stopping import watched
 
+    if arguments is None:
+        with contextlib.suppress(AttributeError):  # a stream that is none of Python's own
+            sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
     with watched(to_the_end=arguments is None) as watch:
         try:
             code = _told(list(sys.argv[1:] if arguments is None else arguments), watch)
@@ -64,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _told(given: list[str], watch: Watch) -> int:
     """Run a command, tell what went wrong, and return its exit code."""
-    from spacearm.errors import SpacearmError
+    from spacearm.core.errors import SpacearmError
 
     try:
         code = _run(given)
@@ -98,19 +101,19 @@ def _run(given: list[str]) -> int:
     name = given[0]
     if name == "--version":
         return _version()
-    from spacearm.checks import shown
-    from spacearm.errors import SettingsError, nearest
+    from spacearm.core.checks import shown
+    from spacearm.core.errors import SettingsError, nearest
 
     if name.startswith("-"):
         raise SettingsError(f"there is no option {shown(name)}; {nearest(name, _OPTIONS)}; a command's options follow its name")
     if name not in COMMANDS:
         raise SettingsError(f"there is no command {shown(name)}; {nearest(name, (*COMMANDS, *_OPTIONS))}")
-    return importlib.import_module(f"spacearm.cli.{name}").run(given[1:])
+    return importlib.import_module(f"spacearm.cli.{name}_command").run(given[1:])
 
 
 def _version() -> int:
-    from spacearm._kernel import kernel_info
-    from spacearm.version import version
+    from spacearm.core.native import kernel_info
+    from spacearm.core.version import version
 
     kernel = kernel_info()
     print(f"spacearm {version()} (kernel {kernel.level}, {kernel.compiler})")

@@ -1,218 +1,261 @@
-"""Options made from dataclasses, so that each setting exists once: a field's annotation gives the option its type, its
-line under `Attributes:` the help, and its default the default. A field's metadata may name the value ("name") and a short
-flag beside the long one ("flag"); a field with neither default nor flag is given by its place.
+"""Options made from dataclasses by tyro, so that each setting exists once.
 
-What cannot be read is refused in one line: the option, the value, what was expected.
+A field's annotation gives the option its type, its line under `Attributes:` the help, its default the default.
+`tyro.conf.arg` in the annotation names the value and a short flag. The class's own docstring describes the command.
+
+tyro reports a wrong option in a box of several lines. Here every one becomes a `SettingsError` of one sentence: the option,
+the value, what was expected.
 """
 
 from __future__ import annotations
 
-import argparse
+import contextlib
 import dataclasses
-import inspect
-import re
+import io
+import os
+import shutil
+import sys
+import textwrap
 import types
 import typing
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import Any, Literal, NoReturn, TypeVar
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeVar
 
-from spacearm.checks import shown
-from spacearm.errors import SettingsError, nearest
+import tyro
+from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
+
+from spacearm.core.checks import shown
+from spacearm.core.errors import SettingsError, nearest
 
 T = TypeVar("T")
 
-_ATTRIBUTE = re.compile(r"^    (\w+): (.+(?:\n {8}.+)*)", re.MULTILINE)
-_KINDS = {int: ("N", "a whole number"), float: ("X", "a number"), str: ("NAME", "a name"), Path: ("PATH", "a path")}
-_NONE = object()  # a `none` that was written, to tell it from an option left out
+_NUMBERS = {int: "a whole number", float: "a number"}
+_NARROWEST = 40  # [characters]
+_FRAME = " \t\n─│╭╮╰╯•-"  # what tyro draws its boxes with
 
 
-def parsed(record: type[T], arguments: Sequence[str], *, command: str, description: str) -> T:
+def parsed(record: type[T], arguments: Sequence[str], *, command: str) -> T:
     """Read a command's options into a record; a field that is itself a record is a group of options.
 
     Raises:
         SettingsError: an option that does not exist, or a value that it does not take.
         SystemExit: help was asked for, and printed.
     """
-    options = list(_options(record))
-    see = f"see spacearm {command} --help"
-    found, unknown = _parser(options, command, description).read(arguments)
-    values = {key: value for key, value in vars(found).items() if value is not None}
-    unknown = [word for word in unknown if word != "--"]
-    if unknown:
-        raise SettingsError(f"{_unknown(unknown, options)}; {see}")
-    for option in options:
-        if option.default is dataclasses.MISSING and option.key not in values:
-            raise SettingsError(f"{option.usage} is missing, expected {option.help}; {see}")
-    return _made(record, values)
+    switches = {flag for flag, hint in _flags(record) if hint is bool}
+    for word in arguments[: arguments.index("--") if "--" in arguments else None]:
+        name, equals, _ = word.partition("=")
+        if equals and name in switches:  # tyro would take the value for the next word
+            raise SettingsError(f"{name} takes no value, expected it alone; leave the value out")
+        if name.replace("_", "-").startswith("--tyro-"):  # tyro's own, to write completions for a program of one command
+            raise SettingsError(_unknown([name], record, command))
+    said, page = io.StringIO(), _Page()
+    with _wide_enough():
+        try:
+            with contextlib.redirect_stderr(said), contextlib.redirect_stdout(page), _refusing(record, arguments, command):
+                return tyro.cli(
+                    record,
+                    prog=f"spacearm {command}",
+                    args=arguments,
+                    config=(tyro.conf.FlagCreatePairsOff, tyro.conf.HelptextFromCommentsOff),
+                    registry=_registry(),
+                )
+        except SystemExit as stopped:
+            if stopped.code:
+                raise SettingsError(_in_one_line(said.getvalue())) from None
+            print(page.text, flush=True)
+            raise
 
 
-@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class _Option:
-    """A field as an option: no flags if it is positional; `values` it takes, 0 for a switch and "+" for one or more."""
+class _Page(io.StringIO):
+    """The help as tyro prints it: with colours if stdout is a terminal, and never with boxes, for it states no encoding."""
 
-    group: str
-    key: str
-    flags: tuple[str, ...]
-    name: str
-    kind: Any
-    values: int | Literal["+"]
-    optional: bool
-    default: Any
-    help: str
+    def __init__(self) -> None:
+        super().__init__()
+        self.coloured = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+
+    def isatty(self) -> bool:
+        """Whether tyro may colour it."""
+        return self.coloured
 
     @property
-    def usage(self) -> str:
-        """How it is written, as in "-o FOLDER"."""
-        values = [self.name, "..."] if self.values == "+" else [self.name] * self.values
-        return " ".join([*self.flags[:1], *values])
-
-    @property
-    def help_with_default(self) -> str:
-        if self.default is dataclasses.MISSING:
-            return f"{self.help} (required)"
-        if self.values == 0:
-            return f"do not {self.help}" if self.default else self.help
-        default = self.default if isinstance(self.default, tuple) else (self.default,)
-        return f"{self.help} (default: {' '.join(map(_text, default)) or 'none'})"
-
-    def read(self, text: str) -> Any:
-        """Read one value. SettingsError passes through argparse, which catches only Python's own."""
-        if self.optional and text.lower() == "none":
-            return _NONE
-        name = self.flags[-1] if self.flags else self.name
-        if typing.get_origin(self.kind) is Literal:
-            if text not in typing.get_args(self.kind):
-                raise SettingsError(f"{name} is {shown(text)}; {nearest(text, typing.get_args(self.kind))}")
-            return text
-        try:
-            return self.kind(text)
-        except ValueError:
-            expected = f"{_KINDS[self.kind][1]}{' or none' if self.optional else ''}"
-            raise SettingsError(f"{name} is {shown(text)}, expected {expected}") from None
+    def text(self) -> str:
+        """What was printed, the description wrapped, which tyro does not."""
+        width = shutil.get_terminal_size().columns
+        lines = (line if "\x1b" in line else textwrap.fill(line, width) for line in self.getvalue().splitlines())
+        return "\n".join(map(str.rstrip, lines)).rstrip()
 
 
-def _options(record: Any, group: str = "options") -> Iterator[_Option]:
-    """Yield a record's options, those of its groups after its own."""
-    hints, helps = typing.get_type_hints(record), _helps(record)
-    fields = dataclasses.fields(record)
-    for field in fields:
-        if dataclasses.is_dataclass(hints[field.name]):
-            continue
-        kind, values, optional = _taken(hints[field.name])
-        flag = field.metadata.get("flag")
-        positional = field.default is dataclasses.MISSING and flag is None
-        long = f"--{'no-' if field.default is True else ''}{field.name.replace('_', '-')}"
-        yield _Option(
-            group=group,
-            key=field.name,
-            flags=() if positional else (flag, long) if flag else (long,),
-            name=field.metadata.get("name") or _name(kind),
-            kind=kind,
-            values=values,
-            optional=optional,
-            default=field.default,
-            help=helps[field.name],
-        )
-    for field in fields:
-        if dataclasses.is_dataclass(hints[field.name]):
-            yield from _options(hints[field.name], helps[field.name])
-
-
-def _helps(record: Any) -> dict[str, str]:
-    """Return what the docstring says of each field, without the full stop."""
-    attributes = (inspect.getdoc(record) or "").partition("Attributes:\n")[2]
-    said = {key: " ".join(text.split()).rstrip(".") for key, text in _ATTRIBUTE.findall(attributes)}
-    return {field.name: said.get(field.name, "") for field in dataclasses.fields(record)}
-
-
-def _taken(hint: Any) -> tuple[Any, int | Literal["+"], bool]:
-    """Return the type of an option's values, how many it takes, and whether it may be none."""
-    forms = typing.get_args(hint)
-    if typing.get_origin(hint) in (typing.Union, types.UnionType):
-        kind, values, _ = _taken(next(form for form in forms if form is not type(None)))
-        return kind, values, True
-    if typing.get_origin(hint) is tuple:
-        return forms[0], "+" if forms[-1] is Ellipsis else len(forms), False
-    return hint, 0 if hint is bool else 1, False
-
-
-def _text(default: Any) -> str:
-    return "none" if default is None else f"{default:g}" if isinstance(default, float) else str(default)
-
-
-def _name(kind: Any) -> str:
-    if typing.get_origin(kind) is Literal:
-        return "{" + ",".join(typing.get_args(kind)) + "}"
-    return _KINDS[kind][0] if kind in _KINDS else ""
-
-
-class _Parser(argparse.ArgumentParser):
-    """Raises one line where argparse would print the usage and leave."""
-
-    options: Mapping[str, _Option]
-
-    def read(self, arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
-        """Return what the options were given, and the words that belong to none."""
-        try:
-            return self.parse_known_args(list(arguments))
-        except argparse.ArgumentError as error:
-            option = self.options.get((error.argument_name or "").split("/")[0])
-            if option is None:
-                self.error(str(error))
-            if option.values == 0:
-                raise SettingsError(f"{option.usage} takes no value, expected it alone; leave the value out") from None
-            raise SettingsError(f"{option.flags[-1]} has too few values, expected {option.usage}") from None
-
-    def error(self, message: str) -> NoReturn:
-        raise SettingsError(message)
-
-
-def _parser(options: Sequence[_Option], command: str, description: str) -> _Parser:
-    needed = [option.usage for option in options if option.default is dataclasses.MISSING]
-    parser = _Parser(
-        usage=" ".join([f"spacearm {command}", *needed, "[options]"]),
-        description=description,
-        add_help=False,
-        allow_abbrev=False,
-        exit_on_error=False,
-        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=26),
-    )
-    parser.options = {option.flags[0]: option for option in options if option.flags}
-    groups = {title: parser.add_argument_group(title) for title in dict.fromkeys(option.group for option in options)}
-    for option in options:
-        details: dict[str, Any] = {"help": option.help_with_default.replace("%", "%%")}
-        if option.values == 0:
-            details |= {"action": "store_false" if option.default else "store_true", "default": None}
+@contextlib.contextmanager
+def _wide_enough() -> Iterator[None]:
+    """Pretend that a very narrow terminal is wider: in one of less than about 25 columns tyro never ends."""
+    before = os.environ.get("COLUMNS")
+    os.environ["COLUMNS"] = str(max(shutil.get_terminal_size().columns, _NARROWEST))
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["COLUMNS"]
         else:
-            details |= {"type": option.read, "metavar": option.name}
-            details["nargs"] = option.values if option.values != 1 else None if option.flags else "?"
-        if option.flags:
-            details["dest"] = option.key
-        groups[option.group].add_argument(*(option.flags or (option.key,)), **details)
-    groups["options"].add_argument("-h", "--help", action="help", help="show this help")
-    return parser
+            os.environ["COLUMNS"] = before
 
 
-def _unknown(words: Sequence[str], options: Sequence[_Option]) -> str:
+def _registry() -> ConstructorRegistry:
+    """Return how values are read where tyro's own way is not ours."""
+    registry = ConstructorRegistry()
+    for rule in (_number, _or_none, _several):
+        registry.primitive_rule(rule)
+    return registry
+
+
+def _number(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """A number, refused by its value and what was expected."""
+    kind: Any = info.type
+    if kind not in _NUMBERS:
+        return None
+
+    def read(words: list[str]) -> Any:
+        try:
+            return kind(words[0])
+        except ValueError:
+            raise ValueError(f"is {shown(words[0])}, expected {_NUMBERS[kind]}") from None
+
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=kind.__name__.upper(),
+        instance_from_str=read,
+        is_instance=lambda value: isinstance(value, kind),
+        str_from_instance=lambda value: [f"{value:g}" if kind is float else str(value)],
+    )
+
+
+def _or_none(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """A value or the word none, which tyro spells None."""
+    forms = typing.get_args(info.type)
+    if info.type_origin not in (typing.Union, types.UnionType) or len(forms) != 2 or forms[1] is not types.NoneType:
+        return None
+    value = _spec(forms[0], info)
+
+    def read(words: list[str]) -> Any:
+        try:
+            return None if [word.lower() for word in words] == ["none"] else value.instance_from_str(words)
+        except ValueError as error:
+            raise ValueError(f"{error} or none") from None
+
+    return dataclasses.replace(
+        value,
+        instance_from_str=read,
+        is_instance=lambda given: given is None or value.is_instance(given),
+        str_from_instance=lambda given: ["none"] if given is None else value.str_from_instance(given),
+        choices=value.choices and (*value.choices, "none"),
+    )
+
+
+def _several(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """Several values of a kind: so many, or one or more, where tyro would take none at all."""
+    forms = typing.get_args(info.type)
+    if info.type_origin is not tuple or len(set(forms) - {Ellipsis}) != 1:
+        return None
+    one, open_ended = _spec(forms[0], info), Ellipsis in forms
+
+    def read(words: list[str]) -> Any:
+        if not words:
+            raise ValueError("has too few values, expected one or more")
+        return tuple(one.instance_from_str([word]) for word in words)
+
+    return dataclasses.replace(
+        one,
+        nargs="*" if open_ended else len(forms),
+        metavar=f"{one.metavar} [{one.metavar} ...]" if open_ended else " ".join([one.metavar] * len(forms)),
+        instance_from_str=read,
+        is_instance=lambda values: isinstance(values, tuple) and all(map(one.is_instance, values)),
+        str_from_instance=lambda values: [text for value in values for text in one.str_from_instance(value)] or ["none"],
+    )
+
+
+def _spec(kind: Any, info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any]:
+    spec = ConstructorRegistry.get_primitive_spec(PrimitiveTypeInfo.make(kind, info.markers))
+    assert isinstance(spec, PrimitiveConstructorSpec)
+    return spec
+
+
+@contextlib.contextmanager
+def _refusing(record: Any, arguments: Sequence[str], command: str) -> Iterator[None]:
+    """Raise our own sentence for what tyro refuses.
+
+    tyro tells what was wrong in parts only to a hook that it calls private. With a tyro that has it no more, or another one,
+    its own words remain, and `parsed` makes one line of them.
+    """
+    try:
+        from tyro._errors import on_parse_error
+    except ImportError:
+        yield
+        return
+
+    def refuse(event: Any) -> None:
+        with contextlib.suppress(AttributeError):
+            sentence = _sentence(event, record, arguments, command)
+            if sentence:
+                raise SettingsError(sentence)
+
+    with on_parse_error(refuse):
+        yield
+
+
+def _sentence(event: Any, record: Any, arguments: Sequence[str], command: str) -> str:
+    """Say what tyro found wrong; "" for what it did not find when this was written."""
+    kind = type(event).__name__
+    if kind == "UnrecognizedArgs":
+        return _unknown(event.tokens, record, command)
+    if kind == "MissingArgs":
+        if event.unrecognized_tokens:
+            return _unknown(event.unrecognized_tokens, record, command)
+        missing = event.missing_arguments[0].arg
+        text = str(missing.field.helptext() if callable(missing.field.helptext) else missing.field.helptext)
+        return f"{_usage(missing)} is missing, expected {text.rstrip('.')}; see spacearm {command} --help"
+    name = event.argument.lowered.name_or_flags[-1]
+    if kind == "BadValue":
+        if event.argument.is_positional():  # a file is missing before an option that does not exist
+            return _unknown(_not_known(arguments, record), record, command)
+        return f"{name} has too few values, expected {_usage(event.argument)}"
+    if kind == "InvalidChoice":
+        return f"{name} is {shown(event.value)}; {nearest(event.value, event.choices)}"
+    return f"{name} {event.message}" if kind == "InstantiationFailure" else ""
+
+
+def _usage(argument: Any) -> str:
+    """Return how an option is written, as in "-o FOLDER"."""
+    text = argument.get_invocation_text()[0].as_str_no_ansi()
+    return text[1:-1] if text.startswith("[") else text
+
+
+def _unknown(words: Sequence[str], record: Any, command: str) -> str:
     wrong = next((word for word in words if word.startswith("-")), None)
     if wrong is None:
-        return f"{shown(words[0])} is one argument too many, expected {_places(options)}"
+        return f"{shown(words[0])} is one argument too many; leave it out, or see spacearm {command} --help"
     name = wrong.partition("=")[0]
-    return f"there is no option {shown(name)}; {nearest(name, (flag for option in options for flag in option.flags[-1:]))}"
+    known = [*(flag for flag, _ in _flags(record)), "--help"]
+    return f"there is no option {shown(name)}; {nearest(name, known)}; see spacearm {command} --help"
 
 
-def _places(options: Sequence[_Option]) -> str:
-    names = [option.name for option in options if not option.flags]
-    return f"{' '.join(names)} and options" if names else "options only"
-
-
-def _made(record: Any, values: Mapping[str, Any]) -> Any:
-    hints, given = typing.get_type_hints(record), {}
+def _flags(record: Any) -> Iterator[tuple[str, Any]]:
+    """Yield a record's options, as they are written, with their types; those of its groups after its own."""
+    plain, annotated = typing.get_type_hints(record), typing.get_type_hints(record, include_extras=True)
+    groups = [hint for hint in plain.values() if dataclasses.is_dataclass(hint)]
     for field in dataclasses.fields(record):
-        if dataclasses.is_dataclass(hints[field.name]):
-            given[field.name] = _made(hints[field.name], values)
-        elif field.name in values:
-            value = values[field.name]
-            given[field.name] = None if value is _NONE else tuple(value) if isinstance(value, list) else value
-    return record(**given)
+        hint = plain[field.name]
+        if hint not in groups and tyro.conf.Positional not in getattr(annotated[field.name], "__metadata__", ()):
+            yield f"--{field.name.replace('_', '-')}", hint
+    for group in groups:
+        yield from _flags(group)
+
+
+def _not_known(arguments: Sequence[str], record: Any) -> list[str]:
+    """Return the words that look like options and are none."""
+    notes = [note for hint in typing.get_type_hints(record, include_extras=True).values() for note in typing.get_args(hint)[1:]]
+    short = {alias for note in notes for alias in getattr(note, "aliases", None) or ()}
+    known = {flag for flag, _ in _flags(record)} | short
+    return [word for word in arguments if word.startswith("-") and word.partition("=")[0] not in known]
+
+
+def _in_one_line(text: str) -> str:
+    return " ".join(line for line in (line.strip(_FRAME) for line in text.splitlines()) if line)

@@ -1,15 +1,25 @@
-"""What is seen while waiting, and tables."""
+"""What a command shows: progress bars, tables, lists, and notes on stderr. Plain where the stream is no terminal."""
 
 from __future__ import annotations
 
-import shutil
+import math
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import zip_longest
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from spacearm.planner import BaseReport
+    from spacearm.robot import Robot
 
 Bar = Callable[[int, int, str], None]
 """Called with the work done, the work in all (0 where it is not known), and what is being done."""
+
+_LONGEST = 200  # characters of a note on a robot that are printed; the list of joints of a large robot is longer
+_ENDLESS = 100_000  # [characters] the width of a file or a pipe, where nothing is wrapped
 
 
 @contextmanager
@@ -33,24 +43,101 @@ def progress_bar(title: str) -> Iterator[Bar]:
 
 
 def show_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table on stdout, numbers to the right, never cut; a header of several words is stacked."""
-    stacked = [name.split() for name in header]
-    height = max(map(len, stacked))
-    above = list(zip_longest(*([""] * (height - len(words)) + words for words in stacked)))
-    widths = [max(len(line[i]) for line in (*above, *rows)) for i in range(len(header))]
-    wide = sum(widths) + 2 * (len(widths) - 1)
-    gap = "  " if wide <= shutil.get_terminal_size().columns or not sys.stdout.isatty() else " "
+    """Print a table on stdout, numbers to the right, no cell cut; each word of a header has a line of its own."""
+    from rich.box import Box
+    from rich.table import Table
+
+    lines = Box("    \n    \n -- \n    \n    \n    \n    \n    \n", ascii=True)  # a line of hyphens below the header
+    table = Table(box=lines, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+    for i, name in enumerate(header):
+        table.add_column("\n".join(name.split()), justify="right" if i else "left", vertical="bottom", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    console = _console()
+    wanted = console.measure(table, options=console.options.update(width=_ENDLESS)).maximum
+    if wanted > console.width:
+        table.padding = 0
     print(title)
-    for line in (*above, ["-" * width for width in widths], *rows):
-        cells = [
-            cell.rjust(width) if i else cell.ljust(width) for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ]
-        print(gap.join(cells).rstrip())
+    _show(table, console)
     print()
 
 
 def show_list(rows: Sequence[tuple[str, str]]) -> None:
     """Print names and what is said of them, in two columns on stdout."""
-    width = max(len(name) for name, _ in rows)
-    for name, text in rows:
-        print(f"{name.ljust(width)}  {text}")
+    from rich.table import Table
+
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(no_wrap=True, style="bold")
+    table.add_column(overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    _show(table, _console())
+
+
+def _console() -> Console:
+    from rich.console import Console
+
+    width = None if sys.stdout.isatty() else _ENDLESS
+    return Console(width=width, markup=False, highlight=False, emoji=False)
+
+
+def _show(table: Table, console: Console) -> None:
+    with console.capture() as shown:
+        console.print(table)
+    print("\n".join(line.rstrip() for line in shown.get().removesuffix("\n").split("\n")))
+
+
+def tell_notes(about: object, notes: Iterable[str]) -> None:
+    """Print notes about a file or a robot on stderr; the same one once."""
+    for note in dict.fromkeys(notes):
+        print(f"spacearm: {about}: {note}", file=sys.stderr)
+
+
+def tell_robot(robot: Robot, *, more: str) -> None:
+    """Print on stderr what was assumed of a robot, unless it comes with spacearm: the documentation describes those.
+
+    Args:
+        robot: with notes. Of a note with a long list the beginning is printed.
+        more: where the notes are in full.
+    """
+    from spacearm.robot import builtin_robots
+
+    if robot.source in builtin_robots():
+        return
+    told = [_shortened(note) for note in robot.notes]
+    tell_notes(f"robot '{robot.name}'", told)
+    if any(short != note for short, note in zip(told, robot.notes, strict=True)):
+        print(f"spacearm: {more} has the notes in full", file=sys.stderr)
+
+
+def _shortened(note: str) -> str:
+    if len(note) <= _LONGEST:
+        return note
+    shown = note[:_LONGEST].rpartition(", ")[0] or note[:_LONGEST]
+    left = note[len(shown) :].count(", ")
+    return f"{shown}, ..." + (f" ({left} more)" if left > 1 else "")
+
+
+def base_rows(base: BaseReport) -> list[tuple[str, str]]:
+    """Return rows for `show_list`: how a floating base turns, its joint momentum, and by how much the goals are missed."""
+    final, peak, rate = (_small(math.degrees(value)) for value in (base.final, base.peak, base.rate))
+    rows = [
+        (
+            "base",
+            f"turned by {final} deg at the end, {peak} deg at most; turns at {rate} deg/s at most; "
+            f"joint momentum {_small(base.joint_momentum)} N m s at most",
+        )
+    ]
+    ends = []
+    if base.goal_distance is not None:
+        off = f" and {_small(math.degrees(base.goal_angle))} deg" if base.goal_angle else ""
+        ends.append(f"end effector {_small(base.goal_distance * 1e3)} mm{off} from its goal")
+    if base.base_angle is not None:
+        ends.append(f"base {_small(math.degrees(base.base_angle))} deg from its goal attitude")
+    if ends:
+        rows.append(("ends with", ", ".join(ends)))
+    return rows + [("not as asked", text) for text in base.missed]
+
+
+def _small(value: float) -> str:
+    return f"{value:.3g}" if value >= 1e-3 or value == 0 else "< 0.001"

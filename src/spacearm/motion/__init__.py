@@ -1,16 +1,12 @@
 """Motions and trajectories: splines through joint space, and how fast they may be run."""
 
-from spacearm.motion.curve import Curve
-from spacearm.motion.exports import write_aem, write_ros_trajectory
-from spacearm.motion.margins import LimitMargins, fastest_duration, fastest_durations, limit_margins
-from spacearm.motion.optimal import time_optimal
+from spacearm.motion.limit_margins import LimitMargins, fastest_duration, fastest_durations, limit_margins
 from spacearm.motion.piecewise import PiecewisePath
-from spacearm.motion.recorded import AnyTrajectory, RecordedTrajectory
-from spacearm.motion.resampled import Samples, resampled
-from spacearm.motion.spline import Motion, basis
-from spacearm.motion.timelaw import TimeLaw
+from spacearm.motion.recorded import AnyTrajectory, RecordedTrajectory, Samples, resampled
+from spacearm.motion.spline import Curve, Motion, basis
+from spacearm.motion.time_laws import TimeLaw
+from spacearm.motion.time_optimal import time_optimal
 from spacearm.motion.trajectory import JointState, Trajectory
-from spacearm.motion.trajectory_files import load_trajectory
 
 __all__ = [
     "AnyTrajectory",
@@ -27,9 +23,6 @@ __all__ = [
     "fastest_duration",
     "fastest_durations",
     "limit_margins",
-    "load_trajectory",
     "resampled",
     "time_optimal",
-    "write_aem",
-    "write_ros_trajectory",
 ]

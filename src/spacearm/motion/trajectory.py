@@ -8,19 +8,26 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_number, as_numbers, as_sentences, require_kind, shown
-from spacearm.errors import ProblemError
-from spacearm.momentum import JointPath, Momentum
-from spacearm.motion.margins import LimitMargins, fastest_duration, limit_margins, position_margins
-from spacearm.motion.on_a_base import Base, OnABase, resting_base
+from spacearm.core.checks import as_number, as_numbers, as_sentences, require_kind, shown
+from spacearm.core.errors import ProblemError
+from spacearm.dynamics import JointPath, Momentum
+from spacearm.dynamics.base_models import Base
+from spacearm.motion.limit_margins import (
+    LimitMargins,
+    fastest_duration,
+    fastest_duration_of_law,
+    law_margins,
+    limit_margins,
+    position_margins,
+)
 from spacearm.motion.piecewise import PiecewisePath
-from spacearm.motion.retimed import fastest_duration_of_law, law_margins
+from spacearm.motion.riding import OnABase
 from spacearm.motion.spline import Motion
-from spacearm.motion.timelaw import TimeLaw, over_time
+from spacearm.motion.time_laws import TimeLaw, over_time
 from spacearm.robot import Robot
 from spacearm.robot.model import require_robot
 
-__all__ = ["JointState", "Trajectory", "resting_base"]
+__all__ = ["JointState", "Trajectory"]
 
 Array = NDArray[np.float64]
 

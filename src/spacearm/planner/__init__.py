@@ -1,11 +1,6 @@
 """Planning: problems, goals, the search, and what it found."""
 
-from spacearm.planner.base_report import BaseReport, report_base
 from spacearm.planner.clearance import clearance, clearances
-from spacearm.planner.files.plans import plan_as_dict, save_plan, save_trajectory
-from spacearm.planner.files.problems import ProblemFile, load_problem, load_problem_file
-from spacearm.planner.files.saved_plans import SavedPlan, load_plan, load_saved_plan
-from spacearm.planner.floating import AttitudeGoal, BaseLimits
 from spacearm.planner.goals import (
     ConfigurationGoal,
     ConfigurationsGoal,
@@ -15,14 +10,12 @@ from spacearm.planner.goals import (
     goal_as_dict,
     goal_from_dict,
 )
-from spacearm.planner.held import hold
-from spacearm.planner.motion_swarm import MotionSwarm
-from spacearm.planner.moveit.read import load_moveit, load_moveit_scene
+from spacearm.planner.motion_search import MotionSwarm
 from spacearm.planner.pareto import ParetoFront, pareto_front
-from spacearm.planner.problem import Problem
-from spacearm.planner.result import Improvement, Plan
-from spacearm.planner.search import plan
-from spacearm.planner.settings import PlannerSettings, Weights
+from spacearm.planner.plan_result import BaseReport, Improvement, Plan, report_base
+from spacearm.planner.planner_settings import PlannerSettings, Weights
+from spacearm.planner.planning import plan
+from spacearm.planner.problem import AttitudeGoal, BaseLimits, Problem
 
 __all__ = [
     "AttitudeGoal",
@@ -39,24 +32,12 @@ __all__ = [
     "PoseGoal",
     "PositionGoal",
     "Problem",
-    "ProblemFile",
-    "SavedPlan",
     "Weights",
     "clearance",
     "clearances",
     "goal_as_dict",
     "goal_from_dict",
-    "hold",
-    "load_moveit",
-    "load_moveit_scene",
-    "load_plan",
-    "load_problem",
-    "load_problem_file",
-    "load_saved_plan",
     "pareto_front",
     "plan",
-    "plan_as_dict",
     "report_base",
-    "save_plan",
-    "save_trajectory",
 ]

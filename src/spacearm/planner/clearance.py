@@ -9,12 +9,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import shown
-from spacearm.errors import ProblemError
+from spacearm.core.checks import shown
+from spacearm.core.errors import ProblemError
+from spacearm.dynamics.base_models import BASE_MODELS
+from spacearm.geometry import Scene
 from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
-from spacearm.scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -201,7 +202,9 @@ def margins_within_reach(problem: HasScene, ends: ArrayLike, margin: float) -> M
     to_self = model.native.pair_clearances(rows, pairs).min(axis=0)  # (p,)
     if min(to_scene.min(initial=np.inf), to_self.min(initial=np.inf)) >= 2 * margin:
         return Margins(asked=margin)
-    if not getattr(problem, "floats", False):  # a bolted base and the obstacles have what they have
+    if not getattr(
+        problem, "base_model", BASE_MODELS["fixed"]
+    ).follows_arm:  # a base that stays and the obstacles have what they have
         to_scene[[capsule.joint < 0 for capsule in robot.capsules]] = np.inf
     names = [capsule.name for capsule in robot.capsules]
     of: dict[str, list[int]] = {}  # the capsules of each link

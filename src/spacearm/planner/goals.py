@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm._kernel.exact import length
-from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, keep, shown
-from spacearm.errors import ProblemError, nearest
+from spacearm.core.checks import Frozen, as_name, as_number, as_readonly, as_transform, keep, shown
+from spacearm.core.errors import ProblemError, nearest
+from spacearm.core.exact import length
 
 Array = NDArray[np.float64]
 

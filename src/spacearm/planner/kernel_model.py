@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm._kernel import native
-from spacearm.errors import RobotError, SceneError
-from spacearm.momentum.quick import kernel_masses
+from spacearm.core.errors import RobotError, SceneError
+from spacearm.core.native import native
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import tree_arrays
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
 
 _SHAPE = {"Sphere": 1, "Capsule": 2, "Box": 3, "Cylinder": 4, "HalfSpace": 5}
 _NUMBERS = 15  # an obstacle's row
@@ -73,11 +72,6 @@ _models, _arms = _Kept(8), _Kept(8)
 def kernel_model(robot: Robot, scene: Scene, *, precision: int = 64) -> KernelModel:
     """Return `make_kernel_model`'s; kept for the robots and scenes seen last."""
     return _models.get((robot, scene), (precision,), lambda: make_kernel_model(robot, scene, precision=precision))
-
-
-def with_masses(model: Any, robot: Robot) -> Any:
-    """Return the kernel's own model of a robot with its masses, for a base that floats."""
-    return model.weighed(**kernel_masses(robot))
 
 
 def make_kernel_model(

@@ -15,14 +15,14 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import require_kind
-from spacearm.errors import ProblemError, SettingsError
+from spacearm.core.checks import require_kind
+from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.random_seed import Rng, seed_of
+from spacearm.core.records import one_of, whole
+from spacearm.planner.plan_result import Plan
+from spacearm.planner.planner_settings import PlannerSettings, Weights
+from spacearm.planner.planning import plan
 from spacearm.planner.problem import Problem
-from spacearm.planner.result import Plan
-from spacearm.planner.search import plan
-from spacearm.planner.settings import PlannerSettings, Weights
-from spacearm.settings import one_of, whole
-from spacearm.swarm import Rng, seed_of
 
 Array = NDArray[np.float64]
 
@@ -138,7 +138,7 @@ def _time(made: Plan) -> float:
 
 
 def _of(made: Plan, measure: Disturbance) -> float:
-    assert made.base is not None  # the base floats
+    assert made.base is not None  # `require_choice` saw to it
     return float(getattr(made.base, measure))
 
 
@@ -148,7 +148,7 @@ def require_choice(problem: Problem, measure: Disturbance) -> None:
     Raises:
         ProblemError: its base is fixed, its duration given, or its goal attitude says how the base is to end.
     """
-    if not isinstance(problem, Problem) or not problem.floats:
+    if not isinstance(problem, Problem) or measure not in problem.base_model.limits:
         raise ProblemError("the base is fixed, expected a floating one: nothing disturbs it; give base='floating'")
     if problem.duration is not None:
         raise ProblemError(f"the problem states its duration, {problem.duration:g} s, expected none: it is what varies")

@@ -10,19 +10,97 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm._kernel.exact import product
-from spacearm.checks import Frozen, as_number, as_readonly, as_sentences, keep, shown
-from spacearm.errors import ProblemError, nearest
-from spacearm.momentum import Momentum, momentum_map, system_mass
-from spacearm.momentum.turning import matrix_of, quaternion_of
-from spacearm.motion.on_a_base import Base, checked_base
-from spacearm.planner.floating import AttitudeGoal, BaseLimits
+from spacearm.core.checks import Frozen, as_number, as_readonly, as_sentences, keep, shown
+from spacearm.core.errors import ProblemError, nearest
+from spacearm.core.exact import product
+from spacearm.core.rotations import as_unit, matrix_of, quaternion_of
+from spacearm.dynamics import Momentum, momentum_map, system_mass
+from spacearm.dynamics.base_models import LIMITS, Base, BaseModel, FloatingBase, base_model, checked_base
+from spacearm.geometry import Obstacle, Scene
+from spacearm.geometry.scene import moved_scene
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.robot.model import Robot
-from spacearm.scene import Obstacle, Scene
-from spacearm.scene.moved import moved_scene
+
+# ---- -----------------------------------------------------------------------------------------------------------------
+# What may be asked of a base that moves with its arm: how it is to stand at the end, and how little the arm may
+# disturb it.
 
 Array = NDArray[np.float64]
+
+_LEAST = 1e-9  # [rad, rad/s or N m s]; below, rounding decides
+_MOST = 1e12  # as good as no limit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AttitudeGoal(Frozen):
+    """How the base is to stand when the motion ends.
+
+    Attributes:
+        attitude_wxyz: (4,) unit quaternion of R_w_b, from base to inertial frame; what is given is made one of length 1.
+        tolerance: [rad] by which it may be missed, above 0; by default about 0.03 degrees.
+
+    Raises:
+        ProblemError: numbers that are no quaternion, or a tolerance that is not above 0.
+    """
+
+    attitude_wxyz: Array
+    tolerance: float = 5e-4
+
+    if TYPE_CHECKING:  # what is taken is wider than what is kept
+
+        def __init__(self, attitude_wxyz: ArrayLike, tolerance: float = ...) -> None: ...
+
+    def __post_init__(self) -> None:
+        tolerance = as_number("the base goal's tolerance", self.tolerance, ProblemError, above=0, at_most=_MOST, unit="rad")
+        unit = as_unit("the base goal's attitude_wxyz", self.attitude_wxyz)
+        keep(self, attitude_wxyz=as_readonly("attitude_wxyz", unit, (4,), ProblemError), tolerance=tolerance)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BaseLimits(Frozen):
+    """How little the arm may disturb its base; None is no limit.
+
+    A rate or a momentum is kept by moving slower, unless the problem states its duration; angles do not depend on time.
+
+    Attributes:
+        final: angle between the base's attitudes at the end and at the beginning [rad].
+        peak: the greatest angle from the attitude at the beginning, at any time [rad].
+        rate: how fast the base may turn [rad/s].
+        joint_momentum: the arm's angular momentum about the system's centre of mass, its joints' motion alone [N m s]: what
+            reaction wheels would have to take up to hold the base's attitude.
+
+    Raises:
+        ProblemError: a limit that is not above 0, or so small that only rest would keep it.
+    """
+
+    final: float | None = None
+    peak: float | None = None
+    rate: float | None = None
+    joint_momentum: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, unit in (("final", "rad"), ("peak", "rad"), ("rate", "rad/s"), ("joint_momentum", "N m s")):
+            given = getattr(self, name)
+            if given is not None:
+                keep(
+                    self,
+                    **{name: as_number(f"base limit {name}", given, ProblemError, at_least=_LEAST, at_most=_MOST, unit=unit)},
+                )
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """The names of the limits that there are."""
+        return tuple(name for name in LIMITS if getattr(self, name) is not None)
+
+    @property
+    def any(self) -> bool:
+        """Whether there is a limit at all."""
+        return bool(self.asked)
+
+
+# ---- -----------------------------------------------------------------------------------------------------------------
+# What is to be planned: a robot, a scene, a start and a goal, checked as far as that needs no kinematics.
+
 
 _ROUNDING = 1e-5  # [rad or m] this far beyond a limit is a file's rounding, and is set onto the limit
 _FURTHEST = 1e6  # [m]
@@ -110,9 +188,14 @@ class Problem(_WithLocal):
         _require_slow_tumbling(self)
 
     @property
+    def base_model(self) -> BaseModel:
+        """What holds the base."""
+        return base_model(self.base)
+
+    @property
     def floats(self) -> bool:
         """Whether the base floats."""
-        return self.base == "floating"
+        return isinstance(self.base_model, FloatingBase)
 
     @property
     def local(self) -> Problem:
@@ -152,9 +235,12 @@ def _asked_of_the_base(problem: Problem) -> dict[str, Any]:
         goal = AttitudeGoal(goal)
     if not isinstance(limits, BaseLimits):
         raise ProblemError(f"base_limits is {shown(limits)}, expected BaseLimits(...)")
-    if problem.base == "fixed" and (goal is not None or limits.any):
-        what = "base_goal" if goal is not None else "base_limits"
-        raise ProblemError(f"base is 'fixed' and {what} is given, expected a floating base with it; give base='floating'")
+    model = problem.base_model
+    if (goal is not None and not model.takes_goal) or not set(limits.asked) <= set(model.limits):
+        what = "base_goal" if goal is not None and not model.takes_goal else "base_limits"
+        raise ProblemError(
+            f"base is '{problem.base}' and {what} is given, expected a floating base with it; give base='floating'"
+        )
     if goal is not None and limits.final is not None:
         raise ProblemError(
             "base_goal and base_limits.final are both given, expected one of them; the goal has its own tolerance"
@@ -179,7 +265,7 @@ def _require_within_reason(problem: Problem, duration: float | None) -> None:
         return
     if not _SHORTEST <= duration <= _LONGEST:
         raise ProblemError(f"duration is {duration:.3g} s, expected {_SHORTEST:g} to {_LONGEST:g} s")
-    if problem.floats and not problem.momentum.is_zero:
+    if not problem.momentum.is_zero:
         with np.errstate(over="ignore"):
             drift = float(np.abs(problem.momentum.linear).max() / system_mass(problem.robot) * duration)
         spin = float(np.abs(problem.momentum.angular).max())
@@ -240,6 +326,14 @@ def within_limits(
         ]
         notes.append(f"{name} is a little beyond the limits and was set onto them: joint {', '.join(each)}")
     return as_readonly(name, kept, (robot.dof,), ProblemError)
+
+
+def placed_ends(problem: Problem, goals: Array) -> Array:
+    """Return those of the start and the goals (g, n) at which it is known where the links are, (e, n).
+
+    Where the arm moves its base, nobody knows at a goal where the base will be, and so what is near.
+    """
+    return problem.start[None] if problem.base_model.follows_arm else np.vstack([problem.start, goals])
 
 
 def require_searchable(problem: Problem) -> None:

@@ -1,6 +1,12 @@
 """The independent proof of a trajectory: nothing of the search is trusted."""
 
-from spacearm.proof.certificate import Certificate, ClosestApproach, FloatingBase
+from spacearm.proof.base_setup import BaseFindings
+from spacearm.proof.certificate import Certificate, ClosestApproach
 from spacearm.proof.certify import certify
 
-__all__ = ["Certificate", "ClosestApproach", "FloatingBase", "certify"]
+__all__ = [
+    "BaseFindings",
+    "Certificate",
+    "ClosestApproach",
+    "certify",
+]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -9,23 +11,75 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.geometry import Scene
+from spacearm.geometry.scene import scene_as_list
 from spacearm.motion import AnyTrajectory, LimitMargins
-from spacearm.proof.digest import problem_digest, trajectory_digest
-from spacearm.proof.residual import CONSERVED, SAME
-from spacearm.proof.stance import Stance
+from spacearm.motion.trajectory_values import trajectory_as_dict
+from spacearm.proof.base_setup import LOST, BaseFindings, BaseSetup
 from spacearm.robot import Robot
-from spacearm.robot.left_out import REASONS, UncheckedPair, lacks_envelope, lacks_masses, words_on_unchecked
-from spacearm.scene import Scene
+from spacearm.robot.model import robot_as_dict
+from spacearm.robot.unchecked_pairs import REASONS, UncheckedPair, lacks_envelope, words_on_unchecked
+
+# ---- Hashes that tell whether two problems, or two trajectories, are the same ----------------------------------------
+
+_PROVENANCE = ("source", "notes", "apart", "unchecked", "collision", "solid", "unweighed")
+"""What a robot tells of where it is from, and of what follows from the rest: it is no part of what a hash is about."""
+
+
+def digest(values: Any) -> str:
+    """Return the SHA-256 of plain values, in hexadecimal; the order of keys does not matter.
+
+    Every hash in our files is this one. A number counts with all its digits, as JSON writes it.
+    """
+    return hashlib.sha256(json.dumps(values, sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+
+def canonical(robot: Robot, scene: Scene) -> dict[str, Any]:
+    """Return a robot and a scene as the plain values that every hash is made of.
+
+    Left out are notes, where the robot was read from, and how its file says that its base is held: the problem says that.
+    """
+    values = robot_as_dict(robot)
+    for key in ("base", *_PROVENANCE):
+        values.pop(key, None)
+    return {"robot": values, "obstacles": scene_as_list(scene, notes=False)}
+
+
+def problem_digest(robot: Robot, scene: Scene, setup: BaseSetup) -> str:
+    """Return the SHA-256 of what a certificate is about: a robot, a scene and a base; start and goal do not matter.
+
+    The hash of a whole problem, `planner.files.plans.problem_hash`, is of the same values and of start, goal and what is asked
+    of the base. A base that is fixed at the origin adds nothing here, so that certificates from before bases could float keep
+    their hashes.
+    """
+    held: dict[str, Any] = {}
+    if setup.base != "fixed" or not setup.at_origin:
+        held = {"base": setup.base, "base_start": setup.start.tolist()}
+    if setup.drifting:
+        held["momentum"] = [setup.linear.tolist(), setup.angular.tolist()]
+    return digest({**canonical(robot, scene), **held})
+
+
+def trajectory_digest(trajectory: AnyTrajectory) -> str:
+    """Return the SHA-256 of a trajectory's path and time law."""
+    values = trajectory_as_dict(trajectory)
+    for provenance in ("notes", "joints"):
+        values.pop(provenance, None)
+    return digest(values)
+
+
+# ---- What a proof says -----------------------------------------------------------------------------------------------
 
 Limit = Literal["position", "velocity", "acceleration", "jerk"]
+
+CERTIFICATE_KEY = "spacearm-certificate"
+CERTIFICATE_VERSION = 1
+"""Of the format of `Certificate.as_dict`; certificates from before it was written are of version 1, too."""
 
 _DIGITS = 9  # of what is measured, where it is recorded
 _TOLD = 1e-9  # [rad] a smaller error of the attitude is recorded as this: it depends on the processor's rounding
 _NOISE = 1e-12  # a smaller share of the momentum, likewise
 _TELLS = 1e-7  # [rad] less is of no account
-
-LOST = 1e-3
-"""[rad] where an attitude may be off by more, nothing is said of what the base meets."""
 
 ROUNDING = 1e-12
 """[rad or m] this far beyond a position limit is rounding."""
@@ -55,50 +109,6 @@ class ClosestApproach:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FloatingBase:
-    """What was found about a floating base.
-
-    Attributes:
-        residual_momentum: by how much the momentum misses what was given, along the base motion that the trajectory itself
-            tells, over the greatest momentum of a link; Pinocchio's, at instants.
-        elsewhere: how far that motion is from the one that was proven, at most at instants: angle [rad] plus distance [m].
-        error: no attitude in the proof is further from the true one than this [rad]; the proof allows for it.
-        rotation_final: angle to the first attitude at the end, which may be off by the error [rad].
-        rotation_peak, rate, joint_momentum: bounds for all t of that angle [rad], of the base's rate of turn [rad/s], and of
-            the arm's angular momentum, by its joints' motion alone [N m s].
-        checked: the problem's limits of these, by name: "final", "peak", "rate", "joint_momentum".
-        broken_limits: those that are not proven to be kept, a phrase each.
-    """
-
-    residual_momentum: float
-    elsewhere: float
-    error: float
-    rotation_final: float
-    rotation_peak: float
-    rate: float
-    joint_momentum: float
-    checked: tuple[str, ...] = ()
-    broken_limits: tuple[str, ...] = ()
-
-    @property
-    def followed(self) -> bool:
-        """Whether it is known where the base turns to."""
-        return self.error <= LOST
-
-    @property
-    def broken(self) -> str:
-        """What is wrong with the trajectory's own base motion, in a sentence; "" if nothing is."""
-        if not self.residual_momentum <= CONSERVED:
-            return (
-                f"the trajectory's base motion does not conserve momentum: it misses {self.residual_momentum:.3g} of the "
-                f"greatest link's, expected at most {CONSERVED:g}"
-            )
-        if self.followed and not self.elsewhere <= SAME + self.error:
-            return f"the trajectory has its base {self.elsewhere:.3g} m or rad from where momentum takes it"
-        return ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Certificate:
     """Whether a trajectory is free of collision and within the limits, of joints and of a floating base, at every instant.
 
@@ -118,8 +128,8 @@ class Certificate:
         seconds: it took.
         witness: whose kinematics and distances were used.
         robot, scene, trajectory: what it is about.
-        stance: how the base was taken to be held, from where, and with which momentum.
-        floating: what was found about a floating base; None if it is fixed.
+        base_setup: how the base was taken to be held, from where, and with which momentum.
+        base_findings: what was found about a base that is moved; None if it is fixed, or nobody knows where it goes.
         unchecked: the pairs of links that are not part of the claim, each with the reason.
         bare: links without an envelope: nothing is claimed of them.
         notes: what else is to be known, a sentence each.
@@ -139,36 +149,41 @@ class Certificate:
     robot: Robot = field(repr=False)
     scene: Scene = field(repr=False)
     trajectory: AnyTrajectory = field(repr=False)
-    stance: Stance = field(repr=False)
-    floating: FloatingBase | None = None
+    base_setup: BaseSetup = field(repr=False)
+    base_findings: BaseFindings | None = None
     unchecked: tuple[UncheckedPair, ...] = ()
     bare: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
-    def base(self) -> Literal["fixed", "floating"]:
-        """How the base was taken to be held."""
-        return self.stance.base
+    def base(self) -> str:
+        """How the base was taken to be held, as in "fixed" or "floating"."""
+        return self.base_setup.base
+
+    @property
+    def floating(self) -> BaseFindings | None:
+        """The `base_findings`."""
+        return self.base_findings
 
     @property
     def residual_momentum(self) -> float | None:
         """By how much its own base motion misses the momentum, over the greatest of a link's; None: the base is fixed."""
-        return None if self.floating is None else self.floating.residual_momentum
+        return None if self.base_findings is None else self.base_findings.residual_momentum
 
     @property
     def base_error(self) -> float | None:
         """No attitude of the base in the proof is further off than this, which it allows for [rad]; None: it is fixed."""
-        return None if self.floating is None else self.floating.error
+        return None if self.base_findings is None else self.base_findings.error
 
     @property
     def base_rotation_final(self) -> float | None:
         """The angle between the base's first and last attitude [rad]; None: it is fixed."""
-        return None if self.floating is None else self.floating.rotation_final
+        return None if self.base_findings is None else self.base_findings.rotation_final
 
     @property
     def base_rotation_peak(self) -> float | None:
         """No angle to the first attitude is greater, at any t [rad]; None: it is fixed."""
-        return None if self.floating is None else self.floating.rotation_peak
+        return None if self.base_findings is None else self.base_findings.rotation_peak
 
     @property
     def holds(self) -> bool:
@@ -178,7 +193,7 @@ class Certificate:
     @property
     def problem_hash(self) -> str:
         """SHA-256 of the robot's, the scene's and the base's values."""
-        return problem_digest(self.robot, self.scene, self.stance)
+        return problem_digest(self.robot, self.scene, self.base_setup)
 
     @property
     def trajectory_hash(self) -> str:
@@ -198,7 +213,7 @@ class Certificate:
     @property
     def fails_by_base_limits(self) -> bool:
         """Whether it fails by limits of the base alone: all else is proven."""
-        base = self.floating
+        base = self.base_findings
         others = self.broken_limits or self.contradictions
         return self.status == "fails" and self.clear and not others and base is not None and not base.broken
 
@@ -213,23 +228,23 @@ class Certificate:
     @property
     def _finding(self) -> str:
         near = self.closest
-        base = self.floating
+        base = self.base_findings
         broken = (*self.broken_limits, *(base.broken_limits if base is not None and base.followed else ()))
         if near is not None and near.clearance <= self.minimum_clearance and self.status == "fails":
             return _too_close(near, self.minimum_clearance)
         for sentence in self.contradictions[:1]:
             return sentence
-        if self.floating is not None and self.floating.broken:
-            return self.floating.broken
+        if self.base_findings is not None and self.base_findings.broken:
+            return self.base_findings.broken
         for sentence in broken[:1]:
             return f"{sentence} (and {len(broken) - 1} more)" if len(broken) > 1 else sentence
-        lacking = (lacks_masses(self.robot) if self.stance.floating else "") or lacks_envelope(self.robot)
+        lacking = self.base_setup.model.lacking(self.robot) or lacks_envelope(self.robot)
         if lacking:
             return lacking
-        if self.floating is not None and not self.floating.followed:
+        if self.base_findings is not None and not self.base_findings.followed:
             return (
-                f"where the base turns to is known to {self.floating.error:.2g} rad only, expected {LOST:g} at most: the path "
-                "bends too much, or the base tumbles too much; prove it in shorter parts"
+                f"where the base turns to is known to {self.base_findings.error:.2g} rad only, expected {LOST:g} at most: the "
+                "path bends too much, or the base tumbles too much; prove it in shorter parts"
             )
         if near is None:
             kept = f"{', '.join(self.checked)} limits hold for all t" if self.checked else "limits were not looked at"
@@ -250,7 +265,7 @@ class Certificate:
         digits. So the same proof gives the same values.
         """
         near, limits = self.closest, self.limits
-        own = self.floating
+        own = self.base_findings
         base = (
             {}
             if own is None
@@ -268,6 +283,7 @@ class Certificate:
             }
         )
         return {
+            CERTIFICATE_KEY: CERTIFICATE_VERSION,
             "status": self.status,
             "message": self.message,
             "clearance_m": None if self.clearance is None or math.isinf(self.clearance) else _rounded_down(self.clearance),

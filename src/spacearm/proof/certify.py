@@ -10,21 +10,20 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spacearm.checks import as_number, shown
-from spacearm.errors import ProblemError, nearest
+from spacearm.core.checks import as_number, shown
+from spacearm.core.errors import ProblemError, nearest
+from spacearm.core.identity_cache import kept
+from spacearm.dynamics.base_models import BASE_MODELS
+from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
-from spacearm.motion.for_robot import for_robot
-from spacearm.proof.base import Base
-from spacearm.proof.base_limits import asked, exceeded
-from spacearm.proof.certificate import Certificate, ClosestApproach, FloatingBase, Limit, broken_limits
+from spacearm.motion.recorded import for_robot
+from spacearm.proof.base_setup import BaseFindings, BaseSetup, base_setup_of, require_same
+from spacearm.proof.base_track import BaseProof, FixedBaseProof, base_proof, own_parameter, time_at
+from spacearm.proof.certificate import Certificate, ClosestApproach, Limit, broken_limits
 from spacearm.proof.intervals import Proof, Status
-from spacearm.proof.kept import kept
-from spacearm.proof.measuring import Near
-from spacearm.proof.residual import account_of, instants_of
-from spacearm.proof.stance import Stance, require_same, stance_of
+from spacearm.proof.separation import Near
 from spacearm.robot import Robot
-from spacearm.robot.left_out import UncheckedPair, bare_links, lacks_envelope, lacks_masses, unchecked_pairs
-from spacearm.scene import Scene
+from spacearm.robot.unchecked_pairs import UncheckedPair, bare_links, lacks_envelope, unchecked_pairs
 
 LIMITS: tuple[Limit, ...] = ("position", "velocity", "acceleration")
 RESOLUTION = 1e-7
@@ -87,14 +86,14 @@ def certify(
         raise ProblemError(f"problem is {shown(problem)}, expected a Problem, or what else has a robot and a scene")
     robot = problem.robot
     trajectory, notes = for_robot(trajectory, robot)
-    stance = stance_of(problem, robot, who="problem")
-    require_same(stance, stance_of(trajectory, robot, who="trajectory"))
+    setup = base_setup_of(problem, robot, who="problem")
+    require_same(setup, base_setup_of(trajectory, robot, who="trajectory"))
     checked = _checked_limits(limits)
     minimum = as_number("minimum_clearance", minimum_clearance, ProblemError, at_least=0, unit="m")
     finest = as_number("resolution", resolution, ProblemError, above=0)
     begun = time.perf_counter()
     with np.errstate(over="ignore", invalid="ignore"):  # numbers without measure are told, not computed with
-        base = Base(robot, trajectory, stance)
+        base = base_proof(robot, trajectory, setup)
         proof = Proof(robot, problem.scene, base, minimum=minimum, resolution=finest)
         largest = proof.largest()
     if not largest <= _LARGEST:
@@ -104,13 +103,13 @@ def certify(
         )
     margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
     checked = checked if jerk_limit is None else (*checked, "jerk")
-    floating: FloatingBase | None = None
+    found: BaseFindings | None = None
     status: Status = "undecided"
     near: Near | None = None
-    if not (stance.floating and lacks_masses(robot)):
+    if not setup.model.lacking(robot):
         proof.begin()
-        floating = _floating(problem, trajectory, proof, base)
-        if floating is None or floating.followed:
+        found = base.findings(getattr(problem, "base_limits", None), proof.frames_at)
+        if found is None or found.followed:
             status, near = proof.judged()
     closest = None if near is None else _closest(near, robot, problem.scene, base)
     evaluations, shortest = proof.evaluations, proof.resolution
@@ -124,8 +123,8 @@ def certify(
     if status == "holds" and lacks_envelope(robot):
         status = "undecided"
     clear = status == "holds"
-    disturbed = floating is not None and floating.followed and bool(floating.broken_limits)
-    if broken_limits(robot, margins, checked) or disturbed or (floating is not None and floating.broken):
+    disturbed = found is not None and found.followed and bool(found.broken_limits)
+    if broken_limits(robot, margins, checked) or disturbed or (found is not None and found.broken):
         status = "fails"
     if getattr(trajectory, "contradictions", ()):  # its file states what is not so, and may be run by that
         status = "fails"
@@ -144,8 +143,8 @@ def certify(
         robot=robot,
         scene=problem.scene,
         trajectory=trajectory,
-        stance=stance,
-        floating=floating,
+        base_setup=setup,
+        base_findings=found,
         unchecked=_unchecked(robot),
         bare=bare_links(robot),
         notes=notes,
@@ -166,8 +165,9 @@ def _apart(robot: Robot, trajectory: AnyTrajectory, finest: float) -> _Apart:
 
     Where the base goes does not matter to them.
     """
-    bones, still = _with_apart_only(robot), Stance(base="fixed", start=np.eye(4), linear=np.zeros(3), angular=np.zeros(3))
-    base = Base(bones, trajectory, still)
+    bones = _with_apart_only(robot)
+    still = BaseSetup(model=BASE_MODELS["fixed"], start=np.eye(4), linear=np.zeros(3), angular=np.zeros(3))
+    base = FixedBaseProof(bones, trajectory, still)
     proof = Proof(bones, Scene(), base, minimum=0.0, resolution=finest, worth=0.0)
     proof.begin()
     status, near = proof.judged()
@@ -196,34 +196,14 @@ def _unchecked(robot: Robot) -> tuple[UncheckedPair, ...]:
     return unchecked_pairs(robot)
 
 
-def _floating(problem: HasScene, trajectory: AnyTrajectory, proof: Proof, base: Base) -> FloatingBase | None:
-    """Return what is to be said about a base, None if it is fixed."""
-    if base.drift is None:
-        return None
-    u = instants_of(base)
-    account = account_of(problem.robot, trajectory, base, u, proof.frames_at(u)[:, -1])
-    figures, limits = base.figures(), getattr(problem, "base_limits", None)
-    return FloatingBase(
-        residual_momentum=account.residual,
-        elsewhere=account.elsewhere,
-        error=figures.error,
-        rotation_final=figures.final,
-        rotation_peak=figures.peak,
-        rate=figures.rate,
-        joint_momentum=figures.joint_momentum,
-        checked=asked(limits),
-        broken_limits=exceeded(figures, limits),
-    )
-
-
-def _closest(near: Near, robot: Robot, scene: Scene, base: Base) -> ClosestApproach:
+def _closest(near: Near, robot: Robot, scene: Scene, base: BaseProof) -> ClosestApproach:
     obstacle = near.obstacle
     return ClosestApproach(
         link=robot.capsules[near.capsule].name,
         other=f"link '{robot.capsules[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
         obstacle=obstacle,
-        time=float(base.time_at(np.array(near.u))),
-        u=base.own_parameter(near.u),
+        time=float(time_at(base, np.array(near.u))),
+        u=own_parameter(base, near.u),
         clearance=near.clearance,
         points=near.points,
     )

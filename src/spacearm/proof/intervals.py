@@ -14,17 +14,27 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.proof.base import Base
-from spacearm.proof.bodies import bodies_of, floating_bodies_of
-from spacearm.proof.measuring import DISAGREEMENT, Measurements, Near
-from spacearm.proof.middles import JointMap, Middles
-from spacearm.proof.pairs import Tasks, capsule_pairs, halved, kinds_of, link_pairs, out_of_cells
-from spacearm.proof.separation import GUARD, Gaps, gaps, link_solids
+from spacearm.geometry import Scene
+from spacearm.proof.base_track import BaseProof
+from spacearm.proof.displacement import JointMap, Lines, Middles, Spans, Stretches
+from spacearm.proof.separation import (
+    DISAGREEMENT,
+    GUARD,
+    Gaps,
+    Measurements,
+    Near,
+    Tasks,
+    capsule_pairs,
+    gaps,
+    halved,
+    kinds_of,
+    link_pairs,
+    link_solids,
+    out_of_cells,
+)
 from spacearm.proof.solids import Solids, lengths
-from spacearm.proof.spans import Lines, Spans, Stretches
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
-from spacearm.scene import Scene
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -51,13 +61,13 @@ class Proof:
     """
 
     def __init__(
-        self, robot: Robot, scene: Scene, base: Base, *, minimum: float, resolution: float, worth: float = _WORTH
+        self, robot: Robot, scene: Scene, base: BaseProof, *, minimum: float, resolution: float, worth: float = _WORTH
     ) -> None:
-        self._bodies, self._riders = floating_bodies_of(robot) if base.stance.floating else bodies_of(robot)
-        self._joints, self._kinds = JointMap(robot), kinds_of(scene, self._riders)
+        self._bodies, self._relative_bodies = base.bodies()
+        self._joints, self._kinds = JointMap(robot), kinds_of(scene, self._relative_bodies)
         self._base, self._curve, self._minimum, self._finest = base, base.curve, minimum, resolution
         self.witness = Witness(robot, self._bodies)
-        self.measured = Measurements(self.witness, self._kinds, self._bodies, self._riders)
+        self.measured = Measurements(self.witness, self._kinds, self._bodies, self._relative_bodies)
         self._links: Solids | None = None  # the robot itself, at the stretches that are looked at
         self.proven = self._least = np.inf
         self._worth = worth
@@ -67,7 +77,7 @@ class Proof:
         """Return the largest length and joint value that the proof computes with [m or rad]; NaN if one is none."""
         _, low, high = self._curve.hulls(0, bisections=0)
         numbers = [low, high, self._joints.offset, self._joints.multiplier, self._joints.reach]
-        numbers += [self._bodies.ends, self._bodies.radius, self._base.stance.start]
+        numbers += [self._bodies.ends, self._bodies.radius, self._base.setup.start]
         numbers += [array for kind in self._kinds if kind.solids is not None for array in lengths(kind.solids)]
         return float(np.max([np.abs(array).max(initial=0.0) for array in numbers]))
 
@@ -124,7 +134,7 @@ class Proof:
         return self._base.placed(u, self.witness.frames(values))
 
     def _middles(self, lines: Lines) -> Middles:
-        return Middles(self._bodies, self._riders, self._joints, self._frames, lines, self._base.reaction)
+        return Middles(self._bodies, self._relative_bodies, self._joints, self._frames, lines, self._base.motion_bounds)
 
     # ---- one look at some stretches ------------------------------------------------------------------------------------
 
@@ -133,10 +143,10 @@ class Proof:
         if self._kinds[-1].solids is None:  # the robot's links, too, are to be kept from
             self._links = link_solids(self._bodies, middles)
         if tasks is None:
-            middles.watch(np.arange(len(self._riders.body)))
+            middles.watch(np.arange(len(self._relative_bodies.body)))
             tasks = self._close_pairs(middles)
         else:
-            middles.watch(np.unique(np.concatenate([pairs.rider for pairs in tasks])))
+            middles.watch(np.unique(np.concatenate([pairs.relative for pairs in tasks])))
         found = [self._sharpened(middles, kind, pairs) for kind, pairs in enumerate(tasks)]
         self._measure_nearest(middles, tasks, found)
         return [pairs.some(~self._settled(known)) for pairs, known in zip(tasks, found, strict=True)]
@@ -164,14 +174,16 @@ class Proof:
         for i in range(0, max(1, len(tasks.stretch)), _ROWS):
             rows = slice(i, i + _ROWS)
             directions = None if n is None else n[rows]
-            parts.append(gaps(middles, self._bodies, self._riders, tasks.some(rows), solids, enough=enough, n=directions))
+            parts.append(
+                gaps(middles, self._bodies, self._relative_bodies, tasks.some(rows), solids, enough=enough, n=directions)
+            )
         return Gaps(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def _close_pairs(self, middles: Middles) -> list[Tasks]:
         """Return the pairs of capsules and solids that their links' balls do not settle, by kind."""
         coarse = []
         for i, kind in enumerate(self._kinds):
-            tasks = link_pairs(kind, self._riders, len(middles.half))
+            tasks = link_pairs(kind, self._relative_bodies, len(middles.half))
             if kind.cells is None:
                 known = self._gaps(middles, i, tasks, enough=self._minimum)
             else:
@@ -180,7 +192,7 @@ class Proof:
         for i, (kind, tasks, known) in enumerate(coarse):  # the links that are closest, as if it were all
             likely = np.argpartition(known.least, min(_LIKELY, len(known.least)) - 1)[:_LIKELY]
             pairs = tasks.some(likely) if kind.cells is None else out_of_cells(kind.cells, tasks.some(likely))
-            pairs = capsule_pairs(kind, self._bodies, self._riders, pairs)
+            pairs = capsule_pairs(kind, self._bodies, self._relative_bodies, pairs)
             known = self._gaps(middles, i, pairs, enough=-np.inf)
             row = int(np.argmin(known.most))
             self.measured.task(i, pairs, row, middles, proven=float(known.least[row]))
@@ -191,7 +203,7 @@ class Proof:
             if kind.cells is not None:
                 pairs = out_of_cells(kind.cells, pairs)
                 pairs = pairs.some(~self._settled(self._gaps(middles, i, pairs, enough=self._target())))
-            out.append(capsule_pairs(kind, self._bodies, self._riders, pairs))
+            out.append(capsule_pairs(kind, self._bodies, self._relative_bodies, pairs))
         return out
 
     def _sharpened(self, middles: Middles, kind: int, tasks: Tasks) -> Gaps:

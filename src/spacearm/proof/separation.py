@@ -7,18 +7,102 @@ loses no more of it than `way`, nor than its speed along n and `bend` allow.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.proof.bodies import Bodies, Riders
-from spacearm.proof.middles import Middles
-from spacearm.proof.pairs import Tasks
-from spacearm.proof.solids import Balls, Boxes, Solids, body_axes
+from spacearm.geometry import Scene
+from spacearm.proof.displacement import Middles
+from spacearm.proof.moving_bodies import Bodies, RelativeBodies
+from spacearm.proof.solids import Balls, Boxes, Solids, body_axes, cells_of, solids_of
+from spacearm.proof.witness import Witness
+
+# ---- Which pairs have to be kept apart: links and solids first, then the capsules and balls inside of them -----------
+
+Indices = NDArray[np.intp]
+
+
+class Kind(NamedTuple):
+    """What relative bodies are to be kept apart from.
+
+    Attributes:
+        solids: of one kind; None: the robot's own bodies.
+        cells: around balls, if they are many.
+    """
+
+    solids: Solids | None
+    cells: Balls | None
+
+
+class Tasks(NamedTuple):
+    """Pairs to be kept apart, (t,) each: the stretch, the relative body, and the solid, cell, or body of the robot."""
+
+    stretch: Indices
+    relative: Indices
+    solid: Indices
+
+    def some(self, which: Indices | NDArray[np.bool_] | slice) -> Tasks:
+        """Return some of them."""
+        return Tasks(*(column[which] for column in self))
+
+
+def kinds_of(scene: Scene, relative_bodies: RelativeBodies) -> list[Kind]:
+    """Return all that the robot's links are to be kept apart from."""
+    kinds = []
+    if len(relative_bodies.over_scene):
+        for solids in solids_of(scene):
+            kinds.append(Kind(solids, cells_of(solids) if isinstance(solids, Balls) else None))
+    if len(relative_bodies.self_relative):
+        kinds.append(Kind(None, None))
+    return kinds
+
+
+def link_pairs(kind: Kind, relative_bodies: RelativeBodies, stretches: int) -> Tasks:
+    """Return every pair of links' balls and solids, or their cells, on every stretch."""
+    if kind.solids is None:
+        stretch, pair = np.divmod(np.arange(stretches * len(relative_bodies.self_relative)), len(relative_bodies.self_relative))
+        return Tasks(stretch, relative_bodies.self_relative[pair], relative_bodies.self_body[pair])
+    solids = len((kind.cells or kind.solids).radius)
+    links = len(relative_bodies.over_scene)
+    stretch, pair = np.divmod(np.arange(stretches * links * solids), links * solids)
+    link, solid = np.divmod(pair, solids)
+    return Tasks(stretch, relative_bodies.over_scene[link], solid)
+
+
+def out_of_cells(cells: Balls, tasks: Tasks) -> Tasks:
+    """Return the pairs with the balls in place of their cells."""
+    row, solid = _inside(cells.first[tasks.solid], cells.count[tasks.solid])
+    return Tasks(tasks.stretch[row], tasks.relative[row], solid)
+
+
+def capsule_pairs(kind: Kind, bodies: Bodies, relative_bodies: RelativeBodies, tasks: Tasks) -> Tasks:
+    """Return the pairs with the capsules in place of their links' balls."""
+    row, relative = _inside(tasks.relative + 1, relative_bodies.count[tasks.relative])
+    stretch, solid = tasks.stretch[row], tasks.solid[row]
+    if kind.solids is None:
+        row, member = _inside(bodies.first[solid], bodies.count[solid])
+        stretch, relative, solid = stretch[row], relative[row], bodies.members[member]
+    return Tasks(stretch, relative, solid)
+
+
+def halved(tasks: Tasks, which: Indices) -> Tasks:
+    """Return the pairs on both halves of stretches, of which only some (sorted) are left and number i becomes 2 i, 2 i + 1."""
+    left = 2 * np.searchsorted(which, tasks.stretch)
+    return Tasks(np.concatenate([left, left + 1]), np.tile(tasks.relative, 2), np.tile(tasks.solid, 2))
+
+
+def _inside(first: Indices, count: Indices) -> tuple[Indices, Indices]:
+    """Return the row that each number of the ranges first to first + count - 1 belongs to, and the numbers."""
+    row = np.repeat(np.arange(len(count)), count)
+    return row, np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + first[row]
+
+
+# ---- Planes between a body and a solid, and whether the body stays beyond its plane for a whole stretch --------------
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 GUARD = 1e-9
 """[m] for the rounding of what is a few metres in size; more for what is larger."""
@@ -47,20 +131,27 @@ class Gaps(NamedTuple):
 
 
 def gaps(
-    middles: Middles, bodies: Bodies, riders: Riders, tasks: Tasks, solids: Solids, *, enough: float, n: Array | None = None
+    middles: Middles,
+    bodies: Bodies,
+    relative_bodies: RelativeBodies,
+    tasks: Tasks,
+    solids: Solids,
+    *,
+    enough: float,
+    n: Array | None = None,
 ) -> Gaps:
     """Bound the clearance of pairs, at the middles and for the whole stretches.
 
     Args:
         middles: where the bodies are.
-        bodies, riders: of the robot.
+        bodies, relative_bodies: of the robot.
         tasks: the pairs.
         solids: those that the tasks name.
         enough: once `left` exceeds this [m] it is not made any better.
         n: (t, 3) directions in the inertial frame from solid to body, of any length; those that are none prove nothing.
             None: those to the nearest point.
     """
-    stretch, body, k = tasks.stretch, riders.body[tasks.rider], tasks.solid
+    stretch, body, k = tasks.stretch, relative_bodies.body[tasks.relative], tasks.solid
     axes, origin = solids.placed(k)
     x = middles.position[stretch, body] - origin[:, None]  # (t, e, 3)
     if axes is not None:
@@ -74,7 +165,7 @@ def gaps(
     height = np.einsum("tc,tec->te", toward, x)
     at_middle = height - (solids.support(k, toward) + radii + guard)[:, None]  # (t, e)
     at_middle[none] = -np.inf  # inside the core, or no direction was found
-    row = middles.row[tasks.rider]
+    row = middles.row[tasks.relative]
     way = middles.way[stretch, row]
     left = (at_middle - way).min(axis=1)
     short = np.flatnonzero(left <= enough)
@@ -136,3 +227,98 @@ def _unit(n: Array) -> Array:
 
 def _length(v: Array) -> Array:
     return np.sqrt(np.einsum("tc,tc->t", v, v))
+
+
+# ---- Measured clearances: the closest approach so far, and whether what is proven agrees with them -------------------
+
+
+DISAGREEMENT = 1e-6
+"""[m] by which a measurement may be below what is proven, before nothing is believed."""
+
+_ZOOMS, _POINTS = 2, 9
+
+
+class Pair(NamedTuple):
+    """A capsule of the robot, and a solid of a kind or another capsule."""
+
+    kind: int
+    capsule: int
+    solid: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Near:
+    """A measured closest approach.
+
+    Attributes:
+        capsule: index in the robot.
+        obstacle: index in the scene; None if it is to a capsule.
+        other: index in the robot of that capsule, or -1.
+        u: where on the curve.
+        clearance: [m].
+        points: (2, 3) the nearest points, in the inertial frame [m].
+    """
+
+    capsule: int
+    obstacle: int | None
+    other: int
+    u: float
+    clearance: float
+    points: Array
+
+
+class Measurements:
+    """Measures pairs, and keeps the closest.
+
+    Attributes:
+        clearance: the least measured [m]; infinite at first.
+        doubt: whether less was measured than was proven.
+    """
+
+    def __init__(self, witness: Witness, kinds: list[Kind], bodies: Bodies, relative_bodies: RelativeBodies) -> None:
+        self._witness, self._kinds, self._bodies, self._relative_bodies = witness, kinds, bodies, relative_bodies
+        self.clearance, self.doubt = np.inf, False
+        self._closest: tuple[Pair, float, Array] | None = None  # which, where, and the nearest points
+
+    def task(self, kind: int, tasks: Tasks, row: int, middles: Middles, *, proven: float) -> tuple[float, Array]:
+        """Measure a task's pair at its stretch's middle, where so much is proven.
+
+        Returns:
+            The clearance [m], and the direction (3,) from the other one to the capsule.
+        """
+        stretch, relative, solid = (int(column[row]) for column in tasks)
+        pair = Pair(kind, int(self._relative_bodies.body[relative]), solid)
+        found = self._measured(pair, middles.frames[stretch], float(middles.u[stretch]))
+        self.doubt |= found[0] < proven - DISAGREEMENT
+        return found
+
+    def closest(self, domain: tuple[float, float], frames: Callable[[Array], Array], reach: float) -> Near | None:
+        """Return the closest approach, after looking for a closer one of the same pair no further than `reach` on the curve.
+
+        Args:
+            domain: of the curve.
+            frames: takes parameters (r,), gives T_w_joint (r, j + 1, 4, 4).
+            reach: in the curve's parameter.
+        """
+        if self._closest is None:
+            return None
+        for _ in range(_ZOOMS):
+            pair, u, _ = self._closest
+            near = np.clip(np.linspace(u - reach, u + reach, _POINTS), *domain)
+            for at, placed in zip(near.tolist(), frames(near), strict=True):
+                self._measured(pair, placed, at)
+            reach *= 2 / (_POINTS - 1)
+        pair, u, points = self._closest
+        solids = self._kinds[pair.kind].solids
+        obstacle, other = (None, pair.solid) if solids is None else (int(solids.obstacle[pair.solid]), -1)
+        return Near(capsule=pair.capsule, obstacle=obstacle, other=other, u=u, clearance=self.clearance, points=points)
+
+    def _measured(self, pair: Pair, frames: Array, u: float) -> tuple[float, Array]:
+        solids = self._kinds[pair.kind].solids
+        if solids is None:
+            found = self._witness.distance_between(frames, pair.capsule, pair.solid)
+        else:
+            found = self._witness.distance(frames, pair.capsule, solids, pair.solid)
+        if found[0] < self.clearance:
+            self.clearance, self._closest = found[0], (pair, u, self._witness.nearest_points())
+        return found

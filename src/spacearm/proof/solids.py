@@ -13,9 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.proof.bodies import Bodies
-from spacearm.proof.kept import kept
-from spacearm.scene import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
+from spacearm.core.identity_cache import kept
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
+from spacearm.proof.moving_bodies import Bodies
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.proof.bodies import Bodies
-from spacearm.proof.kept import kept
+from spacearm.core.identity_cache import kept
+from spacearm.proof.moving_bodies import Bodies
 from spacearm.proof.solids import Balls, Boxes, Cylinders, Solids, axes_along
 from spacearm.robot import Robot
 

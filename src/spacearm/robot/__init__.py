@@ -1,13 +1,11 @@
 """What moves: robots, as data; from URDF, from spacearm's own files, or built in."""
 
-from spacearm.robot.bodies import Body
-from spacearm.robot.centres import joint_centres
 from spacearm.robot.envelope_report import LinkEnvelope, envelope_report
-from spacearm.robot.kinematics import forward_kinematics, joint_frames
-from spacearm.robot.left_out import ApartPairs, UncheckedPair, unchecked_pairs
-from spacearm.robot.load import builtin_robots, load_robot
-from spacearm.robot.model import Frame, Joint, LinkCapsule, NamedConfiguration, Robot
+from spacearm.robot.kinematics import forward_kinematics, joint_centres, joint_frames
+from spacearm.robot.load_robot import builtin_robots, load_robot
+from spacearm.robot.model import Body, Frame, Joint, LinkCapsule, NamedConfiguration, Robot
 from spacearm.robot.self_collision import LinkPair, SelfPairs, find_self_pairs
+from spacearm.robot.unchecked_pairs import ApartPairs, UncheckedPair, unchecked_pairs
 from spacearm.robot.urdf import load_urdf
 
 __all__ = [

@@ -7,6 +7,7 @@ moving frame. Capsules and frames ride on one moving frame each, or on the base 
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -15,12 +16,65 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import Frozen, as_name, as_number, as_readonly, as_transform, keep, require_kind, shown
-from spacearm.errors import RobotError, nearest
-from spacearm.robot.bodies import Body, as_index
-from spacearm.robot.left_out import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
+from spacearm.core.checks import Frozen, as_name, as_number, as_readonly, as_transform, as_whole, keep, require_kind, shown
+from spacearm.core.errors import RobotError, nearest
+from spacearm.core.records import record_as_dict, record_from_dict
+from spacearm.robot.unchecked_pairs import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
+
+# ---- The masses of a robot's links -----------------------------------------------------------------------------------
 
 Array = NDArray[np.float64]
+
+_SKEW = 1e-9  # share of its largest entry by which an inertia may miss symmetry
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Body(Frozen):
+    """The mass of one link; links that are fixed to each other are bodies of their own on the same joint.
+
+    Attributes:
+        name: of the link.
+        joint: index of the joint whose moving frame it rides on, -1 for the base.
+        mass: [kg].
+        com: (3,) centre of mass, in that frame [m].
+        inertia: (3, 3) about the centre of mass, along the axes of that frame [kg m^2].
+
+    Raises:
+        RobotError: a mass below 0, numbers that are not finite, or an inertia that is not symmetric.
+    """
+
+    name: str
+    joint: int
+    mass: float
+    com: Array
+    inertia: Array
+
+    def __post_init__(self) -> None:
+        where = f"body '{as_name('a body name', self.name, RobotError)}'"
+        inertia = as_readonly(f"{where}: inertia", self.inertia, (3, 3), RobotError)
+        half = inertia / 2  # of large numbers the sum would be infinite
+        if np.abs(half - half.T).max() > _SKEW * np.abs(half).max():
+            raise RobotError(f"{where}: inertia is {shown(inertia.tolist())}, expected a symmetric one")
+        keep(
+            self,
+            joint=as_index(f"{where}: joint", self.joint),
+            mass=as_number(f"{where}: mass", self.mass, RobotError, at_least=0, unit="kg"),
+            com=as_readonly(f"{where}: com", self.com, (3,), RobotError),
+            inertia=as_readonly(f"{where}: inertia", half + half.T, (3, 3), RobotError),
+        )
+
+
+def as_index(name: str, value: Any) -> int:
+    """Check the index of a joint; -1 is the base.
+
+    Raises:
+        RobotError: none.
+    """
+    return as_whole(name, value, RobotError, at_least=-1, wanted="an index, or -1")
+
+
+# ---- What moves: a tree of joints, capsules around the links, named frames, and each joint's limits ------------------
+
 
 JOINT_KINDS = ("revolute", "prismatic")
 BASE_KINDS = ("fixed", "floating")
@@ -405,3 +459,20 @@ def require_robot(robot: Any) -> None:
         RobotError: it is none.
     """
     require_kind("robot", robot, Robot, RobotError, advice="make one with load_robot(...)")
+
+
+# ---- Robots as plain values, so that a file may hold one in full -----------------------------------------------------
+
+
+def robot_as_dict(robot: Robot) -> dict[str, Any]:
+    """Return a robot as plain values: a key for each of its attributes; null is the limit of a joint that has none."""
+    return record_as_dict(robot)
+
+
+def robot_from_dict(values: Any) -> Robot:
+    """Make a robot of plain values, the same bit for bit as the one that `robot_as_dict` was given.
+
+    Raises:
+        RobotError: values that are no robot; the place is named.
+    """
+    return record_from_dict(Robot, values, "robot", RobotError, infinite={"lower": -math.inf, "upper": math.inf})

@@ -11,10 +11,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from spacearm.checks import shown
-from spacearm.errors import FileFormatError, nearest
-from spacearm.reading import located, read_bytes
-from spacearm.robot.xml_root import note_on_repairs, numbers_in, xacro_left_in, xml_document
+from spacearm.core.checks import shown
+from spacearm.core.errors import FileFormatError, RobotError, nearest
+from spacearm.core.reading import located, read_bytes
+from spacearm.robot.link_tree import LinkJoint, LinkTree
+from spacearm.robot.robot_xml import note_on_repairs, numbers_in, xacro_left_in, xml_document
 
 Pair = tuple[str, str]
 """Two names of links, in alphabetical order."""
@@ -220,3 +221,180 @@ def _require_once(elements: list[Any], names: list[str]) -> None:
 
 def _at(element: Any) -> Any:
     return located(f"line {element.sourceline}")
+
+
+# ---- Whether an SRDF is about a robot, and what in it is not: names that the robot does not have ---------------------
+
+_LISTED = 5  # in one note
+
+
+def require_same_robot(srdf: Srdf, tree: LinkTree) -> None:
+    """Refuse an SRDF that names links, but none of the robot's.
+
+    Raises:
+        RobotError: it does.
+    """
+    named = [link for group in srdf.groups for link in (*group.links, *(end for chain in group.chains for end in chain))]
+    named += sorted(_of_pairs(srdf))
+    if named and set(named).isdisjoint(tree.links):
+        raise RobotError(
+            f"{srdf.source} names no link of robot '{tree.name}', which has no '{named[0]}'; {nearest(named[0], tree.links)}; "
+            "give the SRDF of that robot"
+        )
+
+
+def what_does_not_fit(srdf: Srdf, tree: LinkTree) -> tuple[str, ...]:
+    """Say in notes what an SRDF tells about links and joints that the robot does not have."""
+    links, joints = set(tree.links), {joint.name for joint in tree.joints}
+    joints |= {joint.name for joint in srdf.virtual_joints}
+    unknown = _of_pairs(srdf) | {link for link, _ in srdf.spheres} | set(srdf.mounts)
+    notes = list(_left_out("link", unknown - links, tree.links))
+    stated = {name for state in srdf.states for name, _ in state.values} | set(srdf.passive_joints)
+    notes += _left_out("joint", stated - joints, [joint.name for joint in tree.joints])
+    return tuple(notes)
+
+
+def _of_pairs(srdf: Srdf) -> set[str]:
+    return {link for both in srdf.disabled | srdf.enabled for link in both} | set(srdf.silent_links)
+
+
+def _left_out(what: str, unknown: Iterable[str], known: Iterable[str]) -> Iterable[str]:
+    names = sorted(unknown)
+    if names:
+        listed = ", ".join(repr(name) for name in names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
+        yield f"the SRDF names {what}s that the robot does not have and were left out: {listed} ({nearest(names[0], known)})"
+
+
+# ---- Which joints an SRDF's group moves, which of its states are configurations, and where its tip is ----------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Members:
+    """What a group comes to.
+
+    Attributes:
+        joints: names, in the tree's order; fixed ones are not listed.
+        tips: the links at the ends: those that its chains name, else those from which none of its joints goes on.
+    """
+
+    joints: tuple[str, ...]
+    tips: tuple[str, ...]
+
+
+def group_members(srdf: Srdf, name: str, tree: LinkTree) -> Members:
+    """Find the joints of a group: those on its chains, above its links, named by it, or of its subgroups.
+
+    Args:
+        srdf: the file.
+        name: of the group.
+        tree: the robot that the file is about; links and joints must form one tree.
+
+    Raises:
+        RobotError: no such group, links or joints that the robot does not have, subgroups in a circle, or no
+            joint that moves.
+    """
+    members: dict[str, None] = {}
+    chain_tips: dict[str, None] = {}
+    above = {joint.child: joint for joint in tree.joints}
+    for group in with_subgroups(srdf, name):
+        where = f"{srdf.source}: group '{group.name}'"
+        for joint in group.joints:
+            known = [joint.name for joint in tree.joints]
+            if joint not in known and joint not in {virtual.name for virtual in srdf.virtual_joints}:
+                raise RobotError(f"{where} names joint '{joint}', which the robot does not have; {nearest(joint, known)}")
+            members[joint] = None
+        for link in (*group.links, *(link for chain in group.chains for link in chain)):
+            if link not in tree.links:
+                raise RobotError(f"{where} names link '{link}', which the robot does not have; {nearest(link, tree.links)}")
+        members.update((above[link].name, None) for link in group.links if link in above)
+        for base, tip in group.chains:
+            members.update((joint.name, None) for joint in _between(base, tip, above))
+            chain_tips[tip] = None
+    moving = [joint for joint in tree.joints if joint.name in members and joint.kind != "fixed"]
+    if not moving:
+        raise RobotError(f"{srdf.source}: group '{name}' has no moving joint, expected at least one; choose another group")
+    tips = _furthest(chain_tips, above) or _ends(moving, tree)
+    names = {joint.name for joint in moving}
+    moved = tuple(tip for tip in tips if any(joint.name in names for joint in _between(tip, _root(tip, above), above)))
+    return Members(joints=tuple(joint.name for joint in moving), tips=moved or tips)
+
+
+def with_subgroups(srdf: Srdf, name: str) -> list[Group]:
+    """List a group, and the groups that it consists of.
+
+    Raises:
+        RobotError: no such group, or groups in a circle.
+    """
+    groups = {group.name: group for group in srdf.groups}
+    found: dict[str, Group] = {}
+
+    def add(wanted: str, passed: tuple[str, ...]) -> None:
+        if wanted in passed:
+            raise RobotError(f"{srdf.source}: groups {' -> '.join((*passed, wanted))} contain each other in a circle")
+        if wanted not in groups:
+            where = f"group '{passed[-1]}' of {srdf.source} contains group" if passed else f"{srdf.source} has no group"
+            raise RobotError(f"{where} {shown(wanted)}{', which is not there' if passed else ''}; {nearest(wanted, groups)}")
+        if wanted not in found:
+            found[wanted] = groups[wanted]
+            for subgroup in groups[wanted].subgroups:
+                add(subgroup, (*passed, wanted))
+
+    if not isinstance(name, str):
+        raise RobotError(f"group is {shown(name)}, expected the name of a group in {srdf.source}; {nearest('', groups)}")
+    add(name, ())
+    return list(found.values())
+
+
+def _between(base: str, tip: str, above: dict[str, LinkJoint]) -> list[LinkJoint]:
+    """List the joints on the way from one link to another; they need not lie on one branch."""
+
+    def way_up(link: str) -> list[LinkJoint]:
+        way = []
+        while link in above:
+            way.append(above[link])
+            link = above[link].parent
+        return way
+
+    first, second = way_up(base), way_up(tip)
+    shared = {joint.name for joint in first} & {joint.name for joint in second}
+    return [joint for joint in (*first, *second) if joint.name not in shared]
+
+
+def _root(link: str, above: dict[str, LinkJoint]) -> str:
+    while link in above:
+        link = above[link].parent
+    return link
+
+
+def _furthest(tips: Iterable[str], above: dict[str, LinkJoint]) -> tuple[str, ...]:
+    """Leave out the tips that lie on the way to another one."""
+    inner: set[str] = set()
+    for tip in tips:
+        while tip in above:
+            tip = above[tip].parent
+            inner.add(tip)
+    return tuple(tip for tip in tips if tip not in inner)
+
+
+def _ends(moving: list[LinkJoint], tree: LinkTree) -> tuple[str, ...]:
+    """Find the links that the joints carry and from which none of them goes on, along fixed joints to their last link."""
+    above = {joint.child: joint for joint in tree.joints}
+    names = {joint.name for joint in moving}
+    inner: set[str] = set()
+    for joint in moving:
+        link = joint.parent
+        while link in above:
+            inner.add(above[link].name)
+            link = above[link].parent
+    ends = []
+    for joint in moving:
+        if joint.name in inner & names:
+            continue
+        link = joint.child
+        while True:
+            below = [other for other in tree.joints if other.parent == link]
+            if len(below) != 1 or below[0].kind != "fixed":
+                break
+            link = below[0].child
+        ends.append(link)
+    return tuple(ends)

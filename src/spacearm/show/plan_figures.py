@@ -9,20 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.interrupts import unbroken
+from spacearm.core.interrupts import unbroken
+from spacearm.core.version import version
 from spacearm.motion import Trajectory
 from spacearm.planner import Plan, PoseGoal, PositionGoal
 from spacearm.planner.goals import ConfigurationsGoal, Goal
 from spacearm.robot import Robot, forward_kinematics
-from spacearm.show.arm import base_frames
-from spacearm.show.base import figure_base_motion
-from spacearm.show.base_paths import figure_base_paths
-from spacearm.show.clearance import figure_clearance
-from spacearm.show.joints import figure_joints
-from spacearm.show.path import figure_path_2d
-from spacearm.show.path_space import figure_path_3d
-from spacearm.show.save import save_figure
-from spacearm.version import version
+from spacearm.show.base_figures import figure_base_motion, figure_base_paths
+from spacearm.show.drawing import base_frames
+from spacearm.show.figure_style import save_figure
+from spacearm.show.path_figures import figure_path_2d, figure_path_3d
+from spacearm.show.trajectory_figures import figure_clearance, figure_joints
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,7 +46,7 @@ def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
     }
     if robot.capsules and (scene.obstacles or robot.self_pairs):
         drawings["clearance"] = lambda: figure_clearance(trajectory, scene, plan.certificate, title=title)
-    if trajectory.base == "floating":
+    if trajectory.base_model.follows_arm:
         drawings["base_motion"] = lambda: figure_base_motion(trajectory, limits=problem.base_limits, title=title)
         drawings["base_paths"] = lambda: figure_base_paths(trajectory, title=title)
     provenance = {"Title": "spacearm plan", "Author": f"spacearm {version()}", "Subject": f"seed {plan.seed}"}

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from spacearm.errors import FileFormatError, nearest
+from spacearm.core.errors import FileFormatError, nearest
+from spacearm.files.moveit import load_moveit
 from spacearm.planner import ConfigurationGoal, Problem
-from spacearm.planner.moveit.read import load_moveit
 from spacearm.robot import Robot, load_robot
 
 _SCENE = re.compile(r"scene(\d*)\.ya?ml")

@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.interrupts import unbroken
-from spacearm.output import write_new
-from spacearm.show.style import BLACK, BLUE, CYCLE, GREY, PAGE, SKY, VERMILION, look, new_figure, tidy
+from spacearm.core.interrupts import unbroken
+from spacearm.core.output import write_new
+from spacearm.core.version import version
+from spacearm.show.figure_style import BLACK, BLUE, CYCLE, GREY, PAGE, SKY, VERMILION, look, new_figure, tidy
 from spacearm.study.motionbenchmaker_runs import LIMIT, Benchmark, Run
 from spacearm.study.other_checker import STEP
 from spacearm.study.reference_core import REFERENCE, load_note, machine, machine_note, speed_note
 from spacearm.study.statistics import Spread, Target, mean, target_table
 from spacearm.study.study_tables import Table, listed, markdown, milliseconds, number, plain
-from spacearm.version import version
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -395,7 +395,7 @@ def save_report(benchmark: Benchmark, folder: str | os.PathLike[str], *, figure:
     write_new(text, as_markdown(benchmark))
     if not figure:
         return [report, text]
-    from spacearm.show.save import save_figure
+    from spacearm.show.figure_style import save_figure
 
     provenance = {"Title": "spacearm bench mbm", "Author": f"spacearm {version()}"}
     with unbroken():

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from spacearm.geometry import Scene
 from spacearm.planner import ConfigurationGoal, Plan, PlannerSettings, Problem, plan
 from spacearm.planner.clearance import margins_within_reach
-from spacearm.planner.islands import Islands
+from spacearm.planner.motion_search import Islands
 from spacearm.robot import Robot
-from spacearm.scene import Scene
 from spacearm.study.motionbenchmaker import Item, RobotFiles, read_item
 from spacearm.study.other_checker import OtherChecker, dense_configurations
 from spacearm.study.reference_core import CoreSpeed, speed_for

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.checks import shown_error
-from spacearm.errors import FileFormatError
+from spacearm.core.checks import shown_error
+from spacearm.core.errors import FileFormatError
+from spacearm.core.reading import read_bytes
 from spacearm.motion import Motion
-from spacearm.reading import read_bytes
 from spacearm.study.motionbenchmaker import Item, RobotFiles
 
 Array = NDArray[np.float64]

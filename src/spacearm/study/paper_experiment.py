@@ -15,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.errors import ProblemError
+from spacearm.core.errors import ProblemError
+from spacearm.files import plan_as_dict
 from spacearm.motion import Trajectory
-from spacearm.motion.plain import trajectory_from_dict
-from spacearm.planner import ConfigurationGoal, Problem, plan, plan_as_dict
+from spacearm.motion.trajectory_values import trajectory_from_dict
+from spacearm.planner import ConfigurationGoal, Problem, plan
 from spacearm.proof import Certificate, certify
 from spacearm.study.paper_problem import (
     NEAR,
@@ -32,7 +33,7 @@ from spacearm.study.paper_problem import (
 from spacearm.study.run_study import Progress, Study, run_study
 from spacearm.study.statistics import Summary, summarise
 from spacearm.swarm import FeasibleFirst, Penalty, SwarmResult, SwarmSettings, named_settings, run_trials
-from spacearm.swarm.result import SwarmHistory
+from spacearm.swarm.ask_tell import SwarmHistory
 
 PENALTY_WEIGHT = 100.0  # of the weighted penalty option
 _BLOCK = 20  # runs a task: about 0.05 s on one core

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.interrupts import unbroken
-from spacearm.output import make_new_folder
+from spacearm.core.interrupts import unbroken
+from spacearm.core.output import make_new_folder
+from spacearm.core.version import version
 from spacearm.show import (
     ComparedMethod,
     figure_clearance,
@@ -27,7 +28,6 @@ from spacearm.show import (
 )
 from spacearm.study.paper_experiment import Experiment, MethodRuns
 from spacearm.study.paper_problem import GOAL_POSITION, REPORTED, REPORTED_FOR, THRESHOLD, paper_robot, paper_scene
-from spacearm.version import version
 
 Draw = Callable[[], Any]
 

@@ -10,15 +10,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.checks import as_number, shown
-from spacearm.errors import SettingsError
+from spacearm.core.checks import as_number, shown
+from spacearm.core.errors import SettingsError
+from spacearm.core.records import one_of, settings, whole
+from spacearm.geometry import Scene, Sphere
 from spacearm.planner.kernel_model import make_kernel_model, native_class
 from spacearm.robot import Robot, load_robot
 from spacearm.robot.kinematics import as_configurations
-from spacearm.scene import Scene, Sphere
-from spacearm.settings import one_of, settings, whole
 from spacearm.swarm import NAMED_SETTINGS
-from spacearm.swarm.native_run import MOST_THREADS
+from spacearm.swarm.minimizer import MOST_THREADS
 
 Array = NDArray[np.float64]
 

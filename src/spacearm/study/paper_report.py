@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from spacearm._kernel import kernel_info
-from spacearm.output import make_new_folder, write_new
-from spacearm.settings import as_dict
+from spacearm.core.native import kernel_info
+from spacearm.core.output import make_new_folder, write_new
+from spacearm.core.records import as_dict
+from spacearm.core.version import version
 from spacearm.study.paper_experiment import Experiment, MethodRuns
 from spacearm.study.paper_figures import save_figures
 from spacearm.study.paper_problem import (
@@ -32,7 +33,6 @@ from spacearm.study.paper_problem import (
 from spacearm.study.paper_readings import READINGS
 from spacearm.study.study_tables import Table, markdown
 from spacearm.swarm import SwarmResult
-from spacearm.version import version
 
 _PAPER = (
     "J. Zhang, J. Zhang, Q. Zhang, X. Wei, Obstacle Avoidance Path Planning of Space Robot Based on Improved Particle "

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from spacearm._kernel import kernel_info
+from spacearm.core.native import kernel_info
+from spacearm.core.version import version
 from spacearm.study.numpy_reference import LOWER, UPPER, by_matrices
-from spacearm.version import version
 
 REFERENCE = 2.3e-6
 """What `by_matrices` takes for a configuration on the core that times are stated for [s]."""

@@ -12,8 +12,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Generic, TypeAlias, TypeVar
 
-from spacearm.errors import SettingsError
-from spacearm.settings import whole
+from spacearm.core.errors import SettingsError
+from spacearm.core.records import whole
 from spacearm.study.study_records import appending, load_records, require_same_definition
 from spacearm.study.workers import Lost, in_processes, in_this_process
 

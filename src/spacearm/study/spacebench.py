@@ -14,26 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.checks import shown
-from spacearm.errors import FileFormatError, SpacearmError, nearest
-from spacearm.momentum import base_at_mass_center
+from spacearm.core.checks import shown
+from spacearm.core.errors import FileFormatError, SpacearmError, nearest
+from spacearm.core.output import write_atomically
+from spacearm.core.reading import read_bytes
+from spacearm.core.records import record_as_dict
+from spacearm.core.rotations import rotation_from_rpy
+from spacearm.dynamics import base_at_mass_center
+from spacearm.geometry.scene import scene_as_list, scene_from_list
 from spacearm.motion import Motion, Trajectory
-from spacearm.output import write_atomically
-from spacearm.planner import (
-    AttitudeGoal,
-    BaseLimits,
-    PoseGoal,
-    PositionGoal,
-    Problem,
-    goal_as_dict,
-    goal_from_dict,
-)
-from spacearm.reading import read_bytes
-from spacearm.records import record_as_dict
+from spacearm.planner import AttitudeGoal, BaseLimits, PoseGoal, PositionGoal, Problem, goal_as_dict, goal_from_dict
 from spacearm.robot import Robot, load_robot
-from spacearm.robot.plain import robot_as_dict, robot_from_dict
-from spacearm.robot.rotations import rotation_from_rpy
-from spacearm.scene.plain import scene_as_list, scene_from_list
+from spacearm.robot.model import robot_as_dict, robot_from_dict
 from spacearm.study.paper_problem import GOAL_POSITION, paper_scene
 from spacearm.study.spacebench_families import FAMILIES
 from spacearm.study.spacebench_robots import scaled_srs7

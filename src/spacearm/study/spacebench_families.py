@@ -18,9 +18,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.geometry import Box, Capsule, Cylinder, Obstacle
 from spacearm.planner import BaseLimits, PoseGoal, PositionGoal
 from spacearm.robot import Robot
-from spacearm.scene import Box, Capsule, Cylinder, Obstacle
 from spacearm.study.spacebench_robots import light, two_arms
 
 Array = NDArray[np.float64]

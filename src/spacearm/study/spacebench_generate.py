@@ -16,17 +16,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.errors import SpacearmError
-from spacearm.momentum.turning import quaternion_of
+from spacearm.core.errors import SpacearmError
+from spacearm.core.rotations import quaternion_of, rotation_from_rpy
+from spacearm.geometry import Scene
+from spacearm.geometry.scene import moved_scene
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import AttitudeGoal, ConfigurationGoal, PlannerSettings, PoseGoal, PositionGoal, Problem, plan
-from spacearm.planner.base_report import report_base
 from spacearm.planner.clearance import clearance
-from spacearm.planner.reaching.search import find_goal_configurations
+from spacearm.planner.inverse_kinematics import find_goal_configurations
+from spacearm.planner.plan_result import report_base
 from spacearm.proof import certify
-from spacearm.robot.rotations import rotation_from_rpy
-from spacearm.scene import Scene
-from spacearm.scene.moved import moved_scene
 from spacearm.study.spacebench import SpaceProblem, write_family
 from spacearm.study.spacebench_families import FAMILIES, Draft, Family
 

@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spacearm.interrupts import unbroken
-from spacearm.output import write_new
-from spacearm.show.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PAGE, VERMILION, look, new_figure, tidy
+from spacearm.core.interrupts import unbroken
+from spacearm.core.output import write_new
+from spacearm.core.version import version
+from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PAGE, VERMILION, look, new_figure, tidy
 from spacearm.study.reference_core import REFERENCE, load_note, machine, machine_note, speed_note
 from spacearm.study.spacebench import PUBLISHED_ROTATION, SpaceProblem
 from spacearm.study.spacebench_families import FAMILIES
 from spacearm.study.spacebench_runs import LEAST_PEAK, PAPERS_SCENE, SERVICER, Outcome, PublishedRun, Run, SpaceBench
 from spacearm.study.statistics import Spread, Target, mean, median, share, target_table
 from spacearm.study.study_tables import Table, degrees, listed, markdown, milliseconds, number, percent, plain
-from spacearm.version import version
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -265,7 +265,7 @@ def _draw_peaks(ax: Axes, bench: SpaceBench) -> None:
 def figure_families(items: Sequence[SpaceProblem]) -> Figure:
     """Draw a problem of each family with its known solution: the first in the list."""
     from spacearm.planner import PoseGoal, PositionGoal
-    from spacearm.show.path_space import figure_path_3d
+    from spacearm.show.path_figures import figure_path_3d
 
     firsts = {item.family: item for item in reversed(items)}
     shown = sorted(firsts.values(), key=lambda item: list(FAMILIES).index(item.family))
@@ -335,7 +335,7 @@ def save_report(
     write_new(text, as_markdown(bench))
     if not figure or not bench.runs:
         return [report, text]
-    from spacearm.show.save import save_figure
+    from spacearm.show.figure_style import save_figure
 
     provenance = {"Title": "spacearm bench space", "Author": f"spacearm {version()}"}
     with unbroken():

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.errors import RobotError
+from spacearm.core.errors import RobotError
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, forward_kinematics, load_robot
-from spacearm.robot.bodies import Body
-from spacearm.robot.box_capsules import box_capsules
+from spacearm.robot.envelope_report import box_capsules
+from spacearm.robot.model import Body
 from spacearm.robot.self_collision import find_self_pairs
 
 Array = NDArray[np.float64]

@@ -18,8 +18,8 @@ from typing import Literal
 from spacearm.motion import Trajectory
 from spacearm.planner import PlannerSettings, Problem, Weights, plan, report_base
 from spacearm.proof import certify
-from spacearm.proof.digest import digest
-from spacearm.robot.plain import robot_as_dict
+from spacearm.proof.certificate import digest
+from spacearm.robot.model import robot_as_dict
 from spacearm.study.reference_core import CoreSpeed, load_now, scale_now, speed_for
 from spacearm.study.run_study import Progress, Study, jobs_of, run_study
 from spacearm.study.spacebench import SpaceProblem, papers_problem, servicer_problem, space_problem_as_dict

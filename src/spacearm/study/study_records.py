@@ -21,10 +21,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from spacearm.checks import shown
-from spacearm.errors import FileFormatError, OutputError
-from spacearm.reading import read_bytes
-from spacearm.version import version
+from spacearm.core.checks import shown
+from spacearm.core.errors import FileFormatError, OutputError
+from spacearm.core.reading import read_bytes
+from spacearm.core.version import version
 
 R = TypeVar("R")
 

@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
-from spacearm.errors import SpacearmError
+from spacearm.core.errors import SpacearmError
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -1,12 +1,8 @@
 """Particle swarms: PSO, the paper's IPSO and our own, by hand, over Python functions, and inside the kernel."""
 
-from spacearm.swarm.engine import Swarm
-from spacearm.swarm.minimizer import minimize
-from spacearm.swarm.named import NAMED_SETTINGS, named_settings
-from spacearm.swarm.native_run import run_trials
-from spacearm.swarm.result import SwarmHistory, SwarmResult
-from spacearm.swarm.seed import Rng, seed_of
-from spacearm.swarm.settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
+from spacearm.swarm.ask_tell import Swarm, SwarmHistory, SwarmResult
+from spacearm.swarm.minimizer import minimize, run_trials
+from spacearm.swarm.swarm_settings import IPSO, NAMED_SETTINGS, PSO, FeasibleFirst, Penalty, SwarmSettings, named_settings
 
 __all__ = [
     "IPSO",
@@ -14,7 +10,6 @@ __all__ = [
     "PSO",
     "FeasibleFirst",
     "Penalty",
-    "Rng",
     "Swarm",
     "SwarmHistory",
     "SwarmResult",
@@ -22,5 +17,4 @@ __all__ = [
     "minimize",
     "named_settings",
     "run_trials",
-    "seed_of",
 ]

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.errors import FileFormatError, OutputError, SpacearmError
-from spacearm.output import require_path, write_atomically
-from spacearm.reading import read_bytes
-from spacearm.settings import as_dict
-from spacearm.swarm.settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
+from spacearm.core.checks import shown
+from spacearm.core.errors import FileFormatError, OutputError, SpacearmError
+from spacearm.core.output import require_path, write_atomically
+from spacearm.core.reading import read_bytes, require_version
+from spacearm.core.records import as_dict
+from spacearm.swarm.swarm_settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
 
 Array = NDArray[np.float64]
 
@@ -82,10 +83,9 @@ def read(path: str | os.PathLike[str]) -> Checkpoint:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         header = json.loads(arrays.pop("header").tobytes())
-        if header["format"] != _FORMAT or header["version"] != _VERSION:
-            raise FileFormatError(
-                f"{path} is of format {header['format']!r} version {header['version']}, expected {_WHAT} of version {_VERSION}"
-            )
+        if header["format"] != _FORMAT:
+            raise FileFormatError(f"{path} is of format {shown(header['format'])}, expected {_WHAT}; check the path")
+        require_version(header["version"], _VERSION, path, key="version")
         minus, plus = header.get("infinite", (0, 0))  # files of version 0.1 do not tell
         return Checkpoint(
             settings=_settings(header["settings"]),

@@ -1,0 +1,274 @@
+// A robot's envelope among obstacles, arranged so that what is far apart costs next to nothing.
+//
+// The capsules of a link make a cluster with a ball around it. Obstacles stand in a tree of boxes along the axes.
+// Cluster against tree, then ball against shape, then capsule against shape: only pairs that are near in some lane go
+// on.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/obstacles.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+template <class T> struct link_capsule {
+    T a[3], ab[3];             // in the joint's frame
+    T inverse_squared_length;  // 0 for a sphere
+    T radius;
+    T middle[3], reach;  // the ball around it
+    int index;           // its place in the robot's own list
+};
+template <class T> struct cluster {
+    int joint;            // -1 for the base
+    int first, last;      // its capsules
+    T center[3], radius;  // the ball around them
+};
+template <class T> struct pair_margin {
+    int cluster, other;  // and a node of the obstacles' tree; or -1 and the number of a pair of clusters
+    T most;              // [m] no more margin than this is asked for between the two
+    bool before(int c, int o) const { return cluster != c ? cluster < c : other < o; }
+};
+template <class T> struct link_envelope {
+    std::vector<link_capsule<T>> capsules;
+    std::vector<cluster<T>> clusters;
+    std::vector<std::pair<int, int>> pairs;  // clusters that must keep clear of each other
+    std::vector<pair_margin<T>> eased;       // in order; mostly none: those that begin or end nearer than the margin
+
+    T margin_of(int c, int other, T margin) const {
+        const auto at = std::lower_bound(eased.begin(), eased.end(), 0,
+                                         [&](const pair_margin<T>& e, int) { return e.before(c, other); });
+        return at != eased.end() && at->cluster == c && at->other == other ? std::min(margin, at->most) : margin;
+    }
+};
+
+// ---- the envelope of one pack of configurations ---------------------------------------------------------------------
+template <class T> struct envelope_memory {
+    std::vector<vec3<T>> centers;        // of the clusters' balls
+    std::vector<vec3<T>> a, ab, middle;  // of the capsules, once their cluster is capsules_placed
+    std::vector<char> capsules_placed;
+    const frame<T>* base = nullptr;  // where the base is; none: where it was at the beginning
+    envelope_memory() = default;
+    explicit envelope_memory(const link_envelope<T>& b)
+        : centers(b.clusters.size()), a(b.capsules.size()), ab(b.capsules.size()), middle(b.capsules.size()),
+          capsules_placed(b.clusters.size()) {}
+};
+
+template <class T>
+SPACEARM_INLINE void place(const link_envelope<T>& b, const frame<T>* frames, envelope_memory<T>& w) {
+    for (std::size_t i = 0; i < b.clusters.size(); ++i) {
+        const cluster<T>& c = b.clusters[i];
+        w.centers[i] = c.joint >= 0 ? carry(frames[c.joint], c.center)
+                       : w.base     ? carry(*w.base, c.center)
+                                    : constant(c.center);
+        w.capsules_placed[i] = 0;
+    }
+}
+
+template <class T>
+inline void place_capsules(const link_envelope<T>& b, const frame<T>* frames, int i, envelope_memory<T>& w) {
+    if (w.capsules_placed[i]) return;
+    w.capsules_placed[i] = 1;
+    const cluster<T>& c = b.clusters[i];
+    const frame<T> base = w.base ? *w.base : base_frame<T>();
+    const frame<T>& f = c.joint < 0 ? base : frames[c.joint];
+    for (int k = c.first; k < c.last; ++k) {
+        const link_capsule<T>& capsule = b.capsules[k];
+        w.a[k] = carry(f, capsule.a);
+        if (capsule.inverse_squared_length == T(0)) {
+            w.middle[k] = w.a[k];
+            continue;
+        }
+        w.ab[k] = rotate(f, capsule.ab);
+        w.middle[k] = carry(f, capsule.middle);
+    }
+}
+
+// Adds to `sum`, lane by lane, by how much the clearance of a cluster and an obstacle falls short of the margin: for
+// each of its capsules [m].
+template <class T, class Shape>
+SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* frames, int i, const Shape& o, T margin,
+                                   envelope_memory<T>& w, pack<T>& sum) {
+    const cluster<T>& c = b.clusters[i];
+    if (all(pack<T>(c.radius + margin) <= distance_to(o, w.centers[i]))) return;
+    place_capsules(b, frames, i, w);
+    for (int k = c.first; k < c.last; ++k) {
+        const link_capsule<T>& capsule = b.capsules[k];
+        const pack<T> from_ball = distance_to(o, w.middle[k]);
+        if (all(pack<T>(capsule.reach + margin) <= from_ball)) continue;
+        pack<T> d = from_ball;
+        if (capsule.inverse_squared_length != T(0)) {
+            // Distances change by no more than the way: between the middle and an end no point is nearer than half of
+            // both distances less a quarter of the length.
+            const pack<T> nearest_end = min(distance_to(o, w.a[k]), distance_to(o, w.a[k] + w.ab[k]));
+            const T quarter = (capsule.reach - capsule.radius) * T(0.5);
+            if (all(pack<T>(capsule.radius + margin + quarter) <= (from_ball + nearest_end) * T(0.5))) continue;
+            d = axis_distance(o, w.a[k], w.ab[k], capsule.inverse_squared_length);
+        }
+        sum += above_zero(pack<T>(capsule.radius + margin) - d);
+    }
+}
+
+template <class T>
+inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles,
+                                   T margin, envelope_memory<T>& w, pack<T>& sum, bool stop_early, bool ease) {
+    const int nodes = static_cast<int>(obstacles.tree.size());
+    for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {  // the hand first: it is what collides most
+        const cluster<T>& c = b.clusters[i];
+        if (c.joint < 0 && !w.base) continue;  // the base and the obstacles stand still
+        for (int k = 0; k < nodes;) {
+            const obstacle_node<T>& node = obstacles.tree[k];
+            if (!near_box(w.centers[i], c.radius + margin, node)) {
+                k = node.skip;
+                continue;
+            }
+            if (node.kind != shape::none) {
+                const T asked = ease ? b.margin_of(i, k, margin) : margin;
+                obstacles.visit(node.kind, node.index,
+                                [&](const auto& o) { add_shortfall(b, frames, i, o, asked, w, sum); });
+            }
+            ++k;
+        }
+        if (stop_early && !all(sum <= T(0))) return;
+    }
+}
+
+// Between the axes of two capsules that are in place.
+template <class T>
+SPACEARM_INLINE pack<T> squared_distance(const link_envelope<T>& b, const envelope_memory<T>& w, int k, int l) {
+    const link_capsule<T>&c = b.capsules[k], &d = b.capsules[l];
+    if (c.inverse_squared_length == T(0) && d.inverse_squared_length == T(0)) {
+        const vec3<T> between = w.a[k] - w.a[l];
+        return dot(between, between);
+    }
+    const pack<T> zero(T(0));
+    const vec3<T> none{zero, zero, zero};
+    return squared_distance_of_axes(w.a[k], c.inverse_squared_length == T(0) ? none : w.ab[k], c.inverse_squared_length,
+                                    w.a[l], d.inverse_squared_length == T(0) ? none : w.ab[l],
+                                    d.inverse_squared_length);
+}
+
+template <class T>
+inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames, T usual, envelope_memory<T>& w,
+                               pack<T>& sum, bool stop_early, bool ease) {
+    for (std::size_t p = 0; p < b.pairs.size(); ++p) {
+        const auto& [i, j] = b.pairs[p];
+        const T margin = ease ? b.margin_of(-1, static_cast<int>(p), usual) : usual;
+        const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
+        const vec3<T> apart = w.centers[i] - w.centers[j];
+        const T near = one.radius + two.radius + margin;
+        if (all(pack<T>(near * near) <= dot(apart, apart))) continue;
+        place_capsules(b, frames, i, w);
+        place_capsules(b, frames, j, w);
+        for (int k = one.first; k < one.last; ++k) {
+            const link_capsule<T>& c = b.capsules[k];
+            const vec3<T> to = w.middle[k] - w.centers[j];
+            const T from = c.reach + two.radius + margin;
+            if (all(pack<T>(from * from) <= dot(to, to))) continue;
+            for (int l = two.first; l < two.last; ++l) {
+                const link_capsule<T>& d = b.capsules[l];
+                const vec3<T> between = w.middle[k] - w.middle[l];
+                const T reach = c.reach + d.reach + margin;
+                if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
+                const pack<T> d2 = squared_distance(b, w, k, l);
+                sum += above_zero(pack<T>(c.radius + d.radius + margin) - sqrt(d2));
+            }
+        }
+        if (stop_early && !all(sum <= T(0))) return;
+    }
+}
+
+// Shortfall of clearance [m] of one pack of configurations, summed over all pairs. With stop_early it is only known to
+// be above 0 in some lane, or 0 in all. Infinite where a number is none: nobody knows where the arm is then. Pairs that
+// are eased may come nearer, unless that is not what is asked.
+template <class T>
+inline pack<T> shortfall(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin,
+                         envelope_memory<T>& w, bool stop_early, bool eased = true) {
+    place(b, frames, w);
+    pack<T> sum(T(0));
+    const bool ease = eased && !b.eased.empty();
+    add_obstacle_shortfall(b, frames, obstacles, margin, w, sum, stop_early, ease);
+    if (!stop_early || all(sum <= T(0))) add_self_shortfall(b, frames, margin, w, sum, stop_early, ease);
+    const pack<T> infinite(std::numeric_limits<T>::infinity());
+    return select(sum <= infinite, sum, infinite);
+}
+
+// ---- building -------------------------------------------------------------------------------------------------------
+// The ball around some capsules: the centre creeps towards whatever reaches furthest (Badoiu and Clarkson, 2003).
+template <class T>
+void ball_around(const link_envelope<T>& b, int first, int last, double (&center)[3], double& radius) {
+    for (int k = 0; k < 3; ++k) {
+        center[k] = 0;
+        for (int i = first; i < last; ++i) center[k] += double(b.capsules[i].middle[k]) / (last - first);
+    }
+    for (int step = 2; step < 300; ++step) {
+        radius = -1;
+        int furthest = first;
+        for (int i = first; i < last; ++i) {
+            const auto& m = b.capsules[i].middle;
+            const double x = m[0] - center[0], y = m[1] - center[1], z = m[2] - center[2];
+            const double r = std::sqrt(x * x + y * y + z * z) + double(b.capsules[i].reach);
+            if (r > radius) {
+                radius = r;
+                furthest = i;
+            }
+        }
+        if (step == 299) break;
+        for (int k = 0; k < 3; ++k) center[k] += (b.capsules[furthest].middle[k] - center[k]) / step;
+    }
+    radius = radius * (1 + 1e-6) + 1e-6;  // rounding must not let anything out
+}
+
+// Clusters of a link: the whole, or halves of it where these are worth it. Appends to `made` their indices.
+template <class T> void make_clusters(link_envelope<T>& b, int joint, int first, int last, std::vector<int>& made) {
+    constexpr int few = 4;
+    constexpr double worth =
+        0.8;  // a split must shrink the balls to this share; measured, as is `few`: docs/benchmarks.md
+    double center[3], radius;
+    ball_around(b, first, last, center, radius);
+    if (last - first > few) {
+        int longest = 0;
+        double extent = -1;
+        for (int k = 0; k < 3; ++k) {
+            const auto [low, high] =
+                std::minmax_element(b.capsules.begin() + first, b.capsules.begin() + last,
+                                    [&](const auto& x, const auto& y) { return x.middle[k] < y.middle[k]; });
+            if (high->middle[k] - low->middle[k] > extent) {
+                extent = high->middle[k] - low->middle[k];
+                longest = k;
+            }
+        }
+        std::stable_sort(b.capsules.begin() + first, b.capsules.begin() + last,
+                         [&](const auto& x, const auto& y) { return x.middle[longest] < y.middle[longest]; });
+        const int middle = (first + last) / 2;
+        double c[3], one, two;
+        ball_around(b, first, middle, c, one);
+        ball_around(b, middle, last, c, two);
+        if (std::max(one, two) < worth * radius) {
+            make_clusters(b, joint, first, middle, made);
+            make_clusters(b, joint, middle, last, made);
+            return;
+        }
+    }
+    cluster<T> out{joint, first, last, {}, static_cast<T>(radius)};
+    for (int k = 0; k < 3; ++k) out.center[k] = static_cast<T>(center[k]);
+    made.push_back(static_cast<int>(b.clusters.size()));
+    b.clusters.push_back(out);
+}
+
+template <class T> link_capsule<T> make_link_capsule(const double* a, const double* b, double radius) {
+    link_capsule<T> c{};
+    double squared = 0;
+    for (int k = 0; k < 3; ++k) {
+        c.a[k] = static_cast<T>(a[k]);
+        c.ab[k] = static_cast<T>(b[k] - a[k]);
+        c.middle[k] = static_cast<T>((a[k] + b[k]) / 2);
+        squared += (b[k] - a[k]) * (b[k] - a[k]);
+    }
+    c.inverse_squared_length = squared > 0 ? static_cast<T>(1 / squared) : T(0);
+    c.radius = static_cast<T>(radius);
+    c.reach = static_cast<T>(radius + std::sqrt(squared) / 2);
+    return c;
+}
+
+}  // namespace SPACEARM_NAMESPACE

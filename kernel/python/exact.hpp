@@ -1,0 +1,104 @@
+// What Python records, with the same bits on every processor: products whose sums have one order, sines, angles and
+// roots.
+//
+// A BLAS chooses its kernels, and with them the order of sums, by the processor; so do NumPy and the C library with
+// their sines and powers.
+#pragma once
+
+#include "lanes/trig.hpp"
+#include "python/model.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+using in3c = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+
+// Matrices (p, m, k) by matrices (p or 1, k, n).
+inline nb::object matrix_product(in3c a, in3c b) {
+    const std::size_t count = a.shape(0), rows = a.shape(1), inner = a.shape(2), columns = b.shape(2);
+    require(b.shape(1) == inner && (b.shape(0) == count || b.shape(0) == 1), "the matrices do not fit");
+    std::vector<double> out(count * rows * columns, 0.0);
+    {
+        nb::gil_scoped_release free;
+        constexpr std::size_t W = lanes_of<double>;
+        const std::size_t blocks = (columns + W - 1) / W;
+        std::vector<double> right(blocks * inner * W, 0.0);  // block by block of W columns
+        for (std::size_t p = 0; p < count; ++p) {
+            for (std::size_t l = 0; l < inner && (p == 0 || b.shape(0) != 1); ++l) {
+                for (std::size_t j = 0; j < columns; ++j)
+                    right[(j / W * inner + l) * W + j % W] = b.data()[(p * inner + l) * columns + j];
+            }
+            for (std::size_t i = 0; i < rows; ++i) {
+                const double* left = a.data() + (p * rows + i) * inner;
+                for (std::size_t k = 0; k < blocks; ++k) {
+                    pack<double> sum(0.0);
+                    for (std::size_t l = 0; l < inner; ++l)
+                        sum += pack<double>::load(&right[(k * inner + l) * W]) * left[l];
+                    store_lanes(sum, &out[(p * rows + i) * columns + k * W], std::min(W, columns - k * W));
+                }
+            }
+        }
+    }
+    return array_of(std::move(out), {count, rows, columns});
+}
+
+// Solves A x = b for matrices (p, m, m) that are not singular and vectors (p, m), by elimination with the largest
+// pivot.
+inline nb::object solved_rows(in3c a, in2c<double> b) {
+    const std::size_t count = a.shape(0), m = a.shape(1);
+    require(a.shape(2) == m && b.shape(0) == count && b.shape(1) == m, "the matrices do not fit");
+    std::vector<double> out(count * m), A(m * m);
+    {
+        nb::gil_scoped_release free;
+        for (std::size_t p = 0; p < count; ++p) {
+            std::copy(a.data() + p * m * m, a.data() + (p + 1) * m * m, A.begin());
+            double* x = &out[p * m];
+            std::copy(b.data() + p * m, b.data() + (p + 1) * m, x);
+            for (std::size_t i = 0; i < m; ++i) {
+                std::size_t pivot = i;
+                for (std::size_t k = i + 1; k < m; ++k) {
+                    if (std::abs(A[k * m + i]) > std::abs(A[pivot * m + i])) pivot = k;
+                }
+                if (pivot != i) {
+                    std::swap_ranges(&A[i * m], &A[i * m] + m, &A[pivot * m]);
+                    std::swap(x[i], x[pivot]);
+                }
+                for (std::size_t k = i + 1; k < m; ++k) {
+                    const double factor = A[k * m + i] / A[i * m + i];
+                    for (std::size_t j = i + 1; j < m; ++j) A[k * m + j] -= factor * A[i * m + j];
+                    x[k] -= factor * x[i];
+                }
+            }
+            for (std::size_t i = m; i-- > 0;) {
+                for (std::size_t j = i + 1; j < m; ++j) x[i] -= A[i * m + j] * x[j];
+                x[i] /= A[i * m + i];
+            }
+        }
+    }
+    return array_of(std::move(out), {count, m});
+}
+
+template <class F> std::vector<double> each(std::size_t n, F&& f) {
+    std::vector<double> out(n);
+    for (std::size_t i = 0; i < n; ++i) out[i] = f(i);
+    return out;
+}
+
+inline void bind_exact(nb::module_& m) {
+    m.def("product", &matrix_product);
+    m.def("solved", &solved_rows);
+    m.def("sines", [](in1<double> x) {
+        const std::size_t n = x.shape(0);
+        std::vector<double> s(n), c(n);
+        for (std::size_t i = 0; i < n; ++i) sincos(x(i), s[i], c[i]);
+        return nb::make_tuple(array_of(std::move(s), {n}), array_of(std::move(c), {n}));
+    });
+    m.def("angles", [](in1<double> y, in1<double> x) {
+        require(y.shape(0) == x.shape(0), "coordinates of different numbers");
+        return array_of(each(x.shape(0), [&](std::size_t i) { return angle_of(y(i), x(i)); }), {x.shape(0)});
+    });
+    m.def("cube_roots", [](in1<double> x) {
+        return array_of(each(x.shape(0), [&](std::size_t i) { return cube_root(x(i)); }), {x.shape(0)});
+    });
+}
+
+}  // namespace SPACEARM_NAMESPACE

@@ -1,0 +1,497 @@
+// The planner's search: the first free motion at once, then better ones for as long as it may go on.
+//
+// A hybrid of three methods that take turns:
+//   rrt_connect  two trees find a path with corners; the splines nearest to it are tried, few control points first
+//   refine       the motion found is pulled towards the straight one and shaken, as long as that pays
+//   swarm        particles are motions; they begin at the best ones known, or anywhere where none is known
+//
+// A motion counts only when all instants, the fine ones too, are free. Numbers depend on (seed, island) and on how many
+// motions are looked at, never on time or threads, unless a time limit ends the search.
+#pragma once
+
+#include <chrono>
+#include <functional>
+
+#include "search/settings.hpp"
+
+namespace SPACEARM_NAMESPACE {
+
+template <class T> class motion_search {
+  public:
+    motion_search(motion_problem<T> problem, motion_search_settings settings, std::uint64_t seed, std::uint32_t island)
+        : p_(std::move(problem)), s_(std::move(settings)), checker_(p_), trees_(checker_, s_.trees),
+          of_trees_({seed, island, stream::rrt_connect}, {}), refining_({seed, island, stream::refining}, {}),
+          seed_(seed), island_(island) {}
+    motion_search(const motion_search&) = delete;  // the checker refers to the problem
+
+    // Goes on until the budget is spent, or nothing can be better, or `go_on` says no; it is asked now and then.
+    void run(const motion_budget& budget, const std::function<bool()>& go_on) {
+        budget_ = budget;
+        go_on_ = &go_on;
+        begun_ = std::chrono::steady_clock::now();
+        stopped_ = false;
+        next_question_ = 0;
+        first_evaluation_ = evaluations_;
+        last_gain_ = evaluations_;
+        if (!tried_straight_) straight();
+        while (!over() && !optimal_) {
+            ++turn_;
+            if (best_.empty()) find_first();
+            else if (s_.swarm_turn > 0 && turn_ % s_.swarm_turn == 0) swarm_turn(true);
+            else follow_a_path();
+        }
+        spent_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+    }
+
+    // A proof found a collision at s: that instant is looked at from now on, all others are made denser, and what
+    // breaks at any of them is forgotten.
+    void add_instant(double s, double spread) {
+        checker_.add_instant(s, spread);
+        optimal_ = false;
+        std::vector<known> kept;
+        for (known& k : pool_) {
+            if (checker_.finely_free(k.at)) kept.push_back(std::move(k));
+        }
+        pool_ = std::move(kept);
+        std::erase_if(history_, [&](const motion_record<T>& r) { return !checker_.finely_free(r.found); });
+        best_.clear();
+        for (const known& k : pool_) {
+            if (best_.empty() || k.fitness < best_.front().fitness) best_.assign(1, k);
+        }
+        tried_straight_ = false;
+    }
+
+    bool found() const { return !best_.empty(); }
+    bool optimal() const { return optimal_; }
+    const motion<T>& best() const { return best_.front().at; }
+    T best_fitness() const { return best_.front().fitness; }
+    const std::vector<motion_record<T>>& history() const { return history_; }
+    // The best of those that are not free: the least violation.
+    bool has_fallback() const { return fallback_violation_ < infinity; }
+    const motion<T>& fallback() const { return fallback_; }
+    T fallback_violation() const { return fallback_violation_; }
+    std::int64_t evaluations() const { return evaluations_; }
+    std::int64_t configurations() const { return checker_.configurations(); }
+    double seconds() const { return spent_; }
+    motion_checker<T>& checker() { return checker_; }
+
+  private:
+    static constexpr T infinity = std::numeric_limits<T>::infinity();
+    struct known {
+        T fitness;
+        motion<T> at;
+    };
+
+    bool over() {
+        if (stopped_) return true;
+        if (budget_.until_first && !best_.empty()) return stopped_ = true;
+        if (budget_.evaluations > 0 && evaluations_ - first_evaluation_ >= budget_.evaluations) return stopped_ = true;
+        if (budget_.stall > 0 && evaluations_ - last_gain_ >= budget_.stall) return stopped_ = true;
+        return late();
+    }
+    // Whether time is up, or somebody says stop: asked in every loop that may be long, for it changes no number.
+    bool late() {
+        if (stopped_) return true;
+        if (++asked_ % hints_.looks_per_question != 0) return false;
+        const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+        if (budget_.seconds > 0 && elapsed > budget_.seconds) return stopped_ = true;
+        if (elapsed > next_question_) {
+            next_question_ = elapsed + 0.04;
+            if (!(*go_on_)()) return stopped_ = true;
+        }
+        return false;
+    }
+
+    // Many looks at a motion's end take as long as one at the whole of it, and are booked so.
+    bool project_onto_ends(motion<T>& m, terminal_solver<T>* own = nullptr) {
+        const bool met = checker_.project_onto_ends(m, own ? *own : checker_.solver(), [&] { return !late(); });
+        evaluations_ += checker_.looks / looks_an_evaluation;
+        checker_.looks %= looks_an_evaluation;
+        return met;
+    }
+    static constexpr int looks_an_evaluation = 32;
+
+    void note(const motion<T>& m, T fitness, const char* by) {
+        if (!best_.empty() && !(fitness < best_.front().fitness)) return;
+        if (best_.empty() || fitness < T(0.999) * last_noted_) {
+            last_gain_ = evaluations_;
+            last_noted_ = fitness;
+        }
+        best_.assign(1, {fitness, m});
+        const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+        history_.push_back({spent_ + elapsed, evaluations_, fitness, by, m});
+    }
+    void note_fallback(const motion<T>& m, T violation) {
+        if (violation < fallback_violation_) {
+            fallback_violation_ = violation;
+            fallback_ = m;
+        }
+    }
+    void keep(const motion<T>& m, T fitness) {
+        pool_.push_back({fitness, m});
+        std::stable_sort(pool_.begin(), pool_.end(),
+                         [](const known& a, const known& b) { return a.fitness < b.fitness; });
+        if (pool_.size() > pool_size) pool_.resize(pool_size);
+    }
+    static constexpr std::size_t pool_size = 8;
+
+    // ---- straight ---------------------------------------------------------------------------------------------------
+    void straight() {
+        tried_straight_ = true;
+        int nearest = -1;
+        T least = infinity;
+        if (p_.base.free_end) {  // there already?
+            const motion<T> m{0, 0, {}, p_.start};
+            if (checker_.free(m)) {
+                note(m, checker_.fitness(m), "straight");
+                keep(m, best_fitness());
+                optimal_ = p_.weight.only_length();
+                return;
+            }
+        }
+        for (int g = 0; g < p_.goal_count() && !(g > 0 && late()); ++g) {
+            motion<T> m{0, g, {}};
+            ++evaluations_;
+            project_onto_ends(m);
+            const T fitness = checker_.fitness(m), broken = checker_.violation(m, infinity);
+            if (fitness < least) {
+                least = fitness;
+                nearest = g;
+            }
+            if (broken > T(0)) note_fallback(m, broken);
+            else if (checker_.finely_free(m)) {
+                note(m, fitness, "straight");
+                keep(m, fitness);
+            }
+        }
+        // Nothing is shorter than straight to the nearest goal.
+        optimal_ = found() && best().goal == nearest && p_.weight.only_length() && !p_.base.ends.any();
+    }
+
+    // ---- paths ------------------------------------------------------------------------------------------------------
+    bool find_path(path<T>& found) {
+        if (s_.patience == 0) return false;
+        const bool met = trees_.grow(
+            std::max(1, s_.patience / hints_.tree_share), of_trees_,
+            [&] {
+                ++evaluations_;
+                return !over();
+            },
+            [&] { return !late(); }, found);
+        if (met) trees_.shorten(found, [&] { return !late(); });
+        return met;
+    }
+    // While nothing is known: a path, or motions from all over the place.
+    void find_first() {
+        path<T> found;
+        if (!hints_.trees_find_motions && turn_ % 2 == 0) swarm_turn(false);
+        else if (find_path(found)) follow(found);
+        else if (!over()) swarm_turn(false);
+    }
+    void follow_a_path() {
+        if (p_.base.constrained() && turn_ % 2 == 1) {  // as when hunting: elsewhere there may be better ones
+            swarm_turn(false);
+            return;
+        }
+        path<T> found;
+        if (!find_path(found)) {
+            if (!over()) swarm_turn(true);
+            return;
+        }
+        if (p_.weight.only_length() && p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
+        follow(found);
+    }
+    // The spline with the fewest control points that stays free along the path.
+    void follow(const path<T>& along_path) {
+        for (int K : s_.ladder) {
+            motion<T> m = nearest_to(along_path, K);
+            ++evaluations_;
+            project_onto_ends(m);
+            if (!free_or_noted(m)) {
+                if (over()) return;
+                continue;
+            }
+            const T fitness = checker_.fitness(m);
+            note(m, fitness, "rrt_connect");
+            refine({fitness, m});
+            return;
+        }
+        if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
+            const int K = s_.interior[swarm_turns_ % s_.interior.size()];
+            run_swarm(K, {nearest_to(along_path, K)});
+        }
+    }
+    bool free_or_noted(const motion<T>& m) {
+        if (!best_.empty()) return checker_.free(m);
+        const T broken = checker_.violation(m, infinity);
+        if (broken > T(0)) note_fallback(m, broken);
+        return broken <= T(0) && checker_.finely_free(m);
+    }
+    motion<T> nearest_to(const path<T>& along_path, int K) {
+        const int n = p_.dofs(), samples = 2 * lanes_of<T>, corners = along_path.count(n);
+        const spline_table<T>& t = checker_.table(K);
+        std::vector<T> along(corners, T(0)), target(static_cast<std::size_t>(samples) * n);
+        for (int i = 1; i < corners; ++i)
+            along[i] = along[i - 1] + distance_between(&along_path.points[(i - 1) * n], &along_path.points[i * n], n);
+        for (int i = 0, k = 0; i < samples; ++i) {
+            const T at = t.path_share[i] * along.back();
+            while (k + 2 < corners && along[k + 1] < at) ++k;
+            const T share = (at - along[k]) / std::max(along[k + 1] - along[k], std::numeric_limits<T>::min());
+            for (int d = 0; d < n; ++d) {
+                const T q = along_path.points[k * n + d]
+                            + (along_path.points[(k + 1) * n + d] - along_path.points[k * n + d]) * share;
+                target[static_cast<std::size_t>(i) * n + d] =
+                    q - t.end_value[0][i] * p_.start[d] - t.end_value[1][i] * p_.goal(along_path.goal)[d];
+            }
+        }
+        return fitted(t, along_path.goal, target);
+    }
+    // A motion with fewer or more control points, as near to a given one as can be.
+    motion<T> with_interior(const motion<T>& m, int K) {
+        const int n = p_.dofs(), samples = 2 * lanes_of<T>, from = m.interior;
+        const spline_table<T>&own = checker_.table(from), &t = checker_.table(K);
+        std::vector<T> target(static_cast<std::size_t>(samples) * n);
+        for (int i = 0; i < samples; ++i) {
+            const T* b = &own.at_path[static_cast<std::size_t>(i) * (from + 2)];
+            for (int d = 0; d < n; ++d) {
+                T q = (b[0] - t.end_value[0][i]) * p_.start[d] + (b[from + 1] - t.end_value[1][i]) * p_.end(m)[d];
+                for (int k = 0; k < from; ++k) q += b[k + 1] * m.points[k * n + d];
+                target[static_cast<std::size_t>(i) * n + d] = q;
+            }
+        }
+        motion<T> out = fitted(t, m.goal, target);
+        out.end = m.end;
+        return out;
+    }
+    motion<T> fitted(const spline_table<T>& t, int goal, const std::vector<T>& target) const {
+        const int n = p_.dofs(), samples = 2 * lanes_of<T>, K = t.interior;
+        motion<T> m{K, goal, std::vector<T>(static_cast<std::size_t>(K) * n)};
+        for (int k = 0; k < K; ++k) {
+            for (int d = 0; d < n; ++d) {
+                T sum = 0;
+                for (int i = 0; i < samples; ++i)
+                    sum += t.nearest[static_cast<std::size_t>(k) * samples + i]
+                           * target[static_cast<std::size_t>(i) * n + d];
+                m.points[k * n + d] = std::clamp(sum, p_.lower[d], p_.upper[d]);
+            }
+        }
+        return m;
+    }
+
+    // ---- refine -----------------------------------------------------------------------------------------------------
+    // One candidate after the other: some control points pulled towards the straight motion, most of them shaken too.
+    // Both strengths follow success, as in an evolution strategy with one parent.
+    void refine(known now) {
+        T shake = T(s_.shake), pull = T(0.3);
+        motion<T> next;
+        int failures = 0;
+        for (int i = 1; failures <= s_.refine_stall && !over(); ++i) {
+            ++evaluations_;
+            propose(now.at, shake, pull, next);
+            ++failures;
+            if (!project_onto_ends(next)) {
+                shake = std::max(shake * T(0.98), T(0.003));
+                continue;
+            }
+            const T fitness = checker_.fitness(next);
+            if (fitness < now.fitness) {
+                const bool better = checker_.free(next);
+                const T factor = better ? T(1.3) : T(0.98);
+                shake = std::clamp(shake * factor, T(0.003), T(0.6));
+                pull = std::clamp(pull * factor, T(0.003), T(1));
+                if (better) {
+                    std::swap(now.at, next);
+                    now.fitness = fitness;
+                    note(now.at, fitness, "refine");
+                    failures = 0;
+                }
+            }
+            if (i % 50 == 0) simplify(now);
+            if (i > 150 && now.fitness > T(s_.give_up) * best_fitness()) break;
+        }
+        keep(now.at, now.fitness);
+    }
+    void propose(const motion<T>& m, T shake, T pull, motion<T>& out) {
+        const int n = p_.dofs(), K = m.interior;
+        out = m;
+        if (K == 0) {  // the straight motion has nothing to shake: give it a control point
+            out = with_interior(m, 1);
+        }
+        if (p_.base.free_end && out.end.empty()) out.end.assign(p_.end(m), p_.end(m) + n);
+        const int all = out.interior + (p_.base.free_end ? 1 : 0);  // the end last
+        const int only = refining_.uniform() < T(0.4) ? -1 : refining_.below(all);
+        const T share = pull * refining_.uniform(), u = refining_.uniform();
+        const T deviation = refining_.uniform() < T(0.8) ? shake * (T(0.1) + T(1.9) * u * u) : T(0);
+        for (int k = 0; k < all; ++k) {
+            if (only >= 0 && k != only) continue;
+            for (int d = 0; d < n; ++d) {
+                T& q = k < out.interior ? out.points[k * n + d] : out.end[d];
+                q += share * (p_.straight(p_.end(m), k, out.interior, d) - q);
+                if (deviation > T(0)) q += deviation * refining_.bell();
+                q = std::clamp(q, p_.lower[d], p_.upper[d]);
+            }
+        }
+    }
+    // Fewer control points, if that costs next to nothing.
+    void simplify(known& now) {
+        for (int K : s_.ladder) {
+            if (K >= now.at.interior) return;
+            if (K < *std::min_element(s_.interior.begin(), s_.interior.end())) continue;
+            motion<T> m = with_interior(now.at, K);
+            ++evaluations_;
+            if (!project_onto_ends(m)) continue;
+            const T fitness = checker_.fitness(m);
+            if (!(fitness < T(1.02) * now.fitness) || !checker_.free(m)) continue;
+            now = {fitness, m};
+            note(m, fitness, "refine");
+            return;
+        }
+    }
+
+    // ---- swarm ------------------------------------------------------------------------------------------------------
+    void swarm_turn(bool from_pool) {
+        // While there is no motion, more and more control points: what a few cannot do more of them may.
+        const int rounds = swarm_turns_ / static_cast<int>(s_.interior.size());
+        const int K = s_.interior[swarm_turns_ % s_.interior.size()] + (best_.empty() ? std::min(rounds / 2, 4) : 0);
+        std::vector<motion<T>> known_motions;
+        if (from_pool) {
+            for (const known& k : pool_) {
+                if (k.at.goal == pool_.front().at.goal) known_motions.push_back(with_interior(k.at, K));
+            }
+        }
+        run_swarm(K, known_motions);
+    }
+    // Particles around the known motions: each of these itself, then pulled and shaken copies. Without any around the
+    // straight motion to any goal, more and more loosely.
+    void run_swarm(int K, const std::vector<motion<T>>& known_motions) {
+        const int n = p_.dofs(), D = (p_.base.free_end ? K + 1 : K) * n, particles = s_.swarm.particles;
+        const int goal = known_motions.empty() ? refining_.below(p_.goal_count()) : known_motions.front().goal;
+        std::vector<T> lower(D), upper(D);
+        for (int i = 0; i < D; ++i) {
+            lower[i] = p_.lower[i % n];
+            upper[i] = p_.upper[i % n];
+        }
+        swarm<T> particles_of(s_.swarm, lower, upper, seed_,
+                              island_ * 65536u + static_cast<std::uint32_t>(swarm_turns_++));
+        std::vector<std::vector<T>> rows;
+        for (int i = 0; i < particles; ++i) rows.push_back(first_row(K, goal, known_motions, i, particles));
+        motion<T> m;
+        std::vector<T> row(D);
+        std::vector<terminal_solver<T>> solvers(p_.base.ends.any() ? particles
+                                                                   : 0);  // their slopes serve from round to round
+        const int stride = particles_of.stride();
+        std::vector<T> fitness(stride), violation(stride);
+        T least = infinity;
+        int since = 0;
+        const bool hunting = best_.empty(), scouting = !hunting && known_motions.empty();
+        known seen{infinity, {}};
+        T nearest = infinity;  // the least violation
+        const int patience = p_.base.constrained() ? s_.swarm_stall : 8 * s_.swarm_stall;
+        while (!particles_of.spent() && since <= (least < infinity ? s_.swarm_stall : patience)) {
+            particles_of.ask();
+            if (particles_of.round() == 0) particles_of.place_first(rows);
+            const T* x = particles_of.positions();
+            const T before = least;
+            for (int i = 0; i < particles_of.active(); ++i) {
+                if (over()) return;
+                for (int d = 0; d < D; ++d) row[d] = x[static_cast<std::size_t>(d) * stride + i];
+                m = motion_of(K, goal, row);
+                judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity},
+                      fitness[i], violation[i], p_.base.ends.any() ? &solvers[i] : nullptr);
+                if (p_.base.ends.any()) {  // from now on the particle is there
+                    std::copy(m.points.begin(), m.points.end(), row.begin());
+                    std::copy(m.end.begin(), m.end.end(), row.begin() + static_cast<std::ptrdiff_t>(m.points.size()));
+                    particles_of.put(i, row.data());
+                }
+                if (violation[i] <= T(0) && fitness[i] < seen.fitness) seen = {fitness[i], m};
+                if (violation[i] <= T(0)) least = std::min(least, fitness[i]);
+            }
+            particles_of.tell(fitness.data(), violation.data());
+            if ((hunting && !best_.empty()) || (scouting && least < infinity)) break;
+            since = least < T(0.9995) * before ? 0 : since + 1;
+            if (!(least < infinity) && particles_of.best().violation < T(0.98) * nearest) {
+                nearest = particles_of.best().violation;
+                if (p_.base.constrained()) since = 0;
+            }
+        }
+        if (hunting && !best_.empty()) refine(best_.front());
+        else if (scouting && least < infinity) refine(seen);
+        else if (least < infinity && particles_of.best().violation <= T(0)) {
+            m = motion_of(K, goal, particles_of.best_position());
+            if (project_onto_ends(m)) keep(m, checker_.fitness(m));
+        }
+    }
+    // A particle's numbers: the interior control points, then the end where it is free.
+    motion<T> motion_of(int K, int goal, const std::vector<T>& row) const {
+        const auto end = row.begin() + static_cast<std::ptrdiff_t>(K) * p_.dofs();
+        return {K, goal, std::vector<T>(row.begin(), end), std::vector<T>(end, row.end())};
+    }
+    // What the swarm needs to know of a particle: its merit, or only that it is no better than the particle's own best.
+    // Where ends are asked for, it is moved to the motion nearest to it that meets them.
+    void judge(motion<T>& m, const merit<T>& own, T& fitness, T& violation, terminal_solver<T>* solver) {
+        ++evaluations_;
+        const bool met = project_onto_ends(m, solver), has_been_free = own.violation <= T(0);
+        fitness = checker_.fitness(m);
+        violation = infinity;
+        if (has_been_free && !met) return;
+        if (has_been_free && !(fitness < own.fitness)) return;
+        const T broken = checker_.violation(m, has_been_free ? T(0) : own.violation);
+        if (broken > T(0)) {
+            if (!has_been_free && broken <= own.violation) {
+                violation = broken;
+                note_fallback(m, broken);
+            }
+            return;
+        }
+        if (checker_.finely_free(m)) {
+            violation = 0;
+            note(m, fitness, "swarm");
+        } else if (!has_been_free) {
+            violation = barely;  // worse than free, better than what is broken at the coarse instants
+        }
+    }
+    static constexpr T barely = T(1e-6);
+
+    std::vector<T> first_row(int K, int goal, const std::vector<motion<T>>& known_motions, int i, int particles) {
+        const int n = p_.dofs(), D = (p_.base.free_end ? K + 1 : K) * n;
+        std::vector<T> row(D);
+        const int known_ones = static_cast<int>(known_motions.size());
+        const bool as_it_is = i < known_ones;
+        const T spread = as_it_is     ? T(0)
+                         : known_ones ? T(s_.swarm_spread) * refining_.uniform()
+                                      : T(0.5) * (T(0.2) + T(1.8) * T(i) / T(particles)) * (T(1) + T(swarm_turns_ % 3));
+        const T pull = as_it_is ? T(0) : T(0.5) * refining_.uniform();
+        for (int k = 0; k < D; ++k) {
+            const motion<T>* from = known_ones ? &known_motions[i % known_ones] : nullptr;
+            const T* end = from ? p_.end(*from) : p_.goal(goal);
+            const T line = p_.straight(end, k / n, K, k % n);
+            T q = !from ? line : k < K * n ? from->points[k] : end[k - K * n];
+            if (!as_it_is) q += pull * (line - q) + spread * refining_.bell();
+            row[k] = std::clamp(q, p_.lower[k % n], p_.upper[k % n]);
+        }
+        return row;
+    }
+
+    motion_problem<T> p_;
+    motion_search_settings s_;
+    motion_checker<T> checker_;
+    const search_hints hints_ = checker_.base().hints();
+    rrt_connect<T> trees_;
+    search_sequence<T> of_trees_, refining_;
+    std::uint64_t seed_;
+    std::uint32_t island_;
+    motion_budget budget_;
+    const std::function<bool()>* go_on_ = nullptr;
+    std::chrono::steady_clock::time_point begun_;
+    bool stopped_ = false, tried_straight_ = false, optimal_ = false;
+    double spent_ = 0, next_question_ = 0;
+    std::int64_t evaluations_ = 0, first_evaluation_ = 0, last_gain_ = 0;
+    std::uint64_t asked_ = 0;
+    int turn_ = 0, swarm_turns_ = 0, unfit_ = 0;
+    T last_noted_ = infinity, fallback_violation_ = infinity;
+    std::vector<known> best_, pool_;  // best_ holds one motion or none
+    motion<T> fallback_;
+    std::vector<motion_record<T>> history_;
+};
+
+}  // namespace SPACEARM_NAMESPACE

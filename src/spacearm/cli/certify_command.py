@@ -1,0 +1,163 @@
+"""`spacearm certify`: prove a saved plan again, or a trajectory that somebody else made."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from tyro.conf import Positional, arg
+
+from spacearm.cli.arguments import parsed
+from spacearm.cli.terminal import base_rows, show_list, tell_notes, tell_robot
+from spacearm.core.errors import SettingsError
+from spacearm.core.output import require_new
+from spacearm.core.reading import located, read_bytes
+from spacearm.core.version import version
+from spacearm.files import load_problem, load_trajectory
+from spacearm.files.plan_file import save_json
+from spacearm.files.recheck import Recheck, recheck_plan, recheck_trajectory
+from spacearm.files.stated_columns import as_duration
+from spacearm.planner import Problem
+from spacearm.robot.unchecked_pairs import rows_on_unchecked
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """Prove that a saved plan, or a trajectory in CSV or of ROS, is free of collision and within the joint limits at every
+    instant.
+
+    What the file states about itself is not believed, but compared. If the proof does not hold, the exit code is 1.
+
+    Attributes:
+        file: a plan.json, or a trajectory: CSV with a column for the time [s] and one for each joint, or a JointTrajectory of
+            ROS in YAML or JSON.
+        problem: a problem file (YAML) to prove the motion for; none: the problem in the plan.
+        output: write the certificate to this new file, as JSON.
+        interpolation: how a trajectory moves between its rows; none: by what the file gives, straight lines if that is
+            positions only.
+        degrees: the angles of the trajectory are in degrees.
+        unwrap: the angles of the trajectory take the short way from row to row.
+        time_unit: unit of the times in the trajectory; none: as the file says, else seconds.
+        limits: the joint limits that must be kept; a path with corners has no acceleration, so leave that out for one.
+        jerk_limit: jerk limit of every joint [rad/s^3 or m/s^3]; none: jerk is not limited.
+        minimum_clearance: the clearance must be more than this [m].
+        resolution: an interval shorter than this share of the motion is not halved again.
+        json: print the certificate as JSON instead of the summary.
+    """
+
+    file: Annotated[Positional[Path], arg(metavar="FILE")]
+    problem: Annotated[Path | None, arg(metavar="PROBLEM.YAML")] = None
+    output: Annotated[Path | None, arg(metavar="CERTIFICATE.JSON", aliases=("-o",))] = None
+    interpolation: Literal["linear", "cubic", "quintic"] | None = None
+    degrees: bool = False
+    unwrap: bool = False
+    time_unit: Literal["s", "ms", "us", "ns"] | None = None
+    limits: tuple[Literal["position", "velocity", "acceleration"], ...] = ("position", "velocity", "acceleration")
+    jerk_limit: float | None = None
+    minimum_clearance: float = 0.0
+    resolution: float = 1e-7
+    json: bool = False
+
+    @property
+    def of_proof(self) -> dict[str, Any]:
+        """Those that `certify` takes."""
+        names = ("limits", "jerk_limit", "minimum_clearance", "resolution")
+        return {name: getattr(self, name) for name in names}
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command and return its exit code."""
+    options = parsed(Options, arguments, command="certify")
+    if options.output is not None:
+        require_new(options.output, advice="choose another name with -o")
+    problem = None if options.problem is None else load_problem(options.problem)
+    found = _found(options, problem)
+    values = {
+        "spacearm-certificate": 1,
+        "version": version(),
+        "file": options.file.name,
+        "notes": list(found.notes),
+        "contradictions": list(found.certificate.contradictions),
+        "duration_s": found.certificate.trajectory.duration,
+        **found.certificate.as_dict(),
+    }
+    if options.output is not None:
+        save_json(values, options.output)
+    if options.json:
+        print(json.dumps(values, indent=2, allow_nan=False))
+    else:
+        show_list(_summary(found))
+    tell_robot(found.certificate.robot, more="robot.notes in Python")
+    tell_notes(options.file, found.notes)
+    return 0 if found.certificate.holds else 1
+
+
+def _found(options: Options, problem: Problem | None) -> Recheck:
+    if _is_plan(read_bytes(options.file, what="a plan or a trajectory")):
+        with located(options.file):
+            _refuse_for_plans(options)
+        return recheck_plan(options.file, problem, **options.of_proof)
+    if problem is None:
+        raise SettingsError(
+            f"{options.file} is no plan in JSON, so it is taken for a trajectory; give --problem PROBLEM.YAML to prove it for"
+        )
+    trajectory = load_trajectory(
+        problem.robot,
+        options.file,
+        interpolation=options.interpolation,
+        degrees=options.degrees,
+        unwrap=options.unwrap,
+        time_unit=options.time_unit,
+        base=problem.base,
+        base_start=problem.base_start,
+        momentum=problem.momentum,
+    )
+    return recheck_trajectory(problem, trajectory, **options.of_proof)
+
+
+def _is_plan(content: bytes) -> bool:
+    """Whether it is JSON, and no trajectory of ROS."""
+    if not content.lstrip().startswith((b"{", b"[")):
+        return False
+    return b"spacearm-plan" in content or b"joint_names" not in content
+
+
+def _refuse_for_plans(options: Options) -> None:
+    for name in ("interpolation", "degrees", "unwrap", "time_unit"):
+        if getattr(options, name):
+            raise SettingsError(
+                f"--{name.replace('_', '-')} is for trajectories in CSV or of ROS, and this is a plan; leave it out"
+            )
+
+
+def _summary(found: Recheck) -> list[tuple[str, str]]:
+    certificate = found.certificate
+    rows = [("status", certificate.status), ("finding", certificate.message)]
+    if certificate.clearance is not None and certificate.closest is not None:
+        rows.append(
+            ("clearance", f"{certificate.clearance * 1e3:.4g} mm proven, {certificate.closest.clearance * 1e3:.4g} mm measured")
+        )
+    rows += [("file contradicts", text) for text in certificate.contradictions]
+    rows += [("limits", text) for text in certificate.broken_limits] or [("limits", _kept(certificate.checked))]
+    base = certificate.base_findings
+    if base is not None and base.checked and not base.broken_limits:
+        rows.append(("base's limits", _kept([name.replace("_", " ") for name in base.checked])))
+    rows += rows_on_unchecked(certificate.unchecked, certificate.bare)
+    rows.append(("duration", as_duration(certificate.trajectory.duration)))
+    if found.base is not None:
+        rows += base_rows(found.base)
+    if found.agrees is not None:
+        rows.append(("file's certificate", "says the same" if found.agrees else "says otherwise"))
+    rows += [
+        ("problem", f"SHA-256 {certificate.problem_hash}"),
+        ("trajectory", f"SHA-256 {certificate.trajectory_hash}"),
+        ("looked at", f"{certificate.evaluations} configurations, {certificate.seconds * 1e3:.0f} ms, {certificate.witness}"),
+    ]
+    return rows
+
+
+def _kept(checked: Sequence[str]) -> str:
+    return f"kept for all t: {', '.join(checked)}" if checked else "not looked at"

@@ -1,0 +1,60 @@
+"""`spacearm paper`: the paper's experiment, from its runs to its figures."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import OmitArgPrefixes, arg
+
+from spacearm.cli.arguments import parsed
+from spacearm.cli.results_folder import results_folder
+from spacearm.cli.terminal import progress_bar, show_table
+from spacearm.study.paper_experiment import run_experiment
+from spacearm.study.paper_problem import PaperSettings
+from spacearm.study.paper_report import LEGEND, path_notes, report_as_dict, save_report, table_rows
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """Run the experiment of Zhang et al. 2022: each method many times, Table 3 beside the numbers of the paper, Figures 4-9,
+    and report.json with every declared reading.
+
+    Attributes:
+        output: a new or empty folder for tables, figures and report.json.
+        no_figures: do not draw Figures 4-9 and the comparison, which takes most of the time.
+        json: print the report as JSON instead of the tables.
+        experiment: what is run.
+    """
+
+    output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
+    no_figures: bool = False
+    json: bool = False
+    experiment: Annotated[PaperSettings, OmitArgPrefixes] = field(default_factory=PaperSettings)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command and return its exit code."""
+    options = parsed(Options, arguments, command="paper")
+    with results_folder(options.output) as folder:
+        with progress_bar("runs") as bar:
+            experiment = run_experiment(options.experiment, progress=bar)
+        with progress_bar("report" if options.no_figures else "figures") as bar:
+            written = save_report(experiment, folder, figures=not options.no_figures, progress=bar)
+    if options.json:
+        print(json.dumps(report_as_dict(experiment), indent=2, allow_nan=False))
+        return 0
+    for title, header, rows in table_rows(experiment):
+        show_table(title.replace("; ", "\n", 1), header, rows)
+    for line in (*LEGEND, *path_notes(experiment)):
+        print(line)
+    print(f"\nreport: {folder / 'report.json'}")
+    figures = [path for path in written if path.suffix == ".png"]
+    if figures:
+        print(f"figures: {len(figures)}, as PNG and PDF, in {figures[0].parent}")
+    print(f"{experiment.seconds:.1f} s for the runs and their planned paths", file=sys.stderr)
+    return 0

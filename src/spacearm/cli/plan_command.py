@@ -1,0 +1,223 @@
+"""`spacearm plan`: from a problem.yaml to a proven motion."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from tyro.conf import Positional, arg
+
+from spacearm.cli.arguments import parsed
+from spacearm.cli.results_folder import results_folder
+from spacearm.cli.terminal import base_rows, progress_bar, show_list, tell_notes, tell_robot
+from spacearm.core.checks import shown
+from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.interrupts import unbroken
+from spacearm.core.output import write_new
+from spacearm.core.reading import located
+from spacearm.core.records import whole
+from spacearm.files import load_problem_file, plan_as_dict, save_plan, save_trajectory, write_aem, write_ros_trajectory
+from spacearm.files.ccsds_attitude import as_epoch
+from spacearm.files.stated_columns import as_duration
+from spacearm.planner import ParetoFront, Plan, pareto_front, plan
+from spacearm.planner.pareto import require_choice
+from spacearm.robot.unchecked_pairs import rows_on_unchecked
+
+_WRONG = ("no_envelope", "start_in_collision", "goal_in_collision")
+"""As given: the input's fault, and there is nothing to search for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """Plan a collision-free motion within all limits, prove it, and write it down.
+
+    If no motion is found, plan.json holds the best one seen, and the exit code is 1.
+
+    Attributes:
+        problem: a problem file (YAML): robot, scene, start and goal; it holds the planner's settings too.
+        output: a new or empty folder for plan.json, trajectory.csv and figures.
+        seed: the random seed, which repeats a plan; none: a new one is drawn, and recorded in plan.json.
+        no_figures: do not draw the path, the joints over time, the clearance, and how a floating base moves.
+        json: print the content of plan.json instead of the summary.
+        export: also write the trajectory for other programs: aem writes trajectory.aem, the attitude of the base as CCSDS
+            defines it; ros writes trajectory.ros.json, messages of ROS 2.
+        epoch: date and time at which the motion begins, for aem; none: the file states no date.
+        pareto: plan so many more motions between quick and gentle to a floating base, and draw the duration against the peak
+            angle of the base.
+    """
+
+    problem: Annotated[Positional[Path], arg(metavar="PROBLEM.YAML")]
+    output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
+    seed: int | None = None
+    no_figures: bool = False
+    json: bool = False
+    export: tuple[Literal["aem", "ros"], ...] = ()
+    epoch: Annotated[str | None, arg(metavar="TIME")] = None
+    pareto: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.epoch is not None:
+            as_epoch("--epoch", self.epoch)
+            if "aem" not in self.export:
+                raise SettingsError(f"--epoch is {shown(self.epoch)}, and no file needs it, expected --export aem with it")
+        if self.pareto is not None:
+            whole("pareto", self.pareto, at_least=2, at_most=1000)
+        if self.seed is not None:
+            whole("seed", self.seed, at_least=0, at_most=2**63 - 1)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command and return its exit code."""
+    options = parsed(Options, arguments, command="plan")
+    file = load_problem_file(options.problem)
+    tell_notes(options.problem, file.problem.scene.notes)
+    if options.pareto is not None:
+        with located(options.problem):
+            require_choice(file.problem, "peak")
+    with results_folder(options.output) as folder:
+        with progress_bar("planning") as bar, located(options.problem):
+            found = plan(file.problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
+            if found.status in _WRONG and found.goal_search is None:
+                raise ProblemError(found.message)
+        written = _save(found, folder, figures=not options.no_figures and not found.interrupted)
+        if found.interrupted:
+            raise KeyboardInterrupt  # with what was found until then written down
+        written += _export(found, folder, options.export, epoch=options.epoch)
+        if options.pareto is not None and found.found:
+            written += _save_pareto(found, folder, points=options.pareto, figures=not options.no_figures)
+    tell_robot(found.problem.robot, more=f"plan.json in {options.output} (problem.robot.notes)")
+    tell_notes(options.problem, () if found.trajectory is None else found.trajectory.notes)
+    if options.json:
+        print(json.dumps(plan_as_dict(found), indent=2))
+    else:
+        show_list(_summary(found, folder, written))
+    if not found.found:
+        print(f"spacearm: {found.message}", file=sys.stderr)
+    return 0 if found.found else 1
+
+
+def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
+    """Write the plan's files; return their names. An unproven motion is no trajectory for anyone to execute."""
+    save_plan(found, folder / "plan.json")
+    written = ["plan.json"]
+    if found.found and found.trajectory is not None:
+        notes = save_trajectory(found.trajectory, folder / "trajectory.csv", jerk_limit=found.settings.jerk_limit)
+        tell_notes(folder / "trajectory.csv", notes)
+        written.append("trajectory.csv")
+    if figures and found.trajectory is not None:
+        with unbroken():
+            from spacearm.show import save_plan_figures
+
+        with progress_bar("figures") as bar:
+            bar(0, 0, "path, joints and clearance")
+            written += [path.name for path in save_plan_figures(found, folder) if path.suffix == ".png"]
+    return written
+
+
+def _export(found: Plan, folder: Path, kinds: Sequence[str], *, epoch: str | None) -> list[str]:
+    """Write a proven trajectory in the formats asked for; return the files' names.
+
+    Raises:
+        SettingsError: an epoch that is no date.
+    """
+    if not found.found or found.trajectory is None:
+        return []
+    written = []
+    if "aem" in kinds:
+        write_aem(found.trajectory, folder / "trajectory.aem", start_epoch=epoch)
+        written.append("trajectory.aem")
+    if "ros" in kinds:
+        path = folder / "trajectory.ros.json"
+        tell_notes(path, write_ros_trajectory(found.trajectory, path, jerk_limit=found.settings.jerk_limit))
+        written.append("trajectory.ros.json")
+    return written
+
+
+def _save_pareto(found: Plan, folder: Path, *, points: int, figures: bool) -> list[str]:
+    """Plan between quick and gentle; write a table, every plan and a figure; return the files' names.
+
+    Raises:
+        ProblemError: a problem whose base is fixed, or that states its duration.
+    """
+    with progress_bar("quick or gentle") as bar:
+        front = pareto_front(found.problem, found.settings, points=points, rng=found.seed, progress=bar)
+    if not front.plans:
+        return []
+    plans = [f"pareto_{i:02d}.json" for i in range(1, len(front.plans) + 1)]
+    for name, member in zip(plans, front.plans, strict=True):
+        save_plan(member, folder / name)
+    write_new(folder / "pareto.csv", _pareto_table(front, plans))
+    written = ["pareto.csv", *plans]
+    if figures:
+        from spacearm.core.version import version
+
+        with unbroken():
+            from spacearm.show import figure_pareto, save_figure
+
+            figure = figure_pareto(front, title=found.problem.robot.name)
+        provenance = {"Title": "spacearm plan --pareto", "Author": f"spacearm {version()}", "Subject": f"seed {found.seed}"}
+        png, _ = save_figure(figure, folder / "pareto", provenance=provenance)
+        written.append(png.name)
+    return written
+
+
+def _pareto_table(front: ParetoFront, plans: Sequence[str]) -> str:
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(["plan", "duration_s", "base_peak_deg", "on_front"])
+    for name, duration, angle, best in zip(plans, front.durations, front.disturbances, front.best, strict=True):
+        rows.writerow([name, f"{duration:.9g}", f"{math.degrees(angle):.9g}", int(best)])
+    return text.getvalue()
+
+
+def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[str, str]]:
+    rows = [("status", found.status), ("seed", str(found.seed)), ("goal configurations", _goals(found))]
+    if found.history:
+        first, last = found.history[0], found.history[-1]
+        rows.append(
+            (
+                "search",
+                f"first motion after {first.seconds * 1e3:.3g} ms ({first.by}), the best after {last.seconds * 1e3:.3g} ms "
+                f"({last.by}); {found.evaluations} motions looked at, {found.proofs} proven or refuted",
+            )
+        )
+    if found.trajectory is not None:
+        rows += [
+            ("joint path length", f"{found.fitness['length']:.4f} {_unit(found)}"),
+            ("duration", as_duration(found.trajectory.duration)),
+        ]
+    if found.base is not None:
+        rows += base_rows(found.base)
+    if found.margins is not None and found.margins.lowered:
+        rows.append(("margin", found.margins.message))
+    if found.certificate is not None:
+        rows.append(("certificate", f"{found.certificate.status}: {found.certificate.message}"))
+        rows += rows_on_unchecked(found.certificate.unchecked, found.certificate.bare)
+    rows += [("note", note) for note in found.problem.notes]
+    rows.append(("time", ", ".join(f"{name} {seconds * 1e3:.0f} ms" for name, seconds in found.timings.items())))
+    rows.append(("written", f"{', '.join(written)} in {folder}"))
+    return rows
+
+
+def _goals(found: Plan) -> str:
+    search = found.goal_search
+    if search is None or not search.searches:
+        return str(len(found.goals))
+    if (
+        found.problem.base_model.follows_arm
+    ):  # where the arm ends depends on how the base turns: these are where the search begins
+        return f"{len(found.goals)} distinct ones to begin with, which would reach the goal if the base stayed"
+    return f"{len(found.goals)} distinct ones, of {search.reached} that reach the goal; {search.in_collision} of these collide"
+
+
+def _unit(found: Plan) -> str:
+    robot = found.problem.robot
+    slides = [robot.is_prismatic(i) for i in range(robot.dof)]
+    return "m" if all(slides) else "rad and m" if any(slides) else "rad"

@@ -1,0 +1,1 @@
+"""The ground floor: errors, checks, records, files, rotations, and the native kernel."""

@@ -1,0 +1,137 @@
+"""Scenes: the obstacles around the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.core.checks import Frozen, is_a_row, shown
+from spacearm.core.errors import SceneError, nearest
+from spacearm.core.exact import product
+from spacearm.core.reading import located
+from spacearm.core.records import record_as_dict, record_from_dict
+from spacearm.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere, SphereSet
+
+Obstacle: TypeAlias = Sphere | Capsule | Box | Cylinder | HalfSpace | SphereSet
+"""Any shape a scene may hold."""
+
+_SHAPES = (Sphere, Capsule, Box, Cylinder, HalfSpace, SphereSet)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene(Frozen):
+    """What the arm must keep clear of.
+
+    Attributes:
+        obstacles: any iterable of obstacles; kept as a tuple. Empty is allowed: free space.
+
+    Raises:
+        SceneError: something that is no obstacle; its place is named.
+    """
+
+    obstacles: tuple[Obstacle, ...] = ()
+
+    if TYPE_CHECKING:  # what is taken is wider than what is kept
+
+        def __init__(self, obstacles: Iterable[Obstacle] = ()) -> None: ...
+
+    def __post_init__(self) -> None:
+        given: Any = self.obstacles
+        if isinstance(given, (*_SHAPES, str, bytes, dict)) or not is_a_row(given):
+            raise SceneError(f"obstacles is {shown(given)}, expected a list of them; write Scene([Sphere(...), ...])")
+        obstacles = tuple(given)
+        for i, item in enumerate(obstacles):
+            if not isinstance(item, _SHAPES):
+                names = ", ".join(shape.__name__ for shape in _SHAPES)
+                raise SceneError(f"obstacles[{i}] is {shown(item)}, expected an obstacle: {names}")
+        object.__setattr__(self, "obstacles", obstacles)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was found and assumed in enclosing its meshes, a sentence each, the obstacle named."""
+        named = [(self.called(i), item) for i, item in enumerate(self.obstacles) if isinstance(item, SphereSet)]
+        return tuple(f"obstacle {name}: {note}" for name, item in named for note in item.notes)
+
+    def called(self, index: int) -> str:
+        """Return what a message calls an obstacle: its name, or its place in the list."""
+        name = self.obstacles[index].name
+        return f"'{name}'" if name else f"{index}"
+
+
+# ---- A scene told in another frame -----------------------------------------------------------------------------------
+
+Array = NDArray[np.float64]
+
+
+def moved_scene(scene: Scene, T: Array) -> Scene:
+    """Return a scene with every point p of it at T p; names stay.
+
+    Args:
+        scene: the obstacles.
+        T: (4, 4) a rigid transform [m].
+    """
+    return Scene([_moved(obstacle, T) for obstacle in scene.obstacles])
+
+
+def _moved(obstacle: Obstacle, T: Array) -> Obstacle:
+    def at(points: Array) -> Array:
+        return product(points, T[:3, :3].T) + T[:3, 3]
+
+    if isinstance(obstacle, Sphere):
+        return replace(obstacle, center=at(obstacle.center))
+    if isinstance(obstacle, Capsule):
+        return replace(obstacle, a=at(obstacle.a), b=at(obstacle.b))
+    if isinstance(obstacle, (Box, Cylinder)):
+        return replace(obstacle, pose=product(T, obstacle.pose))
+    if isinstance(obstacle, HalfSpace):
+        return replace(obstacle, normal=product(T[:3, :3], obstacle.normal), point=at(obstacle.point))
+    return replace(obstacle, centers=at(obstacle.centers))
+
+
+# ---- Scenes as plain values, so that a file may hold one in full -----------------------------------------------------
+
+_SHAPES_PLAIN: dict[str, type[Obstacle]] = {
+    "sphere": Sphere,
+    "capsule": Capsule,
+    "box": Box,
+    "cylinder": Cylinder,
+    "half_space": HalfSpace,
+    "sphere_set": SphereSet,
+}
+
+
+def scene_as_list(scene: Scene, *, notes: bool = True) -> list[dict[str, Any]]:
+    """Return a scene's obstacles as plain values: each a mapping from the shape's name to its attributes.
+
+    Args:
+        scene: the obstacles.
+        notes: with what was found in enclosing meshes; a hash is made without.
+    """
+    names = {shape: name for name, shape in _SHAPES_PLAIN.items()}
+    every = [(names[type(item)], record_as_dict(item)) for item in scene.obstacles]
+    return [{name: {key: value for key, value in values.items() if notes or key != "notes"}} for name, values in every]
+
+
+def scene_from_list(values: Any) -> Scene:
+    """Make a scene of plain values, the same bit for bit as the one that `scene_as_list` was given.
+
+    Raises:
+        SceneError: values that are no scene; the obstacle is named.
+    """
+    if not isinstance(values, list):
+        raise SceneError(f"obstacles is {shown(values)}, expected a list")
+    return Scene([_obstacle(value, f"obstacles[{i}]") for i, value in enumerate(values)])
+
+
+def _obstacle(value: Any, what: str) -> Obstacle:
+    if not isinstance(value, dict) or len(value) != 1:
+        raise SceneError(f"{what} is {shown(value)}, expected a mapping with one key: {', '.join(_SHAPES_PLAIN)}")
+    name, attributes = next(iter(value.items()))
+    if name not in _SHAPES_PLAIN:
+        raise SceneError(f"{what} is a {shown(name)}, which is no shape; {nearest(str(name), _SHAPES_PLAIN)}")
+    with located(what):
+        return record_from_dict(_SHAPES_PLAIN[name], attributes, name, SceneError)

@@ -1,1 +1,0 @@
-"""Problem and plan files: what they hold, read and written."""

@@ -1,1 +1,0 @@
-"""MoveIt's planning scenes and motion requests, read as they are."""

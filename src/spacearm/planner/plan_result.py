@@ -1,0 +1,215 @@
+"""What a motion does to its base, and whether it ends as was asked: float64, apart from the search."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.core.errors import ProblemError
+from spacearm.core.rotations import angle, conjugate, multiplied, quaternion_of
+from spacearm.motion import AnyTrajectory, Trajectory
+from spacearm.planner.clearance import Margins
+from spacearm.planner.explanations import EndReport
+from spacearm.planner.goal_reach import pose_errors, tolerances
+from spacearm.planner.goals import PoseGoal, PositionGoal
+from spacearm.planner.inverse_kinematics import GoalConfigurations
+from spacearm.planner.planner_settings import PlannerSettings
+from spacearm.planner.problem import Problem
+from spacearm.proof import Certificate
+from spacearm.proof.base_setup import base_setup_of, exceeded
+from spacearm.proof.base_track import BaseProof, begun_base_proof
+from spacearm.robot import forward_kinematics
+from spacearm.robot.unchecked_pairs import lacks_envelope, words_on_unchecked
+
+_STEPS = 1e9  # a factor of time is a whole number of shares so small
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BaseReport:
+    """A base that is moved, over a trajectory; by the proof's bounds, so nothing between instants is missed.
+
+    Attributes:
+        final: angle between the base's attitudes at the end and at the beginning [rad].
+        peak: the angle from the attitude at the beginning, at most, at any time [rad].
+        rate: how fast the base turns, at most, at any time [rad/s].
+        joint_momentum: the arm's angular momentum, of its joints' motion alone, at most, at any time [N m s].
+        goal_distance: by how much the end effector misses its goal [m]; None for a goal in joint space.
+        goal_angle: likewise [rad].
+        base_angle: by how much the base misses its goal attitude [rad]; None if it has none.
+        missed: what is not as was asked, a phrase each; empty if all is.
+    """
+
+    final: float
+    peak: float
+    rate: float
+    joint_momentum: float
+    goal_distance: float | None = None
+    goal_angle: float | None = None
+    base_angle: float | None = None
+    missed: tuple[str, ...] = ()
+
+
+def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
+    """Report on the base of a problem's trajectory, which the arm moves.
+
+    Raises:
+        ProblemError: the problem's base is fixed, or the momentum turns it too often.
+    """
+    base = _base_of(problem, trajectory)
+    figures, T_w_b = base.figures(), base.at_end()
+    missed = list(exceeded(figures, problem.base_limits))
+    distance = off = None
+    if isinstance(problem.goal, (PositionGoal, PoseGoal)):
+        q = trajectory.sample(trajectory.duration).q
+        T = T_w_b @ forward_kinematics(problem.robot, q, frame=problem.goal.frame)
+        distance, off = (float(error[0]) for error in pose_errors(problem.goal, T[None]))
+        near, turn = tolerances(problem.goal)
+        lever = float(np.linalg.norm(T[:3, 3] - base.turns_about_at_end()))
+        if distance + figures.error * lever > near or off + figures.error > turn:
+            angle_too = f" and {math.degrees(off):.3g} deg" if isinstance(problem.goal, PoseGoal) else ""
+            missed.append(f"the end effector misses its goal by {distance * 1e3:.4g} mm{angle_too}")
+    base_angle = None
+    if problem.base_goal is not None:
+        at_end = quaternion_of(T_w_b[:3, :3])
+        base_angle = float(angle(multiplied(conjugate(problem.base_goal.attitude_wxyz), at_end)))
+        if base_angle + figures.error > problem.base_goal.tolerance:
+            missed.append(f"the base misses its goal attitude by {math.degrees(base_angle):.4g} deg")
+    return BaseReport(
+        final=figures.final,
+        peak=figures.peak,
+        rate=figures.rate,
+        joint_momentum=figures.joint_momentum,
+        goal_distance=distance,
+        goal_angle=off,
+        base_angle=base_angle,
+        missed=tuple(missed),
+    )
+
+
+def within_base_limits(problem: Problem, trajectory: Trajectory) -> float:
+    """Return by what factor a trajectory must be slower, 1 or more, for the base to keep its limits of rate and momentum."""
+    figures, limits = _base_of(problem, trajectory).figures(), problem.base_limits
+    shares = [
+        value / limit
+        for value, limit in ((figures.rate, limits.rate), (figures.joint_momentum, limits.joint_momentum))
+        if limit is not None
+    ]
+    factor = max([1.0, *shares])
+    # The proof's figures are other people's arithmetic, whose last digits depend on the processor; a duration's must not.
+    return factor if factor == 1 else math.ceil(factor * _STEPS) / _STEPS
+
+
+def _base_of(problem: Problem, trajectory: AnyTrajectory) -> BaseProof:
+    if not problem.base_model.follows_arm:
+        raise ProblemError("the problem's base is fixed, expected one that floats; give base='floating'")
+    return begun_base_proof(problem.robot, trajectory, base_setup_of(problem, problem.robot, who="problem"))
+
+
+# ---- What planning gives back ----------------------------------------------------------------------------------------
+
+Array = NDArray[np.float64]
+
+STATUSES = {
+    "found": "a motion was found and proven",
+    "no_envelope": "the robot has no envelope",
+    "start_in_collision": "the start is in collision",
+    "goal_in_collision": "the goal is in collision",
+    "goal_unreachable": "no collision-free configuration that reaches the goal was found",
+    "not_found": "no collision-free motion was found",
+    "not_proven": "a motion was found, but its proof does not hold",
+}
+"""How planning ends."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Improvement:
+    """A motion better than those before it, as the search saw it.
+
+    Attributes:
+        seconds: of searching before it, on its island.
+        evaluations: candidate motions looked at before it, on its island.
+        fitness: its weighted sum.
+        by: "straight", "rrt_connect", "refine" or "swarm".
+        goal: index into the plan's goal configurations.
+        interior_points: its control points.
+        island: which search found it.
+    """
+
+    seconds: float
+    evaluations: int
+    fitness: float
+    by: str
+    goal: int
+    interior_points: int
+    island: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Plan:
+    """A motion, or why there is none.
+
+    Attributes:
+        status: a key of `STATUSES`.
+        problem: what was planned.
+        settings: of the planner.
+        seed: repeats the plan with them.
+        trajectory: the motion in time; if none was proven, the best that was seen; None if there is no goal configuration.
+        certificate: of the trajectory.
+        goals: (g, n) the goal configurations planned to, nearest first.
+        goal_search: how these were found; None if they were given.
+        ends: what is wrong with the start or the goal, with the pairs in contact.
+        base: of a floating base: how the trajectory turns it, and whether it ends as was asked; None for a fixed one.
+        fitness: the trajectory's, by term, as `Weights` names them.
+        history: the improvements in order, as the search saw them.
+        proofs: how many motions were given to the proof.
+        evaluations: candidate motions looked at.
+        interrupted: whether it was ended from outside.
+        timings: seconds by stage: "prepare", "goals", "search", "certify"; what is left of "total" is Python between them.
+        margins: the clearances that the search asked for, and which of them were lowered; None if there was no search.
+        advice: what to do if there is no motion.
+    """
+
+    status: str
+    problem: Problem
+    settings: PlannerSettings
+    seed: int
+    trajectory: Trajectory | None
+    certificate: Certificate | None
+    goals: Array
+    goal_search: GoalConfigurations | None
+    ends: EndReport
+    base: BaseReport | None
+    fitness: dict[str, float]
+    history: tuple[Improvement, ...]
+    proofs: int
+    evaluations: int
+    interrupted: bool
+    timings: dict[str, float]
+    margins: Margins | None = None
+    advice: str = ""
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a proven motion."""
+        return self.status == "found"
+
+    @property
+    def message(self) -> str:
+        """The outcome in a sentence."""
+        if self.status == "no_envelope":
+            return lacks_envelope(self.problem.robot)
+        if self.ends.message:
+            return self.ends.message
+        text = STATUSES[self.status]
+        proven = self.certificate is not None and (self.certificate.holds or self.certificate.fails_by_base_limits)
+        if self.status == "not_proven" and proven:
+            text = "a motion was found and proven free of collision, but it is not all that was asked for"
+        text += "; it was interrupted" if self.interrupted else ""
+        left_out = ""
+        if self.found and self.certificate is not None:
+            left_out = words_on_unchecked(self.certificate.unchecked, self.certificate.bare, counted=False)
+        lowered = "" if self.margins is None else self.margins.message
+        return "; ".join(part for part in (text, left_out, self.advice, lowered) if part)

@@ -1,0 +1,182 @@
+"""Settings of the planner."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from spacearm.core.checks import as_number, dimensions_of, shown
+from spacearm.core.errors import SettingsError
+from spacearm.core.records import one_of, require_settings, setting_names, settings, whole
+from spacearm.swarm import IPSO, PSO
+from spacearm.swarm.minimizer import MOST_THREADS
+
+# Upper bounds: what counters, float32 and memory can bear, far beyond what is of use.
+_COUNTABLE = 2**62
+_LONGEST = 1e9  # [s]
+_WIDEST = 1e3  # [m]
+_WEIGHTS = 1e-12, 1e12
+_JERKS = 1e-9, 1e12
+_MOST_GOALS = 256
+_MOST_PROOFS = 1000
+_MOST_TURNS = 64
+_MOST_PARTICLES = 100_000
+_EVALUATIONS = 20_000
+TIME_LAWS = ("uniform", "time_optimal")
+SWARM = PSO(particles=16, iterations=400, inertia=0.6, cognitive=1.49, social=1.49, neighbours=3, start_velocity=0.02)
+"""The swarm of motions: small, on a ring, and slow to start, for it begins near motions that are known to be good."""
+
+
+@settings
+class Weights:
+    """What makes a motion better: the fitness is the weighted sum of these terms, each 0 or more.
+
+    Attributes:
+        length: joint path length [rad or m].
+        duration: the fastest uniform time within the velocity, acceleration and jerk limits [s].
+        tip: path length of the end effector [m].
+        clearance: mean over the motion of what the clearances lack to `PlannerSettings.comfort`, summed over pairs [m].
+        smoothness: mean of |q'''|^2, the third derivative over s in [0, 1] [rad^2 or m^2].
+        f1: the seed's eq. (5), mean over the motion: distances of the joint centres from the obstacles' centres [m].
+        f2: eq. (6): distance of the end effector from where it ends, squared and 1 more, then its root [m].
+        f3: eq. (7): that distance [m].
+        base_final: of a floating base: the angle that it has turned by at the end [rad].
+        base_peak: the greatest angle that it is turned by at any time [rad].
+        base_rate: its greatest rate [rad/s].
+        joint_momentum: the arm's greatest angular momentum, of its joints' motion alone [N m s].
+    """
+
+    length: float = 1.0
+    duration: float = 0.0
+    tip: float = 0.0
+    clearance: float = 0.0
+    smoothness: float = 0.0
+    f1: float = 0.0
+    f2: float = 0.0
+    f3: float = 0.0
+    base_final: float = 0.0
+    base_peak: float = 0.0
+    base_rate: float = 0.0
+    joint_momentum: float = 0.0
+
+    def __post_init__(self) -> None:
+        least, most = _WEIGHTS
+        values = [
+            as_number(f"weight {name}", getattr(self, name), SettingsError, at_least=0, at_most=most)
+            for name in setting_names(Weights)
+        ]
+        for name, value in zip(setting_names(Weights), values, strict=True):
+            if 0 < value < least:
+                raise SettingsError(f"weight {name} is {value:g}, expected 0, or {least:g} up to {most:g}")
+        if not any(values):
+            raise SettingsError("all weights are 0, expected at least one above 0; weigh the length if nothing else counts")
+
+
+@settings
+class PlannerSettings:
+    """How a motion is searched for, and when the search ends.
+
+    It ends when the budget of evaluations or of time is spent, or when it has converged. Without a time budget the same
+    seed gives the same motion, on any number of threads. Where a proof fails, a quarter of the evaluations is added each time,
+    never of the time.
+
+    Attributes:
+        evaluations: candidate motions that each island looks at; None: 20,000, or no limit where `time_budget` or
+            `convergence` is given. Where a floating base's end is asked for, moving a candidate there counts too: a look at
+            the end as a 32nd.
+        time_budget: planning ends after this time [s]: goal configurations, motions, proofs, and what is tried again where a
+            proof failed, for which a fifth is kept. Once and however little it is there are the first swarms for the goal, a
+            look at the straight motions, and the proof of the best motion; where that fails, others are tried until 0.15 s
+            after the beginning. None: no limit.
+        convergence: evaluations without an improvement of 0.1 %, or without any motion, after which an island ends; None:
+            never.
+        stop_at_first: be content with the first motion.
+        weights: of the fitness' terms.
+        margin: clearance asked for at the instants that are looked at [m]; of a pair that is closer than twice that at the
+            start or a goal it is half of what it has there, and the plan's `margins` say so.
+        comfort: clearance beyond which the term `clearance` asks for no more [m].
+        interior_points: control points of the swarm's motions, one number or several that take turns; two more each where
+            a floating base's end or greatest turn is asked for.
+        swarm: PSO or IPSO; its iterations are the most of one turn.
+        goal_candidates: for a goal in space: the most distinct configurations that are planned to.
+        islands: searches side by side, each with a stream of random numbers of its own; the best motion counts.
+        threads: that islands and goal searches are spread over; None: one a core.
+        time_law: "uniform" or "time_optimal": smooth and quicker, and slower to compute.
+        jerk_limit: of every joint [rad/s^3 or m/s^3]; None: none.
+        proofs: how often a motion whose proof failed is replaced by another one.
+    """
+
+    evaluations: int | None = None
+    time_budget: float | None = None
+    convergence: int | None = None
+    stop_at_first: bool = False
+    weights: Weights = Weights()
+    margin: float = 0.002
+    comfort: float = 0.05
+    interior_points: tuple[int, ...] = (2, 3)
+    swarm: PSO | IPSO = SWARM
+    goal_candidates: int = 8
+    islands: int = 1
+    threads: int | None = 1
+    time_law: str = "uniform"
+    jerk_limit: float | None = None
+    proofs: int = 30
+
+    def __post_init__(self) -> None:
+        keep = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        if self.evaluations is not None:
+            whole("evaluations", self.evaluations, at_least=1, at_most=_COUNTABLE)
+        if self.time_budget is not None:
+            as_number("time_budget", self.time_budget, SettingsError, above=0, at_most=_LONGEST, unit="s")
+        if self.convergence is not None:
+            whole("convergence", self.convergence, at_least=1, at_most=_COUNTABLE)
+        if not isinstance(self.stop_at_first, bool):
+            raise SettingsError(f"stop_at_first is {shown(self.stop_at_first)}, expected True or False")
+        keep("weights", _record("weights", self.weights, (Weights,)))
+        keep("swarm", _record("swarm", self.swarm, (PSO, IPSO)))
+        whole("particles of the swarm of motions", self.swarm.particles, at_least=1, at_most=_MOST_PARTICLES)
+        as_number("margin", self.margin, SettingsError, at_least=0, at_most=_WIDEST, unit="m")
+        as_number("comfort", self.comfort, SettingsError, at_least=0, at_most=_WIDEST, unit="m")
+        keep("interior_points", _counts(self.interior_points))
+        whole("goal_candidates", self.goal_candidates, at_least=1, at_most=_MOST_GOALS)
+        whole("islands", self.islands, at_least=1, at_most=256)
+        if self.threads is not None:
+            whole("threads", self.threads, at_least=1, at_most=MOST_THREADS)
+        one_of("time_law", self.time_law, TIME_LAWS)
+        if self.jerk_limit is not None:
+            as_number("jerk_limit", self.jerk_limit, SettingsError, at_least=_JERKS[0], at_most=_JERKS[1])
+        whole("proofs", self.proofs, at_least=1, at_most=_MOST_PROOFS)
+
+    @property
+    def most_evaluations(self) -> int | None:
+        """The limit of evaluations that holds; None if there is none."""
+        if self.evaluations is None and self.time_budget is None and self.convergence is None:
+            return _EVALUATIONS
+        return self.evaluations
+
+
+def _counts(given: Any) -> tuple[int, ...]:
+    rows = (given,) if dimensions_of(given) == 0 else given
+    try:
+        counts = tuple(rows)
+    except TypeError:
+        raise SettingsError(f"interior_points is {shown(given)}, expected whole numbers from 1 to 24") from None
+    if not counts:
+        raise SettingsError("interior_points is empty, expected whole numbers from 1 to 24")
+    if len(counts) > _MOST_TURNS:
+        raise SettingsError(f"interior_points has {len(counts)} numbers, expected at most {_MOST_TURNS}; each is a turn")
+    return tuple(whole("interior_points", count, at_least=1, at_most=24) for count in counts)
+
+
+def _record(name: str, given: Any, kinds: tuple[type, ...]) -> Any:
+    """Take a record, or the mapping that a file holds for the first of the kinds (or the one that `kind` names)."""
+    if isinstance(given, kinds):
+        return given
+    if not isinstance(given, Mapping):
+        raise SettingsError(f"{name} is {shown(given)}, expected {' or '.join(f'{kind.__name__}(...)' for kind in kinds)}")
+    values = dict(given)
+    kind = values.pop("kind", kinds[0].__name__)
+    one_of(f"{name}: kind", kind, tuple(known.__name__ for known in kinds))
+    chosen = next(known for known in kinds if known.__name__ == kind)
+    require_settings(chosen, values)
+    return chosen(**values)

@@ -1,1 +1,0 @@
-"""Which configurations reach a goal, and why none does."""

@@ -1,0 +1,129 @@
+"""Robots by name or by file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from spacearm.core.checks import as_whole, shown
+from spacearm.core.errors import FileFormatError, RobotError, nearest
+from spacearm.core.reading import read_bytes, read_yaml
+from spacearm.robot.assembly import Assembly, SelfCollision, assemble
+from spacearm.robot.build_robot import require_collision
+from spacearm.robot.link_tree import LinkTree
+from spacearm.robot.model import Robot
+from spacearm.robot.robot_yaml import tree_from_yaml
+from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE, urdf_tree
+
+_BUILTIN = resources.files("spacearm.robot") / "builtin"
+
+
+def builtin_robots() -> tuple[str, ...]:
+    """Return the names of the robots that come with spacearm."""
+    return tuple(sorted(Path(entry.name).stem for entry in _BUILTIN.iterdir() if entry.name.endswith(".yaml")))
+
+
+def load_robot(
+    source: str | os.PathLike[str],
+    *,
+    srdf: str | os.PathLike[str] | None = None,
+    group: str | None = None,
+    fixed: Mapping[str, float] | None = None,
+    tip: str | None = None,
+    velocity_limit: float | Mapping[str, float] | ArrayLike | None = None,
+    acceleration_limit: float | Mapping[str, float] | ArrayLike | None = None,
+    position_limits: Mapping[str, tuple[float, float]] | None = None,
+    joint_limits: str | os.PathLike[str] | None = None,
+    collision: Literal["urdf", "none"] = "urdf",
+    capsules_per_shape: int = CAPSULES_PER_SHAPE,
+    self_collision: SelfCollision = "auto",
+    base: Literal["fixed", "floating"] | None = None,
+) -> Robot:
+    """Load a robot that comes with spacearm, or one from a file.
+
+    Args:
+        source: a built-in robot's name, or the path of a URDF file or of a robot file (`yaml_robot` has its
+            format).
+        srdf: path of an SRDF file about the same robot: groups, named configurations, links that may touch.
+        group: name of a group in it; only its joints move. Others stay where `fixed` puts them, else at 0 or
+            the nearest to it that their limits allow, and the robot's notes say so.
+        fixed: joints that are held at a value [rad or m], by name; they are no part of q.
+        tip: name of the link that is the end effector; by default the end of the group's chain, or of the
+            robot's, of those that joints move; needed where there are several.
+        velocity_limit: no joint is to be faster [rad/s or m/s]; needed where the file states no limit, or what means none: 0, a
+            number below, one of 1e4 or more. A number holds for every joint, those that mimic others included; a mapping
+            names joints; an array (n,) has one for each entry of q.
+        acceleration_limit: likewise [rad/s^2 or m/s^2]; where neither the file nor this states one, a joint
+            gets the number of its velocity limit (full speed within one second), and the robot's notes say
+            so.
+        position_limits: (lower, upper) [rad or m] by joint, within those of the file. A sliding joint whose file means none
+            (1e4 m or more) needs them; a turning one is without end there.
+        joint_limits: path of MoveIt's joint_limits.yaml; where it and the robot's file both state a limit, the narrower
+            one holds.
+        collision: "urdf" takes the envelope the file describes; "none" leaves the robot without one, on purpose. A robot
+            that comes out without one otherwise is told in its notes, and not planned with.
+        capsules_per_shape: how many capsules may enclose one cylinder, box or mesh of a URDF, or a box of a robot file
+            that does not say so itself; more hug it closer and take longer in every check. Fewer are used where more do
+            not pay (`envelope_report` tells).
+        self_collision: which links must keep clear of each other. "srdf": all but those that the SRDF allows to
+            touch, and those that meet in every configuration; "computed": those that `find_self_pairs` finds;
+            "none". "auto" is the SRDF where there is one, else computed for a URDF and none for other robots.
+        base: "fixed" or "floating": how the base is held, unless a problem says otherwise. By default as spacearm's own
+            robot file says; else fixed, whatever an SRDF's virtual joint would allow, which a note tells.
+
+    Raises:
+        RobotError: no such built-in robot, group, joint or link, or a robot that cannot be.
+        FileFormatError: a file that is missing, broken or of another format.
+    """
+    require_collision(collision)
+    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1, at_most=MOST_CAPSULES_PER_SHAPE)
+    choices = Assembly(
+        srdf=srdf,
+        group=group,
+        fixed=fixed,
+        tip=tip,
+        velocity_limit=velocity_limit,
+        acceleration_limit=acceleration_limit,
+        position_limits=position_limits,
+        joint_limits=joint_limits,
+        self_collision=self_collision,
+        base=base,
+    )
+    if isinstance(source, str) and _is_name(source):
+        if source not in builtin_robots():
+            raise RobotError(f"robot {shown(source)} is neither a file nor built in; {nearest(source, builtin_robots())}")
+        with resources.as_file(_BUILTIN / f"{source}.yaml") as path:
+            tree = _tree_of_robot_file(path, source, collision, count)
+    elif _is_xml(source):
+        return assemble(urdf_tree(source, collision=collision, capsules_per_shape=count), choices)
+    else:
+        tree = _tree_of_robot_file(source, str(source), collision, count)
+    return assemble(tree, choices)
+
+
+def _tree_of_robot_file(path: str | os.PathLike[str], source: str, collision: str, count: int) -> LinkTree:
+    file = read_yaml(path, key="spacearm-robot", what="a robot file")
+    tree = tree_from_yaml(file, source=source, capsules_per_shape=count)
+    return replace(tree, capsules=(), with_envelope=False) if collision == "none" else tree
+
+
+def _is_name(source: str) -> bool:
+    """Whether a string is to be a built-in robot's name; write ./name for a file that is called like one."""
+    return source in builtin_robots() or not (Path(source).suffix or "/" in source or os.path.exists(source))
+
+
+def _is_xml(source: str | os.PathLike[str]) -> bool:
+    content = read_bytes(source, what="a robot: a URDF or a robot file")
+    if content.lstrip(b"\xef\xbb\xbf\xff\xfe \0\t\r\n").startswith(b"<"):
+        return True
+    if Path(source).suffix.lower() in (".urdf", ".xml", ".xacro"):
+        if b"<robot" in content:  # behind a line that a program printed
+            return True
+        raise FileFormatError(f"{source} holds no XML, expected a URDF (<robot ...>); check the path")
+    return False

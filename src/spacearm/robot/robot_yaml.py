@@ -1,0 +1,305 @@
+"""Robots as YAML: the format of the built-in ones, and of any other arm.
+
+Key by key::
+
+    spacearm-robot: 1          # format and version
+    name: my_arm               # for people
+    notes: [...]               # optional sentences: where the numbers are from, what was assumed
+    base: floating             # how the base is held, unless a problem says otherwise: fixed (default) or floating
+    tip: hand                  # the link that is the end effector; optional where there is one chain
+    link_radius: 0.05          # optional: the radius of capsules that state none [m]
+    joints:
+      - name: elbow            # unique
+        kind: revolute         # revolute, continuous (turns without end), prismatic or fixed
+        parent: upper_arm      # a link; links exist by being named, and one, the base, is no joint's child
+        child: forearm         # the link that the joint moves
+        xyz: [0, 0.6, 0]       # origin of the child's frame in the parent's at value 0 [m]; default 0 0 0
+        rpy: [0, 0, 1.57]      # its orientation: turns about the parent's fixed x, y, z [rad]; default 0 0 0
+        rpy_deg: [0, 0, 90]    #   or in degrees
+        axis: [0, 0, 1]        # direction of the axis in the child's frame; any joint but fixed needs it
+        lower: -1.5            # limits [rad, or m for a prismatic joint]; revolute and prismatic need them
+        upper: 1.5
+        lower_deg: -90         #   or in degrees
+        upper_deg: 90
+        velocity: 1.0          # limit [rad/s or m/s]
+        acceleration: 1.0      # limit [rad/s^2 or m/s^2]; default: full speed within one second
+        mimic: {joint: shoulder, multiplier: -1, offset: 0}   # follows another joint; default 1 and 0
+    capsules:                  # optional: what encloses the links; the segment's ends in the link's frame [m]
+      - {link: forearm, from: [0, 0, 0], to: [0, 0.4, 0], radius: 0.05}
+    boxes:                     # optional: boxes on the links, each enclosed in parallel capsules
+      - {link: panel, size: [3, 6, 0.1], xyz: [0, 4, 0], rpy_deg: [0, 0, 0], capsules: 9}
+                               #   edges and centre [m]; rpy [rad] instead of rpy_deg; capsules: how many at most
+    masses:                    # optional: of links, each once
+      - {link: forearm, mass: 12, com: [0, 0.2, 0], inertia: [0.2, 0.1, 0.2, 0, 0, 0]}
+                               #   [kg]; centre of mass in the link's frame [m], default 0 0 0; moments about that centre along
+                               #   the axes of the link's frame: the matrix's entries xx, yy, zz, xy, xz, yz [kg m^2]
+    configurations:            # optional: named ones
+      - {name: home, q: [0, 0.5]}        # a value for each joint that moves and follows no other, in the order of joints
+      - {name: out, q_deg: [0, 90]}      #   or in degrees where all of them turn
+    self_collision: none       # optional: computed, or the pairs of links that must keep clear: [[base, forearm], ...]
+
+A link's frame is that of the joint whose child it is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.core.checks import as_number, as_readonly, as_whole, shown
+from spacearm.core.errors import RobotError, nearest
+from spacearm.core.reading import YamlFile
+from spacearm.core.rotations import rotation_from_rpy
+from spacearm.robot.envelope_report import box_capsules
+from spacearm.robot.link_tree import LONGEST, LinkJoint, LinkMass, LinkTree, Mimic
+
+if TYPE_CHECKING:
+    from spacearm.robot.robot_schema import BoxModel, CapsuleModel, ConfigurationModel, JointModel, MassModel, RobotModel
+
+# ---- Boxes, masses and configurations of a robot file; `yaml_robot` explains the keys --------------------------------
+
+Array = NDArray[np.float64]
+
+_MOST = 1000  # capsules around one box
+_ROUNDING = 1e-9  # share of the largest moment
+
+Stated = tuple[str, tuple[tuple[str, float], ...]]
+"""A configuration: its name, and the value of each joint that it names [rad or m]."""
+
+
+def capsules_of_box(box: BoxModel, links: Sequence[str], count: int) -> list[tuple[str, Array, Array, float]]:
+    """Enclose a box in capsules, (link, a, b, radius) in the link's frame [m].
+
+    Args:
+        box: as the file has it.
+        links: names of the robot's.
+        count: how many capsules at most, if the box does not say it.
+
+    Raises:
+        RobotError: a link that is not there, or edges or a number of capsules that are none.
+    """
+    where = f"box of link '{box.link}'"
+    require_link(where, box.link, links)
+    size = as_readonly(f"{where}: size", box.size, (3,), RobotError)
+    if not (size > 0).all() or size.max() > LONGEST:
+        raise RobotError(f"{where}: size is {size.tolist()}, expected three edges above 0 and at most {LONGEST:g} [m]")
+    T = placed(where, box)
+    if box.count is not None:
+        count = as_whole(f"{where}: capsules", box.count, RobotError, at_least=1, at_most=_MOST)
+    capsules = box_capsules(tuple(size.tolist()), count)
+    return [(box.link, T[:3, :3] @ c.a + T[:3, 3], T[:3, :3] @ c.b + T[:3, 3], c.radius) for c in capsules]
+
+
+def link_mass(mass: MassModel, links: Sequence[str], earlier: Sequence[str]) -> LinkMass:
+    """Make a link's mass of what the file states.
+
+    Raises:
+        RobotError: a link that is not there, or has a mass already, or numbers that are no body's.
+    """
+    where = f"mass of link '{mass.link}'"
+    require_link(where, mass.link, links)
+    if mass.link in earlier:
+        raise RobotError(f"{where} is there twice, expected once; add them up, or give the second its own link")
+    xx, yy, zz, xy, xz, yz = as_readonly(
+        f"{where}: inertia", mass.inertia, (6,), RobotError, advice="give the entries xx, yy, zz, xy, xz, yz"
+    )
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    require_of_a_body(where, inertia)
+    return LinkMass(
+        mass.link,
+        as_number(f"{where}: mass", mass.mass, RobotError, above=0, unit="kg"),
+        as_readonly(f"{where}: com", mass.com, (3,), RobotError),
+        inertia,
+    )
+
+
+def require_of_a_body(where: str, inertia: Array) -> None:
+    """Refuse an inertia (3, 3) with a principal moment below 0, or one above the sum of the other two.
+
+    Raises:
+        RobotError: it is one.
+    """
+    least, middle, largest = np.linalg.eigvalsh(inertia)
+    slack = _ROUNDING * max(abs(least), abs(largest))
+    if least < -slack or largest > least + middle + slack:
+        raise RobotError(
+            f"{where}: inertia has the principal moments {least:g}, {middle:g} and {largest:g}, expected none below 0 and none "
+            "above the sum of the other two; correct it"
+        )
+
+
+def stated_configuration(given: ConfigurationModel, joints: Sequence[LinkJoint], earlier: Sequence[str]) -> Stated:
+    """Give each joint that moves and follows no other its value.
+
+    Raises:
+        RobotError: a name twice, no values, both units, or another number of them.
+    """
+    where = f"configuration '{given.name}'"
+    if given.name in earlier:
+        raise RobotError(f"{where} is there twice, expected once; rename the other")
+    moving = [joint for joint in joints if joint.kind != "fixed" and joint.mimic is None]
+    lengths = [joint.name for joint in moving if joint.kind == "prismatic"]
+    if given.q_deg is not None and given.q is None and lengths:
+        raise RobotError(f"{where} states q_deg, but joint '{lengths[0]}' is prismatic; write q [rad or m]")
+    q = radians(where, given, "q")
+    if q is None:
+        raise RobotError(f"{where} states no q, expected one number per joint; add it, or q_deg")
+    advice = f"give one number per joint: {', '.join(joint.name for joint in moving)}"
+    values = as_readonly(where, q, (len(moving),), RobotError, advice=advice)
+    return given.name, tuple((joint.name, float(value)) for joint, value in zip(moving, values, strict=True))
+
+
+def placed(where: str, given: JointModel | BoxModel) -> Array:
+    """Return the transform (4, 4) of the keys xyz and rpy or rpy_deg.
+
+    Raises:
+        RobotError: lists of another length, or both units.
+    """
+    T = np.eye(4)
+    T[:3, 3] = as_readonly(f"{where}: xyz", given.xyz, (3,), RobotError)
+    rpy = radians(where, given, "rpy") or (0.0, 0.0, 0.0)
+    T[:3, :3] = rotation_from_rpy(as_readonly(f"{where}: rpy", rpy, (3,), RobotError))
+    return T
+
+
+def radians(where: str, given: Any, key: str) -> Any:
+    """Take a key in radians (or metres), or its twin in degrees; None if there is neither.
+
+    Raises:
+        RobotError: both.
+    """
+    plain, degrees = getattr(given, key), getattr(given, f"{key}_deg")
+    if degrees is None:
+        return plain
+    if plain is not None:
+        raise RobotError(f"{where} states both {key} and {key}_deg, expected one; remove the other")
+    return [math.radians(angle) for angle in degrees] if isinstance(degrees, list) else math.radians(degrees)
+
+
+def require_link(where: str, link: str, links: Sequence[str]) -> None:
+    """Refuse a link that no joint names.
+
+    Raises:
+        RobotError: it is one.
+    """
+    if link not in links:
+        raise RobotError(f"{where}: no joint names that link; {nearest(link, links)}")
+
+
+# ---- Robots as YAML: the format of the built-in ones, and of any other arm -------------------------------------------
+
+
+def tree_from_yaml(file: YamlFile, *, source: str, capsules_per_shape: int) -> LinkTree:
+    """Make a tree of links from a robot file.
+
+    Args:
+        file: the file, read.
+        source: how the robot is to name its origin.
+        capsules_per_shape: how many capsules may enclose a box that does not say it.
+
+    Raises:
+        FileFormatError: keys or values that are not those of the format.
+        RobotError: numbers that make no joint, capsule, box, mass or configuration.
+    """
+    from spacearm.robot.robot_schema import RobotModel
+
+    model = file.parsed(RobotModel)
+    joints = []
+    for i, joint in enumerate(model.joints):
+        with file.at("joints", i):
+            joints.append(_joint(joint))
+    links = tuple(dict.fromkeys(link for joint in joints for link in (joint.parent, joint.child)))
+    capsules = []
+    for i, capsule in enumerate(model.capsules):
+        with file.at("capsules", i):
+            capsules.append(_capsule(capsule, links, model.link_radius))
+    for i, box in enumerate(model.boxes):
+        with file.at("boxes", i):
+            capsules += capsules_of_box(box, links, capsules_per_shape)
+    masses: list[LinkMass] = []
+    for i, mass in enumerate(model.masses):
+        with file.at("masses", i):
+            masses.append(link_mass(mass, links, [other.link for other in masses]))
+    configurations: list[Stated] = []
+    for i, configuration in enumerate(model.configurations):
+        with file.at("configurations", i):
+            configurations.append(stated_configuration(configuration, joints, [name for name, _ in configurations]))
+    return LinkTree(
+        name=model.name,
+        links=links,
+        joints=tuple(joints),
+        capsules=tuple(capsules),
+        self_collision=_self_collision(file, model, links),
+        masses=tuple(masses),
+        base=model.base,
+        configurations=tuple(configurations),
+        tip=model.tip,
+        source=source,
+        notes=tuple(model.notes),
+    )
+
+
+def _self_collision(file: YamlFile, model: RobotModel, links: tuple[str, ...]) -> str | tuple[tuple[str, str], ...]:
+    if isinstance(model.self_collision, str):
+        return model.self_collision
+    enclosed = {shape.link for shape in (*model.capsules, *model.boxes)}
+    for i, pair in enumerate(model.self_collision):
+        with file.at("self_collision", i):
+            if len(pair) != 2 or pair[0] == pair[1]:
+                raise RobotError(f"self_collision[{i}] is {shown(pair)}, expected the names of two different links")
+            for link in pair:
+                if link not in enclosed:
+                    lack = "has no capsules" if link in links else "does not exist"
+                    raise RobotError(
+                        f"self_collision[{i}] names link '{link}', which {lack}; {nearest(link, sorted(enclosed))}"
+                    )
+    return tuple((pair[0], pair[1]) for pair in model.self_collision)
+
+
+def _joint(joint: JointModel) -> LinkJoint:
+    where = f"joint '{joint.name}'"
+    if joint.kind != "fixed" and joint.axis is None:
+        raise RobotError(f"{where} ({joint.kind}) has no axis, expected a direction; add one such as axis: [0, 0, 1]")
+    return LinkJoint(
+        name=joint.name,
+        kind=joint.kind,
+        parent=joint.parent,
+        child=joint.child,
+        T_parent_child=placed(where, joint),
+        axis=None if joint.axis is None else as_readonly(f"{where}: axis", joint.axis, (3,), RobotError),
+        lower=_limit(where, joint, "lower"),
+        upper=_limit(where, joint, "upper"),
+        velocity=joint.velocity,
+        acceleration=_positive(where, "acceleration", joint.acceleration),
+        mimic=None
+        if joint.mimic is None
+        else Mimic(leader=joint.mimic.joint, multiplier=joint.mimic.multiplier, offset=joint.mimic.offset),
+    )
+
+
+def _limit(where: str, joint: JointModel, key: str) -> Any:
+    if joint.kind == "prismatic" and getattr(joint, f"{key}_deg") is not None and getattr(joint, key) is None:
+        raise RobotError(f"{where} is prismatic and states {key}_deg; write {key} [m]")
+    return radians(where, joint, key)
+
+
+def _positive(where: str, what: str, value: float | None) -> float | None:
+    return None if value is None else as_number(f"{where}: {what}", value, RobotError, above=0)
+
+
+def _capsule(capsule: CapsuleModel, links: tuple[str, ...], link_radius: float | None) -> tuple[str, Array, Array, float]:
+    where = f"capsule of link '{capsule.link}'"
+    require_link(where, capsule.link, links)
+    radius = link_radius if capsule.radius is None else capsule.radius
+    if radius is None:
+        raise RobotError(f"{where} states no radius; add radius [m], or link_radius for all")
+    return (
+        capsule.link,
+        as_readonly(f"{where}: from", capsule.start, (3,), RobotError),
+        as_readonly(f"{where}: to", capsule.end, (3,), RobotError),
+        as_number(f"{where}: radius", radius, RobotError, at_least=0, unit="m"),
+    )

@@ -1,0 +1,363 @@
+"""What is not kept clear, and why: pairs of links, links without an envelope, and links whose mass nobody knows."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from spacearm.core.checks import Frozen, as_name, keep, shown
+from spacearm.core.errors import RobotError
+
+if TYPE_CHECKING:
+    from spacearm.robot.model import Robot
+
+Pair = tuple[str, str]
+
+REASONS = {
+    "rigid": "no joint moves them against each other",
+    "adjacent": "neighbours",
+    "always": "always in contact",
+    "changed": "in contact before the robot was changed",
+    "allowed": "allowed to touch",
+    "touching": "held, and allowed to touch",
+    "not asked for": "not asked for",
+}
+"""Why a pair of links is not checked, and how that is said."""
+
+NAMED = ("always", "changed")
+"""Reasons for which messages name the pair: nobody said that it may touch."""
+
+COLLISIONS = ("envelope", "none")
+_LISTED = 3  # names in a message, before it would no longer be read
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class UncheckedPair(Frozen):
+    """Two links that nobody keeps clear of each other.
+
+    Attributes:
+        links: their names, in alphabetical order.
+        reason: a key of `REASONS`.
+        made_for: of a pair that is always in contact: the hash of the shapes, joints and limits for which that was found;
+            for others the pair is not known to be in contact.
+
+    Raises:
+        RobotError: no two names, or a reason that is none.
+    """
+
+    links: Pair
+    reason: str
+    made_for: str = ""
+
+    def __post_init__(self) -> None:
+        keep(self, links=_as_pair("an unchecked pair", self.links))
+        if not isinstance(self.reason, str) or self.reason not in REASONS:
+            raise RobotError(f"an unchecked pair has reason {shown(self.reason)}, expected one of {', '.join(REASONS)}")
+
+    @property
+    def text(self) -> str:
+        """The pair and the reason in words."""
+        return f"{called(self.links)} ({REASONS[self.reason]})"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ApartPairs(Frozen):
+    """Pairs of links that cannot meet within the limits, so that a search need not look at them. A certificate does.
+
+    Attributes:
+        pairs: names of links, two by two.
+        made_for: hash of the shapes and joints for which that was found.
+        lower, upper: (n,) the limits for which it was found [rad or m], None where a joint has none.
+
+    A robot of other shapes or joints, or with wider limits, checks the pairs.
+
+    Raises:
+        RobotError: what is no pair of names.
+    """
+
+    pairs: tuple[Pair, ...]
+    made_for: str
+    lower: tuple[float | None, ...]
+    upper: tuple[float | None, ...]
+
+    def __post_init__(self) -> None:
+        keep(self, pairs=tuple(sorted({_as_pair("a pair that cannot meet", pair) for pair in self.pairs})))
+
+
+def _as_pair(what: str, given: Any) -> Pair:
+    if not isinstance(given, (tuple, list)) or len(given) != 2 or given[0] == given[1]:
+        raise RobotError(f"{what} is {shown(given)}, expected the names of two links")
+    first, second = (as_name(f"{what}: a link", name, RobotError) for name in given)
+    return min(first, second), max(first, second)
+
+
+def called(links: Pair) -> str:
+    """Return a pair's names for a message."""
+    return f"'{links[0]}' and '{links[1]}'"
+
+
+# ---- what was found for a robot that has changed since -----------------------------------------------------------------
+def fingerprint(robot: Robot, links: Iterable[str], *, limits: bool = True) -> str:
+    """Return the SHA-256 of all that decides whether some links can meet: their capsules, the joints, and the limits."""
+    wanted, hashed = set(links), hashlib.sha256()
+    for joint in robot.joints:
+        hashed.update(f"{joint.kind} {joint.parent} {joint.dof} {joint.multiplier!r} {joint.offset!r};".encode())
+        hashed.update(joint.T_parent_joint.tobytes())
+    if limits:
+        hashed.update(robot.lower.tobytes() + robot.upper.tobytes())
+    for capsule in robot.capsules:
+        if capsule.name in wanted:
+            hashed.update(f"{capsule.name!r} {capsule.joint} {capsule.radius!r};".encode())
+            hashed.update(capsule.a.tobytes() + capsule.b.tobytes())
+    return hashed.hexdigest()
+
+
+def apart_pairs(robot: Robot, pairs: Iterable[Pair]) -> ApartPairs | None:
+    """Note down for a robot, as it is now, which pairs cannot meet; None if there are none."""
+    listed = tuple(pairs)
+    if not listed:
+        return None
+    return ApartPairs(
+        pairs=listed,
+        made_for=fingerprint(robot, {link for pair in listed for link in pair}, limits=False),
+        lower=tuple(value if math.isfinite(value) else None for value in robot.lower.tolist()),
+        upper=tuple(value if math.isfinite(value) else None for value in robot.upper.tolist()),
+    )
+
+
+def _within(robot: Robot, apart: ApartPairs) -> bool:
+    """Whether a robot's limits lie within those for which pairs of it were found to be apart."""
+    if len(apart.lower) != robot.dof or len(apart.upper) != robot.dof:
+        return False
+    lower = all(low is None or low <= value for low, value in zip(apart.lower, robot.lower.tolist(), strict=True))
+    return lower and all(high is None or value <= high for high, value in zip(apart.upper, robot.upper.tolist(), strict=True))
+
+
+def always_meets(robot: Robot, links: Pair) -> UncheckedPair:
+    """Note down for a robot, as it is now, that two links are always in contact."""
+    return UncheckedPair(links=links, reason="always", made_for=fingerprint(robot, links))
+
+
+def settled_pairs(robot: Robot) -> dict[str, Any]:
+    """Return `self_pairs`, `apart` and `unchecked` of a robot that is being made, so that they fit each other and the rest.
+
+    What was left out of the search for other shapes, joints or limits is checked again. What names links without an
+    envelope is dropped, as is a reason for not checking a pair that is checked.
+    """
+    enclosed = {capsule.name for capsule in robot.capsules}
+    pairs, apart = robot.self_pairs, robot.apart
+    if apart is not None:
+        left = [pair for pair in apart.pairs if pair not in set(pairs) and enclosed.issuperset(pair)]
+        made_for = fingerprint(robot, {link for pair in apart.pairs for link in pair}, limits=False)
+        same = made_for == apart.made_for and _within(robot, apart)
+        if not same and left:
+            pairs = tuple(sorted({*pairs, *left}))
+        apart = None if not same else apart if len(left) == len(apart.pairs) else apart_pairs(robot, left)
+    checked = {*pairs, *(() if apart is None else apart.pairs)}
+    unchecked = {one.links: one for one in robot.unchecked if one.links not in checked and enclosed.issuperset(one.links)}
+    return {"self_pairs": pairs, "apart": apart, "unchecked": tuple(unchecked[links] for links in sorted(unchecked))}
+
+
+# ---- what is not checked ---------------------------------------------------------------------------------------------------
+def unchecked_pairs(robot: Robot) -> tuple[UncheckedPair, ...]:
+    """List every pair of links with an envelope that is not kept clear of each other, with the reason, by name."""
+    checked = {*robot.self_pairs, *(() if robot.apart is None else robot.apart.pairs)}
+    recorded, ways = {one.links: one for one in robot.unchecked}, ways_to_links(robot)
+    out = []
+    for links in itertools.combinations(sorted(ways), 2):
+        if links in checked:
+            continue
+        one = recorded.get(links)
+        if is_rigid(robot, *(ways[link] for link in links)):
+            one = UncheckedPair(links=links, reason="rigid")
+        elif one is None or one.reason == "rigid":
+            one = UncheckedPair(links=links, reason="not asked for")
+        elif one.reason == "always" and one.made_for != fingerprint(robot, links):
+            one = UncheckedPair(links=links, reason="changed")
+        out.append(one)
+    return tuple(out)
+
+
+def ways_to_links(robot: Robot) -> dict[str, list[frozenset[int]]]:
+    """Return for each link with an envelope the joints between the base and what its capsules ride on."""
+    carriers: dict[str, set[int]] = {}
+    for capsule in robot.capsules:
+        carriers.setdefault(capsule.name, set()).add(capsule.joint)
+    return {link: [way_to(robot, joint) for joint in joints] for link, joints in carriers.items()}
+
+
+def way_to(robot: Robot, joint: int) -> frozenset[int]:
+    """Return the joints between the base and what rides on a joint, itself included."""
+    way = set()
+    while joint >= 0:
+        way.add(joint)
+        joint = robot.joints[joint].parent
+    return frozenset(way)
+
+
+def is_rigid(robot: Robot, first: Sequence[frozenset[int]], second: Sequence[frozenset[int]]) -> bool:
+    """Tell whether no joint moves two links against each other, whatever the limits, by the ways to what they ride on."""
+    ways = [*first, *second]
+    between = frozenset.union(*ways) - frozenset.intersection(*ways)
+    return not any(robot.joints[j].multiplier for j in between)
+
+
+def words_on_unchecked(pairs: Sequence[UncheckedPair], bare: Sequence[str], *, counted: bool = True) -> str:
+    """Say in a phrase what is not checked; "" if nothing is to be said.
+
+    Args:
+        pairs: all that are not checked; those that nobody said may touch are named.
+        bare: links without an envelope; they are named.
+        counted: say how many pairs there are, too.
+    """
+    named = [one for one in pairs if one.reason in NAMED]
+    said = []
+    if pairs and (counted or named):
+        count = len(pairs) if counted else len(named)
+        words = f"{count} pair{'s' if count > 1 else ''} of links not checked"
+        if named:
+            words += f"{', among them' if count > len(named) else ':'} {_some([one.text for one in named])}"
+        said.append(words)
+    if bare:
+        said.append(f"kept clear of nothing, for want of an envelope: {_some([repr(link) for link in bare])}")
+    return "; ".join(said)
+
+
+def rows_on_unchecked(pairs: Sequence[UncheckedPair], bare: Sequence[str]) -> list[tuple[str, str]]:
+    """Return all that is not checked as rows of a list: a name, and the pairs with one reason."""
+    rows = []
+    for reason, words in REASONS.items():
+        listed = [f"{one.links[0]} - {one.links[1]}" for one in pairs if one.reason == reason]
+        if listed:
+            rows.append(("not checked", f"{len(listed)} pair{'s' if len(listed) > 1 else ''}, {words}: {', '.join(listed)}"))
+    if bare:
+        rows.append(("no envelope", ", ".join(bare)))
+    return rows
+
+
+def _some(words: Sequence[str]) -> str:
+    more = len(words) - _LISTED
+    return ", ".join(words[:_LISTED]) + (f" and {more} more" if more > 0 else "")
+
+
+# ---- robots without an envelope, or without masses -------------------------------------------------------------------------
+def lacks_envelope(robot: Robot) -> str:
+    """Say that a robot has no envelope, unless none is meant; "" if all is well."""
+    if robot.collision == "none" or robot.capsules:
+        return ""
+    return (
+        f"robot '{robot.name}' has no envelope: none of its links has a collision shape, so it would be kept clear of nothing; "
+        "give it shapes ('spacearm doctor --fix' takes those that are drawn), or say that none is meant, with "
+        "collision='none'"
+    )
+
+
+def require_envelope(robot: Robot) -> None:
+    """Refuse a robot without an envelope, unless none is meant.
+
+    Raises:
+        RobotError: it has none.
+    """
+    lacking = lacks_envelope(robot)
+    if lacking:
+        raise RobotError(lacking)
+
+
+def notes_on_envelope(robot: Robot) -> tuple[str, ...]:
+    """Say in notes that a robot has no envelope, or which of its links have none; frames without a shape need none."""
+    lacking, bare = lacks_envelope(robot), bare_links(robot)
+    if lacking:
+        return (lacking,)
+    if not bare:
+        return ()
+    return (f"no envelope, for want of a collision shape: {', '.join(bare)}; they are kept clear of nothing",)
+
+
+def bare_links(robot: Robot) -> tuple[str, ...]:
+    """List the links that have a shape or a mass in their file, but no envelope; none if none is meant to have one.
+
+    Where no file tells, these are what a joint moves on which no capsule rides: bodies away from its origin, and what reaches
+    from it to a next joint or to the end effector.
+    """
+    if robot.collision == "none":
+        return ()
+    enclosed, carrying = {capsule.name for capsule in robot.capsules}, {capsule.joint for capsule in robot.capsules}
+    free = [body for body in robot.bodies if body.joint >= 0 and body.joint not in carrying]
+    solid = [*robot.solid, *(body.name for body in free if body.mass > 0 and body.com.any())]
+    if not robot.solid:
+        solid += _spanning(robot, carrying | {body.joint for body in free if body.name in solid})
+    return tuple(dict.fromkeys(link for link in solid if link not in enclosed))
+
+
+def _spanning(robot: Robot, known: set[int]) -> list[str]:
+    """Name what reaches from one joint to the next or to the end effector, of joints that are not known.
+
+    A frame in the joint's origin has the link's name; without one it is the joint's.
+    """
+    long = {joint.parent for joint in robot.joints if joint.parent >= 0 and joint.T_parent_joint[:3, 3].any()}
+    long |= {frame.joint for frame in robot.frames if frame.name == robot.tip and frame.T_joint_frame[:3, 3].any()} - {-1}
+    names = {frame.joint: frame.name for frame in robot.frames if not frame.T_joint_frame[:3, 3].any()}
+    return [names.get(i, robot.joints[i].name) for i in sorted(long - known)]
+
+
+def without_mass(robot: Robot) -> tuple[tuple[str, str], ...]:
+    """List the links that have a shape but no mass that is known, each with the reason; a robot that floats may have none.
+
+    Besides those that the robot itself names, these are links on a joint on which no body rides, not even one of 0 kg.
+    """
+    weighed = {body.joint for body in robot.bodies}
+    known = dict(robot.unweighed)
+    for capsule in robot.capsules:
+        if capsule.joint >= 0 and capsule.joint not in weighed:
+            known.setdefault(capsule.name, "none is stated")
+    return tuple(known.items())
+
+
+def lacks_masses(robot: Robot) -> str:
+    """Say that a robot cannot float since the mass of some links is not known, and what to give; "" if all are."""
+    lacking = without_mass(robot)
+    if not lacking:
+        return ""
+    held = [name for name, why in lacking if why == NOT_SAID]
+    advice = []
+    if held:
+        advice.append("give hold(..., mass=...), in a problem file `mass` beside the shape that is held")
+    if len(held) < len(lacking):
+        advice.append("give each link an <inertial> with mass and inertia (mass 0 if a link that is fixed to it has it)")
+    listed = _some([f"'{name}' ({why})" for name, why in lacking])
+    return (
+        f"robot '{robot.name}' cannot float: the mass of {listed} is not known, and "
+        f"where the base goes depends on it; {', and '.join(advice)}, or plan with base='fixed'"
+    )
+
+
+def require_all_masses(robot: Robot) -> None:
+    """Refuse a robot that is to float and has links whose mass is not known.
+
+    Raises:
+        RobotError: it has some; they are named, with what to give.
+    """
+    lacking = lacks_masses(robot)
+    if lacking:
+        raise RobotError(lacking)
+
+
+NOT_SAID = "held, and nothing says what it weighs"
+"""Why what is held has no mass."""
+
+
+def known_unweighed(robot: Robot) -> tuple[tuple[str, str], ...]:
+    """Return a robot's `unweighed`, while it is being made: once each, and without those that have a mass by now."""
+    weighed = {body.name for body in robot.bodies if body.mass > 0}
+    out: dict[str, str] = {}
+    for entry in robot.unweighed:
+        if not isinstance(entry, (tuple, list)) or len(entry) != 2:
+            raise RobotError(f"unweighed holds {shown(entry)}, expected a link's name and why its mass is not known")
+        name, why = entry
+        if as_name("unweighed: a link", name, RobotError) not in weighed:
+            out.setdefault(name, as_name("unweighed: why", why, RobotError))
+    return tuple(out.items())

@@ -1,0 +1,566 @@
+"""What a picture of a path consists of, the same in the plane and in space: poses, lines, circles and their legend."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.core.checks import as_readonly
+from spacearm.core.errors import ProblemError
+from spacearm.core.rotations import matrix_of
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
+from spacearm.motion import AnyTrajectory, Trajectory
+from spacearm.robot import LinkCapsule, Robot, forward_kinematics, joint_frames
+from spacearm.robot.kinematics import as_configurations
+from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+
+# ---- -----------------------------------------------------------------------------------------------------------------
+# Obstacles as drawings: what they span, their outlines as seen from somewhere, and where they cut a plane.
+
+Array = NDArray[np.float64]
+
+_TURN = np.linspace(0.0, 2 * np.pi, 73)[:-1]
+_COS, _SIN = np.cos(_TURN)[:, None], np.sin(_TURN)[:, None]
+_STILL = 1e-12  # an axis that moves less than this share of itself along a coordinate does not move along it
+_MOST_ARCS = 2000  # balls whose common outline is still worked out; each is compared with all others
+
+Convex = Sphere | Capsule | Box | Cylinder
+
+
+def span(obstacle: Obstacle) -> tuple[Array, Array]:
+    """Return the least and the greatest coordinates, (3,) each [m]; of a half-space, those of its point."""
+    if isinstance(obstacle, SphereSet):
+        reach = obstacle.radii[:, None]
+        return (obstacle.centers - reach).min(axis=0), (obstacle.centers + reach).max(axis=0)
+    if isinstance(obstacle, HalfSpace):
+        return obstacle.point, obstacle.point
+    if isinstance(obstacle, Sphere):
+        return obstacle.center - obstacle.radius, obstacle.center + obstacle.radius
+    if isinstance(obstacle, Capsule):
+        ends = np.array([obstacle.a, obstacle.b])
+        return ends.min(axis=0) - obstacle.radius, ends.max(axis=0) + obstacle.radius
+    R, middle = obstacle.pose[:3, :3], obstacle.pose[:3, 3]
+    if isinstance(obstacle, Box):
+        reach = np.abs(R) @ obstacle.size / 2
+    else:
+        reach = np.abs(R[:, 2]) * obstacle.length / 2 + obstacle.radius * np.sqrt(np.clip(1 - R[:, 2] ** 2, 0, 1))
+    return middle - reach, middle + reach
+
+
+def middle(obstacle: Obstacle) -> Array:
+    """Return the point (3,) by which obstacles are told nearer or farther [m]."""
+    low, high = span(obstacle)
+    return (low + high) / 2
+
+
+def silhouette(obstacle: Convex, across: Array, up: Array) -> Array:
+    """Return the outline of a convex obstacle seen at right angles to two unit vectors.
+
+    Args:
+        obstacle: the obstacle.
+        across, up: (3,) the picture's axes, at right angles.
+
+    Returns:
+        (k, 3) points of the obstacle, in the order of the outline, counter-clockwise [m].
+    """
+    disc = _COS * across + _SIN * up
+    if isinstance(obstacle, Sphere):
+        return obstacle.center + obstacle.radius * disc
+    if isinstance(obstacle, Capsule):
+        points = np.concatenate([end + obstacle.radius * disc for end in (obstacle.a, obstacle.b)])
+    elif isinstance(obstacle, Box):
+        points = np.concatenate(box_faces(obstacle))
+    else:
+        points = np.concatenate(cylinder_ends(obstacle))
+    return points[hull(points @ np.column_stack([across, up]))]
+
+
+def cut_off(body: Sphere | Capsule, low: Array, high: Array) -> list[Convex]:
+    """Return what of a body is inside a box: a capsule's axis is cut there, with a flat end where it is."""
+    if isinstance(body, Sphere):
+        return [body] if (body.center >= low).all() and (body.center <= high).all() else []
+    along = body.b - body.a
+    moves = np.abs(along) > _STILL * max(float(np.abs(along).max()), 1.0)
+    if (~moves & ((body.a < low) | (body.a > high))).any():
+        return []
+    ends = np.sort(np.array([low - body.a, high - body.a])[:, moves] / along[moves], axis=0)
+    first, last = max(0.0, float(ends[0].max())), min(1.0, float(ends[1].min()))
+    if not first < last:
+        return []
+    if (first, last) == (0.0, 1.0):
+        return [body]
+    length = (last - first) * float(np.linalg.norm(along))
+    pose = np.eye(4)
+    pose[:3, 2] = along / np.linalg.norm(along)
+    pose[:3, :2] = _plane_axes(pose[:3, 2])
+    pose[:3, 3] = body.a + (first + last) / 2 * along
+    parts: list[Convex] = [Cylinder(radius=body.radius, length=length, pose=pose)]
+    parts += [Sphere(end, body.radius) for end, kept in ((body.a, first == 0), (body.b, last == 1)) if kept]
+    return parts
+
+
+def box_faces(box: Box) -> list[Array]:
+    """Return the six faces, (4, 3) each, counter-clockwise seen from outside [m]: -x, +x, -y, +y, -z, +z."""
+    faces = []
+    for axis in range(3):
+        u, v = np.roll(np.eye(3), axis, axis=1)[1:]
+        for side in (-1.0, 1.0):
+            corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)][:: int(side)]
+            local = [(side * np.eye(3)[axis] + a * u + b * v) * box.size / 2 for a, b in corners]
+            faces.append(np.array(local) @ box.pose[:3, :3].T + box.pose[:3, 3])
+    return faces
+
+
+def cylinder_ends(cylinder: Cylinder) -> list[Array]:
+    """Return the two rims, (72, 3) each, counter-clockwise seen from outside [m]: -z, +z."""
+    ends = []
+    for side in (-1.0, 1.0):
+        rim = np.column_stack([_COS, side * _SIN, np.full_like(_COS, side * cylinder.length / 2 / cylinder.radius)])
+        ends.append(cylinder.radius * rim @ cylinder.pose[:3, :3].T + cylinder.pose[:3, 3])
+    return ends
+
+
+def hull(points: Array) -> NDArray[np.intp]:
+    """Return the indices of the corners of the convex hull of points (k, 2), counter-clockwise (monotone chain)."""
+    order = np.lexsort((points[:, 1], points[:, 0]))
+    halves = []
+    for sequence in (order, order[::-1]):
+        chain: list[int] = []
+        for i in sequence.tolist():
+            while len(chain) > 1 and _turn(points[chain[-2]], points[chain[-1]], points[i]) <= 0:
+                chain.pop()
+            chain.append(i)
+        halves.append(chain[:-1])
+    return np.array([*halves[0], *halves[1]] or [int(order[0])], dtype=np.intp)
+
+
+def _turn(a: Array, b: Array, c: Array) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def common_outline(centers: Array, radii: Array) -> Array:
+    """Return the outline of discs in the plane that overlap, as one line with gaps.
+
+    Args:
+        centers: (k, 2) [m].
+        radii: (k,) [m].
+
+    Returns:
+        (m, 2) points [m], NaN where the pen is lifted; empty if there are too many discs to draw one.
+    """
+    if len(centers) > _MOST_ARCS:
+        return np.empty((0, 2))
+    turn = np.linspace(0.0, 2 * np.pi, 97 if len(centers) < 200 else 33)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    parts = []
+    for i, (center, radius) in enumerate(zip(centers, radii, strict=True)):
+        rim = center + radius * circle
+        near = np.linalg.norm(centers - center, axis=1) < radius + radii
+        near[i] = False
+        apart = np.linalg.norm(rim[:, None] - centers[near], axis=2) - radii[near]
+        rim[(apart < -1e-9 * radius).any(axis=1)] = np.nan
+        parts += [rim, np.full((1, 2), np.nan)]
+    return np.concatenate(parts)
+
+
+def cut(half_space: HalfSpace, low: Array, high: Array) -> Array:
+    """Return where the plane of a half-space cuts a box, (k, 3) corners in order [m]; empty if it does not."""
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1).reshape(-1, 3)
+    height = (corners - half_space.point) @ half_space.normal
+    a, b = np.nonzero(np.triu((corners[:, None] != corners).sum(axis=2) == 1))  # the box's edges
+    crossed = (height[a] > 0) != (height[b] > 0)
+    a, b = a[crossed], b[crossed]
+    share = (height[a] / (height[a] - height[b]))[:, None]
+    points = corners[a] + share * (corners[b] - corners[a])
+    if len(points) < 3:
+        return np.empty((0, 3))
+    return points[hull(points @ _plane_axes(half_space.normal))]
+
+
+def cut_in_plane(half_space: HalfSpace, low: Array, high: Array) -> Array:
+    """Return the part of a rectangle in the plane z = 0 that is solid, (k, 2) corners in order [m]; empty if none is.
+
+    A half-space whose boundary does not cross the plane z = 0 covers all of it or nothing, and is left out.
+    """
+    corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+    normal = half_space.normal
+    if np.hypot(normal[0], normal[1]) < 1e-9:
+        return np.empty((0, 2))
+    height = (corners - half_space.point[:2]) @ normal[:2] - half_space.point[2] * normal[2]
+    kept = []
+    for i in range(4):
+        j = (i + 1) % 4
+        if height[i] <= 0:
+            kept.append(corners[i])
+        if (height[i] <= 0) != (height[j] <= 0):
+            kept.append(corners[i] + height[i] / (height[i] - height[j]) * (corners[j] - corners[i]))
+    return np.array(kept, dtype=np.float64).reshape(-1, 2)
+
+
+def _plane_axes(normal: Array) -> Array:
+    """Return two unit vectors in a plane, (3, 2)."""
+    u = np.asarray(np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]), dtype=np.float64)
+    u /= np.linalg.norm(u)
+    return np.column_stack([u, np.asarray(np.cross(normal, u), dtype=np.float64)])
+
+
+# ---- The arm as a drawing: its links as segments between joint centres, and its envelope -----------------------------
+
+
+_COINCIDENT = 1e-9  # [m] shorter segments are none: a spherical joint's three origins are one centre
+
+
+def skeleton(robot: Robot, q: ArrayLike, T_w_b: ArrayLike | None = None) -> Array:
+    """Return the segments from joint centre to joint centre, and to the tip.
+
+    Args:
+        robot: the robot.
+        q: (n,) one configuration [rad or m].
+        T_w_b: (4, 4) where the base is [m]; None: at the origin.
+
+    Returns:
+        (s, 2, 3) their ends, inertial frame [m]; those without length are left out.
+    """
+    at = joint_frames(robot, q)[:, :3, 3]
+    base = np.zeros(3)
+    pairs = [(base if joint.parent < 0 else at[joint.parent], at[i]) for i, joint in enumerate(robot.joints)]
+    tip = robot.frame(robot.tip)
+    pairs.append((base if tip.joint < 0 else at[tip.joint], forward_kinematics(robot, q)[:3, 3]))
+    segments = np.array(pairs)
+    segments = segments[np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1) > _COINCIDENT]
+    return _moved(segments, T_w_b)
+
+
+def envelope(robot: Robot, q: ArrayLike, T_w_b: ArrayLike | None = None) -> tuple[Sphere | Capsule, ...]:
+    """Return the links' capsules that have a radius, also of what is held, where they are in one configuration.
+
+    Args:
+        robot, q, T_w_b: as for `skeleton`.
+    """
+    frames = _moved_frames(joint_frames(robot, q), T_w_b)
+    return tuple(_placed(c, frames[c.joint]) for c in robot.capsules if c.radius > 0 and c.joint >= 0)
+
+
+def base_envelope(robot: Robot, T_w_b: ArrayLike | None = None) -> tuple[Sphere | Capsule, ...]:
+    """Return the base's capsules that have a radius, where the base is."""
+    T = np.eye(4) if T_w_b is None else np.asarray(T_w_b, dtype=np.float64)
+    return tuple(_placed(c, T) for c in robot.capsules if c.radius > 0 and c.joint < 0)
+
+
+def base_frames(trajectory: AnyTrajectory, t: ArrayLike) -> Array:
+    """Return where a trajectory's base is, T_w_b (..., 4, 4) [m], at times (...,) [s]."""
+    position, attitude = trajectory.base_pose(t)
+    T = np.zeros((*position.shape[:-1], 4, 4))
+    T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = matrix_of(attitude), position, 1.0
+    return T
+
+
+def tips(robot: Robot, q: ArrayLike) -> Array:
+    """Return where the end effector is, (..., 3) [m], for configurations (..., n) [rad or m] and the base at the origin."""
+    return forward_kinematics(robot, q)[..., :3, 3]
+
+
+def _moved(points: Array, T_w_b: ArrayLike | None) -> Array:
+    if T_w_b is None:
+        return points
+    T = np.asarray(T_w_b, dtype=np.float64)
+    return np.asarray(points @ T[:3, :3].T + T[:3, 3], dtype=np.float64)
+
+
+def _moved_frames(frames: Array, T_w_b: ArrayLike | None) -> Array:
+    return frames if T_w_b is None else np.asarray(T_w_b, dtype=np.float64) @ frames
+
+
+def _placed(capsule: LinkCapsule, T: Array) -> Sphere | Capsule:
+    a, b = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))
+    return Sphere(a, capsule.radius) if np.array_equal(a, b) else Capsule(a, b, capsule.radius)
+
+
+def pose_times(trajectory: AnyTrajectory, count: int) -> Array:
+    """Return so many times (count,) [s] between start and end at which the end effector is equally far along its path."""
+    t = np.linspace(0.0, trajectory.duration, 513)
+    steps = np.linalg.norm(np.diff(trajectory.tip(t)[:, :3, 3], axis=0), axis=1)
+    gone = np.concatenate([[0.0], np.cumsum(steps)])
+    shares = np.arange(1, count + 1) / (count + 1)
+    return np.interp(shares * gone[-1], gone, t) if gone[-1] > 0 else shares * trajectory.duration
+
+
+# ---- -----------------------------------------------------------------------------------------------------------------
+# What a picture of a path consists of, the same in the plane and in space: poses, lines, circles and their legend.
+
+
+RED = "#D00000"  # the paper's; told from the target's green by size and fill too
+OBSTACLE_ALPHA = 0.4
+LEGEND_ROW = 0.15  # height of a row of the legend [inch]
+_ENVELOPE_ALPHA = 0.2
+_BETWEEN = 5  # poses between start and end
+_OFTEN = 401
+_NEAR = 0.3  # of the picture: half-spaces farther away are not in it
+_AROUND, _WHOLE = 0.2, 1.7  # of the picture: how much of the base is drawn around the rest, and with how much all of it is
+_BASE = "#F3F3F1", "#E3E2DE"  # of the base's envelope at the start and at the end
+_PALE = np.array([0.80, 0.80, 0.80]), np.array([0.55, 0.55, 0.55])  # of the first and the last of them
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pose:
+    """The arm in one configuration: segments (s, 2, 3) [m], the envelope about them, the base's, and how it is drawn."""
+
+    segments: Array
+    envelope: tuple[Sphere | Capsule, ...]
+    base: tuple[Sphere | Capsule, ...]
+    color: Any
+    width: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PathDrawing:
+    """What is drawn, in 3-D [m].
+
+    Attributes:
+        poses: of the arm, the first below the others.
+        path: (m, 3) planned path of the end effector; None without a trajectory.
+        trace: (k, 3) end effector of the swarm's best, each place once; None without one.
+        ends: (1 or 2, 3) end effector at the start, and at the end of what there is.
+        goal: (3,) the target, or None.
+        bases: (m, 3) where the base's origin is, likewise: one place for a fixed one.
+    """
+
+    poses: tuple[Pose, ...]
+    path: Array | None
+    trace: Array | None
+    ends: Array
+    goal: Array | None
+    bases: Array
+
+    def points(self) -> Array:
+        """Return all points, (p, 3), that have to be in the picture: all but the base's envelope."""
+        parts = [self.ends, *(pose.segments.reshape(-1, 3) for pose in self.poses)]
+        parts += [np.array(span(body)) for pose in self.poses for body in pose.envelope]
+        parts += [part for part in (self.path, self.trace) if part is not None]
+        return np.concatenate([*parts, self.bases, *([] if self.goal is None else [self.goal[None]])])
+
+
+def make_drawing(
+    trajectory: Trajectory | None, robot: Robot, start: ArrayLike, goal: ArrayLike | None, trace: ArrayLike | None
+) -> PathDrawing:
+    """Collect what is drawn; the arguments are those of the figures."""
+    q = as_configurations(robot, start)
+    if q.shape != (robot.dof,):
+        raise ProblemError(f"start has shape {q.shape}, expected one configuration ({robot.dof},)")
+    best = None if trace is None else as_configurations(robot, trace).reshape(-1, robot.dof)
+    target = None if goal is None else as_readonly("the goal", goal, (3,), ProblemError)
+    configurations, frames = [q], np.eye(4)[None]
+    path = None
+    if trajectory is not None:
+        times = np.concatenate([[0.0], pose_times(trajectory, _BETWEEN), [trajectory.duration]])
+        configurations, frames = list(trajectory.sample(times).q), base_frames(trajectory, times)
+        often = np.linspace(0.0, trajectory.duration, _OFTEN)
+        path, bases = trajectory.tip(often)[:, :3, 3], trajectory.base_pose(often)[0]
+    else:
+        bases = frames[:, :3, 3]
+        if best is not None and len(best):
+            configurations.append(best[-1])
+            frames = np.repeat(frames, 2, axis=0)
+    ends = [frames[i] @ forward_kinematics(robot, configurations[i]) for i in range(0, len(frames), max(1, len(frames) - 1))]
+    return PathDrawing(
+        poses=tuple(_poses(robot, configurations, frames)),
+        path=path,
+        trace=None if best is None or not len(best) else _each_once(_moved_tips(robot, best, frames[0])),
+        ends=np.array(ends)[:, :3, 3],
+        goal=target,
+        bases=bases if np.ptp(bases, axis=0).any() else bases[:1],
+    )
+
+
+def draw_lines(ax: Any, drawing: PathDrawing, dims: int) -> None:
+    """Draw all but the obstacles into axes of two or three dimensions."""
+    for layer, pose in enumerate(drawing.poses):
+        order = 3 + 0.01 * layer
+        for segment in pose.segments:
+            ax.plot(*segment.T[:dims], color=pose.color, linewidth=pose.width, zorder=order)
+        dots = np.unique(np.round(pose.segments.reshape(-1, 3), 9), axis=0)
+        ax.plot(*dots.T[:dims], "o", color=pose.color, markersize=1.3 * pose.width + 0.7, markeredgewidth=0, zorder=order)
+    if drawing.trace is not None:
+        ax.plot(*drawing.trace.T[:dims], zorder=6.5, **_TRACE)
+    if drawing.path is not None:
+        ax.plot(*drawing.path.T[:dims], zorder=5, **_PATH)
+    if len(drawing.bases) > 1:
+        ax.plot(*drawing.bases.T[:dims], zorder=5.5, **_BASE_PATH)
+    if drawing.goal is not None:
+        ax.plot(*drawing.goal[:dims, None], zorder=6, **_TARGET)
+    ax.plot(*drawing.ends.T[:dims], zorder=7, **_ENDS)
+
+
+def draw_envelopes(ax: Any, drawing: PathDrawing, across: Array, up: Array, dims: int) -> None:
+    """Fill the outlines of the arm's envelope, of each pose as one, as seen at right angles to two unit vectors (3,)."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+    from mpl_toolkits.mplot3d.art3d import PathPatch3D
+
+    for pose in drawing.poses:
+        outlines = [silhouette(body, across, up) for body in pose.envelope]
+        if not outlines:
+            continue
+        rims = [np.vstack([outline, outline[:1]]) for outline in outlines]
+        # One path: where outlines overlap, it is filled once.
+        path = Path.make_compound_path(*(Path(rim[:, :2], closed=True) for rim in rims))
+        style: dict[str, Any] = {"facecolor": pose.color, "alpha": _ENVELOPE_ALPHA, "linewidth": 0, "zorder": 2.5}
+        if dims == 2:
+            ax.add_patch(PathPatch(path, **style))
+        else:
+            ax.add_artist(PathPatch3D(path, zs=np.concatenate(rims)[:, 2], **style))
+
+
+def draw_bases(ax: Any, drawing: PathDrawing, across: Array, up: Array, low: Array, high: Array) -> None:
+    """Fill the outline of the base's envelope at the start and at the end.
+
+    Call it before what may be in front of the base: it hides what is behind.
+
+    Args:
+        ax: axes of as many dimensions as the bounds.
+        drawing: with the base.
+        across, up: (3,) unit vectors, the picture is seen at right angles to them.
+        low, high: (dims,) the picture's bounds; in space the base is cut there, as axes do it in the plane [m].
+    """
+    from matplotlib.collections import PolyCollection
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    eye, dims = np.cross(across, up), len(low)
+    for pose in drawing.poses:
+        parts = pose.base if dims == 2 else [part for body in pose.base for part in cut_off(body, low, high)]
+        bodies = sorted(parts, key=lambda body: float(middle(body) @ eye))
+        outlines = [silhouette(body, across, up) for body in bodies]
+        if not outlines:
+            continue
+        last = pose is drawing.poses[-1]
+        face = _BASE[int(last)]
+        # All edges first and then all fillings: what is left of the edges is the outline of them all.
+        for style in ({"facecolor": "none", "edgecolor": pose.color, "linewidth": 1.2}, {"facecolor": face, "linewidth": 0.0}):
+            if dims == 2:
+                ax.add_collection(PolyCollection([rim[:, :2] for rim in outlines], zorder=0.9, **style), autolim=False)
+            else:
+                ax.add_collection3d(Poly3DCollection(outlines, zorder=2, **style), autolim=False)
+        if dims == 3 and last:
+            style = {"facecolor": face, "edgecolor": "#B4B4B4", "linewidth": 0.25}
+            ax.add_collection3d(Poly3DCollection(outlines, zorder=2, sort_zpos=None, **style), autolim=False)
+
+
+def extent(drawing: PathDrawing, scene: Scene, dims: int, *, pad: float = 0.06) -> tuple[Array, Array]:
+    """Return the least and the greatest coordinates of the picture, (dims,) each [m].
+
+    Half-spaces are in it only if they are near, and of the base what is near the arm: panels may be much longer.
+    """
+    points = drawing.points()
+    low, high = points.min(axis=0), points.max(axis=0)
+    for obstacle in scene.obstacles:
+        if not isinstance(obstacle, HalfSpace):
+            least, greatest = span(obstacle)
+            low, high = np.minimum(low, least), np.maximum(high, greatest)
+    for half_space in [obstacle for obstacle in scene.obstacles if isinstance(obstacle, HalfSpace)]:
+        corner = np.where(half_space.normal > 0, low, high)  # the box's nearest to it
+        height = float((corner - half_space.point) @ half_space.normal)
+        if 0 < height < _NEAR * float((high - low).max()):
+            foot = corner - height * half_space.normal
+            low, high = np.minimum(low, foot), np.maximum(high, foot)
+    bodies = [span(body) for pose in drawing.poses for body in pose.base]
+    if bodies:
+        size = float((high - low).max())
+        least, greatest = np.min([s[0] for s in bodies], axis=0), np.max([s[1] for s in bodies], axis=0)
+        whole = float((np.maximum(high, greatest) - np.minimum(low, least)).max()) <= _WHOLE * size
+        around = np.inf if whole else _AROUND * size
+        low = np.minimum(low, np.maximum(least, low - around))
+        high = np.maximum(high, np.minimum(greatest, high + around))
+    low, high = low[:dims], high[:dims]
+    margin = pad * max(float((high - low).max()), 1e-3)
+    return low - margin, high + margin
+
+
+def base_is_cut(drawing: PathDrawing, low: Array, high: Array) -> bool:
+    """Tell whether some of the base is outside of the picture, whose bounds are (dims,) each [m]."""
+    spans = [span(body) for pose in drawing.poses for body in pose.base]
+    return any((least[: len(low)] < low).any() or (greatest[: len(low)] > high).any() for least, greatest in spans)
+
+
+def legend_handles(drawing: PathDrawing, scene: Scene, low: Array, high: Array) -> list[Any]:
+    """Return the legend's entries, only of what is there; in the plane, a link over a circle may be above or below it.
+
+    Args:
+        drawing, scene: what is drawn.
+        low, high: (dims,) the picture's bounds [m].
+    """
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    planned = drawing.path is not None
+    handles: list[Any] = []
+    if planned:
+        handles.append(Line2D([], [], label="planned path", **_PATH))
+    if drawing.trace is not None:
+        handles.append(Line2D([], [], label="swarm's best, by iteration", **_TRACE))
+    handles.append(Line2D([], [], label="start and end", **_ENDS))
+    if drawing.goal is not None:
+        handles.append(Line2D([], [], label="target", **_TARGET))
+    if scene.obstacles:
+        text = "obstacle, seen along z" if len(low) == 2 else "obstacle"
+        handles.append(Patch(facecolor=SKY, edgecolor=BLUE, alpha=OBSTACLE_ALPHA, linewidth=0.6, label=text))
+    text = "arm, grey at the start" if len(drawing.poses) > 1 else "arm"
+    handles.append(Line2D([], [], color=BLACK, linewidth=1.8, marker="o", markersize=3, label=text))
+    if any(pose.envelope for pose in drawing.poses):
+        handles.append(Patch(facecolor=BLACK, alpha=_ENVELOPE_ALPHA, linewidth=0, label="its envelope"))
+    if any(pose.base for pose in drawing.poses):
+        moves = len(drawing.poses) > 1 and drawing.poses[:1][0].base
+        text = ("base (cut off)" if base_is_cut(drawing, low, high) else "base") + (", pale at start" if moves else "")
+        handles.append(Patch(facecolor=_BASE[1], edgecolor=BLACK, linewidth=0.6, label=text))
+    if len(drawing.bases) > 1:
+        handles.append(Line2D([], [], label="path of the base origin", **_BASE_PATH))
+    return handles
+
+
+_PATH: dict[str, Any] = {"color": BLUE, "linewidth": 1.8}
+_BASE_PATH: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2}
+_TRACE: dict[str, Any] = {
+    "color": ORANGE,
+    "linewidth": 0.7,
+    "linestyle": (0, (3, 2)),
+    "marker": ".",
+    "markersize": 3,
+    "markeredgewidth": 0,
+}
+_ENDS: dict[str, Any] = {"color": RED, "marker": "o", "markersize": 5, "markeredgewidth": 0, "linestyle": ""}
+_TARGET: dict[str, Any] = {
+    "color": GREEN,
+    "marker": "o",
+    "markersize": 9,
+    "markerfacecolor": "none",
+    "markeredgewidth": 1.8,
+    "linestyle": "",
+}
+
+
+def _poses(robot: Robot, configurations: list[Array], frames: Array) -> Iterator[Pose]:
+    last = len(configurations) - 1
+    moves = bool(np.ptp(frames, axis=0).any())
+    for i, (q, T) in enumerate(zip(configurations, frames, strict=True)):
+        if i == last:
+            color, width = BLACK, 1.8
+        elif i == 0:
+            color, width = GREY, 1.8
+        else:
+            share = (i - 1) / max(1, last - 2)
+            color, width = tuple((1 - share) * _PALE[0] + share * _PALE[1]), 0.9
+        base = base_envelope(robot, T) if i == last or (moves and i == 0) else ()
+        yield Pose(segments=skeleton(robot, q, T), envelope=envelope(robot, q, T), base=base, color=color, width=width)
+
+
+def _moved_tips(robot: Robot, q: Array, T: Array) -> Array:
+    return tips(robot, q) @ T[:3, :3].T + T[:3, 3]
+
+
+def _each_once(points: Array) -> Array:
+    """Leave out points that are where the one before is."""
+    moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-6
+    return points[np.concatenate([[True], moved])]

@@ -1,0 +1,39 @@
+"""Tests stand alone: what two of them need lies in tests/support, under a name of its own."""
+
+from __future__ import annotations
+
+import ast
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from house.source import REPOSITORY, where
+
+TESTS = REPOSITORY / "tests"
+FILES = sorted(TESTS.rglob("*.py"))
+TO_BE_MOVED = {"test_bounds"}  # what others take from it goes to tests/support next
+
+
+def imported(path: Path) -> list[str]:
+    """The dotted names of a file's imports, with what is taken from each module."""
+    names: list[str] = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names += [f"{node.module or ''}.{alias.name}" for alias in node.names]
+    return names
+
+
+@pytest.mark.parametrize("path", FILES, ids=where)
+def test_no_test_module_is_imported(path: Path) -> None:
+    modules = {test.stem for test in FILES if test.stem.startswith("test_")} - TO_BE_MOVED
+    found = [name for name in imported(path) if modules & set(name.split("."))]
+    assert not found, f"{where(path)} imports from tests; move it to tests/support: {found}"
+
+
+def test_names_of_test_modules_are_unique() -> None:
+    names = Counter(path.stem for path in FILES if path.stem not in ("__init__", "conftest"))
+    twice = sorted(name for name, count in names.items() if count > 1)
+    assert not twice, f"rename all but one of each: {twice}"

@@ -1,0 +1,81 @@
+"""Robots, terms and tolerances that tests of the kernel share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from kernel.builds import Build
+from spacearm.robot import Frame, Joint, LinkCapsule, Robot
+
+
+def enveloped(rng: np.random.Generator, robot: Robot, most: int) -> Robot:
+    """The robot with up to so many capsules a link, in some order of links, and pairs of links that must keep clear."""
+    joints = len(robot.joints)
+    capsules = []
+    for joint in rng.permutation(np.arange(-1, joints)):
+        near, spread = rng.uniform(-0.3, 0.3, 3), rng.choice([0.01, 0.1, 0.5])
+        for _ in range(rng.integers(0, most + 1)):
+            a = near + spread * rng.normal(size=3)
+            b = a + rng.choice([0.0, 1.0]) * spread * rng.normal(size=3)
+            capsules.append(LinkCapsule(name=f"link_{joint}", joint=int(joint), a=a, b=b, radius=rng.uniform(0, 0.05)))
+    if rng.random() < 0.5:  # not link by link
+        capsules = [capsules[i] for i in rng.permutation(len(capsules))]
+    links = sorted({c.name for c in capsules})
+    pairs = tuple((one, two) for i, one in enumerate(links) for two in links[i + 1 :] if rng.random() < 0.5)
+    return replace(robot, capsules=tuple(capsules), self_pairs=pairs, collision="envelope" if capsules else "none")
+
+
+def bench(*capsules: LinkCapsule) -> Robot:
+    """A robot whose capsules stay on the base, so that their ends are known exactly."""
+    return Robot(
+        name="bench",
+        joints=(Joint(name="joint", kind="revolute", parent=-1, T_parent_joint=np.eye(4)),),
+        capsules=capsules,
+        frames=(Frame(name="tip", joint=0, T_joint_frame=np.eye(4)),),
+        tip="tip",
+        lower=np.array([-3.0]),
+        upper=np.array([3.0]),
+        velocity=np.ones(1),
+        acceleration=np.ones(1),
+    )
+
+
+def capsule(a: np.ndarray, b: np.ndarray, radius: float) -> LinkCapsule:
+    return LinkCapsule(name="link", joint=-1, a=np.asarray(a, float), b=np.asarray(b, float), radius=radius)
+
+
+def rounding(build: Build, *lengths: float) -> float:
+    """What a clearance may be off by when nothing moves: some ten roundings of lengths such as these [m]."""
+    return 10 * float(np.finfo(build.scalar).eps) * (1 + sum(abs(length) for length in lengths))
+
+
+def by_scipy(s: np.ndarray, interior: int, derivative: int) -> np.ndarray:
+    """The basis' values (samples, interior + 2), those of the three first and three last control points summed."""
+    spline = BSpline(clamped_quintic(interior), np.eye(interior + 6), 5)
+    whole = spline(s) if derivative == 0 else spline.derivative(derivative)(s)
+    return np.column_stack([whole[:, :3].sum(axis=1), whole[:, 3:-3], whole[:, -3:].sum(axis=1)])
+
+
+TERMS = ("length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3")
+
+
+def looked_at(build: Build, x: np.ndarray, K: int, start: Sequence[float], goal: Sequence[float]) -> np.ndarray:
+    """The configurations (rows, instants, n) at all instants that the search looks at."""
+    basis = by_scipy(instants(build, 8), K, 0)
+    points = np.stack([np.vstack([start, row.reshape(K, len(start)), goal]) for row in x.astype(np.float64)])
+    return np.einsum("ik,rkd->rid", basis, points)
+
+
+def clamped_quintic(interior: int) -> np.ndarray:
+    """Knots of a clamped quintic spline with interior + 6 control points on [0, 1]."""
+    spans = interior + 1
+    return np.concatenate([np.zeros(6), np.arange(1, spans) / spans, np.ones(6)])
+
+
+def instants(build: Build, packs: int) -> np.ndarray:
+    """What is looked at: the coarse instants are the first two packs, the fine ones all eight."""
+    return np.arange(packs * build.lanes) / (packs * build.lanes)
