@@ -200,7 +200,7 @@ def _let_go_table(bench: SpaceBench) -> Table:
         )
         for name, s in sorted_outcomes(grouped(bench))
     ]
-    title = "planned and proven for a fixed base, then the base is let go: share of the motions that then"
+    title = "planned and proven for a fixed base, then certified for a floating base: share of the motions that then"
     return Table(title, header, rows)
 
 
@@ -243,7 +243,7 @@ def _draw_let_go(ax: Axes, bench: SpaceBench) -> None:
                 pale = what in ("disturbs the base", "misses its goal")
                 ax.text(i, base + height / 2, f"{height:.0f}", ha="center", va="center", color=BLACK if pale else "white")
         below += share
-    ax.set(ylim=(0, 100), ylabel="motions planned for a fixed base [%]", title="when the base is let go, the motion")
+    ax.set(ylim=(0, 100), ylabel="motions planned for a fixed base [%]", title="on a floating base, the motion")
     tidy(ax)
     ax.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.12))
 
