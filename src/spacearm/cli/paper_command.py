@@ -32,7 +32,7 @@ class Options:
             a second file beside it.
         jobs: processes; the numbers do not depend on it. One process uses as many threads as `threads` says, each of several
             one.
-        experiment: what is run.
+        experiment: the runs and the problem.
     """
 
     output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
