@@ -429,7 +429,7 @@ def test_another_base_is_refused(case: str) -> None:
     ],
 )
 def test_masses_that_cannot_be_are_refused(case: str, bodies: Any) -> None:
-    from spacearm.proof.moving_bodies import masses_of
+    from spacearm.proof.base_momentum import masses_of
 
     assert_refused("proof", case, RobotError, lambda: masses_of(lander(bodies=bodies)))
 

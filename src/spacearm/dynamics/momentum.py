@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import Frozen, as_numbers, as_readonly, keep
 from spacearm.core.errors import ProblemError, RobotError
-from spacearm.core.exact import product, solved3
+from spacearm.core.exact import cross, product, solved3
 from spacearm.core.native import native
-from spacearm.core.rotations import as_unit, cross, matrix_of
+from spacearm.core.rotations import as_unit, matrix_of
 from spacearm.robot import Robot, joint_frames
 from spacearm.robot.kinematics import kernel_joints
 from spacearm.robot.model import require_robot

@@ -23,7 +23,7 @@ from spacearm.planner.plan_result import BaseReport, report_base
 from spacearm.planner.problem import Problem
 from spacearm.proof import Certificate
 from spacearm.proof import certify as certify
-from spacearm.proof.base_setup import base_setup_of, require_same
+from spacearm.proof.base_proofs import base_setup_of, require_same
 from spacearm.proof.certificate import trajectory_digest
 
 Array = NDArray[np.float64]
