@@ -14,9 +14,11 @@ from tyro.conf import OmitArgPrefixes, arg
 from spacearm.cli.arguments import parsed
 from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import progress_bar, show_table
+from spacearm.core.records import whole
 from spacearm.study.paper_experiment import run_experiment
 from spacearm.study.paper_problem import PaperSettings
 from spacearm.study.paper_report import LEGEND, path_notes, report_as_dict, save_report, table_rows
+from spacearm.study.run_study import MOST_JOBS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,15 +28,23 @@ class Options:
 
     Attributes:
         output: a new or empty folder for tables, figures and report.json.
+        jobs: runs done at a time, each in a process of its own with one thread; the numbers do not depend on it.
+        records: append each run to this file; an experiment that was stopped goes on from it. The paths go into a second file
+            beside it.
         no_figures: do not draw Figures 4-9 and the comparison, which takes most of the time.
         json: print the report as JSON instead of the tables.
         experiment: what is run.
     """
 
     output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
+    jobs: int = 1
+    records: Annotated[Path | None, arg(metavar="FILE")] = None
     no_figures: bool = False
     json: bool = False
     experiment: Annotated[PaperSettings, OmitArgPrefixes] = field(default_factory=PaperSettings)
+
+    def __post_init__(self) -> None:
+        whole("jobs", self.jobs, at_least=1, at_most=MOST_JOBS)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -42,7 +52,7 @@ def run(arguments: Sequence[str]) -> int:
     options = parsed(Options, arguments, command="paper")
     with results_folder(options.output) as folder:
         with progress_bar("runs") as bar:
-            experiment = run_experiment(options.experiment, progress=bar)
+            experiment = run_experiment(options.experiment, records=options.records, jobs=options.jobs, progress=bar)
         with progress_bar("report" if options.no_figures else "figures") as bar:
             written = save_report(experiment, folder, figures=not options.no_figures, progress=bar)
     if options.json:
