@@ -18,6 +18,7 @@ from spacearm.core.rotations import rotation_from_rpy
 from spacearm.doctor.diagnosis import Chart, child_of, link_of, number_of, numbers_of, written
 from spacearm.doctor.shape_checks import Solid, link_solid
 from spacearm.doctor.structure_checks import roots_of
+from spacearm.robot.model import inertia_fault
 
 Array = NDArray[np.float64]
 
@@ -131,7 +132,7 @@ def _is_physical(chart: Chart, inertial: Inertial, solid: Solid | None) -> bool:
         code = "inertia-not-physical"
         what = f"has a principal moment {'below' if moments[0] < 0 else 'of'} 0, which no body has"
         expected = "principal moments above 0"
-    elif moments[2] - moments[0] - moments[1] > _ROUNDING * largest:
+    elif inertia_fault(inertial.inertia, rounding=_ROUNDING) == "triangle":
         code, what = (
             "inertia-not-physical",
             "breaks the triangle inequality: one principal moment exceeds the sum of the others",

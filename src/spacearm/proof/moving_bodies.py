@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from spacearm.core.errors import RobotError
 from spacearm.core.identity_cache import kept
 from spacearm.robot import Robot
+from spacearm.robot.model import inertia_fault
 from spacearm.robot.unchecked_pairs import require_all_masses
 
 # ---- The masses of a robot that floats, checked, as arrays and as a model of Pinocchio's whose base is free ----------
@@ -25,7 +26,6 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _LARGEST = 1e12  # [kg, m, kg m^2]
-_NEGATIVE = 1e-9  # share of an inertia's greatest moment by which the least may be below 0: a file's last digit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,8 +82,8 @@ def masses_of(robot: Robot) -> Masses:
             "('spacearm doctor' tells what is missing)"
         )
     moments = np.linalg.eigvalsh(inertia)
-    for body, (least, _, greatest) in zip(robot.bodies, moments, strict=True):
-        if least < -_NEGATIVE * greatest:
+    for body, (least, _, _) in zip(robot.bodies, moments, strict=True):
+        if inertia_fault(body.inertia) == "negative":
             raise RobotError(
                 f"body '{body.name}' of robot '{robot.name}' has a moment of inertia of {least:.4g} kg m^2, expected none "
                 "below 0; 'spacearm doctor' tells more"

@@ -9,6 +9,7 @@ import numpy as np
 from spacearm.core.checks import shown
 from spacearm.core.rotations import rotation_from_rpy
 from spacearm.robot.link_tree import LinkMass
+from spacearm.robot.model import inertia_fault
 from spacearm.robot.robot_xml import numbers_in
 
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -63,7 +64,7 @@ def _link_mass(link: str, inertial: Any) -> LinkMass:
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if mass == 0 and inertia.any():
         raise ValueError("<mass value> is 0, but <inertia> is not")
-    if np.linalg.eigvalsh(inertia)[0] < -1e-9 * np.abs(inertia).max():
+    if inertia_fault(inertia) == "negative":
         raise ValueError("<inertia> is that of no body: it has a negative principal moment")
     R = rotation_from_rpy(rpy)
     turned = R @ inertia @ R.T

@@ -56,6 +56,7 @@ from spacearm.core.reading import YamlFile
 from spacearm.core.rotations import rotation_from_rpy
 from spacearm.robot.envelope_report import box_capsules
 from spacearm.robot.link_tree import LONGEST, LinkJoint, LinkMass, LinkTree, Mimic
+from spacearm.robot.model import require_possible_inertia
 
 if TYPE_CHECKING:
     from spacearm.robot.robot_schema import BoxModel, CapsuleModel, ConfigurationModel, JointModel, MassModel, RobotModel
@@ -65,7 +66,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _MOST = 1000  # capsules around one box
-_ROUNDING = 1e-9  # share of the largest moment
 
 Stated = tuple[str, tuple[tuple[str, float], ...]]
 """A configuration: its name, and the value of each joint that it names [rad or m]."""
@@ -108,28 +108,13 @@ def link_mass(mass: MassModel, links: Sequence[str], earlier: Sequence[str]) -> 
         f"{where}: inertia", mass.inertia, (6,), RobotError, advice="give the entries xx, yy, zz, xy, xz, yz"
     )
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    require_of_a_body(where, inertia)
+    require_possible_inertia(where, inertia)
     return LinkMass(
         mass.link,
         as_number(f"{where}: mass", mass.mass, RobotError, above=0, unit="kg"),
         as_readonly(f"{where}: com", mass.com, (3,), RobotError),
         inertia,
     )
-
-
-def require_of_a_body(where: str, inertia: Array) -> None:
-    """Refuse an inertia (3, 3) with a principal moment below 0, or one above the sum of the other two.
-
-    Raises:
-        RobotError: it is one.
-    """
-    least, middle, largest = np.linalg.eigvalsh(inertia)
-    slack = _ROUNDING * max(abs(least), abs(largest))
-    if least < -slack or largest > least + middle + slack:
-        raise RobotError(
-            f"{where}: inertia has the principal moments {least:g}, {middle:g} and {largest:g}, expected none below 0 and none "
-            "above the sum of the other two; correct it"
-        )
 
 
 def stated_configuration(given: ConfigurationModel, joints: Sequence[LinkJoint], earlier: Sequence[str]) -> Stated:
