@@ -23,13 +23,12 @@ from spacearm.doctor.shape_checks import mesh_path, mesh_size
 from spacearm.doctor.structure_checks import BROKEN
 from spacearm.robot.assembly import Assembly, assemble
 from spacearm.robot.capsules import clearance, link_axes, placed
-from spacearm.robot.envelope import Shape, link_shapes
 from spacearm.robot.kinematics import base_and_joint_frames
 from spacearm.robot.link_tree import LinkTree, advised, default_tip, ends_of, several_ends
 from spacearm.robot.model import Robot
 from spacearm.robot.self_collision import ALWAYS, LinkPair, find_self_pairs, finite_range
 from spacearm.robot.srdf import Srdf, pair
-from spacearm.robot.urdf import parsed_urdf, urdf_tree
+from spacearm.robot.urdf import Shape, link_shapes, parsed_urdf, urdf_tree
 
 # ---- -----------------------------------------------------------------------------------------------------------------
 # Whether two links meet by their true collision shapes, where their envelopes, which are larger, do (with Coal).

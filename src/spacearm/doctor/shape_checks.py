@@ -18,9 +18,8 @@ from spacearm.core.rotations import rotation_from_rpy
 from spacearm.doctor.diagnosis import Chart, link_of, number_of, numbers_of, setting, written
 from spacearm.doctor.limit_checks import FARTHEST
 from spacearm.geometry.meshes import mesh_triangles
-from spacearm.robot.envelope import found_mesh
-from spacearm.robot.envelope_report import chain_length, looks_like_millimetres
 from spacearm.robot.link_tree import LONGEST
+from spacearm.robot.urdf import chain_length, found_mesh, looks_like_millimetres
 
 # ---- The shapes of a link: their files, their size, and the mass that would fill them evenly -------------------------
 

@@ -16,10 +16,10 @@ from spacearm.dynamics.base_models import base_model
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 from spacearm.robot import Body
 from spacearm.robot.capsule_fit import Segment
-from spacearm.robot.envelope import Shape, enclosed, greatest_excess
+from spacearm.robot.envelope import enclosed, greatest_excess
 from spacearm.robot.model import Frame, LinkCapsule, Robot, require_possible_inertia
 from spacearm.robot.unchecked_pairs import NOT_SAID, UncheckedPair, is_rigid, way_to, ways_to_links
-from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE
+from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE, Shape
 
 # ---- What something held weighs, and how it resists being turned -----------------------------------------------------
 

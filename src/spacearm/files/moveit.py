@@ -47,7 +47,7 @@ from spacearm.files.moveit_state import (
 )
 from spacearm.geometry import Scene
 from spacearm.planner.problem import Problem, within_limits
-from spacearm.robot.locked_joints import frame_poses
+from spacearm.robot.assembly import frame_poses
 from spacearm.robot.model import Robot
 
 if TYPE_CHECKING:

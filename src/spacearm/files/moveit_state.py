@@ -15,7 +15,7 @@ from spacearm.dynamics.payload import hold
 from spacearm.files.moveit_frames import Frames, root_joints
 from spacearm.files.moveit_scene import APPEND, MOVE, REMOVE, Body, body_of
 from spacearm.files.moveit_shapes import named
-from spacearm.robot.locked_joints import held_elsewhere, held_leaders, held_values, joint_limits_in_file
+from spacearm.robot.assembly import held_elsewhere, held_leaders, held_values, joint_limits_in_file
 from spacearm.robot.model import Frame, Robot
 
 if TYPE_CHECKING:
