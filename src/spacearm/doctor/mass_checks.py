@@ -1,7 +1,8 @@
-"""Masses and inertias: whether they are there, whether a body can have them, and whether they fit its shape.
+"""Masses and inertias: whether they are there, whether a body can have them, whether they fit its shape, and what they make of
+the robot as a whole.
 
 The thresholds: matter of mass m in a box of edges a, b, c has at most m (b² + c²) / 4 about the axis along a, which is
-three times the solid box's m (b² + c²) / 12; it has next to none if it sits in one point. `INERTIA_RANGE` allows for
+three times the solid box's m (b² + c²) / 12; it has next to none if it is at one point. `INERTIA_RANGE` allows for
 shapes that are drawn too small or too large.
 """
 
@@ -279,8 +280,6 @@ def _other_signs(element: Any) -> str:
             said.append(f"{name} {value:g} -> {-value:g}")
     return f"<inertia>: {', '.join(said)}"
 
-
-# ---- The masses of the whole: which bodies have none, how heavy the base is, and what that makes of the arm ----------
 
 HEAVY_ARM = 1.0
 """An arm of more than this share of its base's mass throws it about."""

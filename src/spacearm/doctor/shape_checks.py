@@ -1,4 +1,4 @@
-"""Shapes of links that nobody can load, that are of another unit, or that are not there."""
+"""Shapes of links: files that cannot be loaded, of another unit or missing; and the mass that would fill them evenly."""
 
 from __future__ import annotations
 
@@ -20,8 +20,6 @@ from spacearm.doctor.limit_checks import FARTHEST
 from spacearm.geometry.meshes import mesh_triangles
 from spacearm.robot.link_tree import LONGEST
 from spacearm.robot.urdf import chain_length, found_mesh, looks_like_millimetres
-
-# ---- The shapes of a link: their files, their size, and the mass that would fill them evenly -------------------------
 
 Array = NDArray[np.float64]
 
@@ -209,8 +207,6 @@ def _united(solids: list[Solid]) -> Solid:
         moments += solid.moments + solid.volume * (d @ d * np.eye(3) - np.outer(d, d))
     return Solid(low, high, volume, center, moments)
 
-
-# ---- Shapes of links that nobody can load, that are of another unit, or that are not there ---------------------------
 
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
 _LONGEST = 80  # characters of a path

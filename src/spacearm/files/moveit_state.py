@@ -1,4 +1,7 @@
-"""Where the robot is (`moveit_msgs/RobotState`): its joints, those that it does not plan for as well, and its base."""
+"""Where the robot is (`moveit_msgs/RobotState`): all its joints, its base, and what is attached to its links.
+
+An attached object (`moveit_msgs/AttachedCollisionObject`) becomes a part of the robot.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +31,6 @@ if TYPE_CHECKING:
         Twist,
     )
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# What MoveIt's states attach to links of the robot (`moveit_msgs/AttachedCollisionObject`): it becomes a part of the
-# robot.
 
 Array = NDArray[np.float64]
 
@@ -192,10 +192,6 @@ def _with_frames(robot: Robot, one: Held) -> Robot:
         for name, T in places.items()
     )
     return replace(robot, frames=(*(frame for frame in robot.frames if frame.name not in places), *frames))
-
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# Where the robot is (`moveit_msgs/RobotState`): its joints, those that it does not plan for as well, and its base.
 
 
 _SAME = 1e-9  # [rad, m and -]

@@ -1,4 +1,34 @@
-"""Where the motion of a problem file begins and ends."""
+"""Problem files: a planning problem as YAML. docs/problem_file.md explains every key.
+
+The keys::
+
+    spacearm: 1                # format and version
+    robot: zhang2022           # a built-in robot, or the path of a file, relative to this one; or with options:
+    robot: {file: arm.urdf, srdf: arm.srdf, group: arm, tip: hand, velocity_limit: 1.0, acceleration_limit: 1.0}
+    scene:                     # the obstacles, inertial frame [m]; leave it out for free space
+      - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}
+      - capsule: {a: [0, 0.9, -0.5], b: [0, 0.9, -0.3], radius: 0.02}
+      - box: {size: [0.1, 0.1, 0.1], position: [-0.5, 0.5, 0.5], rpy_deg: [0, 0, 45]}
+      - cylinder: {radius: 0.1, length: 0.3, position: [-0.5, 0.5, -0.5]}
+      - half_space: {normal: [0, 0, 1], point: [0, 0, -1]}
+    start: [0, 0, 0, 0, 0, 0, 0]       # joint positions [rad or m], in the robot's order
+    start: {elbow: 1.2}                #   or by joint; those not named are 0
+    start: ready                       #   or the name of one of the robot's configurations
+    start_deg: [0, 0, 0, 90, 0, 0, 0]  #   or in degrees, instead of `start`
+    goal: {configuration: [0, 0, 0, 1, 0, 0, 0]}           # written like start; or configuration_deg
+    goal: {configurations: [[0, 0, 0, 1, 0, 0, 0], {elbow: 2}]}         #   any of several
+    goal: {position: [0.7, 0.3, 0.0], tolerance: 0.001}    #   or a point for the end effector [m]
+    goal: {pose: {position: [0.7, 0.3, 0.0], rpy_deg: [0, 0, 0]}, orientation_tolerance_deg: 1}     #   or a pose
+    base: floating             # how the base is held: fixed, or floating; by default as the robot says
+    base_start: mass_center    # where the base is at the start: with the centre of mass at the inertial origin
+    base_start: {position: [0, 0, 1], rpy_deg: [0, 0, 90]}                  #   or there [m]; by default 0, unturned
+    base_goal: as_it_was       # of a floating base: how it is to stand at the end
+    base_goal: {rpy_deg: [0, 0, 90], tolerance_deg: 0.05}
+    base_limits: {peak_deg: 2, rate_deg: 0.5, joint_momentum: 40}           # how little the arm may disturb it
+    momentum: {angular: [0, 0, 0.5]}                                        # what base and arm have, and keep
+    duration: 60               # of the motion [s]; by default the least
+    planner: {islands: 2}      # any of PlannerSettings
+"""
 
 from __future__ import annotations
 
@@ -39,7 +69,6 @@ if TYPE_CHECKING:
         RobotModel,
     )
 
-# ---- How the base of a problem file is held: where it starts, and what is asked of it if it floats -------------------
 
 Array = NDArray[np.float64]
 
@@ -122,9 +151,6 @@ def _in_radians(model: Any, key: str, unit: str = "degrees") -> float | None:
     return math.radians(as_number(f"{key}_deg", degrees, ProblemError, above=0, unit=unit))
 
 
-# ---- The robot of a problem file, with what it holds -----------------------------------------------------------------
-
-
 def read_robot(file: YamlFile, model: RobotModel) -> Robot:
     """Load the robot that a problem file names, and put into its hand what it holds.
 
@@ -168,8 +194,6 @@ def _holding(robot: Robot, held: HeldModel, index: int, directory: Path, count: 
         inertia=held.inertia,
     )
 
-
-# ---- Where the motion of a problem file begins and ends --------------------------------------------------------------
 
 Given = list[float] | dict[str, float] | str
 """A configuration as a file has it: one number a joint, numbers by joint, or a name."""
@@ -301,38 +325,6 @@ def _by_name(robot: Robot, values: dict[str, float], key: str) -> Array:
                 f"{robot.upper[i]:.4g}; give it a value"
             )
     return np.array([values.get(name, 0.0) for name in robot.dof_names])
-
-
-# ---- Problem files: a planning problem as YAML. docs/problem_file.md explains every key ------------------------------
-#
-# The keys::
-#
-#     spacearm: 1                # format and version
-#     robot: zhang2022           # a built-in robot, or the path of a file, relative to this one; or with options:
-#     robot: {file: arm.urdf, srdf: arm.srdf, group: arm, tip: hand, velocity_limit: 1.0, acceleration_limit: 1.0}
-#     scene:                     # the obstacles, inertial frame [m]; leave it out for free space
-#       - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}
-#       - capsule: {a: [0, 0.9, -0.5], b: [0, 0.9, -0.3], radius: 0.02}
-#       - box: {size: [0.1, 0.1, 0.1], position: [-0.5, 0.5, 0.5], rpy_deg: [0, 0, 45]}
-#       - cylinder: {radius: 0.1, length: 0.3, position: [-0.5, 0.5, -0.5]}
-#       - half_space: {normal: [0, 0, 1], point: [0, 0, -1]}
-#     start: [0, 0, 0, 0, 0, 0, 0]       # joint positions [rad or m], in the robot's order
-#     start: {elbow: 1.2}                #   or by joint; those not named are 0
-#     start: ready                       #   or the name of one of the robot's configurations
-#     start_deg: [0, 0, 0, 90, 0, 0, 0]  #   or in degrees, instead of `start`
-#     goal: {configuration: [0, 0, 0, 1, 0, 0, 0]}           # written like start; or configuration_deg
-#     goal: {configurations: [[0, 0, 0, 1, 0, 0, 0], {elbow: 2}]}         #   any of several
-#     goal: {position: [0.7, 0.3, 0.0], tolerance: 0.001}    #   or a point for the end effector [m]
-#     goal: {pose: {position: [0.7, 0.3, 0.0], rpy_deg: [0, 0, 0]}, orientation_tolerance_deg: 1}     #   or a pose
-#     base: floating             # how the base is held: fixed, or floating; by default as the robot says
-#     base_start: mass_center    # where the base is at the start: with the centre of mass at the inertial origin
-#     base_start: {position: [0, 0, 1], rpy_deg: [0, 0, 90]}                  #   or there [m]; by default 0, unturned
-#     base_goal: as_it_was       # of a floating base: how it is to stand at the end
-#     base_goal: {rpy_deg: [0, 0, 90], tolerance_deg: 0.05}
-#     base_limits: {peak_deg: 2, rate_deg: 0.5, joint_momentum: 40}           # how little the arm may disturb it
-#     momentum: {angular: [0, 0, 0.5]}                                        # what base and arm have, and keep
-#     duration: 60               # of the motion [s]; by default the least
-#     planner: {islands: 2}      # any of PlannerSettings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

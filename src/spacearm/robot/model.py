@@ -21,8 +21,6 @@ from spacearm.core.errors import RobotError, nearest
 from spacearm.core.records import record_as_dict, record_from_dict
 from spacearm.robot.unchecked_pairs import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
 
-# ---- The masses of a robot's links -----------------------------------------------------------------------------------
-
 Array = NDArray[np.float64]
 
 _SKEW = 1e-9  # share of its largest entry by which an inertia may miss symmetry
@@ -109,9 +107,6 @@ def as_index(name: str, value: Any) -> int:
         RobotError: none.
     """
     return as_whole(name, value, RobotError, at_least=-1, wanted="an index, or -1")
-
-
-# ---- What moves: a tree of joints, capsules around the links, named frames, and each joint's limits ------------------
 
 
 JOINT_KINDS = ("revolute", "prismatic")
@@ -497,9 +492,6 @@ def require_robot(robot: Any) -> None:
         RobotError: it is none.
     """
     require_kind("robot", robot, Robot, RobotError, advice="make one with load_robot(...)")
-
-
-# ---- Robots as plain values, so that a file may hold one in full -----------------------------------------------------
 
 
 def robot_as_dict(robot: Robot) -> dict[str, Any]:
