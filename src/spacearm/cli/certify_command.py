@@ -21,7 +21,7 @@ from spacearm.core.reading import located, read_bytes
 from spacearm.core.version import version
 
 if TYPE_CHECKING:
-    from spacearm.files.recheck import Recheck
+    from spacearm.files.plan_file import Recheck
     from spacearm.planner import Problem
 
 
@@ -101,7 +101,7 @@ def run(arguments: Sequence[str]) -> int:
 
 def _found(options: Options, problem: Problem | None) -> Recheck:
     from spacearm.files import load_trajectory
-    from spacearm.files.recheck import recheck_plan, recheck_trajectory
+    from spacearm.files.plan_file import recheck_plan, recheck_trajectory
 
     if _is_plan(read_bytes(options.file, what="a plan or a trajectory")):
         with located(options.file):

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from spacearm.core.checks import shown
 from spacearm.core.errors import nearest
 from spacearm.dynamics.payload import hold
-from spacearm.files.moveit_frames import Frames, root_joints
-from spacearm.files.moveit_scene import APPEND, MOVE, REMOVE, Body, body_of
+from spacearm.files.moveit_scene import APPEND, MOVE, REMOVE, Body, Frames, body_of, root_joints
 from spacearm.files.moveit_shapes import named
 from spacearm.robot.assembly import held_elsewhere, held_leaders, held_values, joint_limits_in_file
 from spacearm.robot.model import Frame, Robot
