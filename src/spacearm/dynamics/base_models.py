@@ -2,7 +2,7 @@
 
 All rooms ask the model and never its name. A base model says where the base is along a motion, what may be asked of it, what it
 needs to know of the robot, what the kernel is given and what is printed. Its bounds for the proof are a class of their own, in
-`spacearm.proof.base_track`, found by the model's name. docs/base_models.md shows how another model is added.
+`spacearm.proof.base_proofs`, found by the model's name. docs/base_models.md shows how another model is added.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from spacearm.core.native import native
 from spacearm.core.rotations import as_unit, matrix_of
 from spacearm.robot import Robot, joint_frames
 from spacearm.robot.kinematics import kernel_joints
-from spacearm.robot.model import require_robot
+from spacearm.robot.model import INERTIA_ROUNDING, inertia_fault, require_robot
 from spacearm.robot.unchecked_pairs import require_all_masses
 
 # ---- The masses of a robot, one rigid body a joint: links that are fixed to each other move as one -------------------
@@ -33,8 +33,7 @@ from spacearm.robot.unchecked_pairs import require_all_masses
 Array = NDArray[np.float64]
 
 _GREATEST = 1e15  # [kg, kg m, kg m^2]; of more float64 keeps no digits that count
-_SLACK = 0.01  # by which published moments of inertia, rounded, may miss the triangle inequality
-_ROUNDING = 1e-9
+_SLACK = 0.01  # share of the largest moment by which published ones, rounded, may miss the triangle inequality
 _ADVICE = "run `spacearm doctor` on its model"
 
 
@@ -131,13 +130,14 @@ def _require_possible(robot: Robot, lumped: Array) -> None:
                 continue
             raise RobotError(f"{what} {where} has an inertia but no mass, expected both; {_ADVICE}")
         second = pseudo[:3, :3] - np.outer(pseudo[:3, 3], pseudo[:3, 3]) / mass  # about the centre of mass
-        principal = np.sort(np.linalg.eigvalsh(np.trace(second) * np.eye(3) - second))
-        size = max(float(np.abs(principal).max()), float(np.trace(pseudo[:3, :3])))
-        least, middle, most = np.where(np.abs(principal) > _ROUNDING * size, principal, 0.0)
+        inertia, scale = np.trace(second) * np.eye(3) - second, float(np.trace(pseudo[:3, :3]))
+        principal = np.linalg.eigvalsh(inertia)
+        rounding = INERTIA_ROUNDING * max(float(np.abs(principal).max()), scale)
+        least, middle, most = np.where(np.abs(principal) > rounding, principal, 0.0)
         shown = f"principal moments of inertia {least:.4g}, {middle:.4g} and {most:.4g} kg m^2"
-        if least < 0 or (i == 0 and least == 0):
+        if inertia_fault(inertia, scale=scale) == "negative" or (i == 0 and least == 0):
             raise RobotError(f"{what} {where} has {shown}, expected them above 0; {_ADVICE}")
-        if most > (least + middle) * (1 + _SLACK):
+        if inertia_fault(inertia, rounding=_SLACK) == "triangle":
             raise RobotError(f"{what} {where} has {shown}, expected none above the sum of the others; {_ADVICE}")
 
 

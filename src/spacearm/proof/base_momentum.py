@@ -23,13 +23,13 @@ from spacearm.motion import AnyTrajectory
 from spacearm.proof.bodies import JointMap, ancestors
 from spacearm.proof.witness import free_base_model, pinocchio
 from spacearm.robot import Robot
+from spacearm.robot.model import inertia_fault
 from spacearm.robot.unchecked_pairs import require_all_masses
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _LARGEST = 1e12  # [kg, m, kg m^2] the largest number of a mass, a place or an inertia
-_NEGATIVE = 1e-9  # times an inertia's greatest moment: the least may be below 0 by this, the last digit of a file
 _OUTWARD = 1 + 1e-9  # times a bound of the base's rotation, for its rounding
 _ROUNDING = 1e-11  # times the crude bound of the rotation: the absolute part of its rounding [rad]
 _LEAST = 1e-300  # [kg] in place of a mass of 0 in a quotient
@@ -93,8 +93,8 @@ def masses_of(robot: Robot) -> Masses:
             "('spacearm doctor' tells what is missing)"
         )
     moments = np.linalg.eigvalsh(inertia)
-    for body, (least, _, greatest) in zip(robot.bodies, moments, strict=True):
-        if least < -_NEGATIVE * greatest:
+    for body, (least, _, _) in zip(robot.bodies, moments, strict=True):
+        if inertia_fault(body.inertia) == "negative":
             raise RobotError(
                 f"body '{body.name}' of robot '{robot.name}' has a moment of inertia of {least:.4g} kg m^2, expected none "
                 "below 0; 'spacearm doctor' tells more"

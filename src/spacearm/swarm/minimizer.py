@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from spacearm.core.checks import as_number, dimensions_of, shown
 from spacearm.core.errors import OutputError, SettingsError, SwarmError
+from spacearm.core.interrupts import interrupt_taken
 from spacearm.core.native import native
 from spacearm.core.random_seed import Rng
 from spacearm.core.records import as_dict, one_of, whole
@@ -97,6 +98,7 @@ def minimize(
     except KeyboardInterrupt:
         if swarm.iteration == 0:
             raise
+        interrupt_taken()
         return swarm.result("interrupted")
     if checkpoint is not None:
         swarm.save(checkpoint)
