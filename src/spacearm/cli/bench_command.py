@@ -87,8 +87,8 @@ class SpaceOptions:
         limit: a problem that takes longer than this on the reference core is not solved [s].
         no_figure: do not draw a problem of each family, how fixed-base motions end, and how far bases turn.
         json: print the content of report.json instead of the tables.
-        records: a file that each run is written to as it ends; the same file again continues after a stop. Runs of the published
-            problems go to a second file beside it.
+        records: a file that each run is written to as it ends; the same file again continues after a stop. Runs of the
+            published problems go to a second file beside it.
         jobs: runs measured at a time; none: one, since runs beside each other take longer.
     """
 

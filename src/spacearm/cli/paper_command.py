@@ -28,8 +28,8 @@ class Options:
         output: a new or empty folder for tables, figures and report.json.
         no_figures: do not draw Figures 4-9 and the comparison, which takes most of the time.
         json: print the report as JSON instead of the tables.
-        records: a file that runs are written to as they end; the same file again continues after a stop. The planned paths go to
-            a second file beside it.
+        records: a file that runs are written to as they end; the same file again continues after a stop. The planned paths go
+            to a second file beside it.
         jobs: processes; the numbers do not depend on it. One process uses as many threads as `threads` says, each of several
             one.
         experiment: the runs and the problem.
