@@ -5,7 +5,7 @@
 
 For each robot, random motions through three interior control points; errors of the attitude at the end [rad], median and
 greatest, in the search's float32 and in float64. The search meets what is asked of the end on 64 nodes, and the float64 that
-settles a motion before its proof takes 256 (`kernel/motion.hpp`); the proof integrates by itself.
+settles a motion before its proof takes 256 (`kernel/motion/floating_base.hpp`); the proof integrates by itself.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def measure(robot: Robot, motions: int, rng: np.random.Generator) -> tuple[list[
 
 def kernels(islands: Islands) -> tuple[Any, Any]:
     """Return the native search, and the one in float64 that settles motions for their proof."""
-    return islands._all[0], islands.search(64, 0, 0)
+    return islands.search32(0, 0), islands.search64()
 
 
 def angle(one: Array, other: Array) -> float:

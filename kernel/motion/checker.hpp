@@ -8,23 +8,6 @@
 
 namespace SPACEARM_NAMESPACE {
 
-// The names and order of the terms, as `terms` fills them.
-enum term {
-    term_length,
-    term_duration,
-    term_tip,
-    term_clearance,
-    term_smoothness,
-    term_f1,
-    term_f2,
-    term_f3,
-    term_base_final,
-    term_base_peak,
-    term_base_rate,
-    term_joint_momentum,
-    term_count
-};
-
 template <class T> class motion_checker {
   public:
     explicit motion_checker(const motion_problem<T>& problem)
@@ -58,10 +41,11 @@ template <class T> class motion_checker {
         if (all || w.carried()) carried(m, value);
         if (all || w.of_base()) of_base(m, value);
         if (terms) std::copy(value, value + term_count, terms);
-        const T weights[term_count] = {w.length,   w.duration, w.tip,     w.clearance, w.smoothness, w.paper[0],
-                                       w.paper[1], w.paper[2], w.base[0], w.base[1],   w.base[2],    w.base[3]};
         T sum = 0;
-        for (int i = 0; i < term_count; ++i) sum += weights[i] > 0 ? weights[i] * value[i] : T(0);
+        for (int i = 0; i < term_count; ++i) {
+            const T weight = w.*motion_terms<T>[i].weight;
+            sum += weight > 0 ? weight * value[i] : T(0);
+        }
         return sum;
     }
 

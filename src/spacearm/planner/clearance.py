@@ -60,7 +60,7 @@ def clearances(problem: HasScene, q: ArrayLike) -> Array:
     problem = at_start(problem)
     array = as_configurations(problem.robot, q)
     model = kernel_model(problem.robot, problem.scene)
-    found = model.native.obstacle_clearances(np.ascontiguousarray(array.reshape(-1, problem.robot.dof)))
+    found = model.model64.obstacle_clearances(np.ascontiguousarray(array.reshape(-1, problem.robot.dof)))
     obstacles = len(problem.scene.obstacles)
     if len(model.obstacle_of) != obstacles:  # sphere sets are several of the kernel's obstacles
         out = np.full((*found.shape[:-1], obstacles), np.inf)
@@ -87,7 +87,7 @@ def self_clearances(problem: HasScene, q: ArrayLike) -> Array:
     pairs = self_capsule_pairs(problem.robot)
     model = kernel_model(problem.robot, problem.scene)
     rows = np.ascontiguousarray(array.reshape(-1, problem.robot.dof))
-    return model.native.pair_clearances(rows, pairs).reshape(*array.shape[:-1], len(pairs))
+    return model.model64.pair_clearances(rows, pairs).reshape(*array.shape[:-1], len(pairs))
 
 
 def clearance(problem: HasScene, q: ArrayLike) -> Array:
@@ -120,7 +120,7 @@ def clearance_of(problem: HasScene) -> Callable[[Array], Array]:
         A function of configurations (b, n) that returns their clearances (b,) [m].
     """
     problem = at_start(problem)
-    native = kernel_model(problem.robot, problem.scene).native
+    native = kernel_model(problem.robot, problem.scene).model64
     pairs = self_capsule_pairs(problem.robot)
 
     def least(q: Array) -> Array:
@@ -197,9 +197,9 @@ def margins_within_reach(problem: HasScene, ends: ArrayLike, margin: float) -> M
     robot, scene = problem.robot, problem.scene
     model = kernel_model(robot, scene)
     rows = np.ascontiguousarray(as_configurations(robot, ends))
-    to_scene = model.native.obstacle_clearances(rows).min(axis=0)  # (c, k)
+    to_scene = model.model64.obstacle_clearances(rows).min(axis=0)  # (c, k)
     pairs = self_capsule_pairs(robot)
-    to_self = model.native.pair_clearances(rows, pairs).min(axis=0)  # (p,)
+    to_self = model.model64.pair_clearances(rows, pairs).min(axis=0)  # (p,)
     if min(to_scene.min(initial=np.inf), to_self.min(initial=np.inf)) >= 2 * margin:
         return Margins(asked=margin)
     if not getattr(

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.exact import length, product, solved
+from spacearm.core.native import native
 from spacearm.core.rotations import rotation_vectors, turns_between
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.robot.kinematics import tree_model
@@ -32,7 +33,7 @@ class Reach:
 
     Attributes:
         goal: the goal.
-        native: the kernel's model of the joints.
+        model: the kernel's model of the joints.
         joint: index of the joint whose moving frame the goal's frame rides on.
         T_joint_frame: (4, 4) from the goal's frame to that moving frame [m].
         chain: (k,) indices of the joints from the base to the frame.
@@ -42,7 +43,7 @@ class Reach:
     """
 
     goal: SpaceGoal
-    native: Any
+    model: native.Model64
     joint: int
     T_joint_frame: Array
     chain: NDArray[np.intp]
@@ -62,7 +63,7 @@ def reach_to(robot: Robot, goal: SpaceGoal) -> Reach:
     joints = [robot.joints[i] for i in chain]
     return Reach(
         goal=goal,
-        native=tree_model(robot),
+        model=tree_model(robot),
         joint=frame.joint,
         T_joint_frame=frame.T_joint_frame,
         chain=np.array(chain, dtype=np.intp),
@@ -186,7 +187,7 @@ class _Placed:
 
 
 def _frames(reach: Reach, q: Array) -> Array:
-    return reach.native.joint_frames(np.ascontiguousarray(q))  # (b, joints, 4, 4)
+    return reach.model.joint_frames(np.ascontiguousarray(q))  # (b, joints, 4, 4)
 
 
 def _placed(reach: Reach, q: Array) -> _Placed:

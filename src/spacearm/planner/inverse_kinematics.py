@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.exact import product, sines
+from spacearm.core.native import native
 from spacearm.geometry import Scene
 from spacearm.planner.clearance import clearance_of
 from spacearm.planner.goal_reach import (
@@ -25,7 +26,7 @@ from spacearm.planner.goal_reach import (
     tolerances,
 )
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PositionGoal
-from spacearm.planner.kernel_model import make_kernel_model, native_class
+from spacearm.planner.kernel_model import make_kernel_model
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem, nearest_turns
 from spacearm.swarm import PSO, run_trials
@@ -152,7 +153,6 @@ def nearest_first(problem: Problem, q: Array, clear: Array, **counts: Any) -> Go
 # The swarm in configuration space that looks for configurations which reach a goal: the seed's own formulation.
 
 
-_PRECISION = 32  # of the search; what it finds is brought onto the goal and checked in float64
 _ANYWHERE = 1e6  # [m]
 _LEVER = 0.25  # [m] how far from the frame's origin its axes are watched
 
@@ -208,14 +208,14 @@ def swarm_configurations(
         not said.
     """
     points, targets, tolerances = _watched(problem, goal, slack or Slack(distance=0.0, angle=0.0))
-    model = make_kernel_model(problem.robot, problem.scene, precision=_PRECISION, points=points)
-    objective = native_class("ReachObjective", _PRECISION)(
-        model.native,
-        np.array(model.points, dtype=np.int32),
-        np.array(targets, dtype=np.float64).reshape(-1, 3),
-        np.array(tolerances, dtype=np.float64),
-        margin,
-        np.array(home),
+    model = make_kernel_model(problem.robot, problem.scene, points=points)
+    objective = native.ReachObjective32(
+        scene=model.model32,
+        points=np.array(model.points, dtype=np.int32),
+        targets=np.array(targets, dtype=np.float64).reshape(-1, 3),
+        tolerances=np.array(tolerances, dtype=np.float64),
+        margin=margin,
+        home=np.array(home, dtype=np.float64),
     )
     runs = run_trials(
         objective,

@@ -84,6 +84,7 @@ def pareto_front(
     Raises:
         ProblemError: the base is fixed, the duration is given, or a goal attitude already says how the base is to end.
         SettingsError: settings that cannot be.
+        KeyboardInterrupt: Ctrl-C.
     """
     one_of("measure", measure, get_args(Disturbance))
     whole("points", points, at_least=2, at_most=1000)
@@ -97,6 +98,8 @@ def pareto_front(
         tell(number, points, what)
         weights = Weights(**{"length": 0.0, "duration": duration, f"base_{measure}": base})
         made = plan(problem, replace(settings, weights=weights), rng=seed)
+        if made.interrupted:
+            raise KeyboardInterrupt
         found.extend([made] if made.found else [])
         return made if made.found else None
 

@@ -19,8 +19,7 @@ from spacearm.planner.inverse_kinematics import GoalConfigurations
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem
 from spacearm.proof import Certificate
-from spacearm.proof.base_setup import base_setup_of, exceeded
-from spacearm.proof.base_track import BaseProof, begun_base_proof
+from spacearm.proof.base_proofs import BaseProof, base_setup_of, begun_base_proof, broken_base_limits
 from spacearm.robot import forward_kinematics
 from spacearm.robot.unchecked_pairs import lacks_envelope, words_on_unchecked
 
@@ -60,7 +59,7 @@ def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
     """
     base = _base_of(problem, trajectory)
     figures, T_w_b = base.figures(), base.at_end()
-    missed = list(exceeded(figures, problem.base_limits))
+    missed = list(broken_base_limits(figures, problem.base_limits))
     distance = off = None
     if isinstance(problem.goal, (PositionGoal, PoseGoal)):
         q = trajectory.sample(trajectory.duration).q

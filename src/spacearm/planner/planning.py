@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import shown
 from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.interrupts import interrupt_taken
 from spacearm.core.random_seed import Rng, seed_of
 from spacearm.core.records import setting_names
 from spacearm.dynamics.base_models import require_known
@@ -171,6 +172,7 @@ class _Run:
             self._go_on(**budget)
             status = self._proven(budget)
         except KeyboardInterrupt:
+            interrupt_taken()
             self.lap("search")
             self.interrupted = True
             status = self._best_so_far()
