@@ -357,9 +357,9 @@ def test_coefficients_of_great_size_between_small_values_are_allowed_their_round
     robot = turntable()
     wild = 1e6 * (-1.0) ** np.arange(41)
     path = PiecewisePath([0, 1], wild[None, :, None])
-    path = PathIntervals(path)
-    intervals = path.first()
-    assert path.linear_bounds(intervals).drift.min() >= 1e-8
+    cut = PathIntervals(path)
+    intervals = cut.first()
+    assert cut.linear_bounds(intervals).deviation.min() >= 1e-8
     assert judged(robot, [], RecordedTrajectory(robot, path)).holds
 
 

@@ -6,8 +6,8 @@ functions here use `core.exact`, or only `+`, `-`, `*`, `/`, sums and square roo
 
 The product of quaternions and the matrix of a quaternion are here twice, with sums in another order: `multiplied` and
 `matrix_of` for recorded motions, `product_by_parts` and `matrix_by_parts` for the proof of a floating base. Their last digits
-differ. Both orders are part of what is recorded: these digits of a motion are saved, and they decide which instant a
-certificate names if two are equally close.
+differ. Both orders are part of what is recorded: these digits of a motion are saved, and in a certificate they decide which
+instant is named if two are equally close.
 
 Arrays have any leading axes. The last axis is the quaternion (4,) or the vector (3,); the last two are the matrix (3, 3).
 """
