@@ -17,8 +17,8 @@ from spacearm.core.reading import located
 from spacearm.files.plan_file import SavedPlan, load_saved_plan, problem_hash, values_that_count
 from spacearm.motion import AnyTrajectory, RecordedTrajectory
 from spacearm.motion.recorded import for_robot
-from spacearm.planner.goal_reach import reach_to, reaches
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
+from spacearm.planner.inverse_kinematics import Reach, reaches
 from spacearm.planner.plan_result import BaseReport, report_base
 from spacearm.planner.problem import Problem
 from spacearm.proof import Certificate
@@ -167,4 +167,4 @@ def _missed(problem: Problem, end: Array) -> bool:
     goal = problem.local.goal
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
         return bool((np.abs(np.atleast_2d(goal.q) - end) - goal.tolerance).max(axis=1).min() > _SAME)
-    return not problem.base_model.follows_arm and not bool(reaches(reach_to(problem.robot, goal), end[None])[0])
+    return not problem.base_model.follows_arm and not bool(reaches(Reach(robot=problem.robot, goal=goal), end[None])[0])
