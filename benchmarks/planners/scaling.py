@@ -183,12 +183,12 @@ def once(problem: Problem, *, seed: int, everything: bool) -> dict[str, float]:
         rng = np.random.default_rng(seed)
         fresh = Scene(problem.scene.obstacles)
         copies = [Scene(problem.scene.obstacles) for _ in range(3)]
-        out["prepare"] = min(taken(lambda copy=copy: kernel_model(robot, copy, precision=32)) for copy in copies)
-        native = kernel_model(robot, fresh, precision=32).native
+        out["prepare"] = min(taken(lambda copy=copy: kernel_model(robot, copy).model32) for copy in copies)
+        native = kernel_model(robot, fresh).model32
         rows = rng.uniform(robot.lower, robot.upper, (ROWS, robot.dof)).astype(np.float32)
         native.shortfalls(rows, 0.002, False)
         out["configuration"] = min(taken(lambda: native.shortfalls(rows, 0.002, True)) for _ in range(3)) / ROWS
-        cloud = kernel_model(robot, Scene(strewn(len(problem.scene.obstacles))), precision=32).native
+        cloud = kernel_model(robot, Scene(strewn(len(problem.scene.obstacles)))).model32
         cloud.shortfalls(rows, 0.002, False)
         out["strewn"] = min(taken(lambda: cloud.shortfalls(rows, 0.002, False)) for _ in range(3)) / ROWS
         bends = np.clip(0.3 * rng.normal(size=(64, 2, robot.dof)), -1, 1)
@@ -244,7 +244,7 @@ def threads(size: Size, rounds: int) -> dict[str, float]:
 def _control(problem: Problem) -> float:
     """How much faster two threads check 100 times 2,048 configurations than one does."""
     robot = problem.robot
-    native = kernel_model(robot, problem.scene, precision=32).native
+    native = kernel_model(robot, problem.scene).model32
     rows = np.random.default_rng(0).uniform(robot.lower, robot.upper, (ROWS, robot.dof)).astype(np.float32)
 
     def work() -> None:

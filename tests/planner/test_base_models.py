@@ -16,8 +16,10 @@ from numpy.typing import ArrayLike
 
 from house.source import PACKAGE, python_files, where
 from spacearm.core.errors import ProblemError
+from spacearm.core.native import native
 from spacearm.core.rotations import quaternion_of
 from spacearm.dynamics import BASE_MODELS, BaseModel, BaseTrack, JointPath, Momentum, center_of_mass, moments
+from spacearm.dynamics.base_models import BaseDemands
 from spacearm.dynamics.momentum import require_possible_masses
 from spacearm.geometry import Scene, Sphere
 from spacearm.motion import AnyTrajectory, Motion, RecordedTrajectory, Trajectory, time_optimal
@@ -82,11 +84,11 @@ class AttitudeHeld(BaseModel):
     def track(self, robot: Robot, path: JointPath, *, start: np.ndarray, momentum: Momentum, duration: float) -> BaseTrack:
         return HeldTrack(robot, path, start)
 
-    def kernel_robot(self, model: Any, robot: Robot) -> Any:
-        return model
+    def kernel_masses(self, robot: Robot) -> None:
+        return None
 
-    def kernel_base(self, robot: Robot, momentum: Momentum, duration: float | None) -> dict[str, Any]:
-        return {} if duration is None else {"fixed": True, "duration": duration}
+    def kernel_base(self, robot: Robot, momentum: Momentum, duration: float | None, demands: BaseDemands) -> native.FixedBase:
+        return native.FixedBase(duration=duration or 0.0)
 
 
 class AttitudeHeldProof(BaseProof):

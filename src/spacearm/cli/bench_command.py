@@ -35,7 +35,7 @@ class MbmOptions:
         srdf: its groups and the links that may touch; none: the only SRDF file there.
         group: the group whose joints move.
         families: measure only these families; none: all.
-        problems: measure only so many problems of each family; none: all.
+        problems: measure only this number of problems of each family; none: all.
         seeds: runs of each problem.
         search: duration of the search alone, on the reference core [ms].
         budget: duration of the search in plan() before the proof, on the reference core [ms].
@@ -69,7 +69,7 @@ class MbmOptions:
 @dataclass(frozen=True, kw_only=True)
 class SpaceOptions:
     """Measure the planner on SpaceBench, problems for arms on spacecraft whose base floats, on one core: time to the first
-    certified motion, how far the base turns, what becomes of motions planned for a fixed base; then on published problems.
+    certified motion, how far the base turns, and how motions planned for a fixed base end; then on published problems.
 
     Times are stated for a reference core.
 
@@ -77,11 +77,11 @@ class SpaceOptions:
         data: the frozen set: a folder with a file for each family, as truss.json.
         output: a new or empty folder for report.json, tables.md and the figures.
         family: measure only these families; none: all.
-        problems: measure only so many problems of each family; none: all.
+        problems: measure only this number of problems of each family; none: all.
         seeds: runs of each problem.
         published: seeds of each of the published problems; 0 leaves them out.
         limit: a problem that takes longer than this on the reference core is not solved [s].
-        no_figure: do not draw a problem of each family, what becomes of fixed-base motions, and how far bases turn.
+        no_figure: do not draw a problem of each family, how fixed-base motions end, and how far bases turn.
         json: print the content of report.json instead of the tables.
     """
 

@@ -28,7 +28,7 @@ class Options:
         output: a new or empty folder for tables, figures and report.json.
         no_figures: do not draw Figures 4-9 and the comparison, which takes most of the time.
         json: print the report as JSON instead of the tables.
-        experiment: what is run.
+        experiment: the runs and the problem.
     """
 
     output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,9 +21,10 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import Frozen, as_numbers, as_readonly, keep
 from spacearm.core.errors import ProblemError, RobotError
 from spacearm.core.exact import product, solved3
+from spacearm.core.native import native
 from spacearm.core.rotations import as_unit, cross, matrix_of
 from spacearm.robot import Robot, joint_frames
-from spacearm.robot.kinematics import tree_model
+from spacearm.robot.kinematics import kernel_joints
 from spacearm.robot.model import require_robot
 from spacearm.robot.unchecked_pairs import require_all_masses
 
@@ -365,21 +366,41 @@ def moving(robot: Robot, q: Array, dq: Array) -> Moving:
         robot: with n degrees of freedom.
         q, dq: (m, n) configurations and rates, per whatever they are per.
     """
-    rows = np.asarray(_native(robot).momentum_terms(np.ascontiguousarray(q), np.ascontiguousarray(dq)))
+    rows = _model(robot).momentum_terms(np.ascontiguousarray(q), np.ascontiguousarray(dq))
     H_w = rows[:, [6, 9, 10, 9, 7, 11, 10, 11, 8]].reshape(-1, 3, 3)
     return Moving(rows[:, :3], rows[:, 15:], rows[:, 3:6], H_w, rows[:, 12:15])
 
 
-def kernel_masses(robot: Robot) -> dict[str, Array]:
-    """Return the masses of a robot as the kernel takes them: a row for the base, then one for each joint."""
+class LinkMasses(NamedTuple):
+    """The masses of a robot: of the base, then of the body of each joint; j joints.
+
+    Attributes:
+        mass: (1 + j,) [kg].
+        com: (1 + j, 3) centres of mass in the joint's frame [m].
+        inertia: (1 + j, 6) about them: xx, yy, zz, xy, xz, yz [kg m^2].
+    """
+
+    mass: Array
+    com: Array
+    inertia: Array
+
+
+def link_masses(robot: Robot) -> LinkMasses:
+    """Return the masses of a robot as the kernel takes them."""
     pseudo = lumped_masses(robot).pseudo
     mass = pseudo[:, 3, 3]
     com = pseudo[:, :3, 3] / np.where(mass > 0, mass, 1.0)[:, None]
     second = pseudo[:, :3, :3] - mass[:, None, None] * com[:, :, None] * com[:, None, :]
     inertia = np.trace(second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - second
-    return {"mass": mass.copy(), "com": com, "inertia": inertia[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].copy()}
+    return LinkMasses(mass.copy(), com, inertia[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].copy())
+
+
+def kernel_masses(robot: Robot) -> native.Masses:
+    """Return the masses of a robot as the kernel's own object."""
+    masses = link_masses(robot)
+    return native.Masses(mass=masses.mass, com=masses.com, inertia=masses.inertia)
 
 
 @lru_cache(maxsize=32)
-def _native(robot: Robot) -> Any:
-    return tree_model(robot).weighed(**kernel_masses(robot))
+def _model(robot: Robot) -> native.Model64:
+    return native.Model64(native.World(joints=kernel_joints(robot), masses=kernel_masses(robot)))

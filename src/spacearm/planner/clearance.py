@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import keep, shown
 from spacearm.core.errors import ProblemError
+from spacearm.core.native import native
 from spacearm.dynamics.base_models import BASE_MODELS, BaseModel
 from spacearm.geometry import Scene
 from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
@@ -33,18 +34,6 @@ class HasScene(Protocol):
         ...
 
 
-class _KernelClearances(Protocol):
-    """The kernel's model of robot and scene."""
-
-    def obstacle_clearances(self, q: Array, /) -> Array:
-        """Return the signed distances (b, c, j) of capsules and obstacles [m]."""
-        ...
-
-    def pair_clearances(self, q: Array, pairs: NDArray[np.int32], /) -> Array:
-        """Return the signed distances (b, p) of pairs of capsules [m]."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ClearanceModel:
     """A robot among obstacles, prepared to be asked for the clearances of many configurations.
@@ -62,11 +51,11 @@ class ClearanceModel:
     scene: Scene
     pairs: NDArray[np.int32] = field(init=False)
     obstacle_of: NDArray[np.intp] = field(init=False)
-    _kernel: _KernelClearances = field(init=False)
+    _model: native.Model64 = field(init=False)
 
     def __post_init__(self) -> None:
         model = kernel_model(self.robot, self.scene)
-        keep(self, pairs=self_capsule_pairs(self.robot), obstacle_of=model.obstacle_of, _kernel=model.native)
+        keep(self, pairs=self_capsule_pairs(self.robot), obstacle_of=model.obstacle_of, _model=model.model64)
 
     def to_obstacles(self, q: Array) -> Array:
         """Return the signed distances (b, c, k) of capsules and obstacles [m]."""
@@ -80,11 +69,11 @@ class ClearanceModel:
 
     def to_kernel_obstacles(self, q: Array) -> Array:
         """Return the signed distances (b, c, j) of capsules and the kernel's obstacles [m]."""
-        return self._kernel.obstacle_clearances(np.ascontiguousarray(q))
+        return self._model.obstacle_clearances(np.ascontiguousarray(q))
 
     def between_links(self, q: Array) -> Array:
         """Return the signed distances (b, p) of the pairs [m]."""
-        return self._kernel.pair_clearances(np.ascontiguousarray(q), self.pairs)
+        return self._model.pair_clearances(np.ascontiguousarray(q), self.pairs)
 
     def least(self, q: Array) -> Array:
         """Return the least of all (b,) [m]; infinite without obstacles and pairs."""

@@ -1,4 +1,7 @@
-"""Swarms in configuration space that look for configurations near a goal: the formulation of the paper, run by the kernel."""
+"""Swarms in configuration space that look for configurations near a goal: the formulation of the paper, run by the kernel.
+
+The kernel computes in float32 here; what the swarms find is brought onto the goal and checked in float64.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.exact import product, sines
+from spacearm.core.native import native
 from spacearm.geometry import Scene
 from spacearm.planner.goals import PositionGoal, SpaceGoal
-from spacearm.planner.kernel_model import make_kernel_model, native_class
+from spacearm.planner.kernel_model import make_kernel_model
 from spacearm.robot.model import Robot
 from spacearm.swarm import PSO, run_trials
 
 Array = NDArray[np.float64]
 
-_PRECISION = 32  # bits of the kernel's numbers; what the swarms find is checked in float64
 _ANYWHERE = 1e6  # [m] tolerance of a frame that may be anywhere: no robot reaches so far
 _LEVER = 0.25  # [m] from the frame's origin to the points on its axes that are watched; about the size of a hand
 
@@ -87,14 +90,14 @@ class GoalSwarms:
             is not said.
         """
         points, targets, tolerances = _watched_points(self.robot, goal, slack or Slack())
-        model = make_kernel_model(self.robot, self.scene, precision=_PRECISION, points=points)
-        objective = native_class("ReachObjective", _PRECISION)(
-            model.native,
-            np.array(model.points, dtype=np.int32),
-            np.array(targets, dtype=np.float64).reshape(-1, 3),
-            np.array(tolerances, dtype=np.float64),
-            self.margin,
-            np.array(home),
+        model = make_kernel_model(self.robot, self.scene, points=points)
+        objective = native.ReachObjective32(
+            scene=model.model32,
+            points=np.array(model.points, dtype=np.int32),
+            targets=np.array(targets, dtype=np.float64).reshape(-1, 3),
+            tolerances=np.array(tolerances, dtype=np.float64),
+            margin=self.margin,
+            home=np.array(home, dtype=np.float64),
         )
         runs = run_trials(
             objective,

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.checks import keep
 from spacearm.core.exact import length, product, solved
+from spacearm.core.native import native
 from spacearm.core.rotations import rotation_vectors, turns_between
 from spacearm.planner.clearance import ClearanceModel
 from spacearm.planner.goal_swarms import GoalSwarms, Slack
@@ -371,14 +371,6 @@ def _distinct(q: Array, start: Array, most: int) -> NDArray[np.intp]:
 # ---- How far configurations are from a goal in space, and the way from near it onto it --------------------------------
 
 
-class _JointFrames(Protocol):
-    """The kernel's model of a robot's joints."""
-
-    def joint_frames(self, q: Array, /) -> Array:
-        """Return where the joints' frames are, (b, joints, 4, 4) [m]."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reach:
     """A goal in space for one robot, and the chain of joints that moves its frame.
@@ -386,7 +378,7 @@ class Reach:
     Attributes:
         robot: with n joints.
         goal: the goal; its frame is the robot's tip if it names none.
-        kernel: the kernel's model of the joints.
+        model: the kernel's model of the joints.
         joint: index of the joint whose moving frame the goal's frame rides on.
         T_joint_frame: (4, 4) from the goal's frame to that moving frame [m].
         chain: (k,) indices of the joints from the base to the frame.
@@ -397,7 +389,7 @@ class Reach:
 
     robot: Robot
     goal: SpaceGoal
-    kernel: _JointFrames = field(init=False)
+    model: native.Model64 = field(init=False)
     joint: int = field(init=False)
     T_joint_frame: Array = field(init=False)
     chain: NDArray[np.intp] = field(init=False)
@@ -417,7 +409,7 @@ class Reach:
         joints = [robot.joints[i] for i in chain]
         keep(
             self,
-            kernel=tree_model(robot),
+            model=tree_model(robot),
             joint=frame.joint,
             T_joint_frame=frame.T_joint_frame,
             chain=np.array(chain, dtype=np.intp),
@@ -438,7 +430,7 @@ def goal_errors(reach: Reach, q: Array) -> tuple[Array, Array]:
         The distance (b,) [m] and the angle (b,) [rad]: of the turn between the orientations, or of the free axis; 0 for a
         position.
     """
-    residual, _ = _residuals(reach, reach.kernel.joint_frames(np.ascontiguousarray(q)))
+    residual, _ = _residuals(reach, reach.model.joint_frames(np.ascontiguousarray(q)))
     return np.linalg.norm(residual[:, :3], axis=-1), np.linalg.norm(residual[:, 3:], axis=-1) / LEVER
 
 
@@ -534,7 +526,7 @@ class _Placed:
 
 
 def _placed(reach: Reach, q: Array) -> _Placed:
-    frames = reach.kernel.joint_frames(np.ascontiguousarray(q))
+    frames = reach.model.joint_frames(np.ascontiguousarray(q))
     residual, axis = _residuals(reach, frames)
     jacobian = _jacobian(reach, frames)
     if residual.shape[1] == 3:

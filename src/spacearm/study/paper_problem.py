@@ -5,16 +5,17 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import SettingsError
+from spacearm.core.native import native
 from spacearm.core.records import one_of, settings, whole
 from spacearm.geometry import Scene, Sphere
-from spacearm.planner.kernel_model import make_kernel_model, native_class
+from spacearm.planner.kernel_model import make_kernel_model
 from spacearm.robot import Robot, load_robot
 from spacearm.robot.kinematics import as_configurations
 from spacearm.swarm import NAMED_SETTINGS
@@ -139,7 +140,17 @@ def paper_scene(radius: float = 0.10) -> Scene:
     return Scene([Sphere(center, radius) for center in OBSTACLE_CENTERS])
 
 
-def paper_objective(settings: PaperSettings, mode: str, radius: float, *, precision: int = 64) -> Any:
+@overload
+def paper_objective(
+    settings: PaperSettings, mode: str, radius: float, *, precision: Literal[64] = 64
+) -> native.PaperObjective64: ...
+@overload
+def paper_objective(
+    settings: PaperSettings, mode: str, radius: float, *, precision: int
+) -> native.PaperObjective32 | native.PaperObjective64: ...
+def paper_objective(
+    settings: PaperSettings, mode: str, radius: float, *, precision: int = 64
+) -> native.PaperObjective32 | native.PaperObjective64:
     """Return the kernel's objective: fitness eq. (4), violation eqs. (1)-(3), (10), (11), and the goal in that mode.
 
     Args:
@@ -153,15 +164,27 @@ def paper_objective(settings: PaperSettings, mode: str, radius: float, *, precis
         SceneError: a radius that is not above 0.
     """
     one_of("mode", mode, MODES)
-    model = make_kernel_model(paper_robot(settings.link_radius), paper_scene(radius), precision=precision)
-    return native_class("SeedObjective", precision)(
-        model.native,
-        np.array(model.centres, dtype=np.int32),
-        model.tip,
-        np.array(GOAL_POSITION),
-        np.array(settings.weights, dtype=np.float64),
-        mode == "goal",
-        settings.tolerance,
+    model = make_kernel_model(paper_robot(settings.link_radius), paper_scene(radius))
+    centers, weights = np.array(model.centres, dtype=np.int32), np.array(settings.weights, dtype=np.float64)
+    goal, must_reach, tolerance = np.array(GOAL_POSITION, dtype=np.float64), mode == "goal", settings.tolerance
+    if precision == 32:
+        return native.PaperObjective32(
+            scene=model.model32,
+            centers=centers,
+            tip=model.tip,
+            goal=goal,
+            weights=weights,
+            must_reach=must_reach,
+            tolerance=tolerance,
+        )
+    return native.PaperObjective64(
+        scene=model.model64,
+        centers=centers,
+        tip=model.tip,
+        goal=goal,
+        weights=weights,
+        must_reach=must_reach,
+        tolerance=tolerance,
     )
 
 
