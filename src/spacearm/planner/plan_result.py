@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,8 @@ from spacearm.core.rotations import angle, conjugate, multiplied, quaternion_of
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.planner.clearance import Margins
 from spacearm.planner.explanations import EndReport
-from spacearm.planner.goal_reach import pose_errors, tolerances
 from spacearm.planner.goals import PoseGoal, PositionGoal
-from spacearm.planner.inverse_kinematics import GoalConfigurations
+from spacearm.planner.inverse_kinematics import GoalConfigurations, pose_errors
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem
 from spacearm.proof import Certificate
@@ -65,7 +64,7 @@ def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
         q = trajectory.sample(trajectory.duration).q
         T = T_w_b @ forward_kinematics(problem.robot, q, frame=problem.goal.frame)
         distance, off = (float(error[0]) for error in pose_errors(problem.goal, T[None]))
-        near, turn = tolerances(problem.goal)
+        near, turn = problem.goal.tolerances
         lever = float(np.linalg.norm(T[:3, 3] - base.turns_about_at_end()))
         if distance + figures.error * lever > near or off + figures.error > turn:
             angle_too = f" and {math.degrees(off):.3g} deg" if isinstance(problem.goal, PoseGoal) else ""
@@ -175,18 +174,18 @@ class Plan:
     problem: Problem
     settings: PlannerSettings
     seed: int
-    trajectory: Trajectory | None
-    certificate: Certificate | None
     goals: Array
-    goal_search: GoalConfigurations | None
     ends: EndReport
-    base: BaseReport | None
-    fitness: dict[str, float]
-    history: tuple[Improvement, ...]
-    proofs: int
-    evaluations: int
-    interrupted: bool
     timings: dict[str, float]
+    trajectory: Trajectory | None = None
+    certificate: Certificate | None = None
+    goal_search: GoalConfigurations | None = None
+    base: BaseReport | None = None
+    fitness: dict[str, float] = field(default_factory=dict[str, float])
+    history: tuple[Improvement, ...] = ()
+    proofs: int = 0
+    evaluations: int = 0
+    interrupted: bool = False
     margins: Margins | None = None
     advice: str = ""
 

@@ -1,5 +1,8 @@
 """Minimise any Python function with a swarm."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
+
 from __future__ import annotations
 
 import os
