@@ -28,11 +28,11 @@ from spacearm.core.output import require_writable, write_new, write_out
 from spacearm.core.reading import located, read_bytes, require_version
 from spacearm.core.records import as_dict, record_as_dict, record_from_dict
 from spacearm.dynamics import Momentum
+from spacearm.files.base_columns import BASE_COLUMNS, TIP_COLUMNS
 from spacearm.files.written_rows import rows_at, rows_of
 from spacearm.geometry.scene import scene_as_list, scene_from_list
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.motion.recorded import require_trajectory
-from spacearm.motion.riding import BASE_COLUMNS, TIP_COLUMNS
 from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
 from spacearm.planner.clearance import Margins
 from spacearm.planner.goals import goal_as_dict, goal_from_dict

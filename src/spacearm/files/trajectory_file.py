@@ -23,12 +23,12 @@ from spacearm.core.errors import FileFormatError
 from spacearm.core.reading import located, read_bytes
 from spacearm.dynamics import Momentum
 from spacearm.dynamics.base_models import Base
+from spacearm.files.base_columns import as_matrix
 from spacearm.files.ros_messages import rows_of_messages
 from spacearm.files.stated_columns import Rows, TimeUnit, contradictions, doubts, note_beginning
 from spacearm.files.trajectory_table import read_table, rows_of_table
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.recorded import RecordedTrajectory
-from spacearm.motion.riding import as_matrix
 from spacearm.robot import Robot
 from spacearm.robot.model import require_robot
 

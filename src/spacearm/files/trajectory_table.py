@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from spacearm.core.checks import shown
 from spacearm.core.errors import FileFormatError, nearest
 from spacearm.core.reading import read_bytes
+from spacearm.files.base_columns import BASE_COLUMNS, TIP_COLUMNS, TURNING_COLUMNS, VELOCITY_COLUMNS, columns_of, unit_poses
 from spacearm.files.stated_columns import (
     KINDS,
     PER_SECOND,
@@ -26,7 +27,6 @@ from spacearm.files.stated_columns import (
     time_column,
     whole_and_rest,
 )
-from spacearm.motion.riding import BASE_COLUMNS, TIP_COLUMNS, TURNING_COLUMNS, VELOCITY_COLUMNS, columns_of, unit_poses
 from spacearm.robot import Robot
 
 # ---- Tables of numbers as text: CSV with or without a header ---------------------------------------------------------
