@@ -34,8 +34,8 @@ from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
 from spacearm.motion.recorded import for_robot
 from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
 from spacearm.planner.clearance import Margins
-from spacearm.planner.inverse_kinematics import Reach, reaches
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, goal_as_dict, goal_from_dict
+from spacearm.planner.inverse_kinematics import Reach, reaches
 from spacearm.planner.plan_result import BaseReport, Plan, report_base
 from spacearm.planner.problem import AttitudeGoal, BaseLimits, Problem
 from spacearm.proof import Certificate, certify

@@ -29,7 +29,6 @@ from spacearm.core.rotations import rotated
 from spacearm.files.stated_columns import STILL, Rows, Series, TimeUnit, checked_unit
 from spacearm.files.written_rows import instants, rows_at, rows_of
 from spacearm.motion.recorded import AnyTrajectory, require_trajectory
-from spacearm.motion.riding import unit_poses
 from spacearm.robot import Robot
 
 if TYPE_CHECKING:
