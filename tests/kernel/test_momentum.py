@@ -20,7 +20,7 @@ from spacearm.geometry import Box, Capsule, HalfSpace, Scene, Sphere
 from spacearm.geometry.scene import moved_scene
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import PoseGoal, PositionGoal, Problem, clearances
-from spacearm.planner.goal_reach import pose_errors
+from spacearm.planner.inverse_kinematics import pose_errors
 from spacearm.planner.motion_search import base_demands
 from spacearm.robot import Body, LinkCapsule, Robot
 from support.drawn_spacecraft import motion_of, spacecraft

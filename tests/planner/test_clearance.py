@@ -16,7 +16,7 @@ from spacearm.core.errors import RobotError
 from spacearm.core.native import available_levels, native
 from spacearm.geometry import Obstacle, Scene, Sphere, SphereSet
 from spacearm.planner import Problem, clearance, clearances
-from spacearm.planner.clearance import Margins, clearance_of, margins_within_reach, self_clearances
+from spacearm.planner.clearance import ClearanceModel, Margins, margins_within_reach, self_clearances
 from spacearm.planner.kernel_model import kernel_model, make_kernel_model, self_capsule_pairs
 from spacearm.robot import LinkCapsule, Robot
 from support import strategies
@@ -61,7 +61,7 @@ def test_clearances_are_those_of_the_definition_and_coals(data: st.DataObject, o
     apart = by_coal > 1e-4 * size  # where they overlap Coal's depth is another thing
     np.testing.assert_allclose(least[apart], by_coal[apart], rtol=1e-5, atol=1e-5 * size)
     assert (least[~apart] < 2e-4 * size).all()
-    np.testing.assert_array_equal(clearance_of(problem)(q), least)
+    np.testing.assert_array_equal(ClearanceModel(problem.robot, problem.scene).least(q), least)
 
 
 @settings(max_examples=60)

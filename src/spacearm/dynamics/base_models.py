@@ -1,8 +1,8 @@
-"""Base models: what holds a robot's base, or lets it go. One interface, one class for each way, one table of them by name.
+"""Base models: what holds a robot's base. One interface, one class for each model, and a table of them by name.
 
-All rooms ask the model and never its name. A base model says where the base is along a motion, what may be asked of it, what it
-needs to know of the robot, what the kernel is given and what is printed. Its bounds for the proof are a class of their own, in
-`spacearm.proof.base_track`, found by the model's name. docs/base_models.md shows how another model is added.
+All rooms ask the model and never its name. A base model says where the base is along a motion, which goals and limits it takes,
+what it needs to know of the robot, what the kernel is given and what is printed. Its bounds for the proof are a class of their
+own in the room `proof`, found by the model's name. docs/base_models.md shows how another model is added.
 """
 
 from __future__ import annotations
@@ -93,13 +93,13 @@ class BaseDemands:
 
 
 class BaseModel(ABC):
-    """What holds a base.
+    """What holds a base, and what follows from it.
 
     Attributes:
         name: as files and arguments give it.
         sentence: the same as a remark in a file.
-        follows_arm: whether the arm's motion moves the base. Then nobody knows where the base is at a configuration before the
-            whole motion is known.
+        follows_arm: whether the arm's motion moves the base. Then a configuration alone does not say where the base is; the
+            whole motion has to be known.
         keeps_momentum: whether base and arm keep a total momentum that may be given. With one other than 0 the base also moves
             by itself, and its motion depends on time.
         needs_masses: whether the robot's masses have to be known.
@@ -126,7 +126,7 @@ class BaseModel(ABC):
 
     @abstractmethod
     def lacking(self, robot: Robot) -> str:
-        """Return what is not known of a robot, so that nobody knows where its base goes, in a sentence; "" if all is."""
+        """Return what is missing to compute the base's motion, in a sentence; "" if nothing is."""
 
     @abstractmethod
     def track(self, robot: Robot, path: JointPath, *, start: Array, momentum: Momentum, duration: float) -> BaseTrack:
@@ -163,7 +163,7 @@ class BaseModel(ABC):
 
 
 class FixedBase(BaseModel):
-    """A base that is bolted down."""
+    """A base that does not move."""
 
     name, sentence = "fixed", "The base is fixed."
     follows_arm = keeps_momentum = needs_masses = takes_goal = False
@@ -191,7 +191,7 @@ class FixedBase(BaseModel):
 
 
 class FloatingBase(BaseModel):
-    """A base that nothing holds: it drifts and turns by the conservation of momentum."""
+    """A base that nothing holds: its motion follows from the conservation of momentum."""
 
     name, sentence = "floating", "The base is floating: no thruster or wheel acts."
     follows_arm = keeps_momentum = needs_masses = takes_goal = True
@@ -203,7 +203,7 @@ class FloatingBase(BaseModel):
         Raises:
             RobotError: no masses, a base without one, or some that no body has.
         """
-        require_possible_masses(robot)  # where one is not known, whoever asks where the base goes is told; to plan is refused
+        require_possible_masses(robot)  # unknown masses are reported by `lacking`, and refused where the motion is computed
 
     def lacking(self, robot: Robot) -> str:
         """Return of which links the mass is not known, and what to give."""

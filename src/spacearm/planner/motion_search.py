@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import mmap
 import os
 import threading
@@ -13,21 +14,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.core.checks import as_readonly, shown
-from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.checks import as_readonly
+from spacearm.core.errors import ProblemError
 from spacearm.core.native import native
 from spacearm.core.random_seed import Rng, seed_of
 from spacearm.dynamics.base_models import BaseDemands
 from spacearm.motion import Motion
 from spacearm.motion.limit_margins import as_jerk_limit
 from spacearm.planner.clearance import Margins, margins_within_reach
-from spacearm.planner.goal_reach import tolerances
-from spacearm.planner.goals import ConfigurationGoal, PoseGoal, PositionGoal
-from spacearm.planner.inverse_kinematics import search_bounds
+from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
+from spacearm.planner.inverse_kinematics import FAR
 from spacearm.planner.kernel_model import KernelModel, kernel_model, make_kernel_model
 from spacearm.planner.plan_result import Improvement
-from spacearm.planner.planner_settings import PlannerSettings
-from spacearm.planner.problem import Problem, placed_ends, require_searchable
+from spacearm.planner.planner_settings import PlannerSettings, as_planner_settings
+from spacearm.planner.problem import Problem, as_searchable
 from spacearm.robot.unchecked_pairs import require_envelope
 from spacearm.swarm import Swarm
 from spacearm.swarm.swarm_settings import kernel_settings
@@ -48,13 +48,16 @@ class Islands:
         problem: robot, scene, start and limits.
         goals: (g, n) configurations to end in [rad or m].
         settings: of the planner.
-        seed: of all islands.
-        margins: clearances asked for at the instants looked at.
+        seed: random seed of all islands.
+        margins: clearances asked for at the instants looked at; None: `settings.margin`, less where an end has no room.
     """
 
-    def __init__(self, problem: Problem, goals: Array, settings: PlannerSettings, *, seed: int, margins: Margins) -> None:
+    def __init__(
+        self, problem: Problem, goals: Array, settings: PlannerSettings, *, seed: int, margins: Margins | None = None
+    ) -> None:
         problem = problem.local
-        self._problem, self._goals, self._settings, self.margins = problem, goals, settings, margins
+        self._problem, self._goals, self._settings = problem, goals, settings
+        self.margins = _margins(problem, goals, settings.margin) if margins is None else margins
         self.bounds = search_bounds(problem)
         demands = base_demands(problem)
         self._free_end = demands.frame is not None
@@ -256,6 +259,26 @@ class Islands:
         return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), *ends]))
 
 
+def _margins(problem: Problem, goals: Array, margin: float) -> Margins:
+    """Return the margin that can be asked for between the start and the goals (g, n)."""
+    # Where the arm moves its base, nobody knows where the base will be at a goal, and so what is near.
+    ends = problem.start[None] if problem.base_model.follows_arm else np.vstack([problem.start, goals])
+    return margins_within_reach(problem, ends, margin)
+
+
+def search_bounds(problem: Problem) -> tuple[Array, Array]:
+    """Return the box that motions are sought in, (n,) each: the limits; for joints without, a turn about the start."""
+    robot, start, goal = problem.robot, problem.start, problem.goal
+    lower = np.where(robot.lower >= start - FAR, robot.lower, start - math.tau)
+    upper = np.where(robot.upper <= start + FAR, robot.upper, start + math.tau)
+    if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
+        rows = np.atleast_2d(goal.q)
+        low, high = (rows - goal.tolerance).min(axis=0), (rows + goal.tolerance).max(axis=0)
+        lower = np.maximum(np.minimum(lower, low), robot.lower)
+        upper = np.minimum(np.maximum(upper, high), robot.upper)
+    return lower, upper
+
+
 def _started(work: Callable[[], None], count: int) -> list[threading.Thread]:
     """Start so many threads, or as many as the system starts."""
     out: list[threading.Thread] = []
@@ -300,7 +323,7 @@ def _frame_goal(problem: Problem, finest: float) -> native.FrameGoal | None:
     frame = problem.robot.frame(goal.frame or problem.robot.tip)
     pose = goal.pose if isinstance(goal, PoseGoal) else np.eye(4)
     axis = goal.free_axis if isinstance(goal, PoseGoal) else None
-    near, turned = tolerances(goal)
+    near, turned = goal.tolerances
     return native.FrameGoal(
         kind=kinds.position if isinstance(goal, PositionGoal) else kinds.pose if axis is None else kinds.axis,
         joint=frame.joint,
@@ -373,20 +396,13 @@ class MotionSwarm:
     def __init__(
         self, problem: Problem, settings: PlannerSettings | None = None, *, goal: ArrayLike | None = None, rng: Rng = None
     ) -> None:
-        if not isinstance(problem, Problem):
-            raise ProblemError(f"problem is {shown(problem)}, expected a Problem; make one with Problem(...)")
-        settings = PlannerSettings() if settings is None else settings
-        if not isinstance(settings, PlannerSettings):
-            raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
-        require_searchable(problem)
+        problem, settings = as_searchable(problem), as_planner_settings(settings)
         require_envelope(problem.robot)
         self.problem, self.settings = problem, settings
         self.goal = _configuration(problem, goal)
         self.interior = settings.interior_points[0]
-        ends = placed_ends(problem, self.goal[None])
-        margins = margins_within_reach(problem.local, ends, settings.margin)
         joint_goal = replace(problem, goal=ConfigurationGoal(self.goal))
-        self._islands = Islands(joint_goal, self.goal[None].copy(), settings, seed=0, margins=margins)
+        self._islands = Islands(joint_goal, self.goal[None].copy(), settings, seed=0)
         seed = seed_of(rng)
         lower, upper = (np.tile(bound, self.interior) for bound in self._islands.bounds)
         self._swarm = Swarm(lower, upper, settings.swarm, rng=seed, initial=self._around_straight(seed, lower, upper))

@@ -118,14 +118,11 @@ def forward_kinematics(robot: Robot, q: ArrayLike, *, frame: str | None = None) 
     return product(frames[..., wanted.joint, :, :], wanted.T_joint_frame)
 
 
-# ---- Joint centres: the seed's fixed control points ------------------------------------------------------------------
-
-
 _COINCIDENT = 1e-9  # [m] origins nearer than this are one joint centre
 
 
 def joint_centres(robot: Robot) -> tuple[tuple[int, Array], ...]:
-    """List the distinct joint centres and the tip: the seed's fixed control points.
+    """List the distinct joint centres and the tip: the fixed control points of the paper.
 
     Returns:
         Pairs (joint, point): a joint's index, -1 for the base, and a point (3,) [m] in its moving frame. A

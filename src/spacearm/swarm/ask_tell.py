@@ -1,5 +1,8 @@
 """The swarm by hand: ask for positions, tell what they are worth."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
+
 from __future__ import annotations
 
 import os

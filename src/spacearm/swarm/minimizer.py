@@ -1,5 +1,8 @@
 """Minimise any Python function with a swarm."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
+
 from __future__ import annotations
 
 import os
@@ -13,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from spacearm.core.checks import as_number, dimensions_of, shown
 from spacearm.core.errors import OutputError, SettingsError, SwarmError
+from spacearm.core.interrupts import interrupt_taken
 from spacearm.core.native import native
 from spacearm.core.random_seed import Rng
 from spacearm.core.records import as_dict, one_of, whole
@@ -97,6 +101,7 @@ def minimize(
     except KeyboardInterrupt:
         if swarm.iteration == 0:
             raise
+        interrupt_taken()
         return swarm.result("interrupted")
     if checkpoint is not None:
         swarm.save(checkpoint)

@@ -1,5 +1,8 @@
 """Settings of the swarm: PSO as in Table 1 of the paper, IPSO as in Table 2, and what can be varied about them."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
+
 from __future__ import annotations
 
 from typing import Any, Literal, TypeAlias
