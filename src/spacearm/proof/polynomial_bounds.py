@@ -250,14 +250,14 @@ class Ellipses:
         A polynomial of degree e that is at most B on a piece is at most B R^e on the ellipse R around it (Bernstein). A panel's
         own ellipse s lies in one of these. For high degrees that bounds coefficients whose true size is hidden by rounding.
         """
-        degree = path.rates.shape[1] - 1
+        degree = int(path.rates.shape[1]) - 1
         found = np.abs(_from_bernstein(degree) @ path.rates)
         found += (_EPS * (8 + 4 * degree) * path.coarse)[:, None]
         if degree <= _HIGH_DEGREE:
             return found
         away = path.share[:, None] * (_WIDER - 1 / _WIDER) / 2  # (p, s)
         wide: Array = 1 + away + np.sqrt(2 * away + away**2)
-        j: Array = np.arange(degree + 1.0)[:, None]
+        j = np.arange(degree + 1.0)[:, None]
         power = 2 * np.power(wide[:, None], degree) * np.power(_WIDER, -j)
         return np.minimum(found, power.min(axis=-1)[..., None] * path.coarse[:, None])
 
