@@ -221,7 +221,7 @@ def _range(joint: LinkJoint, follows: bool) -> tuple[float, float]:
         raise RobotError(
             f"joint '{joint.name}' slides from {joint.lower:g} to {joint.upper:g} m, which means without limit, expected less "
             f"than {MEANS_NONE:g} m; state the true range, or give position_limits={{'{joint.name}': (lower, upper)}}, or "
-            "fixed= to hold it"
+            "fixed= to lock it"
         )
     return lower, upper
 
@@ -337,7 +337,7 @@ def with_joint_limits_file(tree: LinkTree, path: str | os.PathLike[str]) -> Link
     if wider:
         notes.append(f"{path} allows more than the robot's file, whose limits hold, for {', '.join(wider)}")
     if unknown:
-        notes.append(f"{path} names joints that the robot does not have and were left out: {', '.join(unknown)}")
+        notes.append(f"{path} names joints that the robot does not have and were ignored: {', '.join(unknown)}")
     if unused:
         notes.append(f"{path} states {', '.join(sorted(unused))}, which is not used; a limit of jerk is given to the planner")
     scaling = _scaling(file, place)
