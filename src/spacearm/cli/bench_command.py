@@ -1,7 +1,4 @@
-"""`spacearm bench`: how good the planner is, on problems of your own or of the field.
-
-The benchmarks are imported by the functions that run them, after the options are read: help is printed without.
-"""
+"""`spacearm bench`: how good the planner is, on problems of your own or of the field."""
 
 from __future__ import annotations
 
@@ -21,6 +18,7 @@ from spacearm.cli.terminal import progress_bar, show_table
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import SettingsError, nearest
 from spacearm.core.records import whole
+from spacearm.study.motionbenchmaker_runs import LIMIT
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,14 +35,14 @@ class MbmOptions:
         srdf: its groups and the links that may touch; none: the only SRDF file there.
         group: the group whose joints move.
         families: measure only these families; none: all.
-        problems: measure only so many problems of each family; none: all.
+        problems: measure only this number of problems of each family; none: all.
         seeds: runs of each problem.
         search: duration of the search alone, on the reference core [ms].
         budget: duration of the search in plan() before the proof, on the reference core [ms].
-        jobs: runs measured at a time; with more than 1 they disturb each other, and the times are longer.
-        records: append each run to this file; a benchmark that was stopped goes on from it.
         no_figure: do not draw lengths and first motions over time.
         json: print the content of report.json instead of the tables.
+        records: a file that each run is written to as it ends; the same file again continues after a stop.
+        jobs: runs measured at a time; none: one, since runs beside each other take longer.
     """
 
     data: Annotated[Path, arg(metavar="DIR", aliases=("-d",))]
@@ -57,10 +55,10 @@ class MbmOptions:
     seeds: int = 5
     search: float = 50.0
     budget: float = 50.0
-    jobs: int = 1
-    records: Annotated[Path | None, arg(metavar="FILE")] = None
     no_figure: bool = False
     json: bool = False
+    records: Annotated[Path | None, arg(metavar="FILE")] = None
+    jobs: int | None = None
 
     def __post_init__(self) -> None:
         whole("seeds", self.seeds, at_least=1, at_most=_OFTEN)
@@ -68,10 +66,6 @@ class MbmOptions:
             whole("problems", self.problems, at_least=1, at_most=_OFTEN)
         for name in ("search", "budget"):
             as_number(name, getattr(self, name), SettingsError, above=0, unit="ms")
-        _require_jobs(self.jobs)
-        from spacearm.study.motionbenchmaker_runs import LIMIT
-
-        for name in ("search", "budget"):
             if getattr(self, name) > 1e3 * LIMIT:
                 raise SettingsError(f"{name} is {getattr(self, name):g} ms, expected at most {1e3 * LIMIT:g} ms; lower it")
 
@@ -79,7 +73,7 @@ class MbmOptions:
 @dataclass(frozen=True, kw_only=True)
 class SpaceOptions:
     """Measure the planner on SpaceBench, problems for arms on spacecraft whose base floats, on one core: time to the first
-    certified motion, how far the base turns, what becomes of motions planned for a fixed base; then on published problems.
+    certified motion, how far the base turns, and how motions planned for a fixed base end; then on published problems.
 
     Times are stated for a reference core.
 
@@ -87,15 +81,15 @@ class SpaceOptions:
         data: the frozen set: a folder with a file for each family, as truss.json.
         output: a new or empty folder for report.json, tables.md and the figures.
         family: measure only these families; none: all.
-        problems: measure only so many problems of each family; none: all.
+        problems: measure only this number of problems of each family; none: all.
         seeds: runs of each problem.
         published: seeds of each of the published problems; 0 leaves them out.
         limit: a problem that takes longer than this on the reference core is not solved [s].
-        jobs: runs measured at a time; with more than 1 they disturb each other, and the times are longer.
-        records: append each run to this file; a benchmark that was stopped goes on from it. Runs of the published problems go
-            into a second file beside it.
-        no_figure: do not draw a problem of each family, what becomes of fixed-base motions, and how far bases turn.
+        no_figure: do not draw a problem of each family, how fixed-base motions end, and how far bases turn.
         json: print the content of report.json instead of the tables.
+        records: a file that each run is written to as it ends; the same file again continues after a stop. Runs of the
+            published problems go to a second file beside it.
+        jobs: runs measured at a time; none: one, since runs beside each other take longer.
     """
 
     data: Annotated[Path, arg(metavar="DIR", aliases=("-d",))] = Path("benchmarks/spacebench")
@@ -105,10 +99,10 @@ class SpaceOptions:
     seeds: int = 1
     published: int = 20
     limit: float = 2.0
-    jobs: int = 1
-    records: Annotated[Path | None, arg(metavar="FILE")] = None
     no_figure: bool = False
     json: bool = False
+    records: Annotated[Path | None, arg(metavar="FILE")] = None
+    jobs: int | None = None
 
     def __post_init__(self) -> None:
         whole("seeds", self.seeds, at_least=1, at_most=_OFTEN)
@@ -116,13 +110,6 @@ class SpaceOptions:
         if self.problems is not None:
             whole("problems", self.problems, at_least=1, at_most=_OFTEN)
         as_number("limit", self.limit, SettingsError, above=0, at_most=1e6, unit="s")
-        _require_jobs(self.jobs)
-
-
-def _require_jobs(jobs: int) -> None:
-    from spacearm.study.run_study import MOST_JOBS
-
-    whole("jobs", jobs, at_least=1, at_most=MOST_JOBS)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -142,11 +129,11 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _mbm(arguments: Sequence[str]) -> int:
-    options = parsed(MbmOptions, arguments, command="bench mbm")
     from spacearm.study.motionbenchmaker import find_items, find_robot
     from spacearm.study.motionbenchmaker_report import notes, report_as_dict, save_report, tables
     from spacearm.study.motionbenchmaker_runs import Protocol, run_benchmark
 
+    options = parsed(MbmOptions, arguments, command="bench mbm")
     protocol = Protocol(seeds=options.seeds, search=options.search / 1e3, plan=options.budget / 1e3)
     items = find_items(options.data, families=options.families or (), most=options.problems)
     robot = find_robot(options.data, urdf=options.urdf, srdf=options.srdf, group=options.group)
@@ -160,17 +147,22 @@ def _mbm(arguments: Sequence[str]) -> int:
 
 
 def _space(arguments: Sequence[str]) -> int:
-    options = parsed(SpaceOptions, arguments, command="bench space")
     from spacearm.study.spacebench import find_problems
     from spacearm.study.spacebench_report import notes, report_as_dict, save_report, tables
     from spacearm.study.spacebench_runs import SpaceProtocol, run_spacebench
 
+    options = parsed(SpaceOptions, arguments, command="bench space")
     protocol = SpaceProtocol(seeds=options.seeds, limit=options.limit)
     items = find_problems(options.data, families=options.family or (), most=options.problems)
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
         with progress_bar("measuring") as bar:
             bench = run_spacebench(
-                items, protocol, published=options.published, records=options.records, jobs=options.jobs, progress=bar
+                items,
+                protocol,
+                published=options.published,
+                records=options.records,
+                jobs=options.jobs,
+                progress=bar,
             )
         written = [] if folder is None else save_report(bench, folder, items=items, figure=not options.no_figure)
     values = report_as_dict(bench) if options.json else None

@@ -40,7 +40,7 @@ class Options:
         interpolation: how a trajectory moves between its rows; none: by what the file gives, straight lines if that is
             positions only.
         degrees: the angles of the trajectory are in degrees.
-        unwrap: the angles of the trajectory take the short way from row to row.
+        unwrap: the angles of the trajectory change by less than half a turn from row to row.
         time_unit: unit of the times in the trajectory; none: as the file says, else seconds.
         limits: the joint limits that must be kept; a path with corners has no acceleration, so leave that out for one.
         jerk_limit: jerk limit of every joint [rad/s^3 or m/s^3]; none: jerk is not limited.

@@ -14,11 +14,9 @@ from tyro.conf import OmitArgPrefixes, arg
 from spacearm.cli.arguments import parsed
 from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import progress_bar, show_table
-from spacearm.core.records import whole
 from spacearm.study.paper_experiment import run_experiment
 from spacearm.study.paper_problem import PaperSettings
 from spacearm.study.paper_report import LEGEND, path_notes, report_as_dict, save_report, table_rows
-from spacearm.study.run_study import MOST_JOBS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,23 +26,21 @@ class Options:
 
     Attributes:
         output: a new or empty folder for tables, figures and report.json.
-        jobs: runs done at a time, each in a process of its own with one thread; the numbers do not depend on it.
-        records: append each run to this file; an experiment that was stopped goes on from it. The paths go into a second file
-            beside it.
         no_figures: do not draw Figures 4-9 and the comparison, which takes most of the time.
         json: print the report as JSON instead of the tables.
-        experiment: what is run.
+        records: a file that runs are written to as they end; the same file again continues after a stop. The planned paths go
+            to a second file beside it.
+        jobs: processes; the numbers do not depend on it. One process uses as many threads as `threads` says, each of several
+            one.
+        experiment: the runs and the problem.
     """
 
     output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
-    jobs: int = 1
-    records: Annotated[Path | None, arg(metavar="FILE")] = None
     no_figures: bool = False
     json: bool = False
+    records: Annotated[Path | None, arg(metavar="FILE")] = None
+    jobs: int = 1
     experiment: Annotated[PaperSettings, OmitArgPrefixes] = field(default_factory=PaperSettings)
-
-    def __post_init__(self) -> None:
-        whole("jobs", self.jobs, at_least=1, at_most=MOST_JOBS)
 
 
 def run(arguments: Sequence[str]) -> int:

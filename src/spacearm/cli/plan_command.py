@@ -49,8 +49,8 @@ class Options:
         export: also write the trajectory for other programs: aem writes trajectory.aem, the attitude of the base as CCSDS
             defines it; ros writes trajectory.ros.json, messages of ROS 2.
         epoch: date and time at which the motion begins, for aem; none: the file states no date.
-        pareto: plan so many more motions between quick and gentle to a floating base, and draw the duration against the peak
-            angle of the base.
+        pareto: plan this number of further motions between the shortest duration and the smallest peak angle of a floating
+            base, and draw one against the other.
     """
 
     problem: Annotated[Positional[Path], arg(metavar="PROBLEM.YAML")]

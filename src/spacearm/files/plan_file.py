@@ -34,12 +34,12 @@ from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
 from spacearm.motion.recorded import for_robot
 from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
 from spacearm.planner.clearance import Margins
-from spacearm.planner.goal_reach import reach_to, reaches
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, goal_as_dict, goal_from_dict
+from spacearm.planner.inverse_kinematics import Reach, reaches
 from spacearm.planner.plan_result import BaseReport, Plan, report_base
 from spacearm.planner.problem import AttitudeGoal, BaseLimits, Problem
 from spacearm.proof import Certificate, certify
-from spacearm.proof.base_setup import base_setup_of, require_same
+from spacearm.proof.base_proofs import base_setup_of, require_same
 from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION, canonical, digest, trajectory_digest
 from spacearm.robot import Robot
 from spacearm.robot.model import robot_as_dict, robot_from_dict
@@ -470,4 +470,4 @@ def _missed(problem: Problem, end: Array) -> bool:
     goal = problem.local.goal
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
         return bool((np.abs(np.atleast_2d(goal.q) - end) - goal.tolerance).max(axis=1).min() > _SAME)
-    return not problem.base_model.follows_arm and not bool(reaches(reach_to(problem.robot, goal), end[None])[0])
+    return not problem.base_model.follows_arm and not bool(reaches(Reach(robot=problem.robot, goal=goal), end[None])[0])

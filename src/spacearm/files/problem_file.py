@@ -137,7 +137,7 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
     problem = Problem(robot, Scene(obstacles), start=start, goal=goal, **with_base(file, model, bare))
     settings = _settings(file, model.planner)
     with file.at("planner", "time_law"):
-        require_timing(problem, settings)
+        require_timing(problem.duration, settings)
     return ProblemFile(problem=problem, settings=settings)
 
 

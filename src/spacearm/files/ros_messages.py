@@ -26,10 +26,10 @@ from spacearm.core.errors import FileFormatError, SettingsError, nearest
 from spacearm.core.output import require_writable, write_out
 from spacearm.core.reading import complaint, located, yaml_documents
 from spacearm.core.rotations import rotated
+from spacearm.files.base_columns import unit_poses
 from spacearm.files.stated_columns import STILL, Rows, Series, TimeUnit, checked_unit
 from spacearm.files.written_rows import instants, rows_at, rows_of
 from spacearm.motion.recorded import AnyTrajectory, require_trajectory
-from spacearm.motion.riding import unit_poses
 from spacearm.robot import Robot
 
 if TYPE_CHECKING:

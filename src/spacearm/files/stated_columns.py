@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from spacearm.core.checks import shown
 from spacearm.core.errors import FileFormatError
 from spacearm.core.rotations import angle, conjugate, multiplied, rotated
+from spacearm.files.base_columns import TIP_COLUMNS
 from spacearm.motion.recorded import RecordedTrajectory
-from spacearm.motion.riding import TIP_COLUMNS
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]

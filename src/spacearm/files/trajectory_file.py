@@ -28,6 +28,15 @@ from spacearm.core.output import require_writable, write_out
 from spacearm.core.reading import located, read_bytes
 from spacearm.dynamics import Momentum
 from spacearm.dynamics.base_models import Base
+from spacearm.files.base_columns import (
+    BASE_COLUMNS,
+    TIP_COLUMNS,
+    TURNING_COLUMNS,
+    VELOCITY_COLUMNS,
+    as_matrix,
+    columns_of,
+    unit_poses,
+)
 from spacearm.files.ros_messages import rows_of_messages
 from spacearm.files.stated_columns import (
     KINDS,
@@ -47,15 +56,6 @@ from spacearm.files.written_rows import rows_at, rows_of
 from spacearm.motion import AnyTrajectory
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.recorded import RecordedTrajectory, require_trajectory
-from spacearm.motion.riding import (
-    BASE_COLUMNS,
-    TIP_COLUMNS,
-    TURNING_COLUMNS,
-    VELOCITY_COLUMNS,
-    as_matrix,
-    columns_of,
-    unit_poses,
-)
 from spacearm.robot import Robot
 from spacearm.robot.model import require_robot
 
