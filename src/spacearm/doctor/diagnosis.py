@@ -195,7 +195,7 @@ class Chart:
     Attributes:
         root: <robot>, an lxml element with its comments.
         path: of the file, for messages; meshes are searched from its directory.
-        base: how the base is to be held, if anybody says so.
+        base: "fixed" or "floating", if anybody says so.
         choices: for remedies.
         cases: what was found.
     """

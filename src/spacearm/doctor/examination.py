@@ -109,7 +109,7 @@ def diagnose(
     Args:
         path: a URDF.
         srdf: an SRDF about the same robot.
-        base: how it is to be held; a mass that is missing is an error with a base that floats, and good to know with one
+        base: "fixed" or "floating"; a mass that is missing is an error with a base that floats, and good to know with one
             that is fixed. By default it is one with an SRDF's fixed virtual joint, else a warning.
         choices: what the remedies would choose where nothing is stated.
 

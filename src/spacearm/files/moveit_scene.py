@@ -473,14 +473,14 @@ def robot_with_matrix(robot: Robot, matrix: Matrix) -> Robot:
     return with_allowed_pairs(replace(robot, notes=kept), matrix.may_touch, by="MoveIt's matrix")
 
 
-def say_matrix(robot: Robot, matrix: Matrix, objects: set[str], held: set[str], notes: list[str], *, used: bool) -> None:
+def say_matrix(robot: Robot, matrix: Matrix, objects: set[str], attached: set[str], notes: list[str], *, used: bool) -> None:
     """Say in notes what of a matrix is left out.
 
     Args:
         robot: with its own pairs, or those of the matrix.
         matrix: the matrix.
         objects: ids of the world's objects.
-        held: ids of those that are attached to links.
+        attached: ids of those that are attached to links.
         notes: gets the sentences.
         used: whether the robot's pairs are those of the matrix.
     """
@@ -493,7 +493,7 @@ def say_matrix(robot: Robot, matrix: Matrix, objects: set[str], held: set[str], 
                 f"the scene's matrix wants pairs of links kept clear that the robot does not check: {said}; acm=True takes the "
                 "matrix"
             )
-    links = {capsule.name for capsule in robot.capsules} | held
+    links = {capsule.name for capsule in robot.capsules} | attached
     touching = {name for name in objects if any(matrix.may_touch(name, link) for link in links)}
     if touching:
         said = ", ".join(f"'{name}'" for name in sorted(touching)[:_MOST_NAMED])

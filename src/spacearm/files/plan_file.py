@@ -138,7 +138,7 @@ def problem_hash(problem: Problem) -> str:
 
 
 def values_that_count(problem: Problem) -> dict[str, Any]:
-    """Return a problem as plain values, without notes, where its robot was read from, and how that has its base held."""
+    """Return a problem as plain values, without notes, where its robot was read from, and what that says of its base."""
     values = problem_as_dict(problem)
     values.pop("notes", None)
     return {**values, **canonical(problem.robot, problem.scene)}
@@ -223,7 +223,7 @@ class _ProblemValues:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SavedPlan:
-    """What a plan file holds.
+    """What a plan file has.
 
     Attributes:
         problem: what was planned.
@@ -407,11 +407,11 @@ def _of_robot(trajectory: AnyTrajectory, problem: Problem) -> tuple[AnyTrajector
     except ProblemError:  # beyond that robot's limits
         if not trajectory.duration > 0:
             raise
-        return RecordedTrajectory(problem.robot, ours.path, **_held(problem), notes=ours.notes), notes
+        return RecordedTrajectory(problem.robot, ours.path, **_base_of(problem), notes=ours.notes), notes
 
 
 def _require_same_base(problem: Problem, trajectory: AnyTrajectory) -> None:
-    """Refuse a motion of a base that is held otherwise than its problem's, or starts elsewhere: what would be proven?"""
+    """Refuse a motion of another kind of base than its problem's, or starts elsewhere: what would be proven?"""
     asked, taken = (
         base_setup_of(holder, problem.robot, who=who) for holder, who in ((problem, "problem"), (trajectory, "trajectory"))
     )
@@ -423,16 +423,16 @@ def _base(problem: Problem, trajectory: AnyTrajectory, certificate: Certificate)
     if certificate.base_findings is None:  # it is fixed, or masses are not known, which the certificate says
         return None
     if trajectory.robot != problem.robot and trajectory.duration > 0:
-        trajectory = RecordedTrajectory(problem.robot, trajectory.path, **_held(problem))
+        trajectory = RecordedTrajectory(problem.robot, trajectory.path, **_base_of(problem))
     return report_base(problem, trajectory)
 
 
-def _held(problem: Problem) -> dict[str, Any]:
+def _base_of(problem: Problem) -> dict[str, Any]:
     return {name: getattr(problem, name) for name in ("base", "base_start", "momentum")}
 
 
 def _edited(saved: SavedPlan) -> list[str]:
-    """Compare the file's hashes with what it holds."""
+    """Compare the file's hashes with what is in it."""
     notes = []
     if saved.problem_hash != problem_hash(saved.problem):
         notes.append("the problem in the file is not the one that was planned: its hash is another; it was edited")

@@ -19,7 +19,7 @@ The keys::
     goal: {configurations: [[0, 0, 0, 1, 0, 0, 0], {elbow: 2}]}         #   any of several
     goal: {position: [0.7, 0.3, 0.0], tolerance: 0.001}    #   or a point for the end effector [m]
     goal: {pose: {position: [0.7, 0.3, 0.0], rpy_deg: [0, 0, 0]}, orientation_tolerance_deg: 1}     #   or a pose
-    base: floating             # how the base is held: fixed, or floating; by default as the robot says
+    base: floating             # fixed, or floating; by default as the robot says
     base_start: mass_center    # where the base is at the start: with the centre of mass at the inertial origin
     base_start: {position: [0, 0, 1], rpy_deg: [0, 0, 90]}                  #   or there [m]; by default 0, unturned
     base_goal: as_it_was       # of a floating base: how it is to stand at the end
@@ -64,7 +64,7 @@ if TYPE_CHECKING:
         BaseLimitsModel,
         BaseStartModel,
         GoalModel,
-        HeldModel,
+        PayloadModel,
         ProblemModel,
         RobotModel,
     )
@@ -142,16 +142,16 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
 
 
 def read_robot(file: YamlFile, model: RobotModel) -> Robot:
-    """Load the robot that a problem file names, and put into its hand what it holds.
+    """Load the robot that a problem file names, and attach its payloads.
 
     Raises:
-        SpacearmError: a robot that cannot be, or something that cannot be held; file and line are named.
+        SpacearmError: a robot that cannot be, or something that cannot be a payload; file and line are named.
     """
     with file.at("robot"):
         robot = _loaded(model, file.path.parent)
-    for i, held in enumerate(model.holding or ()):
+    for i, payload in enumerate(model.holding or ()):
         with file.at("robot", "holding", i):
-            robot = _holding(robot, held, i, file.path.parent, model.capsules_per_shape)
+            robot = _with_payload(robot, payload, i, file.path.parent, model.capsules_per_shape)
     return robot
 
 
@@ -169,19 +169,19 @@ def _loaded(model: RobotModel, directory: Path) -> Robot:
     )
 
 
-def _holding(robot: Robot, held: HeldModel, index: int, directory: Path, count: int) -> Robot:
-    name = held.name if held.name is not None else "held" if index == 0 else f"held_{index + 1}"
+def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Path, count: int) -> Robot:
+    name = payload.name if payload.name is not None else "held" if index == 0 else f"held_{index + 1}"
     return hold(
         robot,
-        read_solid(held, directory, name=""),
-        frame=held.frame,
-        pose=placed(held),
-        touching=held.touching or (),
+        read_solid(payload, directory, name=""),
+        frame=payload.frame,
+        pose=placed(payload),
+        touching=payload.touching or (),
         name=name,
         capsules_per_shape=count,
-        mass=held.mass,
-        com=held.com,
-        inertia=held.inertia,
+        mass=payload.mass,
+        com=payload.com,
+        inertia=payload.inertia,
     )
 
 

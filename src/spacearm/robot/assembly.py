@@ -1,6 +1,6 @@
 """From a described tree of links to a Robot: joints that move or are locked, the tip, the links that must keep clear.
 
-`assemble` does that once for what a user chooses; `held_elsewhere` does it again with joints locked at other values. A locked
+`assemble` does that once for what a user chooses; `locked_elsewhere` does it again with joints locked at other values. A locked
 joint is folded away, as if the file had fixed it there.
 """
 
@@ -19,7 +19,7 @@ from spacearm.core.checks import as_number, shown, value_fields
 from spacearm.core.errors import RobotError, nearest
 from spacearm.core.exact import product, sines
 from spacearm.core.reading import located
-from spacearm.robot.build_robot import build_robot, held_base, notes_on_base, require_tree, rooted, turned_onto_z
+from spacearm.robot.build_robot import build_robot, choose_base, notes_on_base, require_tree, rooted, turned_onto_z
 from spacearm.robot.joint_limits import narrowed, with_joint_limits_file
 from spacearm.robot.kinematics import base_and_joint_frames
 from spacearm.robot.link_tree import LinkJoint, LinkTree, Mimic, default_tip, ends_of, leader_of
@@ -35,7 +35,7 @@ _SELF_COLLISION = ("auto", "srdf", "computed", "none")
 _MOVING = ("revolute", "continuous", "prismatic")
 _SHAPES = ("joints", "capsules", "frames", "bodies")  # what a change of which cannot be repeated with joints elsewhere
 
-_ROUNDING = 1e-6  # [rad or m] limits and held values are often rounded, each in a file of its own
+_ROUNDING = 1e-6  # [rad or m] limits and locked values are often rounded, each in a file of its own
 _FEW = 4  # joints that are all named
 
 
@@ -92,11 +92,11 @@ def assemble(tree: LinkTree, choices: Assembly, *, srdf: Srdf | None = None) -> 
         tree = _with_spheres(replace(tree, notes=(*tree.notes, *srdf.notes)), srdf)
         if choices.group is not None:
             members = group_members(srdf, choices.group, tree)
-    tree = held_base(tree, choices.base, srdf)
+    tree = choose_base(tree, choices.base, srdf)
     with located(tree.source):
         tree = narrowed(tree, choices.position_limits)
-        tree = hold_joints(tree, {} if choices.fixed is None else choices.fixed)
-        tree = _hold_the_others(tree, choices.group, srdf, members)
+        tree = lock_joints(tree, {} if choices.fixed is None else choices.fixed)
+        tree = _lock_the_others(tree, choices.group, srdf, members)
     tree = _with_tip(tree, choices, srdf, members)
     with located(tree.source):
         limits = {"velocity_limit": choices.velocity_limit, "acceleration_limit": choices.acceleration_limit}
@@ -166,10 +166,10 @@ def _note_on_tip(robot: Robot) -> tuple[str, ...]:
     return (f"no joint moves the tip '{robot.tip}': a goal of its pose cannot be planned; give tip= a link further on",)
 
 
-def _hold_the_others(tree: LinkTree, group: str | None, srdf: Srdf | None, members: Members | None) -> LinkTree:
-    """Hold the joints that are not in the group, and follow none that is, and those that have no motor."""
+def _lock_the_others(tree: LinkTree, group: str | None, srdf: Srdf | None, members: Members | None) -> LinkTree:
+    """Lock the joints that are not in the group, and follow none that is, and those that have no motor."""
     passive = () if srdf is None else srdf.passive_joints
-    held: dict[str, dict[str, float]] = {f"not in group '{group}'": {}, "passive in the SRDF": {}}
+    locked: dict[str, dict[str, float]] = {f"not in group '{group}'": {}, "passive in the SRDF": {}}
     rigid = []
     for joint in tree.joints:
         outside = members is not None and joint.name not in members.joints
@@ -178,13 +178,13 @@ def _hold_the_others(tree: LinkTree, group: str | None, srdf: Srdf | None, membe
         if joint.kind in ("floating", "planar"):
             rigid.append(joint.name)
         elif leader_of(joint, tree).leader == joint.name:
-            held[f"not in group '{group}'" if outside else "passive in the SRDF"][joint.name] = rest_value(joint, tree)
+            locked[f"not in group '{group}'" if outside else "passive in the SRDF"][joint.name] = rest_value(joint, tree)
     notes = list(tree.notes)
-    for why, values in held.items():
+    for why, values in locked.items():
         said = [f"{name} at {value:g}" for name, value in values.items()]
         if said:
-            notes.append(f"{why} and therefore held: {', '.join(said)}; give fixed= to hold them elsewhere")
-        tree = hold_joints(tree, values)
+            notes.append(f"{why} and therefore locked: {', '.join(said)}; give fixed= to lock them elsewhere")
+        tree = lock_joints(tree, values)
     if rigid:
         notes.append(f"{', '.join(rigid)} can float or slide in a plane, and stays where the file has it")
     joints = tuple(replace(joint, kind="fixed", axis=None) if joint.name in rigid else joint for joint in tree.joints)
@@ -268,7 +268,7 @@ def _with_self_pairs(robot: Robot, tree: LinkTree, srdf: Srdf | None, choice: Se
     return replace(robot, notes=(*robot.notes, *found.notes))
 
 
-def hold_joints(tree: LinkTree, values: Mapping[str, float]) -> LinkTree:
+def lock_joints(tree: LinkTree, values: Mapping[str, float]) -> LinkTree:
     """Fix joints at given values; those that mimic one of them are fixed with it.
 
     Args:
@@ -279,7 +279,7 @@ def hold_joints(tree: LinkTree, values: Mapping[str, float]) -> LinkTree:
     Raises:
         RobotError: no such joint, a value out of its limits, or two that contradict each other.
     """
-    held = _by_leader(tree, values)
+    locked = _by_leader(tree, values)
     joints, notes, useless = [], list(tree.notes), []
     for joint in tree.joints:
         if joint.kind == "fixed":
@@ -287,13 +287,13 @@ def hold_joints(tree: LinkTree, values: Mapping[str, float]) -> LinkTree:
                 useless.append(joint.name)
         elif joint.kind not in ("floating", "planar"):
             lead = leader_of(joint, tree)
-            if lead.leader in held:
-                joint = _fixed(joint, lead.multiplier * held[lead.leader] + lead.offset)
+            if lead.leader in locked:
+                joint = _fixed(joint, lead.multiplier * locked[lead.leader] + lead.offset)
         joints.append(joint)
     if useless:
         notes.append(f"fixed= names {', '.join(useless)}, which the file itself has fixed: it stays where it is there")
-    if held:
-        notes.append("held: " + ", ".join(f"{name} at {value:g}" for name, value in held.items()))
+    if locked:
+        notes.append("locked: " + ", ".join(f"{name} at {value:g}" for name, value in locked.items()))
     return replace(tree, joints=tuple(joints), notes=tuple(notes))
 
 
@@ -302,7 +302,7 @@ def _by_leader(tree: LinkTree, values: Mapping[str, float]) -> dict[str, float]:
     if not isinstance(values, Mapping):
         raise RobotError(f"fixed is {shown(values)}, expected a mapping from joint to value, as in {{'finger': 0.02}}")
     joints = {joint.name: joint for joint in tree.joints}
-    held: dict[str, float] = {}
+    locked: dict[str, float] = {}
     said: dict[str, str] = {}
     for name, given in values.items():
         if name not in joints:
@@ -318,18 +318,18 @@ def _by_leader(tree: LinkTree, values: Mapping[str, float]) -> dict[str, float]:
         if lead.multiplier == 0.0:
             continue  # it does not move, and _require_within has seen its value
         value = (value - lead.offset) / lead.multiplier
-        if abs(held.setdefault(lead.leader, value) - value) > _ROUNDING:
+        if abs(locked.setdefault(lead.leader, value) - value) > _ROUNDING:
             raise RobotError(
-                f"fixed puts joint '{lead.leader}' at {held[lead.leader]:g} by '{said[lead.leader]}' and at {value:g} by "
+                f"fixed puts joint '{lead.leader}' at {locked[lead.leader]:g} by '{said[lead.leader]}' and at {value:g} by "
                 f"'{name}', which move together; drop one of them"
             )
         said.setdefault(lead.leader, name)
     for joint in tree.joints:
         if joint.kind in ("revolute", "prismatic", "continuous"):
             lead = leader_of(joint, tree)
-            if lead.leader in held:
-                _require_within(joint, lead.multiplier * held[lead.leader] + lead.offset, f"joint '{joint.name}'")
-    return held
+            if lead.leader in locked:
+                _require_within(joint, lead.multiplier * locked[lead.leader] + lead.offset, f"joint '{joint.name}'")
+    return locked
 
 
 def rest_value(joint: LinkJoint, tree: LinkTree) -> float:
@@ -372,8 +372,8 @@ def moved(joint: LinkJoint, value: Any) -> Array:
     return product(product(T_child_axis, T), T_child_axis.T)  # a pure rotation: its transpose is its inverse
 
 
-def held_leaders(robot: Robot) -> dict[str, Mimic]:
-    """Name the joints of the file that the robot holds, by the joint that leads each; none of a robot without a file."""
+def locked_leaders(robot: Robot) -> dict[str, Mimic]:
+    """Name the joints of the file that are locked, by the joint that leads each; none of a robot without a file."""
     origin: Origin | None = robot.origin
     if origin is None:
         return {}
@@ -391,9 +391,9 @@ def joint_limits_in_file(robot: Robot, name: str) -> tuple[float | None, float |
     return (None, None) if joint.kind == "continuous" else (joint.lower, joint.upper)
 
 
-def held_values(robot: Robot) -> dict[str, float]:
-    """Return where the robot holds joints of its file, by the names of those that lead others or none [rad or m]."""
-    leaders = {lead.leader for lead in held_leaders(robot).values()}
+def locked_values(robot: Robot) -> dict[str, float]:
+    """Return where joints of the file are locked, by the names of those that lead others or none [rad or m]."""
+    leaders = {lead.leader for lead in locked_leaders(robot).values()}
     values = _fixed_by_user(robot.origin) if leaders else {}
     return {
         joint.name: values.get(joint.name, rest_value(joint, robot.origin.tree))
@@ -412,15 +412,15 @@ def _fixed_by_user(origin: Origin) -> dict[str, float]:
     return values
 
 
-def held_elsewhere(robot: Robot, values: Mapping[str, float]) -> Robot:
-    """Return the robot with joints that it holds held at other values, as if it had been loaded with `fixed` so.
+def locked_elsewhere(robot: Robot, values: Mapping[str, float]) -> Robot:
+    """Return the robot with locked joints at other values, as if it had been loaded with `fixed` so.
 
     The values need not be within the joints' limits: a joint that does not move breaks none. What was changed since the
     robot was loaded (limits, tip, configurations, pairs of links) stays changed.
 
     Args:
         robot: read from a file.
-        values: [rad or m] by the names of joints that lead others or none, of `held_leaders`.
+        values: [rad or m] by the names of joints that lead others or none, of `locked_leaders`.
 
     Raises:
         RobotError: the robot's shape was changed since it was loaded, as by `hold`.
@@ -429,7 +429,7 @@ def held_elsewhere(robot: Robot, values: Mapping[str, float]) -> Robot:
     if any(getattr(robot, name) != getattr(origin.made, name) for name in _SHAPES):
         said = ", ".join(f"'{name}': {value:g}" for name, value in values.items())
         raise RobotError(
-            f"robot '{robot.name}' has been changed since it was loaded, as by hold(), and joints that it holds are to stand "
+            f"robot '{robot.name}' has been changed since it was loaded, as by hold(), and its locked joints are to stand "
             f"elsewhere; give load_robot fixed={{{said}}} and change it then"
         )
     fixed = {**(origin.choices.fixed or {}), **values}
@@ -458,8 +458,8 @@ def _leading(fixed: Mapping[str, float], values: Mapping[str, float], tree: Link
 def _without_limits(tree: LinkTree, values: Mapping[str, float]) -> LinkTree:
     def freed(joint: LinkJoint) -> LinkJoint:
         moves = joint.kind in _MOVING
-        held = moves and leader_of(joint, tree).leader in values
-        return replace(joint, lower=None, upper=None) if held else joint
+        locked = moves and leader_of(joint, tree).leader in values
+        return replace(joint, lower=None, upper=None) if locked else joint
 
     return replace(tree, joints=tuple(freed(joint) for joint in tree.joints))
 
@@ -467,7 +467,7 @@ def _without_limits(tree: LinkTree, values: Mapping[str, float]) -> LinkTree:
 def frame_poses(robot: Robot, values: Mapping[str, float]) -> dict[str, Array]:
     """Return where every frame of the robot is, (4, 4) T_base_frame [m], with its joints at given values.
 
-    Joints that the robot holds stand there, too, if they are given one; else where the robot has them.
+    Locked joints stand there, too, if they are given a value; else where they are locked.
 
     Args:
         robot: the robot.
@@ -478,8 +478,8 @@ def frame_poses(robot: Robot, values: Mapping[str, float]) -> dict[str, Array]:
     q = np.array([values.get(name, at) for name, at in zip(robot.dof_names, rest, strict=True)])
     joints = base_and_joint_frames(robot, q[None])[0]
     poses = {frame.name: joints[frame.joint + 1] @ frame.T_joint_frame for frame in robot.frames}
-    held = {name: lead for name, lead in held_leaders(robot).items() if lead.leader in values}
-    return poses if not held else {**poses, **_tree_poses(robot, {**dict(zip(robot.dof_names, q, strict=True)), **values})}
+    locked = {name: lead for name, lead in locked_leaders(robot).items() if lead.leader in values}
+    return poses if not locked else {**poses, **_tree_poses(robot, {**dict(zip(robot.dof_names, q, strict=True)), **values})}
 
 
 def _tree_poses(robot: Robot, values: Mapping[str, float]) -> dict[str, Array]:

@@ -1,4 +1,4 @@
-"""From links and joints to a Robot, for every file format: the joints that move, what rides on each, and how the base is held.
+"""From links and joints to a Robot, for every file format: the joints that move, what rides on each, and the base.
 
 Fixed joints are folded onto the moving joint before them, each axis is turned onto z, mimic joints come to
 share a degree of freedom whose limits keep every one of them within its own.
@@ -267,8 +267,8 @@ def _tip(tree: LinkTree, places: dict[str, tuple[int, Array]]) -> str:
     return tip
 
 
-def held_base(tree: LinkTree, choice: Literal["fixed", "floating"] | None, srdf: Srdf | None) -> LinkTree:
-    """Say in a tree how its root is held.
+def choose_base(tree: LinkTree, choice: Literal["fixed", "floating"] | None, srdf: Srdf | None) -> LinkTree:
+    """Say in a tree whether its root is fixed or floats.
 
     A base floats only where it is asked to: by the user, or by spacearm's own robot file. MoveIt's setups of ordinary arms
     often have a floating virtual joint, so that an SRDF's is told in a note and frees nothing; a fixed one holds the base.
@@ -312,10 +312,10 @@ def rooted(tree: LinkTree, choice: Literal["fixed", "floating"] | None) -> LinkT
         return tree
     joint = free[0]
     if choice != "floating":
-        held = replace(joint, kind="fixed", axis=None)
-        joints = tuple(held if other is joint else other for other in tree.joints)
+        locked = replace(joint, kind="fixed", axis=None)
+        joints = tuple(locked if other is joint else other for other in tree.joints)
         advice = "; give base='floating' to let the base float" if joint.kind == "floating" else ""
-        note = f"joint '{joint.name}' between the root and '{joint.child}' is {joint.kind}, and held at its origin{advice}"
+        note = f"joint '{joint.name}' between the root and '{joint.child}' is {joint.kind}, and locked at its origin{advice}"
         return replace(tree, joints=joints, notes=(*tree.notes, note))
     full = {link for link, *_ in tree.capsules} | {mass.link for mass in tree.masses if mass.mass > 0}
     if joint.kind == "planar" or len(leaving) > 1 or full & above:

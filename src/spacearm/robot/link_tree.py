@@ -82,7 +82,7 @@ class LinkTree:
         masses: of the links that have one.
         shaped: links of a URDF with a shape, drawn or for collision.
         unreadable: links whose mass the file states so that it cannot be used, each with what is wrong.
-        base: how the root is held: "fixed" or "floating".
+        base: "fixed" or "floating".
         configurations: named ones, each with the value of some joints [rad or m].
         with_envelope: False if the user wants none.
         self_collision: what the file asks for: "none", "computed", or pairs of links that must keep clear.

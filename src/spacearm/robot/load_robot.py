@@ -52,7 +52,7 @@ def load_robot(
         srdf: path of an SRDF file about the same robot: groups, named configurations, links that may touch.
         group: name of a group in it; only its joints move. Others stay where `fixed` puts them, else at 0 or
             the nearest to it that their limits allow, and the robot's notes say so.
-        fixed: joints that are held at a value [rad or m], by name; they are no part of q.
+        fixed: joints that are locked at a value [rad or m], by name; they are no part of q.
         tip: name of the link that is the end effector; by default the end of the group's chain, or of the
             robot's, of those that joints move; needed where there are several.
         velocity_limit: no joint is to be faster [rad/s or m/s]; needed where the file states no limit, or what means none: 0, a
@@ -73,7 +73,7 @@ def load_robot(
         self_collision: which links must keep clear of each other. "srdf": all but those that the SRDF allows to
             touch, and those that meet in every configuration; "computed": those that `find_self_pairs` finds;
             "none". "auto" is the SRDF where there is one, else computed for a URDF and none for other robots.
-        base: "fixed" or "floating": how the base is held, unless a problem says otherwise. By default as spacearm's own
+        base: "fixed" or "floating", unless a problem says otherwise. By default as spacearm's own
             robot file says; else fixed, whatever an SRDF's virtual joint would allow, which a note tells.
 
     Raises:

@@ -251,13 +251,13 @@ class Robot(Frozen):
         lower, upper: (n,) limits of q [rad or m]; -inf and inf where a joint turns without end.
         velocity: (n,) limits of |dq| [rad/s or m/s], above 0.
         acceleration: (n,) limits of |ddq| [rad/s^2 or m/s^2], above 0.
-        base: how the base is held unless a problem says otherwise: "fixed", or "floating" (free to drift and turn).
+        base: "fixed" or "floating" (free to drift and turn), unless a problem says otherwise.
         bodies: the masses of the links, as far as the file states them; empty if it states none. Those on joint -1
             are the base's.
         self_pairs: names of links that must keep clear of each other, two by two; empty if none need to.
         apart: pairs that must keep clear as well, but cannot meet within the limits: a search does not look at them, a
             certificate does. Where shapes, joints or limits change, they become `self_pairs`.
-        unchecked: pairs that were left out, and why. `unchecked_pairs(robot)` lists all that are not checked.
+        unchecked: pairs that are not checked, and why. `unchecked_pairs(robot)` lists all that are not checked.
         collision: "none" says that the robot is meant to have no envelope; one without is refused otherwise.
         solid: links that are more than frames: those with a shape, drawn or for collision, or a mass in their file. Those of
             them without an envelope are kept clear of nothing, which is told.
@@ -265,7 +265,7 @@ class Robot(Frozen):
         configurations: named ones.
         source: the file or built-in name it came from.
         notes: what was assumed in reading it, a sentence each.
-        origin: of a robot from a file, what it was put together from, so that joints can be held elsewhere afterwards; no
+        origin: of a robot from a file, what it was put together from, so that joints can be locked elsewhere afterwards; no
             part of its value, and kept neither by pickle nor in files.
 
     Raises:
@@ -369,7 +369,7 @@ class Robot(Frozen):
 
 
 def require_base(base: Any) -> None:
-    """Check how a base is held.
+    """Check whether a base is fixed or floats.
 
     Raises:
         RobotError: anything but "fixed" and "floating".

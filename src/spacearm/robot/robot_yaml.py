@@ -5,7 +5,7 @@ Key by key::
     spacearm-robot: 1          # format and version
     name: my_arm               # for people
     notes: [...]               # optional sentences: where the numbers are from, what was assumed
-    base: floating             # how the base is held, unless a problem says otherwise: fixed (default) or floating
+    base: floating             # the base, unless a problem says otherwise: fixed (default) or floating
     tip: hand                  # the link that is the end effector; optional where there is one chain
     link_radius: 0.05          # optional: the radius of capsules that state none [m]
     joints:

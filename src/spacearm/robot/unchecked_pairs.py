@@ -23,7 +23,7 @@ REASONS = {
     "always": "always in contact",
     "changed": "in contact before the robot was changed",
     "allowed": "allowed to touch",
-    "touching": "held, and allowed to touch",
+    "touching": "attached, and allowed to touch",
     "not asked for": "not asked for",
 }
 """Why a pair of links is not checked, and how that is said."""
@@ -319,11 +319,11 @@ def lacks_masses(robot: Robot) -> str:
     lacking = without_mass(robot)
     if not lacking:
         return ""
-    held = [name for name, why in lacking if why == NOT_SAID]
+    payloads = [name for name, why in lacking if why == NOT_SAID]
     advice = []
-    if held:
-        advice.append("give hold(..., mass=...), in a problem file `mass` beside the shape that is held")
-    if len(held) < len(lacking):
+    if payloads:
+        advice.append("give hold(..., mass=...), in a problem file `mass` beside the shape of the payload")
+    if len(payloads) < len(lacking):
         advice.append("give each link an <inertial> with mass and inertia (mass 0 if a link that is fixed to it has it)")
     listed = _some([f"'{name}' ({why})" for name, why in lacking])
     return (
@@ -344,7 +344,7 @@ def require_all_masses(robot: Robot) -> None:
 
 
 NOT_SAID = "held, and nothing says what it weighs"
-"""Why what is held has no mass."""
+"""Why a payload has no mass."""
 
 
 def known_unweighed(robot: Robot) -> tuple[tuple[str, str], ...]:
