@@ -11,17 +11,26 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
+from math import sqrt
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from spacearm.dynamics import BaseMotion, Convergence, convergence
+from spacearm.core.rotations import angle, conjugate, cross, exponential, multiplied, running_products
+from spacearm.dynamics import BaseMotion, JointPath, moments
+from spacearm.dynamics.base_motion import NODES as SIXTH_ORDER
+from spacearm.dynamics.base_motion import step_turn
+from spacearm.dynamics.momentum import free_rate
 from spacearm.motion import Motion
-from spacearm.robot import load_robot
+from spacearm.robot import Robot, load_robot
 
 FINAL = (1.11508, 0.304819, -0.678856, 3.23913, 1.23781, -2.07818, -2.15025)  # rad
 STEPS = tuple(2**k for k in range(1, 13))
 NEEDED = {"search": 1e-5, "certificate": 1e-8}  # rad
+NODES = {2: np.array([1 / 2]), 4: np.array([1 / 2 - sqrt(3) / 6, 1 / 2 + sqrt(3) / 6]), 6: SIXTH_ORDER}
 NAMES = {2: "midpoint", 4: "Magnus 4", 6: "Magnus 6"}
 
 
@@ -44,6 +53,51 @@ def main() -> None:
         given.json.write_text(json.dumps(values, indent=2) + "\n")
     if given.figure:
         draw(found, given.figure)
+
+
+class Convergence(NamedTuple):
+    """Errors of the final attitude.
+
+    Attributes:
+        steps: (k,) numbers of equal steps over the whole path.
+        errors: by the method's order, (k,) [rad] each.
+        evaluations: by the method's order, (k,) evaluations of the momentum map.
+    """
+
+    steps: NDArray[np.int64]
+    errors: dict[int, NDArray[np.float64]]
+    evaluations: dict[int, NDArray[np.int64]]
+
+
+def convergence(robot: Robot, curve: JointPath, *, steps: Sequence[int]) -> Convergence:
+    """Measure methods of order 2 (midpoint), 4 and 6 against an adaptive integration; the base has no momentum.
+
+    Multiples of the number of the path's pieces show the orders best.
+    """
+    begin, end = curve.domain
+    right = BaseMotion(robot, curve, tolerance=1e-13).pose(end)[1]
+    counts = np.array(steps, dtype=np.int64)
+    errors = {order: np.zeros(len(counts)) for order in NODES}
+    for i, count in enumerate(counts):
+        ends = np.linspace(begin, end, count + 1)
+        for order, nodes in NODES.items():
+            length = np.diff(ends)
+            at = ends[:-1, None] + length[:, None] * nodes
+            rates = free_rate(moments(robot, curve.sample(at)), curve.sample(at, 1))
+            final = running_products(exponential(turn(rates, length, order)))[-1]
+            errors[order][i] = angle(multiplied(conjugate(right), final))
+    return Convergence(counts, errors, {order: counts * len(nodes) for order, nodes in NODES.items()})
+
+
+def turn(rates: NDArray[np.float64], length: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+    """The rotation vectors (..., 3) of steps by a method of this order, of rates at its nodes (..., nodes, 3)."""
+    if order == 6:
+        return step_turn(rates, length)
+    turns = rates * length[..., None, None]
+    if order == 2:
+        return turns[..., 0, :]
+    first, last = turns[..., 0, :], turns[..., 1, :]
+    return (first + last) / 2 + sqrt(3) / 12 * cross(first, last)
 
 
 def needed(found: Convergence, order: int, tolerance: float) -> int | None:

@@ -1,4 +1,4 @@
-"""spacearm: collision-free, executable motions for robot arms on spacecraft, planned by a particle swarm.
+"""spacearm: collision-free motions for robot arms on spacecraft, found by trees, refinement and a swarm, and proven.
 
 The public names, each loaded when it is first used.
 """

@@ -10,16 +10,17 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from spacearm.core.errors import ProblemError, RobotError
+from spacearm.core.rotations import exponential, running_products
 from spacearm.dynamics import (
     BaseMotion,
     Momentum,
     base_at_mass_center,
     base_rate,
     center_of_mass,
-    convergence,
     momentum_map,
     system_mass,
 )
+from spacearm.dynamics.base_motion import NODES, step_turn
 from spacearm.motion import Motion, Trajectory, time_optimal
 from spacearm.robot import Robot, load_robot
 from support.drawn_spacecraft import motion_of, spacecraft
@@ -262,14 +263,15 @@ def test_mujoco_ends_in_the_same_pose(robot: Robot, share: float) -> None:
     np.testing.assert_allclose(qvel[3:6], base.rate(1.0) / duration, rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("order", [2, 4, 6])
-def test_the_error_falls_with_the_order_of_the_method(order: int) -> None:
-    # The servicer's long panels make steep rates: the orders show as soon as steps resolve them.
+def test_the_error_of_equal_steps_falls_with_their_sixth_power() -> None:
+    # The servicer's long panels make steep rates: the order shows as soon as steps resolve them.
     path = Motion([np.zeros(7), np.array(ROWS[1][0]) * 0.5])
-    steps = [16, 32, 64] if order == 6 else [64, 128, 256]
-    errors = convergence(SERVICER, path, steps=steps).errors[order]
-    slopes = np.log2(errors[:-1] / errors[1:])
-    assert slopes == pytest.approx(order, abs=0.5)
+    right, errors = BaseMotion(SERVICER, path, tolerance=1e-13).pose(1.0)[1], []
+    for count in (16, 32, 64):
+        at = (np.arange(count)[:, None] + NODES) / count
+        turns = step_turn(base_rate(SERVICER, path.sample(at), path.sample(at, 1)), np.full(count, 1 / count))
+        errors.append(_turn_between(right, running_products(exponential(turns))[-1]))
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(6, abs=0.5)
 
 
 @pytest.mark.parametrize("shape", [(), (1,), (3, 2), (0,), (5000,)])

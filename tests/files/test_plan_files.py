@@ -19,8 +19,7 @@ from spacearm.core.errors import FileFormatError, OutputError, ProblemError, Spa
 from spacearm.core.records import record_as_dict
 from spacearm.dynamics import Momentum, base_at_mass_center
 from spacearm.files import load_plan, load_saved_plan, plan_as_dict, save_plan, save_trajectory
-from spacearm.files.plan_file import problem_as_dict, problem_from_dict, problem_hash
-from spacearm.files.recheck import recheck_plan
+from spacearm.files.plan_file import problem_as_dict, problem_from_dict, problem_hash, recheck_plan
 from spacearm.geometry import Box, Cylinder, HalfSpace, Scene, Sphere, pose
 from spacearm.motion import RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.planner import BaseLimits, Plan, PlannerSettings, PoseGoal, PositionGoal, Problem, plan

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from spacearm.core.errors import FileFormatError, ProblemError, SpacearmError
 from spacearm.files import load_trajectory
-from spacearm.files.plan_file import save_trajectory
+from spacearm.files.trajectory_file import save_trajectory
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory, time_optimal
 from spacearm.robot import Joint, Robot, load_robot
 from support.messages import assert_refused

@@ -13,8 +13,8 @@ from scipy.interpolate import BPoly, CubicHermiteSpline, CubicSpline
 
 from spacearm.core.errors import ProblemError
 from spacearm.motion import Motion, PiecewisePath
-from spacearm.motion.piecewise import after, binomials, cuts, times, weights
-from spacearm.motion.spline import Curve, extremes, greatest
+from spacearm.motion.piecewise import Curve, after, binomials, cuts, extremes, greatest, times, weights
+from support.drawn_motions import is_continuous
 from support.messages import assert_refused
 
 ROUNDING = 1e-12  # of the numbers' size, degree 5 and pieces of a tenth at the least
@@ -163,7 +163,7 @@ def test_lines_are_numpys(given_points: tuple[np.ndarray, ...]) -> None:
 def test_cubics_with_rates_are_scipys(given_points: tuple[np.ndarray, ...]) -> None:
     t, q, dq = given_points
     path = PiecewisePath.from_cubic(t, q, dq)
-    assert path.is_continuous(1)
+    assert is_continuous(path, 1)
     np.testing.assert_allclose(path.sample(inside(path)), CubicHermiteSpline(t, q, dq)(inside(path)), rtol=0, atol=1e-12 * 100)
 
 
@@ -171,7 +171,7 @@ def test_cubics_with_rates_are_scipys(given_points: tuple[np.ndarray, ...]) -> N
 def test_cubics_without_rates_are_scipys_spline(given_points: tuple[np.ndarray, ...], ends: Any) -> None:
     t, q = given_points
     path = PiecewisePath.from_cubic(t, q, ends=ends)
-    assert path.is_continuous(2)
+    assert is_continuous(path, 2)
     np.testing.assert_allclose(path.sample(inside(path)), CubicSpline(t, q, bc_type=ends)(inside(path)), rtol=0, atol=1e-9)
     derivative = 1 if ends == "clamped" else 2
     np.testing.assert_allclose(path.sample(path.domain, derivative), 0, atol=1e-9 * size_of(path, derivative))
@@ -183,7 +183,7 @@ def test_quintics_have_the_rates_and_accelerations_they_were_given(given_points:
     path = PiecewisePath.from_quintic(t, *tables)
     expected = BPoly.from_derivatives(t, np.stack(tables, axis=1))
     np.testing.assert_allclose(path.sample(inside(path)), expected(inside(path)), rtol=0, atol=1e-12 * size_of(path, 0))
-    assert path.is_continuous(2)
+    assert is_continuous(path, 2)
     for derivative, table in enumerate(tables):
         np.testing.assert_allclose(path.sample(t, derivative), table, rtol=0, atol=ROUNDING * size_of(path, derivative))
 
@@ -191,11 +191,11 @@ def test_quintics_have_the_rates_and_accelerations_they_were_given(given_points:
 def test_jumps_are_told_from_rounding() -> None:
     step = PiecewisePath([0, 1, 3], [[[0.0], [1.0]], [[1.5], [2.0]]])
     np.testing.assert_allclose(step.jumps(0), [[0.5]])
-    assert not step.is_continuous()
+    assert not is_continuous(step)
     corner = PiecewisePath.from_linear([0, 1, 3], [[0.0, 1.0], [1.0, 1.0], [5.0, 1.0]])
     np.testing.assert_allclose(corner.jumps(1), [[1.0, 0.0]])
-    assert corner.is_continuous(0)
-    assert not corner.is_continuous(1)
+    assert is_continuous(corner, 0)
+    assert not is_continuous(corner, 1)
     assert not corner.jumps(2).any()
 
 
@@ -206,7 +206,7 @@ def test_a_joints_jump_is_measured_by_its_own_numbers() -> None:
     corner = PiecewisePath([0, 1, 2], [[[1e6, 0.0], [1e6, 0.0]], [[1e6, 0.0], [1e6 + 1e-8, 1e-8]]])
     np.testing.assert_array_equal(corner.jumps(1) != 0, [[False, True]])
     noise = PiecewisePath([0, 1, 2], [[[1.0, 1e-17], [1.0, 1e-17]], [[1.0, -1e-17], [1.0, 0.0]]])
-    assert noise.is_continuous(1)
+    assert is_continuous(noise, 1)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 6))
@@ -247,7 +247,7 @@ def test_polynomials_of_any_degree_that_float64_bears_are_taken() -> None:
 @given(NUMBERS, NUMBERS, st.lists(st.floats(1e-3, 1.0), min_size=2, max_size=6))
 def test_a_straight_line_in_pieces_has_no_corner(begin: float, slope: float, steps: list[float]) -> None:
     t = np.concatenate([[0.0], np.cumsum(steps)])
-    assert PiecewisePath.from_linear(t, begin + slope * t[:, None]).is_continuous(1)
+    assert is_continuous(PiecewisePath.from_linear(t, begin + slope * t[:, None]), 1)
 
 
 @given(paths())

@@ -16,7 +16,7 @@ from spacearm.motion import Motion, TimeLaw, Trajectory, fastest_duration, resam
 from spacearm.motion.time_laws import over_time
 from spacearm.robot import Robot, load_robot
 from support import strategies
-from support.drawn_motions import motions_of
+from support.drawn_motions import is_continuous, motions_of
 from support.messages import assert_refused
 from support.small_robots import two_link
 
@@ -64,7 +64,7 @@ def assert_smooth_from_rest_to_rest(trajectory: Trajectory) -> None:
     np.testing.assert_allclose(ends.dq, 0, atol=1e-9 * trajectory.robot.velocity.max())
     np.testing.assert_allclose(ends.ddq, 0, atol=1e-9 * trajectory.robot.acceleration.max())
     if trajectory.time_law is not None:
-        assert trajectory.time_law.path.is_continuous(2)
+        assert is_continuous(trajectory.time_law.path, 2)
 
 
 @FEW

@@ -16,9 +16,10 @@ from scipy.interpolate import BSpline
 from spacearm.core.errors import ProblemError
 from spacearm.motion import Motion, TimeLaw, Trajectory, fastest_duration, fastest_durations, limit_margins
 from spacearm.motion.limit_margins import fastest_duration_of_law, law_margins
-from spacearm.motion.time_laws import abscissae, cubic_basis, cubic_law, halved, over_time
+from spacearm.motion.time_laws import over_time
+from spacearm.motion.time_optimal_law import abscissae, cubic_basis, cubic_law, halved
 from support import strategies
-from support.drawn_motions import motions, motions_of, scipy_spline, size_of
+from support.drawn_motions import is_continuous, motions, motions_of, scipy_spline, size_of
 from support.messages import assert_refused
 from support.small_robots import two_link
 
@@ -65,7 +66,7 @@ def test_a_cubic_law_is_scipys_spline(data: st.DataObject, derivative: int) -> N
     np.testing.assert_allclose(law.sample(inside, derivative), expected(inside, nu=derivative), rtol=0, atol=1e-13 * scale)
     basis = cubic_basis(x, inside, derivative) @ points
     np.testing.assert_allclose(basis, expected(inside, nu=derivative), rtol=0, atol=1e-13 * scale)
-    assert law.path.is_continuous(2)
+    assert is_continuous(law.path, 2)
 
 
 @given(st.data())

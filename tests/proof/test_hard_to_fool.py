@@ -13,7 +13,7 @@ from spacearm.core.errors import ProblemError
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.proof import Certificate, certify
-from spacearm.proof.displacement import Spans
+from spacearm.proof.displacement import PathIntervals
 from spacearm.robot import Joint, LinkCapsule, Robot
 from support.dense_samples import Setting, planar, swing
 
@@ -357,9 +357,9 @@ def test_coefficients_of_great_size_between_small_values_are_allowed_their_round
     robot = turntable()
     wild = 1e6 * (-1.0) ** np.arange(41)
     path = PiecewisePath([0, 1], wild[None, :, None])
-    spans = Spans(path)
-    stretches = spans.first()
-    assert spans.lines(stretches).drift.min() >= 1e-8
+    cut = PathIntervals(path)
+    intervals = cut.first()
+    assert cut.linear_bounds(intervals).deviation.min() >= 1e-8
     assert judged(robot, [], RecordedTrajectory(robot, path)).holds
 
 

@@ -15,7 +15,8 @@ from hypothesis.extra import numpy as hnp
 from spacearm.core.errors import RobotError
 from spacearm.robot import LinkCapsule, envelope_report, load_robot, load_urdf
 from spacearm.robot.capsule_fit import Segment, fit_capsule, smallest_circle, union_volume
-from spacearm.robot.envelope import Plane, Shape, cut, enclose, enclosed, found_mesh, greatest_excess, shape_triangles
+from spacearm.robot.envelope import Plane, cut, enclose, enclosed, greatest_excess, shape_triangles
+from spacearm.robot.urdf import Shape, found_mesh
 from support import strategies, urdf_text
 from support.messages import assert_refused
 from support.oracles.solids import from_segments

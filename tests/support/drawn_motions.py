@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from spacearm.motion import Motion
+from spacearm.motion import Motion, PiecewisePath
 from spacearm.robot import Robot
 
 INTERIORS = st.integers(0, 6)
@@ -44,3 +44,8 @@ def scipy_spline(motion: Motion) -> BSpline:
 def size_of(motion: Motion, derivative: int) -> float:
     """The scale of a derivative's numbers, by which its rounding is judged."""
     return float(np.abs(motion.control_points).max()) * (5.0 * (motion.interior + 1)) ** derivative + 1e-300
+
+
+def is_continuous(path: PiecewisePath, derivative: int = 0) -> bool:
+    """Whether a derivative, and all before it, have no jump."""
+    return not any(path.jumps(k).any() for k in range(derivative + 1))

@@ -15,8 +15,7 @@ from spacearm.geometry import Capsule, HalfSpace, Scene, Sphere
 from spacearm.motion import AnyTrajectory, RecordedTrajectory
 from spacearm.planner import BaseLimits
 from spacearm.proof import Certificate
-from spacearm.proof.base_setup import base_setup_of
-from spacearm.proof.base_track import begun_base_proof
+from spacearm.proof.base_proofs import base_setup_of, begun_base_proof
 from spacearm.robot import Robot
 
 STEPS = 500  # of the integration, over all pieces

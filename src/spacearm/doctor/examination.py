@@ -1,4 +1,4 @@
-"""The examination: every look, in turn, at one model."""
+"""The examination: every check, in turn, of one model and its SRDF."""
 
 from __future__ import annotations
 
@@ -17,8 +17,6 @@ from spacearm.doctor.shape_checks import look_at_geometry
 from spacearm.doctor.structure_checks import look_at_numbers, look_at_structure
 from spacearm.robot.robot_xml import Repair, xml_document, xml_root
 from spacearm.robot.srdf import Srdf, load_srdf
-
-# ---- What an SRDF says about a robot that it does not have -----------------------------------------------------------
 
 _LINKS = {
     "disable_collisions": ("link1", "link2"),
@@ -93,8 +91,6 @@ def _unknown(chart: Chart, path: Any, what: str, name: str, elements: list[Any],
         advice=suggestion(name, known) or "remove it, or correct the name",
     )
 
-
-# ---- The examination: every look, in turn, at one model --------------------------------------------------------------
 
 Base = Literal["fixed", "floating"]
 

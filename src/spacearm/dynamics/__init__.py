@@ -2,7 +2,6 @@
 
 from spacearm.dynamics.base_models import BASE_MODELS, BaseModel, BaseTrack, FixedBase, FloatingBase
 from spacearm.dynamics.base_motion import BaseMotion, JointPath
-from spacearm.dynamics.convergence import Convergence, convergence
 from spacearm.dynamics.momentum import (
     Moments,
     Momentum,
@@ -21,7 +20,6 @@ __all__ = [
     "BaseModel",
     "BaseMotion",
     "BaseTrack",
-    "Convergence",
     "FixedBase",
     "FloatingBase",
     "JointPath",
@@ -30,7 +28,6 @@ __all__ = [
     "base_at_mass_center",
     "base_rate",
     "center_of_mass",
-    "convergence",
     "hold",
     "moments",
     "momentum_map",

@@ -1,8 +1,14 @@
 """How a floating base moves while its arm runs a path.
 
-Without angular momentum the base's attitude follows from the path alone, whatever its timing; its position follows from the
-centre of mass of base and arm, which stands still or drifts steadily. With momentum the base also turns by itself, and time
-counts. Rigid bodies, no force, no contact, no orbit.
+Without angular momentum the base's attitude depends on the path alone, and not on its timing. Its position follows from the
+centre of mass of base and arm, which rests or drifts at constant velocity. With angular momentum the base also turns by
+itself, and time counts. Bodies are rigid; there is no force, no contact and no orbit.
+
+The attitude is integrated by Magnus's series of sixth order: one rotation vector for a step, from the rates at Gauss's three
+nodes. With rates omega in the turning axes, R' = R [omega]x, a step is R exp([turn]x), and commutators are cross products
+(Blanes, Casas, Oteo and Ros, The Magnus expansion and some of its applications, 2009, section 5). Steps are halved where
+their errors ask for it. Turning two attitudes by the same rotation changes no angle between them, so errors add up and do not
+grow, and each step may have the share of the allowed error that its length has of the whole.
 """
 
 from __future__ import annotations
@@ -16,11 +22,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import as_number, as_numbers, as_pose, require_kind, shown
 from spacearm.core.errors import ProblemError
-from spacearm.core.exact import inverse3, length, powers, product, solved3
+from spacearm.core.exact import cross, inverse3, length, powers, product, solved3
 from spacearm.core.rotations import (
     angle,
     conjugate,
-    cross,
     exponential,
     matrix_of,
     multiplied,
@@ -32,214 +37,25 @@ from spacearm.dynamics.momentum import Momentum, moving, require_masses, system_
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
 
-# ---- Magnus's series for turning frames: one rotation vector for a step, from the rates at Gauss's nodes -------------
-#
-# With rates omega in the turning axes, R' = R [omega]x, a step is R exp([turn]x). Commutators are cross products.
-# Blanes, Casas, Oteo and Ros, The Magnus expansion and some of its applications, 2009, section 5.
-
 Array = NDArray[np.float64]
 
-NODES: dict[int, Array] = {
-    2: np.array([1 / 2]),
-    4: np.array([1 / 2 - sqrt(3) / 6, 1 / 2 + sqrt(3) / 6]),
-    6: np.array([1 / 2 - sqrt(15) / 10, 1 / 2, 1 / 2 + sqrt(15) / 10]),
-}
-"""Where in a step, from 0 to 1, a method of each order asks for the rates."""
-
-
-def step_turn(rates: Array, length: Array, order: int = 6) -> Array:
-    """Return the rotation vectors (..., 3) [rad] of steps.
-
-    Args:
-        rates: (..., nodes, 3) at the order's nodes, per unit of the length, in the turning axes.
-        length: (...,) of each step.
-        order: 2, 4 or 6: errors of a whole motion fall by 2^order when steps are halved.
-    """
-    turns = rates * length[..., None, None]
-    if order == 2:
-        return turns[..., 0, :]
-    if order == 4:
-        first, last = turns[..., 0, :], turns[..., 1, :]
-        return (first + last) / 2 + sqrt(3) / 12 * cross(first, last)
-    first, middle, last = turns[..., 0, :], turns[..., 1, :], turns[..., 2, :]
-    # The equation solved in the book is that of R^T, whose matrix is -[omega]x.
-    a1, a2, a3 = -middle, -sqrt(15) / 3 * (last - first), -10 / 3 * (last - 2 * middle + first)
-    c1 = cross(a1, a2)
-    c2 = -cross(a1, 2 * a3 + c1) / 60
-    return -(a1 + a3 / 12 + cross(-20 * a1 - a3 + c1, a2 + c2) / 240)
-
-
-def _partial() -> Array:
-    """Return the rates at the nodes of each part from 0 to a node, of those at the step's nodes: parabolas through these."""
-    nodes = NODES[6]
-    return product(powers(nodes[:, None] * nodes, 2), inverse3(powers(nodes, 2)))  # (part, node, power) by (power, node)
-
-
-PARTIAL = _partial()
-
-
-# ---- Integration of an attitude: steps as long as their errors allow, and the attitude after each --------------------
-#
-# Errors of turns add up and are not magnified on the way, since turning both changes no angle between them. So each
-# step may have the share of the error allowed that its length has of the whole.
-
-
 Field = Callable[[Array], tuple[Array, Array | None]]
-"""At v (m,): the rates (m, 3) without angular momentum, and what times that, in base axes, adds to them (m, 3, 3) or None."""
+"""The rates at v (m,): those without angular momentum (m, 3), and the matrices (m, 3, 3) that give, times the angular momentum
+in base axes, what is added to them; None without angular momentum."""
 
-_HALVED = 32  # of the difference between a step and its halves, a share left in these; 63 as steps become short
-_LEAST = 1e-15  # [rad] differences this small are rounding
-_MOST_STEPS = 1 << 15
-_SWEEPS = 60
-_SETTLED = 2e-15  # of quaternions and turns
-_TUMBLE = 1.0  # [rad] turned by the momentum in steps that are solved together
+NODES: Array = np.array([1 / 2 - sqrt(15) / 10, 1 / 2, 1 / 2 + sqrt(15) / 10])
+"""Where in a step, from 0 to 1, the rates are asked for: Gauss's nodes."""
 
-
-class Steps(NamedTuple):
-    """Attitudes after steps of an independent variable v.
-
-    Attributes:
-        nodes: (m + 1,) where steps begin and end.
-        attitude_wxyz: (m + 1, 4) there, in the inertial frame.
-        error: estimate of the greatest error of these [rad].
-    """
-
-    nodes: Array
-    attitude_wxyz: Array
-    error: float
-
-
-class _Spans(NamedTuple):
-    """Steps from `begin`, with the field at their nodes: free (..., 3, 3), spin (..., 3, 3, 3) or None."""
-
-    begin: Array
-    length: Array
-    free: Array
-    spin: Array | None
-
-    def take(self, which: NDArray[np.bool_]) -> _Spans:
-        return _Spans(*(None if part is None else part[which] for part in self))  # type: ignore[arg-type]
-
-    def in_a_row(self) -> _Spans:
-        """Return pairs of halves (m, 2, ...) as steps (2 m, ...)."""
-        return _Spans(*(None if part is None else part.reshape(-1, *part.shape[2:]) for part in self))  # type: ignore[arg-type]
-
-
-def adaptive_steps(field: Field, nodes: Array, start_wxyz: Array, angular: Array, tolerance: float) -> Steps:
-    """Integrate an attitude, halving steps until the estimated error is at most the tolerance.
-
-    Args:
-        field: the rates.
-        nodes: (m + 1,) of the first steps: where the field is not smooth, and enough to see how it runs.
-        start_wxyz: (4,) at the first.
-        angular: (3,) momentum, in the inertial frame.
-        tolerance: of the attitude at all nodes [rad]; where rounding or the number of steps is in the way, it is exceeded.
-    """
-    wholes = _spans(field, nodes[:-1], np.diff(nodes))
-    halves = _halves(field, wholes)
-    while True:
-        flat = halves.in_a_row()
-        attitude, turns = _chained(flat, start_wxyz, angular)
-        single = exponential(_independent(wholes, attitude[:-1:2], angular))
-        left = angle(multiplied(conjugate(single), multiplied(turns[::2], turns[1::2])))
-        shares = tolerance * wholes.length / wholes.length.sum()
-        split = (left / _HALVED > shares) & (left > _LEAST)
-        error = float(left.sum()) / _HALVED
-        if error <= tolerance or not split.any() or len(split) > _MOST_STEPS:
-            return Steps(np.append(flat.begin, nodes[-1]), attitude, error + _LEAST)
-        fresh = halves.take(split).in_a_row()
-        order = np.argsort(np.concatenate([wholes.begin[~split], fresh.begin]))
-        wholes, halves = (
-            _joined(kept.take(~split), new, order) for kept, new in ((wholes, fresh), (halves, _halves(field, fresh)))
-        )
-
-
-def attitude_within(field: Field, steps: Steps, v: Array, angular: Array) -> Array:
-    """Return the attitude (m, 4) at v (m,): one short step from the node before each."""
-    node = np.clip(np.searchsorted(steps.nodes, v, side="right") - 1, 0, len(steps.nodes) - 1)
-    start = steps.attitude_wxyz[node]
-    spans = _spans(field, steps.nodes[node], v - steps.nodes[node])
-    out = multiplied(start, exponential(_independent(spans, start, angular)))
-    return out / np.linalg.norm(out, axis=-1, keepdims=True)
-
-
-def _spans(field: Field, begin: Array, length: Array) -> _Spans:
-    at = begin[..., None] + length[..., None] * NODES[6]
-    free, spin = field(at.ravel())
-    return _Spans(begin, length, free.reshape(*at.shape, 3), None if spin is None else spin.reshape(*at.shape, 3, 3))
-
-
-def _halves(field: Field, spans: _Spans) -> _Spans:
-    """Return each step's halves, (m, 2, ...)."""
-    half = spans.length / 2
-    return _spans(field, np.stack([spans.begin, spans.begin + half], axis=1), np.stack([half, spans.length - half], axis=1))
-
-
-def _joined(a: _Spans, b: _Spans, order: NDArray[np.int64]) -> _Spans:
-    pairs = zip(a, b, strict=True)
-    return _Spans(*(None if x is None or y is None else np.concatenate([x, y])[order] for x, y in pairs))  # type: ignore[arg-type]
-
-
-def _independent(spans: _Spans, attitude: Array, angular: Array) -> Array:
-    """Return the turns (m, 3) of steps that begin at attitudes (m, 4)."""
-    if spans.spin is None:
-        return step_turn(spans.free, spans.length)
-    within, turn = np.zeros_like(spans.free), np.zeros_like(attitude[:, 1:])
-    for _ in range(_SWEEPS):
-        turn, now = _swept(spans, attitude, within, angular)
-        change, within = np.abs(now - within).max(initial=0.0), now
-        if change < _SETTLED:
-            break
-    return turn
-
-
-def _swept(spans: _Spans, attitude: Array, within: Array, angular: Array) -> tuple[Array, Array]:
-    """Return better turns of steps (m, 3) and of their parts up to each node (m, 3, 3), which the momentum depends on."""
-    assert spans.spin is not None
-    momentum = rotated(conjugate(multiplied(attitude[:, None], exponential(within))), angular)  # in base axes
-    rates = spans.free + product(spans.spin, momentum[..., None])[..., 0]
-    return step_turn(rates, spans.length), step_turn(product(PARTIAL, rates[:, None]), spans.length[:, None] * NODES[6])
-
-
-def _chained(spans: _Spans, start: Array, angular: Array) -> tuple[Array, Array]:
-    """Return the attitudes (m + 1, 4) before and after steps in order, and their turns (m, 4)."""
-    if spans.spin is None:
-        turns = exponential(step_turn(spans.free, spans.length))
-        return np.concatenate([start[None], multiplied(start, running_products(turns))]), turns
-    # How a tumbling base turns depends on its attitude. Steps are solved together, again and again until nothing changes, as
-    # many at a time as turn by about a radian: then a dozen or two times will do.
-    size = np.linalg.norm(spans.spin, axis=(-2, -1)).max(axis=-1) * length(angular) * spans.length
-    window = np.floor(np.cumsum(size) / _TUMBLE).astype(np.int64)
-    attitudes, all_turns = [start[None]], []
-    for part in np.unique(window):
-        turns, after = _solved_together(spans.take(window == part), attitudes[-1][-1], angular)
-        attitudes.append(after)
-        all_turns.append(turns)
-    return np.concatenate(attitudes), np.concatenate(all_turns)
-
-
-def _solved_together(spans: _Spans, first: Array, angular: Array) -> tuple[Array, Array]:
-    """Return the turns (m, 4) of steps in order, and the attitudes (m, 4) after them."""
-    after = np.repeat(first[None], len(spans.begin), axis=0)
-    turns, within = after, np.zeros_like(spans.free)
-    for _ in range(_SWEEPS):
-        turn, now = _swept(spans, np.concatenate([first[None], after[:-1]]), within, angular)
-        turns = exponential(turn)
-        moved = multiplied(first, running_products(turns))
-        change = max(np.abs(moved - after).max(), np.abs(now - within).max())
-        after, within = moved, now
-        if change < _SETTLED:
-            break
-    return turns, after
-
-
-# ---- How a floating base moves while its arm runs a path -------------------------------------------------------------
-
-
-_FIRST_STEPS = 8
-_TUMBLE_BASE_MOTION = 0.5  # [rad] at most in a first step
-_MOST_TUMBLE = 600.0  # [rad] about a hundred turns in one motion
-_AT_ONCE = 4096
+_HALVED = 32  # divides the difference between a step and its two halves: the halves' error; 63 as steps become short
+_LEAST = 1e-15  # [rad] smaller differences are rounding
+_MOST_STEPS = 1 << 15  # steps that are halved at most once more
+_FIRST_STEPS = 8  # at least, over the whole path
+_FIRST_TURN = 0.5  # [rad] that the angular momentum may turn the base by in a first step
+_MOST_TURN = 600.0  # [rad] that it may turn the base by in the whole motion: about a hundred turns
+_WINDOW = 1.0  # [rad] that it turns the base by in steps that are solved together; then about twelve sweeps are enough
+_SWEEPS = 60  # at most, of a fixed-point iteration over steps
+_CONVERGED = 2e-15  # change of quaternions and turns [rad] at which sweeps end
+_AT_ONCE = 4096  # values of u, so that the arrays fit into the cache
 
 
 class JointPath(Protocol):
@@ -260,7 +76,7 @@ class JointPath(Protocol):
 
 
 class BaseMotion:
-    """The motion of a floating base along a path of its arm's joints; Magnus's series of sixth order, adaptive.
+    """The motion of a floating base along a path of its arm's joints.
 
     Attributes:
         robot: whose base floats.
@@ -385,13 +201,13 @@ class BaseMotion:
         spin = self._field(breaks)[1]
         if spin is not None:
             turned = float(np.linalg.norm(spin, axis=(1, 2)).max() * length(self.momentum.angular))
-            if turned * (breaks[-1] - breaks[0]) > _MOST_TUMBLE:
+            if turned * (breaks[-1] - breaks[0]) > _MOST_TURN:
                 raise ProblemError(
                     f"momentum.angular is {shown(self.momentum.angular.tolist())}, which turns the base by up to "
                     f"{turned * (breaks[-1] - breaks[0]):.3g} rad in {self._duration:.4g} s, expected less than "
-                    f"{_MOST_TUMBLE:g} rad; check the units of masses, momentum and duration"
+                    f"{_MOST_TURN:g} rad; check the units of masses, momentum and duration"
                 )
-            parts = max(parts, int(np.ceil(turned * np.diff(breaks).max() / _TUMBLE_BASE_MOTION)))
+            parts = max(parts, int(np.ceil(turned * np.diff(breaks).max() / _FIRST_TURN)))
         share = np.arange(parts) / parts
         return np.append((breaks[:-1, None] + share * np.diff(breaks)[:, None]).ravel(), breaks[-1])
 
@@ -409,10 +225,174 @@ class BaseMotion:
             inverse = attitude * np.array([1.0, -1.0, -1.0, -1.0])
             spin = solved3(found.H_w, rotated(inverse, self.momentum.angular))
             omega = omega + spin * self._time_scale
-        center = found.center_rate + cross(
-            omega, found.center
-        )  # velocity of the centre of mass relative to the base, base axes
+        # Velocity of the centre of mass relative to the base's origin, base axes
+        center = found.center_rate + cross(omega, found.center)
         return self._drift * self._time_scale - rotated(attitude, center), omega
+
+
+class Steps(NamedTuple):
+    """Attitudes after steps of an independent variable v.
+
+    Attributes:
+        nodes: (m + 1,) where steps begin and end.
+        attitude_wxyz: (m + 1, 4) there, in the inertial frame.
+        error: estimate of the greatest error of these [rad].
+    """
+
+    nodes: Array
+    attitude_wxyz: Array
+    error: float
+
+
+class _Spans(NamedTuple):
+    """Steps from `begin`, with the field at their nodes: free (..., 3, 3), spin (..., 3, 3, 3) or None."""
+
+    begin: Array
+    length: Array
+    free: Array
+    spin: Array | None
+
+    def take(self, which: NDArray[np.bool_]) -> _Spans:
+        return _Spans(*(None if part is None else part[which] for part in self))  # type: ignore[arg-type]
+
+    def in_a_row(self) -> _Spans:
+        """Return pairs of halves (m, 2, ...) as steps (2 m, ...)."""
+        return _Spans(*(None if part is None else part.reshape(-1, *part.shape[2:]) for part in self))  # type: ignore[arg-type]
+
+
+def adaptive_steps(field: Field, nodes: Array, start_wxyz: Array, angular: Array, tolerance: float) -> Steps:
+    """Integrate an attitude, halving steps until the estimated error is at most the tolerance.
+
+    Args:
+        field: the rates.
+        nodes: (m + 1,) of the first steps: where the field is not smooth, and enough to see how it runs.
+        start_wxyz: (4,) at the first.
+        angular: (3,) momentum, in the inertial frame.
+        tolerance: of the attitude at all nodes [rad]; where rounding or the number of steps is in the way, it is exceeded.
+    """
+    wholes = _spans(field, nodes[:-1], np.diff(nodes))
+    halves = _halves(field, wholes)
+    while True:
+        flat = halves.in_a_row()
+        attitude, turns = _chained(flat, start_wxyz, angular)
+        single = exponential(_independent(wholes, attitude[:-1:2], angular))
+        left = angle(multiplied(conjugate(single), multiplied(turns[::2], turns[1::2])))
+        shares = tolerance * wholes.length / wholes.length.sum()
+        split = (left / _HALVED > shares) & (left > _LEAST)
+        error = float(left.sum()) / _HALVED
+        if error <= tolerance or not split.any() or len(split) > _MOST_STEPS:
+            return Steps(np.append(flat.begin, nodes[-1]), attitude, error + _LEAST)
+        fresh = halves.take(split).in_a_row()
+        order = np.argsort(np.concatenate([wholes.begin[~split], fresh.begin]))
+        wholes, halves = (
+            _joined(old.take(~split), new, order) for old, new in ((wholes, fresh), (halves, _halves(field, fresh)))
+        )
+
+
+def attitude_within(field: Field, steps: Steps, v: Array, angular: Array) -> Array:
+    """Return the attitude (m, 4) at v (m,): one short step from the node before each."""
+    node = np.clip(np.searchsorted(steps.nodes, v, side="right") - 1, 0, len(steps.nodes) - 1)
+    start = steps.attitude_wxyz[node]
+    spans = _spans(field, steps.nodes[node], v - steps.nodes[node])
+    out = multiplied(start, exponential(_independent(spans, start, angular)))
+    return out / np.linalg.norm(out, axis=-1, keepdims=True)
+
+
+def _spans(field: Field, begin: Array, length: Array) -> _Spans:
+    at = begin[..., None] + length[..., None] * NODES
+    free, spin = field(at.ravel())
+    return _Spans(begin, length, free.reshape(*at.shape, 3), None if spin is None else spin.reshape(*at.shape, 3, 3))
+
+
+def _halves(field: Field, spans: _Spans) -> _Spans:
+    """Return each step's halves, (m, 2, ...)."""
+    half = spans.length / 2
+    return _spans(field, np.stack([spans.begin, spans.begin + half], axis=1), np.stack([half, spans.length - half], axis=1))
+
+
+def _joined(a: _Spans, b: _Spans, order: NDArray[np.int64]) -> _Spans:
+    pairs = zip(a, b, strict=True)
+    return _Spans(*(None if x is None or y is None else np.concatenate([x, y])[order] for x, y in pairs))  # type: ignore[arg-type]
+
+
+def _independent(spans: _Spans, attitude: Array, angular: Array) -> Array:
+    """Return the turns (m, 3) of steps that begin at attitudes (m, 4)."""
+    if spans.spin is None:
+        return step_turn(spans.free, spans.length)
+    within, turn = np.zeros_like(spans.free), np.zeros_like(attitude[:, 1:])
+    for _ in range(_SWEEPS):
+        turn, now = _swept(spans, attitude, within, angular)
+        change, within = np.abs(now - within).max(initial=0.0), now
+        if change < _CONVERGED:
+            break
+    return turn
+
+
+def _swept(spans: _Spans, attitude: Array, within: Array, angular: Array) -> tuple[Array, Array]:
+    """Return better turns of steps (m, 3) and of their parts up to each node (m, 3, 3), which the momentum depends on."""
+    assert spans.spin is not None
+    momentum = rotated(conjugate(multiplied(attitude[:, None], exponential(within))), angular)  # in base axes
+    rates = spans.free + product(spans.spin, momentum[..., None])[..., 0]
+    return step_turn(rates, spans.length), step_turn(product(_PARTS, rates[:, None]), spans.length[:, None] * NODES)
+
+
+def _chained(spans: _Spans, start: Array, angular: Array) -> tuple[Array, Array]:
+    """Return the attitudes (m + 1, 4) before and after steps in order, and their turns (m, 4)."""
+    if spans.spin is None:
+        turns = exponential(step_turn(spans.free, spans.length))
+        return np.concatenate([start[None], multiplied(start, running_products(turns))]), turns
+    # With angular momentum the rates depend on the attitude. Steps that together turn by about a radian are solved together,
+    # by repeated sweeps until nothing changes.
+    size = np.linalg.norm(spans.spin, axis=(-2, -1)).max(axis=-1) * length(angular) * spans.length
+    window = np.floor(np.cumsum(size) / _WINDOW).astype(np.int64)
+    attitudes, all_turns = [start[None]], []
+    for part in np.unique(window):
+        turns, after = _solved_together(spans.take(window == part), attitudes[-1][-1], angular)
+        attitudes.append(after)
+        all_turns.append(turns)
+    return np.concatenate(attitudes), np.concatenate(all_turns)
+
+
+def _solved_together(spans: _Spans, first: Array, angular: Array) -> tuple[Array, Array]:
+    """Return the turns (m, 4) of steps in order, and the attitudes (m, 4) after them."""
+    after = np.repeat(first[None], len(spans.begin), axis=0)
+    turns, within = after, np.zeros_like(spans.free)
+    for _ in range(_SWEEPS):
+        turn, now = _swept(spans, np.concatenate([first[None], after[:-1]]), within, angular)
+        turns = exponential(turn)
+        moved = multiplied(first, running_products(turns))
+        change = max(np.abs(moved - after).max(), np.abs(now - within).max())
+        after, within = moved, now
+        if change < _CONVERGED:
+            break
+    return turns, after
+
+
+def step_turn(rates: Array, length: Array) -> Array:
+    """Return the rotation vectors (..., 3) [rad] of steps.
+
+    Args:
+        rates: (..., 3, 3) at `NODES`, per unit of the length, in the turning axes.
+        length: (...,) of each step.
+    """
+    turns = rates * length[..., None, None]
+    first, middle, last = turns[..., 0, :], turns[..., 1, :], turns[..., 2, :]
+    # The equation solved in the paper is that of R^T, whose matrix is -[omega]x.
+    a1, a2, a3 = -middle, -sqrt(15) / 3 * (last - first), -10 / 3 * (last - 2 * middle + first)
+    c1 = cross(a1, a2)
+    c2 = -cross(a1, 2 * a3 + c1) / 60
+    return -(a1 + a3 / 12 + cross(-20 * a1 - a3 + c1, a2 + c2) / 240)
+
+
+def _rates_of_parts() -> Array:
+    """Return the matrices (part, 3, 3) that map a step's rates at `NODES` to those of its parts from 0 to each node.
+
+    The rates are taken to be parabolas through those at the nodes.
+    """
+    return product(powers(NODES[:, None] * NODES, 2), inverse3(powers(NODES, 2)))  # (part, node, power) by (power, node)
+
+
+_PARTS = _rates_of_parts()
 
 
 def _chunks(u: Array) -> list[Array]:

@@ -31,9 +31,8 @@ from numpy.typing import NDArray
 from spacearm.core.checks import shown
 from spacearm.core.errors import FileFormatError, ProblemError
 from spacearm.core.reading import YamlFile, read_text, yaml_of_others
-from spacearm.files.moveit_frames import Frames, frames_of
 from spacearm.files.moveit_request import goal_of, leftovers, require_no_other_demands, with_group_and_speed
-from spacearm.files.moveit_scene import Body, read_matrix, robot_with_matrix, say_matrix, scene_of, world_of
+from spacearm.files.moveit_scene import Body, Frames, frames_of, read_matrix, robot_with_matrix, say_matrix, scene_of, world_of
 from spacearm.files.moveit_shapes import is_scene_text, scene_of_text
 from spacearm.files.moveit_state import (
     Held,
@@ -47,7 +46,7 @@ from spacearm.files.moveit_state import (
 )
 from spacearm.geometry import Scene
 from spacearm.planner.problem import Problem, within_limits
-from spacearm.robot.locked_joints import frame_poses
+from spacearm.robot.assembly import frame_poses
 from spacearm.robot.model import Robot
 
 if TYPE_CHECKING:

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import shown
 from spacearm.core.errors import nearest
-from spacearm.files.moveit_frames import Frames
+from spacearm.files.moveit_scene import Frames
 from spacearm.files.moveit_state import planned_values
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
-from spacearm.robot.locked_joints import held_leaders, held_values
+from spacearm.robot.assembly import held_leaders, held_values
 from spacearm.robot.model import Frame, Robot
 
 if TYPE_CHECKING:

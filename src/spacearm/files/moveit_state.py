@@ -1,4 +1,7 @@
-"""Where the robot is (`moveit_msgs/RobotState`): its joints, those that it does not plan for as well, and its base."""
+"""Where the robot is (`moveit_msgs/RobotState`): all its joints, its base, and what is attached to its links.
+
+An attached object (`moveit_msgs/AttachedCollisionObject`) becomes a part of the robot.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,9 @@ from numpy.typing import NDArray
 from spacearm.core.checks import shown
 from spacearm.core.errors import nearest
 from spacearm.dynamics.payload import hold
-from spacearm.files.moveit_frames import Frames, root_joints
-from spacearm.files.moveit_scene import APPEND, MOVE, REMOVE, Body, body_of
+from spacearm.files.moveit_scene import APPEND, MOVE, REMOVE, Body, Frames, body_of, root_joints
 from spacearm.files.moveit_shapes import named
-from spacearm.robot.locked_joints import held_elsewhere, held_leaders, held_values, joint_limits_in_file
+from spacearm.robot.assembly import held_elsewhere, held_leaders, held_values, joint_limits_in_file
 from spacearm.robot.model import Frame, Robot
 
 if TYPE_CHECKING:
@@ -28,9 +30,6 @@ if TYPE_CHECKING:
         Twist,
     )
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# What MoveIt's states attach to links of the robot (`moveit_msgs/AttachedCollisionObject`): it becomes a part of the
-# robot.
 
 Array = NDArray[np.float64]
 
@@ -192,10 +191,6 @@ def _with_frames(robot: Robot, one: Held) -> Robot:
         for name, T in places.items()
     )
     return replace(robot, frames=(*(frame for frame in robot.frames if frame.name not in places), *frames))
-
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# Where the robot is (`moveit_msgs/RobotState`): its joints, those that it does not plan for as well, and its base.
 
 
 _SAME = 1e-9  # [rad, m and -]

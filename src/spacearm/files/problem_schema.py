@@ -1,6 +1,6 @@
 """The keys of a problem file, their types and what they mean; docs/problem_file.md explains them with examples.
 
-Imported only when such a file is read.
+The JSON schema made from them lets editors complete, explain and check such files. Imported only when a problem file is read.
 """
 
 from __future__ import annotations
@@ -392,9 +392,6 @@ def _flagged(given: Any, key: str, words: str) -> Any:
         raise wrong_form(words)
     return given
 
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# The JSON schema of problem files, by which editors complete, explain and check them as they are written.
 
 SCHEMA_FILE = Path(__file__).with_name("problem.schema.json")
 """Where the schema is in the installed package; name it in a problem file's first line:

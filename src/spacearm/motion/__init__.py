@@ -1,12 +1,13 @@
 """Motions and trajectories: splines through joint space, and how fast they may be run."""
 
 from spacearm.motion.limit_margins import LimitMargins, fastest_duration, fastest_durations, limit_margins
-from spacearm.motion.piecewise import PiecewisePath
-from spacearm.motion.recorded import AnyTrajectory, RecordedTrajectory, Samples, resampled
-from spacearm.motion.spline import Curve, Motion, basis
+from spacearm.motion.piecewise import Curve, PiecewisePath
+from spacearm.motion.recorded import AnyTrajectory, RecordedTrajectory
+from spacearm.motion.spline import Motion, basis
 from spacearm.motion.time_laws import TimeLaw
-from spacearm.motion.time_optimal import time_optimal
+from spacearm.motion.time_optimal_law import time_optimal
 from spacearm.motion.trajectory import JointState, Trajectory
+from spacearm.motion.trajectory_values import Samples, resampled
 
 __all__ = [
     "AnyTrajectory",

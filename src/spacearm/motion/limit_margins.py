@@ -1,9 +1,12 @@
-"""How far a path in time stays inside the joints' limits, and how fast a motion may be run within them."""
+"""How far a trajectory stays inside the joints' limits for every t, and how fast a motion may be run within them.
+
+All bounds are by hulls, so they hold between samples too. There are three kinds of trajectory: a motion run uniformly, a motion
+run by a time law, and any path over time.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,20 +14,20 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import as_number, as_readonly, dimensions_of
 from spacearm.core.errors import ProblemError
 from spacearm.core.exact import power, root
-from spacearm.motion.piecewise import PiecewisePath
-from spacearm.motion.spline import Motion, extremes, greatest, greatest_entries
+from spacearm.motion.piecewise import PiecewisePath, extremes, greatest
+from spacearm.motion.spline import Motion, greatest_entries
 from spacearm.motion.time_laws import TimeLaw, over_time
 from spacearm.robot import Robot
 from spacearm.robot.joint_limits import greatest_multipliers
 
 Array = NDArray[np.float64]
 
-# Bezier points carry rounding of about 1e-14 of the control points' size; the duration makes up for it.
-ROUNDING = 1e-12
-_CLOSELY = 1e-9  # a path that was read back may use a limit to the full
-_SLIGHT = 1e-7
-_LEAST_JERK = 1e-9  # [rad/s^3 or m/s^3] less is rest
-_POSITION_TOLERANCE = 1e-10  # of the furthest: a path may run along a limit
+ROUNDING = 1e-12  # relative, added to durations: Bezier points have rounding of about 1e-14 of the control points' size
+_CLOSELY = 1e-9  # relative excess of bounds: a path that was read back may use its limits in full
+_POSITION_TOLERANCE = 1e-10  # of the furthest position: a path may run along a limit
+_SLIGHT = 1e-7  # of a derivative's bound: what smaller jumps add to it is left out
+_LEAST_JERK = 1e-9  # [rad/s^3 or m/s^3] a smaller limit allows no motion
+_AT_REST = 1e-13  # of a motion's greatest rate: slower is rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,9 +49,9 @@ class LimitMargins:
     @property
     def holds(self) -> bool:
         """Whether all limits are kept for all t."""
-        kept = (self.velocity <= 1).all() and (self.acceleration <= 1).all()
-        kept = kept and (self.jerk is None or (self.jerk <= 1).all())
-        return bool(kept and (self.position >= -ROUNDING).all())
+        rates = (self.velocity <= 1).all() and (self.acceleration <= 1).all()
+        jerk = self.jerk is None or (self.jerk <= 1).all()
+        return bool(rates and jerk and (self.position >= -ROUNDING).all())
 
 
 def fastest_duration(robot: Robot, motion: Motion, *, jerk_limit: ArrayLike | None = None) -> float:
@@ -98,11 +101,67 @@ def limit_margins(robot: Robot, motion: Motion, duration: float, *, jerk_limit: 
     )
 
 
+def fastest_duration_of_law(robot: Robot, motion: Motion, law: TimeLaw, *, jerk_limit: ArrayLike | None = None) -> float:
+    """Return the least duration in which a motion may be run by a time law within the limits [s]; 0: it does not move.
+
+    Raises:
+        ProblemError: a jerk limit that is no positive number, or for a law whose second derivative jumps on the way.
+    """
+    shares = law_margins(robot, motion, law, 1.0, jerk_limit=jerk_limit)
+    velocity, acceleration = float(shares.velocity.max()), float(shares.acceleration.max())
+    jerk = 0.0 if shares.jerk is None else float(shares.jerk.max())
+    return max(velocity, float(root(acceleration, 2)), float(root(jerk, 3))) * (1 + ROUNDING)
+
+
+def law_margins(
+    robot: Robot, motion: Motion, law: TimeLaw, duration: float, *, jerk_limit: ArrayLike | None = None
+) -> LimitMargins:
+    """Return how far a motion run by a time law stays inside the limits, for all t."""
+    time = duration if duration > 0 else np.inf
+    paths = [over_time(motion, law, 1.0, k) for k in range(1, 3 if jerk_limit is None else 4)]
+    slips = [np.zeros(motion.dof), *_slips(motion, law)]
+    bounds = [
+        with_slips(greatest_size(path, 0), slip) / power(time, k)
+        for k, (path, slip) in enumerate(zip(paths, slips, strict=False), 1)
+    ]
+    jerk = None
+    if jerk_limit is not None:
+        at = law.coefficients[1:, 0][law.path.jumps(2)[:, 0] != 0]
+        moving = np.abs(motion.sample(at, 1)).max(axis=0, initial=0.0) > _AT_REST * greatest(motion, 1)
+        jerk = np.where(moving, np.inf, bounds[2] / as_jerk_limit(robot, jerk_limit))
+    return LimitMargins(
+        position=position_margins(robot, motion),
+        velocity=bounds[0] / robot.velocity,
+        acceleration=bounds[1] / robot.acceleration,
+        jerk=jerk,
+    )
+
+
+def _slips(motion: Motion, law: TimeLaw) -> list[Array]:
+    """Return what the law's corners that are taken for rounding add at most to accelerations and jerks, both (n,).
+
+    As in `PiecewisePath.slips`, each counts as made within the shorter of the two pieces of the law that meet.
+    """
+    if len(law.breaks) < 3:
+        return [np.zeros(motion.dof)] * 2
+    s, lengths = law.coefficients[1:, 0], np.diff(law.breaks)
+    before, after = np.zeros((2, len(s), 2))  # ds/dx and d2s/dx2 on both sides of each break
+    for k in range(2):
+        points = law.path.derivative(k + 1).coefficients[:, :, 0]
+        before[:, k], after[:, k] = points[:-1, -1], points[1:, 0]
+    first, second = motion.sample(s, 1), motion.sample(s, 2)
+    per = np.minimum(lengths[1:], lengths[:-1])[:, None]
+    v, a = (after - before).T[:, :, None]
+    squares = (after[:, :1] + before[:, :1]) * v  # of both rates, the difference
+    slight = (law.path.jumps(2) == 0) | (np.abs(first) <= _AT_REST * greatest(motion, 1))  # real jumps are reported as infinite
+    jerks = np.where(slight, np.abs((second * squares + first * a) / per), 0.0)
+    return [np.abs(first * v / per).max(axis=0), jerks.max(axis=0)]
+
+
 def path_margins(robot: Robot, path: PiecewisePath, *, jerk_limit: ArrayLike | None = None) -> LimitMargins:
     """Return how far a path over time [s] stays inside the limits, for all t, its corners included.
 
-    Jumps of rounding count too, as what they add to the next derivative, where that is not rounding itself; the path must have
-    none.
+    Jumps that are rounding count by what they add to the next derivative. The path itself must have no jumps.
     """
     velocity_jumps, acceleration_jumps = (path.jumps(k).any(axis=0) for k in (1, 2))
     jerk = None
@@ -123,7 +182,7 @@ def path_margins(robot: Robot, path: PiecewisePath, *, jerk_limit: ArrayLike | N
 
 
 def with_slips(bound: Array, slip: Array) -> Array:
-    """Return a derivative's bounds (n,) and what jumps of the one before may add to it; less than 1e-7 of them adds nothing."""
+    """Return a derivative's bounds (n,) plus what jumps of the one before may add; less than 1e-7 of a bound adds nothing."""
     return np.where(slip > _SLIGHT * bound, bound + slip, bound)
 
 
@@ -142,8 +201,8 @@ def position_margins(robot: Robot, motion: Motion) -> Array:
 def as_jerk_limit(robot: Robot, jerk_limit: ArrayLike) -> Array:
     """Check a jerk limit, one number or one for each entry of q, and return it as (n,).
 
-    One number holds for every joint, those that mimic others included: q may do what that of the
-    greatest multiplier may, divided by it.
+    One number holds for every joint, also for those that mimic others: it is divided by the greatest multiplier of the joints
+    that follow an entry of q.
 
     Raises:
         ProblemError: another number of them, or one that is not above 0.
@@ -160,71 +219,8 @@ def as_jerk_limit(robot: Robot, jerk_limit: ArrayLike) -> Array:
     return limit
 
 
-# ---- The limits of a motion run by a time law, for every instant -----------------------------------------------------
-
-
-_AT_REST = 1e-13  # of a motion's greatest rate: what is no more is rounding
-
-
-def fastest_duration_of_law(robot: Robot, motion: Motion, law: TimeLaw, *, jerk_limit: ArrayLike | None = None) -> float:
-    """Return the least duration in which a motion may be run by a time law within the limits [s]; 0: it does not move.
-
-    Raises:
-        ProblemError: a jerk limit that is no positive number, or for a law whose second derivative jumps on the way.
-    """
-    shares = law_margins(robot, motion, law, 1.0, jerk_limit=jerk_limit)
-    velocity, acceleration = float(shares.velocity.max()), float(shares.acceleration.max())
-    jerk = 0.0 if shares.jerk is None else float(shares.jerk.max())
-    return max(velocity, float(root(acceleration, 2)), float(root(jerk, 3))) * (1 + ROUNDING)
-
-
-def law_margins(
-    robot: Robot, motion: Motion, law: TimeLaw, duration: float, *, jerk_limit: ArrayLike | None = None
-) -> LimitMargins:
-    """Return how far a motion run by a time law stays inside the limits, for all t."""
-    time = duration if duration > 0 else np.inf
-    paths: list[Any] = [over_time(motion, law, 1.0, k) for k in range(1, 3 if jerk_limit is None else 4)]
-    slips = [np.zeros(motion.dof), *_slips(motion, law)]
-    bounds = [
-        with_slips(greatest_size(path, 0), slip) / power(time, k)
-        for k, (path, slip) in enumerate(zip(paths, slips, strict=False), 1)
-    ]
-    jerk = None
-    if jerk_limit is not None:
-        at = law.coefficients[1:, 0][law.path.jumps(2)[:, 0] != 0]
-        moving = np.abs(motion.sample(at, 1)).max(axis=0, initial=0.0) > _AT_REST * greatest(motion, 1)
-        jerk = np.where(moving, np.inf, bounds[2] / as_jerk_limit(robot, jerk_limit))
-    return LimitMargins(
-        position=position_margins(robot, motion),
-        velocity=bounds[0] / robot.velocity,
-        acceleration=bounds[1] / robot.acceleration,
-        jerk=jerk,
-    )
-
-
-def _slips(motion: Motion, law: TimeLaw) -> list[Array]:
-    """Return what corners of the law that pass for rounding add at most to accelerations and jerks, both (n,).
-
-    As `PiecewisePath.slips`: they count as made within the shorter of the law's pieces that meet.
-    """
-    if len(law.breaks) < 3:
-        return [np.zeros(motion.dof)] * 2
-    s, lengths = law.coefficients[1:, 0], np.diff(law.breaks)
-    before, after = np.zeros((2, len(s), 2))  # ds/dx and d2s/dx2 on both sides of each break
-    for k in range(2):
-        points = law.path.derivative(k + 1).coefficients[:, :, 0]
-        before[:, k], after[:, k] = points[:-1, -1], points[1:, 0]
-    first, second = motion.sample(s, 1), motion.sample(s, 2)
-    per = np.minimum(lengths[1:], lengths[:-1])[:, None]
-    v, a = (after - before).T[:, :, None]
-    squares = (after[:, :1] + before[:, :1]) * v  # of both rates, the difference
-    slight = (law.path.jumps(2) == 0) | (np.abs(first) <= _AT_REST * greatest(motion, 1))  # what jumps is told otherwise
-    jerks = np.where(slight, np.abs((second * squares + first * a) / per), 0.0)
-    return [np.abs(first * v / per).max(axis=0), jerks.max(axis=0)]
-
-
 def limit_shares(motion: Motion, limits: list[Array], rates: list[Array]) -> list[Array]:
-    """Return what share of each limit a motion uses at samples of a law, one (m, n) for each limit, with its sign.
+    """Return what share of each limit a motion uses at samples of a law, signed, one array (m, n) for each limit.
 
     Args:
         motion: the path.

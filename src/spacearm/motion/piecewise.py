@@ -1,11 +1,20 @@
-"""Piecewise polynomials: paths over time whose pieces need not be ours, nor fit each other smoothly."""
+"""Piecewise polynomials by their Bernstein coefficients: p(x) = sum_i c_i C(d, i) x^i (1 - x)^(d - i) on [0, 1].
+
+A polynomial stays in the hull of its coefficients. Cutting and multiplying use only weights that are not negative, so nothing
+cancels (Farin, Curves and Surfaces for CAGD, 2002; Farouki, The Bernstein polynomial basis: a centennial retrospective, 2012).
+
+`Curve` is what all checks ask of a path through joint space: samples, and bounds between samples that hold for every
+parameter. `PiecewisePath` is a curve of any polynomials, which need not fit each other smoothly. Sampling is not
+`scipy.interpolate.BPoly`'s, because samples and bounds are recorded: their bits must be the same on every processor
+(docs/conventions.md).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
 from math import comb, perm
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,107 +23,99 @@ from spacearm.core.checks import Frozen, as_numbers, as_readonly, as_whole, show
 from spacearm.core.errors import ProblemError
 from spacearm.core.exact import power, powers, product
 
-# ---- Polynomials by their Bernstein coefficients on [0, 1]: p(x) = sum_i c_i C(d, i) x^i (1 - x)^(d - i) -------------
-#
-# A polynomial stays in the hull of its coefficients, and cutting and multiplying take only weights that are not
-# negative, so nothing cancels. Farin, Curves and Surfaces for CAGD, 2002; Farouki, The Bernstein polynomial basis: a
-# centennial retrospective, 2012.
-
 Array = NDArray[np.float64]
 
-
-@lru_cache(maxsize=64)
-def binomials(degree: int) -> Array:
-    """Return C(d, i) for i = 0 to d."""
-    return _fixed(np.array([comb(degree, i) for i in range(degree + 1)], dtype=np.float64))
-
-
-def weights(degree: int, x: Array) -> Array:
-    """Return the Bernstein polynomials at x, (..., d + 1)."""
-    x = np.asarray(x, dtype=np.float64)
-    return binomials(degree) * powers(x, degree) * powers(1 - x, degree)[..., ::-1]
-
-
-def differences(coefficients: Array, derivative: int) -> Array:
-    """Return the coefficients of a derivative with respect to x, the degree axis being the last but one."""
-    for _ in range(derivative):
-        degree = coefficients.shape[-2] - 1
-        if degree == 0:
-            return np.zeros_like(coefficients)
-        coefficients = degree * np.diff(coefficients, axis=-2)
-    return coefficients
-
-
-def cuts(degree: int, begin: Array, end: Array) -> Array:
-    """Map coefficients on [0, 1] to those on [begin, end] within it.
-
-    Coefficient k on the part is the polynomial's blossom at d - k times `begin` and k times `end`.
-
-    Args:
-        degree: of the polynomial.
-        begin, end: (p,) in [0, 1].
-
-    Returns:
-        (p, d + 1, d + 1); the rows are not negative and sum to 1.
-    """
-    first = [weights(k, begin) for k in range(degree + 1)]
-    last = [weights(k, end) for k in range(degree + 1)]
-    out = np.zeros((len(begin), degree + 1, degree + 1))
-    for k in range(degree + 1):
-        for i in range(k + 1):
-            out[:, k, i : i + degree - k + 1] += last[k][:, i, None] * first[degree - k]
-    return out
-
-
-@lru_cache(maxsize=64)
-def halvings(degree: int, bisections: int) -> Array:
-    """Return the cuts of [0, 1] into 2^b equal parts, (2^b, d + 1, d + 1)."""
-    ends = np.arange(2**bisections + 1) / 2**bisections
-    return _fixed(cuts(degree, ends[:-1], ends[1:]))
-
-
-def times(a: Array, b: Array) -> Array:
-    """Multiply polynomials, the degree axis being the last: (..., d + 1), (..., e + 1) -> (..., d + e + 1)."""
-    d, e = a.shape[-1] - 1, b.shape[-1] - 1
-    a, b = a * binomials(d), b * binomials(e)
-    out = np.zeros((*np.broadcast_shapes(a.shape[:-1], b.shape[:-1]), d + e + 1))
-    for i in range(e + 1):
-        out[..., i : i + d + 1] += a * b[..., i : i + 1]
-    return out / binomials(d + e)
-
-
-def after(degree: int, inner: Array) -> Array:
-    """Return the Bernstein polynomials of another polynomial: what composing with it asks for.
-
-    Args:
-        degree: d of the outer polynomial.
-        inner: (..., e + 1) coefficients of x(t), whose values lie in [0, 1].
-
-    Returns:
-        (..., d e + 1, d + 1): times the outer coefficients, those of the composition.
-    """
-    power, opposite = [np.ones((*inner.shape[:-1], 1))], [np.ones((*inner.shape[:-1], 1))]
-    for _ in range(degree):
-        power.append(times(power[-1], inner))
-        opposite.append(times(opposite[-1], 1 - inner))
-    columns = [comb(degree, i) * times(power[i], opposite[degree - i]) for i in range(degree + 1)]
-    return np.stack(columns, axis=-1)
-
-
-def _fixed(array: Array) -> Array:
-    array.setflags(write=False)
-    return array
-
-
-# ---- Piecewise polynomials: paths over time whose pieces need not be ours, nor fit each other smoothly ---------------
-
-
-_BISECTIONS = 3
-_MOST_DERIVATIVES = 100
+_BISECTIONS = 3  # each piece is cut into 2^3 for its hulls
+_LEVELS = 12  # halvings of a piece, at most, in search of close bounds
+_MOST_PIECES = 4096  # that are halved at once, or as many as the curve has; more means that their values are all rounding
 _AT_ONCE = 6  # halvings by one matrix
-_DIGITS = 64 * np.finfo(np.float64).eps  # what of a number's size is taken for rounding when pieces are compared
-_LEAST_SIZE = 1.0  # [rad or m] in that comparison: a joint that rests at 1e-17 does so by rounding in larger numbers
-_HIGHEST = 256  # degree; beyond, coefficients that all are numbers may have values that are none
+_MOST_DERIVATIVES = 100
+_HIGHEST = 256  # degree; of higher ones finite coefficients may have values that are not finite
+_DIGITS = 64 * np.finfo(np.float64).eps  # relative: smaller differences between pieces are rounding
+_LEAST_SIZE = 1.0  # [rad or m] in that comparison: a joint near 0 has the rounding of larger numbers
+
+
+class Curve(Protocol):
+    """A piecewise polynomial q(u) through joint space, whatever u is: a spline's s in [0, 1], or time [s]."""
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        ...
+
+    @property
+    def degree(self) -> int:
+        """Of its pieces."""
+        ...
+
+    @property
+    def pieces(self) -> int:
+        """Number of its own polynomial pieces."""
+        ...
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Where u begins and ends."""
+        ...
+
+    def sample(self, u: ArrayLike, /, derivative: int = 0) -> Array:
+        """Return q(u), or a derivative with respect to u, (..., n); beyond the domain, what holds at its ends."""
+        ...
+
+    def hulls(
+        self, derivative: int, *, bisections: int = ..., pieces: NDArray[np.int64] | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Bound a derivative on every piece, for *every* u of it.
+
+        Args:
+            derivative: with respect to u.
+            bisections: how often the curve's own pieces are halved first.
+            pieces: (p,) indices of those wanted, of `self.pieces` 2^bisections in order of u; None: all.
+
+        Returns:
+            The pieces' ends (p, 2), and the least and greatest values on each, (p, n).
+        """
+        ...
+
+    def bezier(self, derivative: int = ..., /) -> Array:
+        """Return a derivative's Bernstein coefficients on each of the curve's own pieces, (pieces, degree + 1, n)."""
+        ...
+
+
+def greatest(curve: Curve, derivative: int) -> Array:
+    """Return a bound (n,) of |d^k q / du^k| that holds for every u, by the curve's hulls."""
+    _, low, high = curve.hulls(derivative)
+    return np.maximum(-low.min(axis=0), high.max(axis=0)).clip(min=0.0)
+
+
+def extremes(curve: Curve, derivative: int, *, tolerance: float = 1e-4) -> tuple[Array, Array]:
+    """Bound a derivative for every u, closely: pieces are halved where their hulls exceed the values at their middles.
+
+    Args:
+        curve: whose pieces may be many and of any degree.
+        derivative: with respect to u.
+        tolerance: by what share of the greatest size a bound may exceed the values that are reached.
+
+    Returns:
+        The least and the greatest value of each joint, (n,) each. They hold also where halving ended early.
+    """
+    pieces = np.arange(curve.pieces)
+    least, most = np.full(curve.dof, np.inf), np.full(curve.dof, -np.inf)  # reached
+    lowest, highest = least.copy(), most.copy()  # bounds, of the pieces done with
+    for level in range(_LEVELS + 1):
+        ends, low, high = curve.hulls(derivative, bisections=level, pieces=pieces)
+        reached = curve.sample(ends.mean(axis=1), derivative)
+        least, most = np.minimum(least, reached.min(axis=0)), np.maximum(most, reached.max(axis=0))
+        allowed = tolerance * np.maximum(np.abs(least), np.abs(most))
+        undecided = ((low < least - allowed) | (high > most + allowed)).any(axis=1)
+        last = level == _LEVELS or undecided.sum() > max(_MOST_PIECES, curve.pieces)
+        done = slice(None) if last else ~undecided
+        lowest = np.minimum(lowest, low[done].min(axis=0, initial=np.inf))
+        highest = np.maximum(highest, high[done].max(axis=0, initial=-np.inf))
+        if last or not undecided.any():
+            break
+        pieces = (2 * pieces[undecided, None] + np.arange(2)).ravel()
+    return lowest, highest
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -186,7 +187,7 @@ class PiecewisePath(Frozen):
         if ends not in ("clamped", "natural"):
             raise ProblemError(f"ends is {shown(ends)}, expected 'clamped' (at rest) or 'natural' (without acceleration)")
         if dq is None:
-            from scipy.interpolate import CubicSpline
+            from scipy.interpolate import CubicSpline  # pyright: ignore[reportMissingTypeStubs]
 
             rates = CubicSpline(t, q, bc_type=ends)(t, 1)
             if ends == "clamped":
@@ -268,7 +269,7 @@ class PiecewisePath(Frozen):
         Returns:
             The pieces' ends (p, 2), and the least and greatest values on each, (p, n).
         """
-        parts = 2**bisections
+        parts = 1 << bisections
         points = self._derived(derivative)
         if pieces is None:
             ours, part = np.divmod(np.arange(self.pieces * parts), parts)
@@ -280,7 +281,7 @@ class PiecewisePath(Frozen):
             while left:
                 now = min(left, _AT_ONCE)
                 left -= now
-                cut = product(halvings(points.shape[1] - 1, now)[(part >> left) % 2**now], cut)
+                cut = product(halvings(points.shape[1] - 1, now)[(part >> left) % (1 << now)], cut)
         ends = self._ends(ours, part, parts)
         return ends, cut.min(axis=1), cut.max(axis=1)
 
@@ -293,7 +294,7 @@ class PiecewisePath(Frozen):
         return PiecewisePath(self.breaks, self._derived(order))
 
     def jumps(self, derivative: int) -> Array:
-        """Return by how much a derivative jumps at each inner break, (p - 1, n); what is rounding only is 0.
+        """Return by how much a derivative jumps at each inner break, (p - 1, n); 0 where the jump is only rounding.
 
         Rounding is measured joint by joint, by the joint's own numbers in the two pieces that meet.
         """
@@ -301,9 +302,9 @@ class PiecewisePath(Frozen):
         return np.where(np.abs(jump) > self._rounding(np.abs(self.coefficients).max(axis=1), derivative), jump, 0.0)
 
     def slips(self, derivative: int) -> Array:
-        """Return what the jumps of a derivative that `jumps` takes for rounding add to the next derivative at most, (n,).
+        """Return what those jumps of a derivative that `jumps` takes for rounding add at most to the next derivative, (n,).
 
-        They count as made within the shorter of the two pieces that meet: a stair of many such jumps is a slope.
+        Each counts as made within the shorter of the two pieces that meet, because many such jumps in a row are a slope.
         """
         jump = self._steps(derivative)
         small = np.where(self.jumps(derivative) == 0, np.abs(jump), 0.0)
@@ -313,9 +314,9 @@ class PiecewisePath(Frozen):
     def joined(self) -> PiecewisePath:
         """Return the path with every piece beginning exactly where the one before it ends.
 
-        Only jumps that may be rounding are closed, measured by the largest number of any joint in the two pieces that meet,
-        for where joints were computed together one leaves its rounding in the others. What is closed is from then on part of
-        the path, its rates too. Larger jumps stay.
+        Only jumps that may be rounding are closed. They are measured by the largest number of any joint in the two pieces that
+        meet, because joints that were computed together share their rounding. The path then moves by what was closed, so its
+        rates change too. Larger jumps stay.
         """
         jump = self._steps(0)
         whole = np.abs(self.coefficients).max(axis=(1, 2), keepdims=True)[:, 0]
@@ -327,10 +328,6 @@ class PiecewisePath(Frozen):
             coefficients = np.repeat(coefficients, 2, axis=1)
         coefficients[1:, 0] = np.where(small, self.coefficients[:-1, -1], self.coefficients[1:, 0])
         return PiecewisePath(self.breaks, coefficients)
-
-    def is_continuous(self, derivative: int = 0) -> bool:
-        """Whether a derivative, and all before it, have no jump."""
-        return not any(self.jumps(k).any() for k in range(derivative + 1))
 
     def _steps(self, derivative: int) -> Array:
         """Return the first value of each piece but one, less the last value of the piece before, (p - 1, n)."""
@@ -349,10 +346,10 @@ class PiecewisePath(Frozen):
         """Return the coefficients of a derivative."""
         if not derivative:
             return self.coefficients
-        with np.errstate(over="ignore", invalid="ignore"):  # what is beyond numbers is beyond every limit
+        with np.errstate(over="ignore", invalid="ignore"):  # infinite values break every limit
             return differences(self.coefficients, derivative) / power(np.diff(self.breaks), derivative)[:, None, None]
 
-    def _ends(self, piece: NDArray[Any], part: NDArray[Any], parts: int) -> Array:
+    def _ends(self, piece: NDArray[np.int64], part: NDArray[np.int64], parts: int) -> Array:
         """Return where parts of pieces begin and end; the pieces' own ends are exactly the breaks."""
         share = (part[:, None] + np.arange(2)) / parts
         begin, end = self.breaks[piece, None], self.breaks[piece + 1, None]
@@ -373,3 +370,87 @@ def _require_increasing(name: str, values: Array) -> None:
     if still.any():
         i = int(np.argmax(still))
         raise ProblemError(f"{name}[{i + 1}] is {values[i + 1]:.9g} after {values[i]:.9g}, expected increasing values")
+
+
+@lru_cache(maxsize=64)
+def binomials(degree: int) -> Array:
+    """Return C(d, i) for i = 0 to d."""
+    return _fixed(np.array([comb(degree, i) for i in range(degree + 1)], dtype=np.float64))
+
+
+def weights(degree: int, x: Array) -> Array:
+    """Return the Bernstein polynomials at x, (..., d + 1)."""
+    x = np.asarray(x, dtype=np.float64)
+    return binomials(degree) * powers(x, degree) * powers(1 - x, degree)[..., ::-1]
+
+
+def differences(coefficients: Array, derivative: int) -> Array:
+    """Return the coefficients of a derivative with respect to x, the degree axis being the last but one."""
+    for _ in range(derivative):
+        degree = coefficients.shape[-2] - 1
+        if degree == 0:
+            return np.zeros_like(coefficients)
+        coefficients = degree * np.diff(coefficients, axis=-2)
+    return coefficients
+
+
+def cuts(degree: int, begin: Array, end: Array) -> Array:
+    """Map coefficients on [0, 1] to those on [begin, end] within it.
+
+    Coefficient k on the part is the polynomial's blossom at d - k times `begin` and k times `end`.
+
+    Args:
+        degree: of the polynomial.
+        begin, end: (p,) in [0, 1].
+
+    Returns:
+        (p, d + 1, d + 1); the rows are not negative and sum to 1.
+    """
+    first = [weights(k, begin) for k in range(degree + 1)]
+    last = [weights(k, end) for k in range(degree + 1)]
+    out = np.zeros((len(begin), degree + 1, degree + 1))
+    for k in range(degree + 1):
+        for i in range(k + 1):
+            out[:, k, i : i + degree - k + 1] += last[k][:, i, None] * first[degree - k]
+    return out
+
+
+@lru_cache(maxsize=64)
+def halvings(degree: int, bisections: int) -> Array:
+    """Return the cuts of [0, 1] into 2^b equal parts, (2^b, d + 1, d + 1)."""
+    count = 1 << bisections
+    ends = np.arange(count + 1) / count
+    return _fixed(cuts(degree, ends[:-1], ends[1:]))
+
+
+def times(a: Array, b: Array) -> Array:
+    """Multiply polynomials, the degree axis being the last: (..., d + 1), (..., e + 1) -> (..., d + e + 1)."""
+    d, e = a.shape[-1] - 1, b.shape[-1] - 1
+    a, b = a * binomials(d), b * binomials(e)
+    out = np.zeros((*np.broadcast_shapes(a.shape[:-1], b.shape[:-1]), d + e + 1))
+    for i in range(e + 1):
+        out[..., i : i + d + 1] += a * b[..., i : i + 1]
+    return out / binomials(d + e)
+
+
+def after(degree: int, inner: Array) -> Array:
+    """Return the Bernstein polynomials of another polynomial: what composing with it asks for.
+
+    Args:
+        degree: d of the outer polynomial.
+        inner: (..., e + 1) coefficients of x(t), whose values lie in [0, 1].
+
+    Returns:
+        (..., d e + 1, d + 1): times the outer coefficients, those of the composition.
+    """
+    power, opposite = [np.ones((*inner.shape[:-1], 1))], [np.ones((*inner.shape[:-1], 1))]
+    for _ in range(degree):
+        power.append(times(power[-1], inner))
+        opposite.append(times(opposite[-1], 1 - inner))
+    columns = [comb(degree, i) * times(power[i], opposite[degree - i]) for i in range(degree + 1)]
+    return np.stack(columns, axis=-1)
+
+
+def _fixed(array: Array) -> Array:
+    array.setflags(write=False)
+    return array

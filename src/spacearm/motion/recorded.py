@@ -1,30 +1,33 @@
-"""Trajectories that somebody else made: taken as they are, and judged."""
+"""Trajectories from elsewhere: joint positions over time, and those of another robot model.
+
+A recorded trajectory is taken as it is. It may break limits, and its certificate says so. Joints go by their names: `for_robot`
+puts a trajectory's columns into a robot's order, and refuses a robot whose joints of the same names are other joints.
+"""
 
 from __future__ import annotations
 
-import math
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.core.checks import as_number, as_numbers, as_sentences, require_kind, shown
-from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.checks import as_numbers, as_sentences, require_kind, shown
+from spacearm.core.errors import ProblemError
 from spacearm.dynamics import JointPath, Momentum
 from spacearm.dynamics.base_models import Base
 from spacearm.motion.limit_margins import LimitMargins, path_margins
 from spacearm.motion.piecewise import PiecewisePath
-from spacearm.motion.riding import OnABase
 from spacearm.motion.spline import Motion
-from spacearm.motion.trajectory import LONGEST, JointState, Trajectory
+from spacearm.motion.trajectory import LONGEST, JointState, OnABase, Trajectory
 from spacearm.robot import Joint, Robot
 from spacearm.robot.model import require_robot
 
 Array = NDArray[np.float64]
 
-_SHORTEST = 1e-6  # [s]; in shorter pieces rounding would hide corners
-_FURTHEST = 1e6  # [rad or m]
+_SHORTEST = 1e-6  # [s] of a piece; in shorter ones rounding would hide corners
+_FURTHEST = 1e6  # [rad or m] that a joint may go
+_SAME = 1e-9  # of a transform, a multiplier or an offset, relative to its size: the last digit in a file
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +41,7 @@ class RecordedTrajectory(OnABase):
         base_start: (4, 4) T_w_b at the beginning [m]; None: at the inertial origin, unturned.
         momentum: of base and arm, if the base floats; None: none.
         notes: what was assumed in reading it, a sentence each.
-        contradictions: what its file states that is not so, a sentence each; its certificate then fails.
+        contradictions: wrong statements in its file, a sentence each; its certificate then fails.
 
     Raises:
         ProblemError: the path is for another number of joints, does not begin at 0, or jumps; or a base that cannot be.
@@ -70,9 +73,10 @@ class RecordedTrajectory(OnABase):
 
     def __post_init__(self) -> None:
         require_robot(self.robot)
-        if not isinstance(self.path, PiecewisePath):
+        path = cast("object", self.path)
+        if not isinstance(path, PiecewisePath):
             raise ProblemError(
-                f"path is {shown(self.path)}, expected a PiecewisePath; make one with PiecewisePath.from_linear(t, q)"
+                f"path is {shown(path)}, expected a PiecewisePath; make one with PiecewisePath.from_linear(t, q)"
             )
         if self.path.dof != self.robot.dof:
             raise ProblemError(
@@ -95,7 +99,7 @@ class RecordedTrajectory(OnABase):
         object.__setattr__(self, "contradictions", as_sentences("contradictions", self.contradictions, ProblemError))
 
     def _closed(self, given: PiecewisePath) -> tuple[str, ...]:
-        """Say where jumps were closed that are more than rounding in the joint's own numbers."""
+        """Return a note on closed jumps that are more than rounding in the joint's own numbers."""
         jumps = np.abs(given.jumps(0))
         if self.path is given or not jumps.any():
             return ()
@@ -106,7 +110,7 @@ class RecordedTrajectory(OnABase):
         )
 
     def _require_sizes(self) -> None:
-        """Refuse what would leave no digits to check."""
+        """Refuse pieces and positions of which float64 has no digits left to check limits."""
         lengths = np.diff(self.path.breaks)
         shortest = int(np.argmin(lengths))
         if lengths[shortest] < _SHORTEST:
@@ -200,59 +204,10 @@ def require_trajectory(trajectory: Any) -> None:
     require_kind("trajectory", trajectory, kinds, ProblemError, advice="make one with Trajectory(robot, motion)")
 
 
-# ---- Trajectories as rows for a controller ---------------------------------------------------------------------------
-
-
-_MOST = 10_000_000
-_LONGEST = 1e9  # [s]
-_ROUNDING = 1e-9  # of a step: a last one this short is none
-
-
-class Samples(NamedTuple):
-    """A trajectory at equal steps: t (m,) [s], and q, dq, ddq, each (m, n)."""
-
-    t: Array
-    q: Array
-    dq: Array
-    ddq: Array
-
-
-def resampled(trajectory: AnyTrajectory, *, rate_hz: float | None = None, dt: float | None = None) -> Samples:
-    """Sample a trajectory at equal steps from 0, the last at its end or less than a step after, where the arm rests.
-
-    Args:
-        trajectory: ours or recorded.
-        rate_hz: samples per second, or
-        dt: the step [s].
-
-    Raises:
-        SettingsError: both or neither is given, it is no positive number, or gives more than ten million samples.
-    """
-    require_trajectory(trajectory)
-    if (rate_hz is None) == (dt is None):
-        raise SettingsError(f"rate_hz is {rate_hz} and dt is {dt}, expected one of them: samples per second, or the step [s]")
-    if rate_hz is not None:
-        step = 1 / as_number("rate_hz", rate_hz, SettingsError, above=0, unit="Hz")
-    else:
-        step = as_number("dt", dt, SettingsError, above=0, unit="s")
-    step = min(step, _LONGEST)
-    steps = trajectory.duration / step
-    if steps > _MOST:
-        raise SettingsError(f"a step of {step:.4g} s gives {steps:.4g} samples, expected at most {_MOST:,}; take a longer step")
-    count = max(math.ceil(steps - _ROUNDING), int(trajectory.duration > 0))
-    t = np.arange(count + 1, dtype=np.float64) * step
-    return Samples(t, *trajectory.sample(t))
-
-
-# ---- A trajectory of one robot taken for another: joints go by their names, and must be the same joints --------------
-
-_SAME = 1e-9  # of a transform, a multiplier or an offset, relative to its size: a file's last digit
-
-
 def for_robot(trajectory: AnyTrajectory, robot: Robot, *, same_joints: bool = True) -> tuple[AnyTrajectory, tuple[str, ...]]:
     """Return a trajectory with its joints in a robot's order, and notes on what was done.
 
-    It stays a trajectory of its own robot, in all but that order: its own limits do not count for the other one.
+    It stays a trajectory of its own robot, except for that order. Its own limits do not count for the other robot.
 
     Args:
         trajectory: of any robot.
@@ -265,7 +220,7 @@ def for_robot(trajectory: AnyTrajectory, robot: Robot, *, same_joints: bool = Tr
     own = trajectory.robot
     if own is robot:
         return trajectory, ()
-    notes = []
+    notes: list[str] = []
     if own.dof_names != robot.dof_names:
         columns = in_order(own.dof_names, robot.dof_names, who=f"the trajectory, of robot '{own.name}',")
         trajectory = _in_order(trajectory, columns)
@@ -332,7 +287,7 @@ def robot_in_order(robot: Robot, columns: list[int]) -> Robot:
 
 
 def _other_joint(own: Robot, robot: Robot) -> str:
-    """Say in what the joints of two robots differ, the first that does; "" if they are the same."""
+    """Return how the first joint that differs between two robots differs; "" if all are the same."""
     mine, theirs = ({joint.name: joint for joint in each.joints} for each in (own, robot))
     for name in mine.keys() ^ theirs.keys():
         return f"only the {'trajectory' if name in mine else 'problem'}'s has a joint '{name}'"

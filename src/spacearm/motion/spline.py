@@ -1,18 +1,19 @@
 """Motions: clamped quintic B-splines in joint space, over s in [0, 1].
 
-The first three control points of the spline are the start, the last three the goal, and what lies between is free. So
-every motion starts and ends at rest with zero velocity and acceleration and is C4 between; it stays in the convex hull
-of its control points; and its derivatives stay, piece by piece, in the hulls of their Bezier points. With no interior
-control point it is the quintic 10 s^3 - 15 s^4 + 6 s^5.
+The first three control points of the spline are the start, the last three the goal, and those between are free. So every
+motion starts and ends with zero velocity and acceleration, and is C4 between. It stays in the convex hull of its control
+points. Each of its derivatives stays, piece by piece, in the hull of its Bezier points. With no interior control point it is
+the quintic 10 s^3 - 15 s^4 + 6 s^5.
 
-The knots are uniform. Cox-de Boor recursion as in Piegl and Tiller, The NURBS Book, 1997.
+The knots are uniform. Cox-de Boor recursion as in Piegl and Tiller, The NURBS Book, 1997. It is not SciPy's `BSpline`, because
+motions are recorded: their bits must be the same on every processor (docs/conventions.md).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,106 +22,13 @@ from spacearm.core.checks import Frozen, as_numbers, as_readonly, as_whole
 from spacearm.core.errors import ProblemError
 from spacearm.core.exact import product
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# What a path is to those who check it: samples, and bounds between samples that hold for every parameter.
-
 Array = NDArray[np.float64]
 
-_LEVELS = 12  # of halvings
-_MOST_PIECES = 4096  # to be halved, or as many as the curve has: more are numbers that are all rounding
-
-
-class Curve(Protocol):
-    """A piecewise polynomial q(u) through joint space, whatever u is: a spline's s in [0, 1], or time [s]."""
-
-    @property
-    def dof(self) -> int:
-        """Number of joints n."""
-        ...
-
-    @property
-    def degree(self) -> int:
-        """Of its pieces."""
-        ...
-
-    @property
-    def pieces(self) -> int:
-        """Number of its own polynomial pieces."""
-        ...
-
-    @property
-    def domain(self) -> tuple[float, float]:
-        """Where u begins and ends."""
-        ...
-
-    def sample(self, u: ArrayLike, /, derivative: int = 0) -> Array:
-        """Return q(u), or a derivative with respect to u, (..., n); beyond the domain, what holds at its ends."""
-        ...
-
-    def hulls(
-        self, derivative: int, *, bisections: int = ..., pieces: NDArray[np.int64] | None = None
-    ) -> tuple[Array, Array, Array]:
-        """Bound a derivative on every piece, for *every* u of it.
-
-        Args:
-            derivative: with respect to u.
-            bisections: how often the curve's own pieces are halved first.
-            pieces: (p,) indices of those wanted, of `self.pieces` 2^bisections in order of u; None: all.
-
-        Returns:
-            The pieces' ends (p, 2), and the least and greatest values on each, (p, n).
-        """
-        ...
-
-    def bezier(self, derivative: int = ..., /) -> Array:
-        """Return a derivative's Bernstein coefficients on each of the curve's own pieces, (pieces, degree + 1, n)."""
-        ...
-
-
-def greatest(curve: Curve, derivative: int) -> Array:
-    """Return a bound (n,) of |d^k q / du^k| that holds for every u, by the curve's hulls."""
-    _, low, high = curve.hulls(derivative)
-    return np.maximum(-low.min(axis=0), high.max(axis=0)).clip(min=0.0)
-
-
-def extremes(curve: Curve, derivative: int, *, tolerance: float = 1e-4) -> tuple[Array, Array]:
-    """Bound a derivative for every u, closely: pieces are halved where their hulls exceed what is reached.
-
-    Args:
-        curve: whose pieces may be many and of any degree.
-        derivative: with respect to u.
-        tolerance: by what share of its greatest size a bound may exceed what is reached.
-
-    Returns:
-        The least and the greatest value of each joint, (n,) each; they hold even where halving was given up.
-    """
-    pieces = np.arange(curve.pieces)
-    least, most = np.full(curve.dof, np.inf), np.full(curve.dof, -np.inf)  # reached
-    lowest, highest = least.copy(), most.copy()  # bounds, of the pieces done with
-    for level in range(_LEVELS + 1):
-        ends, low, high = curve.hulls(derivative, bisections=level, pieces=pieces)
-        reached = curve.sample(ends.mean(axis=1), derivative)
-        least, most = np.minimum(least, reached.min(axis=0)), np.maximum(most, reached.max(axis=0))
-        allowed = tolerance * np.maximum(np.abs(least), np.abs(most))
-        undecided = ((low < least - allowed) | (high > most + allowed)).any(axis=1)
-        last = level == _LEVELS or undecided.sum() > max(_MOST_PIECES, curve.pieces)
-        done = slice(None) if last else ~undecided
-        lowest = np.minimum(lowest, low[done].min(axis=0, initial=np.inf))
-        highest = np.maximum(highest, high[done].max(axis=0, initial=-np.inf))
-        if last or not undecided.any():
-            break
-        pieces = (2 * pieces[undecided, None] + np.arange(2)).ravel()
-    return lowest, highest
-
-
-# ---- Motions: clamped quintic B-splines in joint space, over s in [0, 1] ---------------------------------------------
-
-
 DEGREE = 5
-REPEATED = 3  # how often each end is repeated: at rest, without acceleration
-_MOST_POINTS = 256  # its matrices grow with the square of them
-_BATCH = 16  # motions whose Bezier points fit into the cache together
-_BISECTIONS = 5  # hulls are taken on pieces cut into 2^5: within 0.1 % of the true extremes of the quintic
+REPEATED = 3  # control points at each end that are equal: no velocity and no acceleration there
+_MOST_POINTS = 256  # control points; the size of the matrices grows with their square
+_BATCH = 16  # motions at once, so that their Bezier points fit into the cache
+_BISECTIONS = 5  # each piece is cut into 2^5 for its hulls: bounds within 0.1 % of the true extremes of the quintic
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,7 +97,7 @@ class Motion(Frozen):
             (..., n) [rad or m].
         """
         derivative = as_whole("derivative", derivative, ProblemError, at_least=0, at_most=DEGREE)
-        at = np.minimum(np.maximum(as_numbers("s", s, ProblemError), 0.0), 1.0)  # a fifth of the time of clip, where s are few
+        at = np.minimum(np.maximum(as_numbers("s", s, ProblemError), 0.0), 1.0)  # five times quicker than np.clip for few s
         rows = product(basis(at.ravel(), self.interior, derivative=derivative), self._moved(derivative))
         return rows.reshape(*at.shape, self.dof)
 
@@ -224,7 +132,7 @@ class Motion(Frozen):
         return product(_all_hulls(self.interior, derivative, 0)[1], self._moved(derivative))
 
     def _moved(self, derivative: int) -> Array:
-        """Return the control points; for a derivative relative to the start, so that what rests has exactly none."""
+        """Return the control points; for a derivative relative to the start, so that a joint at rest has exactly 0."""
         return self.control_points - self.control_points[0] if derivative else self.control_points
 
 
@@ -318,7 +226,7 @@ def cox_de_boor(s: Array, knots: Array, degree: int) -> Array:
 
 @lru_cache(maxsize=64)
 def _all_hulls(interior: int, derivative: int, bisections: int) -> tuple[Array, Array]:
-    ends, matrix = _hull_matrix(interior, derivative, bisections, np.arange((interior + 1) * 2**bisections))
+    ends, matrix = _hull_matrix(interior, derivative, bisections, np.arange((interior + 1) * (1 << bisections)))
     for array in (ends, matrix):
         array.setflags(write=False)
     return ends, matrix
@@ -330,9 +238,9 @@ def _hull_matrix(interior: int, derivative: int, bisections: int, pieces: NDArra
     Bezier point j of a piece is the derivative's blossom at degree - j times its begin and j times its end.
     """
     degree = DEGREE - derivative
-    ends = (pieces[:, None] + np.arange(2)) / ((interior + 1) * 2**bisections)
+    ends = (pieces[:, None] + np.arange(2)) / ((interior + 1) * (1 << bisections))
     knots, columns = _knots(interior)[derivative : interior + 12 - derivative], _differences(interior, derivative)
-    span = degree + pieces // 2**bisections
+    span = degree + pieces // (1 << bisections)
     points = [_blossom(knots, columns, span, [ends[:, int(i < j)] for i in range(degree)]) for j in range(degree + 1)]
     return ends, np.stack(points, axis=1)
 

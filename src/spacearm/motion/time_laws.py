@@ -1,4 +1,7 @@
-"""The time law: where on its path a motion is at each share of its duration."""
+"""Time laws: where on its path a motion is at each share of its duration, and motions over time.
+
+Motions run by a time law are composed exactly, as polynomials over time, so that limits can be checked for every t.
+"""
 
 from __future__ import annotations
 
@@ -14,17 +17,17 @@ from spacearm.core.checks import Frozen, as_numbers, as_readonly
 from spacearm.core.errors import ProblemError
 from spacearm.core.exact import power, product
 from spacearm.motion.piecewise import PiecewisePath, after, cuts, times, weights
-from spacearm.motion.spline import DEGREE, Motion, cox_de_boor
+from spacearm.motion.spline import DEGREE, Motion
 
 Array = NDArray[np.float64]
 
-_SLIVER = 1e-5  # in pieces of the spline: no cut so near to a knot, whose two polynomials differ by the fifth power of it
-_HIGHEST = 50  # degree: the motion over time has five times that
-_STEEPEST = 1e8  # ds/dx: steeper, a share of the time has no digits to say where on the path it is
-_SAME_TIME = 4 * float(np.finfo(np.float64).eps)
-_SHORTEST = 1e-8  # in shorter pieces rounding would hide corners
-_HALVINGS = 54
-_ROUNDING = 1e-14
+_SLIVER = 1e-5  # in pieces of the spline: a law's break so near to a knot counts as at it; the error is its fifth power
+_HIGHEST = 50  # degree; the motion over time has five times that
+_STEEPEST = 1e8  # ds/dx; in a steeper law float64 cannot tell the time of two places on the path apart
+_SAME_TIME = 4 * float(np.finfo(np.float64).eps)  # of the duration
+_SHORTEST = 1e-8  # of the duration; in shorter pieces rounding would hide corners
+_HALVINGS = 54  # of a bisection in [0, 1], to the last bit of float64
+_ROUNDING = 1e-14  # by which coefficients may fall
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,7 +126,7 @@ class TimeLaw(Frozen):
 def over_time(motion: Motion, law: TimeLaw, duration: float, derivative: int = 0) -> PiecewisePath:
     """Return q(s(t/T)), or a derivative with respect to t, as a polynomial in t on each piece.
 
-    The derivatives are composed by the chain rule rather than differentiated, so that short pieces cost no digits.
+    Derivatives are composed by the chain rule and not differentiated, because differences lose digits in short pieces.
 
     Args:
         motion: q(s), of degree 5.
@@ -173,7 +176,7 @@ def _cut_at_knots(motion: Motion, law: TimeLaw) -> tuple[Array, NDArray[np.int64
         The ends (p + 1,) of what results; (p,) which piece of the law each is; and for a degree the cuts (p, d + 1, d + 1).
     """
     knots = np.arange(1, motion.pieces) / motion.pieces
-    # By its place on the path a knot is where the law has a break, or not: in an instant of time a steep law passes many.
+    # Knots and breaks are compared by their place on the path, because a steep law passes many knots in a short time.
     at_breaks = np.append(law.coefficients[:, 0], law.coefficients[-1, -1])
     near = np.abs(knots[:, None] - at_breaks).min(axis=1, initial=1.0) * motion.pieces
     between = law.inverse(knots[near > _SLIVER])
@@ -189,72 +192,3 @@ def _readonly(array: Array) -> Array:
     array = np.ascontiguousarray(array)
     array.setflags(write=False)
     return array
-
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# Time laws with continuous acceleration: cubic B-splines s(x) over [0, 1], by their knots and control points.
-#
-# Control points that never fall make a law that never turns back. De Boor, A Practical Guide to Splines, 2001.
-
-
-_DEGREE = 3
-
-
-def abscissae(knots: Array) -> Array:
-    """Return where each control point has its say, (m + 3,): with these as control points s = x.
-
-    Args:
-        knots: (m + 1,) increasing, each once.
-    """
-    all_knots = _repeated(knots, _DEGREE)
-    return np.array([all_knots[i + 1 : i + _DEGREE + 1].mean() for i in range(len(knots) + _DEGREE - 1)])
-
-
-def cubic_basis(knots: Array, x: Array, derivative: int = 0) -> Array:
-    """Return what each control point contributes to s(x) or a derivative, (len(x), m + 3)."""
-    columns = np.eye(len(knots) + _DEGREE - 1)
-    all_knots = _repeated(knots, _DEGREE)
-    for degree in range(_DEGREE, _DEGREE - derivative, -1):
-        columns = degree * np.diff(columns, axis=0) / (all_knots[degree + 1 : -1] - all_knots[1 : -degree - 1])[:, None]
-        all_knots = all_knots[1:-1]
-    return product(cox_de_boor(x, all_knots, _DEGREE - derivative), columns)
-
-
-def cubic_law(knots: Array, points: Array) -> TimeLaw:
-    """Return the time law of knots (m + 1,) from 0 to 1 and control points (m + 3,) that rise from 0 to 1."""
-    coefficients = bezier_points(knots, points)
-    coefficients[1:, 0] = coefficients[:-1, -1]
-    coefficients[0, 0], coefficients[-1, -1] = 0.0, 1.0
-    return TimeLaw(knots, coefficients)
-
-
-def bezier_points(knots: Array, points: Array) -> Array:
-    """Return the Bernstein coefficients of each piece of a law, (m, 4)."""
-    ends, piece = (knots[:-1], knots[1:]), np.arange(len(knots) - 1)
-    return np.stack(
-        [_blossom(knots, points, piece, [ends[k < later] for k in range(_DEGREE)]) for later in range(_DEGREE + 1)], axis=1
-    )
-
-
-def _blossom(knots: Array, points: Array, piece: NDArray[np.intp], arguments: list[Array]) -> Array:
-    """Return the polar form of pieces (k,) at three arguments, each (k,), by de Boor's averages."""
-    all_knots = _repeated(knots, _DEGREE)
-    values = [points[piece + i] for i in range(_DEGREE + 1)]
-    for turn, x in enumerate(arguments, start=1):
-        for i in range(_DEGREE, turn - 1, -1):
-            low, high = all_knots[piece + i], all_knots[piece + i + _DEGREE + 1 - turn]
-            values[i] = ((high - x) * values[i - 1] + (x - low) * values[i]) / (high - low)
-    return values[-1]
-
-
-def halved(knots: Array, points: Array) -> tuple[Array, Array]:
-    """Return the same law with a knot more in the middle of each piece."""
-    finer = np.sort(np.concatenate([knots, (knots[1:] + knots[:-1]) / 2]))
-    # A control point is the polar form, at its three knots, of any piece that it has a say in.
-    piece = np.clip(np.searchsorted(knots, abscissae(finer), side="right") - 1, 0, len(knots) - 2)
-    repeated = _repeated(finer, _DEGREE)
-    return finer, _blossom(knots, points, piece, [repeated[1 + i : 1 + i + len(piece)] for i in range(_DEGREE)])
-
-
-def _repeated(knots: Array, degree: int) -> Array:
-    return np.concatenate([np.repeat(knots[0], degree), knots, np.repeat(knots[-1], degree)])

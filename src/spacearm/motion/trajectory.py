@@ -1,17 +1,17 @@
-"""A motion in time."""
+"""Trajectories on a base: where the base is over time, and motions that run by a time law within the joints' limits."""
 
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.core.checks import as_number, as_numbers, as_sentences, require_kind, shown
+from spacearm.core.checks import Frozen, as_number, as_numbers, as_sentences, keep, require_kind, shown
 from spacearm.core.errors import ProblemError
-from spacearm.dynamics import JointPath, Momentum
-from spacearm.dynamics.base_models import Base
+from spacearm.dynamics import BaseMotion, JointPath, Momentum
+from spacearm.dynamics.base_models import Base, BaseModel, BaseTrack, base_model, checked_base
 from spacearm.motion.limit_margins import (
     LimitMargins,
     fastest_duration,
@@ -21,18 +21,15 @@ from spacearm.motion.limit_margins import (
     position_margins,
 )
 from spacearm.motion.piecewise import PiecewisePath
-from spacearm.motion.riding import OnABase
 from spacearm.motion.spline import Motion
 from spacearm.motion.time_laws import TimeLaw, over_time
-from spacearm.robot import Robot
+from spacearm.robot import Robot, forward_kinematics
 from spacearm.robot.model import require_robot
-
-__all__ = ["JointState", "Trajectory"]
 
 Array = NDArray[np.float64]
 
-LONGEST = 1e15  # [s] of a trajectory; squares and cubes of far longer ones are no numbers
-_SLACK = 1e-9  # a duration this much (relative) below the fastest is a file's last digit
+LONGEST = 1e15  # [s] of a trajectory: beyond about 1e100 s squares and cubes of the duration overflow
+_SLACK = 1e-9  # relative for a duration, [rad or m] for a position: a limit may be broken by the last digit in a file
 
 
 class JointState(NamedTuple):
@@ -41,6 +38,99 @@ class JointState(NamedTuple):
     q: Array
     dq: Array
     ddq: Array
+
+
+class OnABase(Frozen):
+    """What all trajectories have in common: their base model, and where the base and the end effector are at each time.
+
+    The base's motion is computed at its first use and cached. It does not count when trajectories are compared.
+    """
+
+    __slots__ = ("_base_track",)
+
+    if TYPE_CHECKING:
+        robot: Robot
+        base: Base
+        base_start: Array
+        momentum: Momentum
+        _base_track: BaseTrack | None
+
+    def _configuration(self, t: Array) -> Array:
+        """Return the joints' positions at a time."""
+        raise NotImplementedError
+
+    def _span(self) -> float:
+        """Return the duration [s]."""
+        raise NotImplementedError
+
+    def _base_path(self) -> tuple[JointPath, float]:
+        """Return the path of the joints that the base's motion follows from, and the duration [s]."""
+        raise NotImplementedError
+
+    def _along(self, t: Array) -> tuple[Array, Array]:
+        """Return the path's parameter at a time and its derivative, both of the shape of t."""
+        raise NotImplementedError
+
+    def _check_base(self) -> None:
+        """Check the base's fields and fill in their defaults."""
+        keep(self, **checked_base(self.robot, self.base, self.base_start, self.momentum))
+        object.__setattr__(self, "_base_track", None)
+
+    @property
+    def base_model(self) -> BaseModel:
+        """What holds the base."""
+        return base_model(self.base)
+
+    @property
+    def base_track(self) -> BaseTrack:
+        """Where the base is along the path of the joints.
+
+        Raises:
+            RobotError: masses that are not known.
+            ProblemError: the momentum turns the base too often.
+        """
+        track = self._base_track
+        if track is None:
+            path, duration = self._base_path()
+            track = self.base_model.track(self.robot, path, start=self.base_start, momentum=self.momentum, duration=duration)
+            object.__setattr__(self, "_base_track", track)
+        return track
+
+    @property
+    def base_motion(self) -> BaseMotion | None:
+        """The integrated motion of a floating base; None for a base whose motion is not integrated."""
+        track = self.base_track
+        return track if isinstance(track, BaseMotion) else None
+
+    def base_pose(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return the base's position (..., 3) [m] and attitude_wxyz (..., 4) in the inertial frame.
+
+        Args:
+            t: (...,) time [s]; before 0 and after the duration, what holds at the ends.
+        """
+        time = as_numbers("t", t, ProblemError)
+        return self.base_track.pose(self._along(time)[0])
+
+    def base_rate(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return how fast the base moves: its origin in the inertial frame [m/s], and its turning in base axes [rad/s].
+
+        Args:
+            t: (...,) time [s]; before 0 and after the duration both are 0.
+
+        Returns:
+            Each (..., 3).
+        """
+        time = as_numbers("t", t, ProblemError)
+        u, speed = self._along(time)
+        speed = np.where((time >= 0) & (time <= self._span()), speed, 0.0)[..., None]
+        velocity, omega = self.base_track.twist(u)
+        return velocity * speed, omega * speed
+
+    def tip(self, t: ArrayLike, *, frame: str | None = None) -> Array:
+        """Return where a frame is, the end effector unless named: T_w_tip (..., 4, 4), inertial frame [m]."""
+        time = as_numbers("t", t, ProblemError)
+        T_b_tip = forward_kinematics(self.robot, self._configuration(time), frame=frame)
+        return self.base_track.placed(self._along(time)[0], T_b_tip)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,19 +186,21 @@ class Trajectory(OnABase):
                 f"the motion has {self.motion.dof} joints, expected the {self.robot.dof} of robot '{self.robot.name}'"
             )
         self._check_base()
-        if self.time_law is None:
+        law = cast("object", self.time_law)
+        if law is None:
             fastest = fastest_duration(self.robot, self.motion)
-        elif isinstance(self.time_law, TimeLaw):
-            fastest = fastest_duration_of_law(self.robot, self.motion, self.time_law)
+        elif isinstance(law, TimeLaw):
+            fastest = fastest_duration_of_law(self.robot, self.motion, law)
         else:
-            raise ProblemError(f"time_law is {shown(self.time_law)}, expected a TimeLaw, or None for a uniform one")
+            raise ProblemError(f"time_law is {shown(law)}, expected a TimeLaw, or None for a uniform one")
         if not fastest <= LONGEST:
             raise ProblemError(
                 f"within the joints' limits the motion takes {fastest:.4g} s, expected at most {LONGEST:g} s; check the limits"
             )
-        if self.duration is None:
-            object.__setattr__(self, "duration", fastest)
-        duration = as_number("duration", self.duration, ProblemError, at_least=0, at_most=LONGEST, unit="s")
+        given = cast("float | None", self.duration)
+        duration = as_number(
+            "duration", fastest if given is None else given, ProblemError, at_least=0, at_most=LONGEST, unit="s"
+        )
         if duration < fastest * (1 - _SLACK):
             raise ProblemError(
                 f"duration is {duration:.6g} s, expected at least {fastest:.6g} s: faster breaks a velocity or acceleration "
@@ -191,7 +283,7 @@ class Trajectory(OnABase):
         return self.duration
 
     def _base_path(self) -> tuple[JointPath, float]:
-        # Without momentum the base does not know the time; with it, what counts is the path over time.
+        # Without momentum the base's motion does not depend on time, so the path over s is enough.
         return (self.motion if self.momentum.is_zero or self.duration == 0 else self.path), self.duration
 
     def _along(self, t: Array) -> tuple[Array, Array]:

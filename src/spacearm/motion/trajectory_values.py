@@ -1,19 +1,27 @@
-"""Trajectories as plain values, so that a file may hold one in full."""
+"""Trajectories as plain values, which a file holds in full, and as rows at equal steps, which a controller runs."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.errors import ProblemError
+from spacearm.core.checks import as_number
+from spacearm.core.errors import ProblemError, SettingsError
 from spacearm.core.records import record_as_dict, record_from_dict
 from spacearm.dynamics import Momentum
 from spacearm.motion.piecewise import PiecewisePath
-from spacearm.motion.recorded import AnyTrajectory, RecordedTrajectory, for_robot, in_order, robot_in_order
+from spacearm.motion.recorded import (
+    AnyTrajectory,
+    RecordedTrajectory,
+    for_robot,
+    in_order,
+    require_trajectory,
+    robot_in_order,
+)
 from spacearm.motion.spline import Motion
 from spacearm.motion.time_laws import TimeLaw, over_time
 from spacearm.motion.trajectory import Trajectory
@@ -21,10 +29,14 @@ from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 
+_MOST = 10_000_000  # samples
+_LONGEST = 1e9  # [s] of a step
+_ROUNDING = 1e-9  # of a step: a shorter last step is rounding
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _OfAnyBase:
-    """The keys of either kind of trajectory; a base that is not there is fixed at the origin, whatever the robot's own is."""
+    """The keys of both kinds of trajectory. Without `base` the base is fixed, also for a robot whose own base floats."""
 
     joints: tuple[str, ...] | None = None
     base: str = "fixed"
@@ -66,8 +78,8 @@ def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
     """
     notes, joints = list(trajectory.notes), list(trajectory.robot.dof_names)
     if isinstance(trajectory, RecordedTrajectory):
-        said = {"contradictions": list(trajectory.contradictions)} if trajectory.contradictions else {}
-        return {"joints": joints, **record_as_dict(trajectory.path), **_base_as_dict(trajectory), "notes": notes, **said}
+        wrong = {"contradictions": list(trajectory.contradictions)} if trajectory.contradictions else {}
+        return {"joints": joints, **record_as_dict(trajectory.path), **_base_as_dict(trajectory), "notes": notes, **wrong}
     law = trajectory.time_law
     return {
         "joints": joints,
@@ -80,14 +92,14 @@ def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
 
 
 def _base_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
-    held: dict[str, Any] = {}
+    base: dict[str, Any] = {}
     if trajectory.base != "fixed":
-        held["base"] = trajectory.base
+        base["base"] = trajectory.base
     if not np.array_equal(trajectory.base_start, np.eye(4)):
-        held["base_start"] = trajectory.base_start.tolist()
+        base["base_start"] = trajectory.base_start.tolist()
     if not trajectory.momentum.is_zero:
-        held["momentum"] = record_as_dict(trajectory.momentum)
-    return held
+        base["momentum"] = record_as_dict(trajectory.momentum)
+    return base
 
 
 def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = True) -> AnyTrajectory:
@@ -125,3 +137,39 @@ def _made(robot: Robot, given: _RecordedValues | _MotionValues, within_limits: b
         if within_limits or motion.dof != robot.dof or not 0 < duration < math.inf:
             raise
     return RecordedTrajectory(robot, over_time(motion, law or TimeLaw.uniform(), duration), **given.on_a_base)
+
+
+class Samples(NamedTuple):
+    """A trajectory at equal steps: t (m,) [s], and q, dq, ddq, each (m, n)."""
+
+    t: Array
+    q: Array
+    dq: Array
+    ddq: Array
+
+
+def resampled(trajectory: AnyTrajectory, *, rate_hz: float | None = None, dt: float | None = None) -> Samples:
+    """Sample a trajectory at equal steps from 0, the last at its end or less than a step after, where the arm rests.
+
+    Args:
+        trajectory: ours or recorded.
+        rate_hz: samples per second, or
+        dt: the step [s].
+
+    Raises:
+        SettingsError: both or neither is given, it is no positive number, or gives more than ten million samples.
+    """
+    require_trajectory(trajectory)
+    if (rate_hz is None) == (dt is None):
+        raise SettingsError(f"rate_hz is {rate_hz} and dt is {dt}, expected one of them: samples per second, or the step [s]")
+    if rate_hz is not None:
+        step = 1 / as_number("rate_hz", rate_hz, SettingsError, above=0, unit="Hz")
+    else:
+        step = as_number("dt", dt, SettingsError, above=0, unit="s")
+    step = min(step, _LONGEST)
+    steps = trajectory.duration / step
+    if steps > _MOST:
+        raise SettingsError(f"a step of {step:.4g} s gives {steps:.4g} samples, expected at most {_MOST:,}; take a longer step")
+    count = max(math.ceil(steps - _ROUNDING), int(trajectory.duration > 0))
+    t = np.arange(count + 1, dtype=np.float64) * step
+    return Samples(t, *trajectory.sample(t))

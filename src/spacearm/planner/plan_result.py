@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +13,12 @@ from spacearm.core.rotations import angle, conjugate, multiplied, quaternion_of
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.planner.clearance import Margins
 from spacearm.planner.explanations import EndReport
-from spacearm.planner.goal_reach import pose_errors, tolerances
 from spacearm.planner.goals import PoseGoal, PositionGoal
-from spacearm.planner.inverse_kinematics import GoalConfigurations
+from spacearm.planner.inverse_kinematics import GoalConfigurations, pose_errors
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem
 from spacearm.proof import Certificate
-from spacearm.proof.base_setup import base_setup_of, exceeded
-from spacearm.proof.base_track import BaseProof, begun_base_proof
+from spacearm.proof.base_proofs import BaseProof, base_setup_of, begun_base_proof, broken_base_limits
 from spacearm.robot import forward_kinematics
 from spacearm.robot.unchecked_pairs import lacks_envelope, words_on_unchecked
 
@@ -60,13 +58,13 @@ def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
     """
     base = _base_of(problem, trajectory)
     figures, T_w_b = base.figures(), base.at_end()
-    missed = list(exceeded(figures, problem.base_limits))
+    missed = list(broken_base_limits(figures, problem.base_limits))
     distance = off = None
     if isinstance(problem.goal, (PositionGoal, PoseGoal)):
         q = trajectory.sample(trajectory.duration).q
         T = T_w_b @ forward_kinematics(problem.robot, q, frame=problem.goal.frame)
         distance, off = (float(error[0]) for error in pose_errors(problem.goal, T[None]))
-        near, turn = tolerances(problem.goal)
+        near, turn = problem.goal.tolerances
         lever = float(np.linalg.norm(T[:3, 3] - base.turns_about_at_end()))
         if distance + figures.error * lever > near or off + figures.error > turn:
             angle_too = f" and {math.degrees(off):.3g} deg" if isinstance(problem.goal, PoseGoal) else ""
@@ -176,18 +174,18 @@ class Plan:
     problem: Problem
     settings: PlannerSettings
     seed: int
-    trajectory: Trajectory | None
-    certificate: Certificate | None
     goals: Array
-    goal_search: GoalConfigurations | None
     ends: EndReport
-    base: BaseReport | None
-    fitness: dict[str, float]
-    history: tuple[Improvement, ...]
-    proofs: int
-    evaluations: int
-    interrupted: bool
     timings: dict[str, float]
+    trajectory: Trajectory | None = None
+    certificate: Certificate | None = None
+    goal_search: GoalConfigurations | None = None
+    base: BaseReport | None = None
+    fitness: dict[str, float] = field(default_factory=dict[str, float])
+    history: tuple[Improvement, ...] = ()
+    proofs: int = 0
+    evaluations: int = 0
+    interrupted: bool = False
     margins: Margins | None = None
     advice: str = ""
 

@@ -1,5 +1,8 @@
 """What is to be planned: a robot, a scene, a start and a goal, checked as far as that needs no kinematics."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
+
 from __future__ import annotations
 
 import math
@@ -18,6 +21,7 @@ from spacearm.dynamics import Momentum, momentum_map, system_mass
 from spacearm.dynamics.base_models import LIMITS, Base, BaseModel, FloatingBase, base_model, checked_base
 from spacearm.geometry import Obstacle, Scene
 from spacearm.geometry.scene import moved_scene
+from spacearm.planner.clearance import ClearanceModel
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.robot.model import Robot
 
@@ -198,6 +202,16 @@ class Problem(_WithLocal):
         return isinstance(self.base_model, FloatingBase)
 
     @property
+    def at_start(self) -> ClearanceModel:
+        """What the arm may meet while the base is where it stands at the beginning."""
+        return ClearanceModel(self.robot, self.local.scene)
+
+    @property
+    def at_goal(self) -> ClearanceModel:
+        """What it may meet at a goal configuration: no obstacle where it moves its base, whose place there is not known."""
+        return ClearanceModel(self.robot, Scene([])) if self.base_model.follows_arm else self.at_start
+
+    @property
     def local(self) -> Problem:
         """The same problem told in the frame of the base as it stands at the beginning: there `base_start` is unity."""
         if self._local is None:
@@ -328,24 +342,19 @@ def within_limits(
     return as_readonly(name, kept, (robot.dof,), ProblemError)
 
 
-def placed_ends(problem: Problem, goals: Array) -> Array:
-    """Return those of the start and the goals (g, n) at which it is known where the links are, (e, n).
-
-    Where the arm moves its base, nobody knows at a goal where the base will be, and so what is near.
-    """
-    return problem.start[None] if problem.base_model.follows_arm else np.vstack([problem.start, goals])
-
-
-def require_searchable(problem: Problem) -> None:
-    """Check that start and goal are near enough to 0 for the search, which computes in float32.
+def as_searchable(problem: object) -> Problem:
+    """Return a problem whose start and goal are near enough to 0 for the search, which computes in float32.
 
     Raises:
-        ProblemError: a joint is more than 1e4 rad or m from 0.
+        ProblemError: no problem, or a joint is more than 1e4 rad or m from 0.
     """
-    _require_at_most(_MOST_SEARCHED, problem.robot, problem.start, what="start")
-    goal = problem.goal
+    if not isinstance(problem, Problem):
+        raise ProblemError(f"problem is {shown(problem)}, expected a Problem; make one with Problem(...) or load_problem(...)")
+    robot, start, goal = problem.robot, problem.start, problem.goal
+    _require_at_most(_MOST_SEARCHED, robot, start, what="start")
     for q in np.atleast_2d(goal.q) if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) else ():
-        _require_at_most(_MOST_SEARCHED, problem.robot, q, what="goal")
+        _require_at_most(_MOST_SEARCHED, robot, q, what="goal")
+    return problem
 
 
 def _require_at_most(most: float, robot: Robot, q: Array, *, what: str, prefix: str = "") -> None:
@@ -402,34 +411,34 @@ def whole_turns(robot: Robot) -> NDArray[np.bool_]:
     return out
 
 
-def _scene(given: Any) -> Scene:
-    if given is None or not isinstance(given, Iterable):
+def _scene(given: object) -> Scene:
+    if not isinstance(given, Iterable):
         raise ProblemError(f"scene is {shown(given)}, expected a Scene; write Scene([]) for free space")
-    return Scene(given)  # type: ignore[arg-type]
+    return Scene(cast("Iterable[Obstacle]", given))  # which refuses what is no obstacle
 
 
-def _goal(robot: Robot, goal: Any, start: Array, notes: list[str]) -> Goal:
+def _goal(robot: Robot, goal: Goal | ArrayLike, start: Array, notes: list[str]) -> Goal:
     if isinstance(goal, (PositionGoal, PoseGoal)):
         return replace(goal, frame=_goal_frame(robot, goal.frame))
     if not isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
         goal = _configurations(robot, goal)
-    if isinstance(goal.tolerance, np.ndarray):
+    if not isinstance(goal.tolerance, float):
         as_readonly("the goal's tolerance", goal.tolerance, (robot.dof,), ProblemError, advice=_one_per_joint(robot))
     rows = goal.q if isinstance(goal, ConfigurationsGoal) else [goal.q]
-    kept = []
+    each: list[Array] = []
     for i, row in enumerate(rows):
         q = within_limits(robot, row, what="goal", prefix=f"goal {i}: " if len(rows) > 1 else "", notes=notes)
-        kept.append(nearest_turns(robot, q, start) if goal.shortest else q)
-    return replace(goal, q=np.array(kept) if isinstance(goal, ConfigurationsGoal) else kept[0])
+        each.append(nearest_turns(robot, q, start) if goal.shortest else q)
+    return replace(goal, q=np.array(each) if isinstance(goal, ConfigurationsGoal) else each[0])
 
 
-def _configurations(robot: Robot, goal: Any) -> ConfigurationGoal | ConfigurationsGoal:
+def _configurations(robot: Robot, goal: object) -> ConfigurationGoal | ConfigurationsGoal:
     if isinstance(goal, (str, bytes, dict)) or not isinstance(goal, Iterable):
         raise ProblemError(
             f"goal is {shown(goal)}, expected {robot.dof} joint positions, or a ConfigurationGoal, ConfigurationsGoal, "
             "PositionGoal or PoseGoal"
         )
-    given: Any = goal if isinstance(goal, np.ndarray) else list(goal)
+    given: Any = goal if isinstance(goal, np.ndarray) else list(cast("Iterable[object]", goal))
     rows = len(given) > 0 and all(isinstance(row, (list, tuple, np.ndarray)) for row in given)
     if rows and len(given) == 4 and robot.dof != 4 and all(np.iterable(row) and len(list(row)) == 4 for row in given):
         raise ProblemError(f"goal is 4 by 4, expected {robot.dof} joint positions; for a pose in space write PoseGoal(pose)")

@@ -1,8 +1,9 @@
 """The limits of each degree of freedom, from those that every source states for its joints.
 
-A joint's own limits are the narrowest of what the file, a `joint_limits` file and the user say of it. Joints that move together
-share an entry of q: with the value m q + offset, limits of position become (limit - offset) / m, those of rate and
-acceleration limit / |m|, and the narrowest of them all holds. `joint_limits` is the one place where that is done.
+A joint's own limits are the narrowest of what the robot's file, MoveIt's joint_limits.yaml and the user say of it. MoveIt lets
+that file replace what the URDF says; here the narrower of the two holds, and a note names the joints for which it asks for
+more. Joints that move together share an entry of q: with the value m q + offset, limits of position become (limit - offset) /
+m, those of rate and acceleration limit / |m|, and the narrowest of them all holds.
 """
 
 from __future__ import annotations
@@ -300,12 +301,6 @@ def _said(ceiling: Any, leaders: list[str]) -> str:
         ceiling = dict(zip(leaders, ceiling.tolist(), strict=True))
     return ", ".join(f"{v:g} ({k})" for k, v in ceiling.items()) if isinstance(ceiling, Mapping) else f"{ceiling:g}"
 
-
-# ---- MoveIt's joint_limits.yaml: limits of rate, acceleration and position beside those of the URDF ------------------
-#
-# MoveIt lets the file replace what the URDF says. Here the narrower of the two holds, and a note names the joints for
-# which the file asks for more: a motor does not grow stronger in a file. Read for each joint: `max_velocity`,
-# `max_acceleration`, `min_position`, `max_position`, and the `has_..._limits` that switch them off.
 
 _WHAT = "MoveIt's joint limits"
 _NOT_USED = ("max_jerk", "max_deceleration", "max_effort")

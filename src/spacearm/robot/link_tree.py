@@ -1,9 +1,10 @@
-"""The end effector, where nobody names it: the end of the only chain that joints move.
+"""Links and joints as files describe them, which every reader hands to `assemble`; and where the chains of such a tree end.
 
-Many links have nothing behind them and are no end: a frame of the controller fixed to the base, a camera on an upper arm. An
-end is on the last body of a chain, which joints move and from which no joint goes on. Where several frames are fixed to that
-body, a name that everybody uses (tool0, tcp, ...) decides, if only one has it, or that the others are sensors or fingers;
-where chains fork, as into fingers that move, a name on the body at which they do.
+Where nobody names the end effector, it is the end of the only chain that joints move. Many links have nothing behind them and
+are no end: a frame of the controller fixed to the base, a camera on an upper arm. An end is on the last body of a chain, which
+joints move and from which no joint goes on. Where several frames are fixed to that body, a name that everybody uses (tool0,
+tcp, ...) decides, if only one has it, or that the others are sensors or fingers; where chains fork, as into fingers that move,
+a name on the body at which they do.
 """
 
 from __future__ import annotations
@@ -16,8 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.errors import RobotError, nearest
-
-# ---- Links and joints as files describe them: what the URDF and the YAML reader hand to `tree` -----------------------
 
 Array = NDArray[np.float64]
 
@@ -128,8 +127,6 @@ def leader_of(joint: LinkJoint, tree: LinkTree) -> Mimic:
         passed.append(at.name)
     return Mimic(leader=at.name, multiplier=multiplier, offset=offset)
 
-
-# ---- The end effector, where nobody names it: the end of the only chain that joints move -----------------------------
 
 _NAMES = (
     frozenset(["tcp", "tool", "ee", "eef", "effector", "endeffector", "toolframe"]),

@@ -18,7 +18,6 @@ from spacearm.robot.assembly import Assembly, SelfCollision, assemble
 from spacearm.robot.build_robot import require_collision
 from spacearm.robot.link_tree import LinkTree
 from spacearm.robot.model import Robot
-from spacearm.robot.robot_yaml import tree_from_yaml
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE, urdf_tree
 
 _BUILTIN = resources.files("spacearm.robot") / "builtin"
@@ -48,7 +47,7 @@ def load_robot(
     """Load a robot that comes with spacearm, or one from a file.
 
     Args:
-        source: a built-in robot's name, or the path of a URDF file or of a robot file (`yaml_robot` has its
+        source: a built-in robot's name, or the path of a URDF file or of a robot file (`robot_yaml` has its
             format).
         srdf: path of an SRDF file about the same robot: groups, named configurations, links that may touch.
         group: name of a group in it; only its joints move. Others stay where `fixed` puts them, else at 0 or
@@ -108,6 +107,8 @@ def load_robot(
 
 
 def _tree_of_robot_file(path: str | os.PathLike[str], source: str, collision: str, count: int) -> LinkTree:
+    from spacearm.robot.robot_yaml import tree_from_yaml
+
     file = read_yaml(path, key="spacearm-robot", what="a robot file")
     tree = tree_from_yaml(file, source=source, capsules_per_shape=count)
     return replace(tree, capsules=(), with_envelope=False) if collision == "none" else tree

@@ -21,11 +21,13 @@ from spacearm.core.errors import RobotError, nearest
 from spacearm.core.records import record_as_dict, record_from_dict
 from spacearm.robot.unchecked_pairs import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
 
-# ---- The masses of a robot's links -----------------------------------------------------------------------------------
-
 Array = NDArray[np.float64]
 
 _SKEW = 1e-9  # share of its largest entry by which an inertia may miss symmetry
+
+INERTIA_ROUNDING = 1e-9
+"""Share of the largest principal moment by which the moments may miss what those of a body satisfy. Files state six digits or
+more, and the moments of a matrix (3, 3) are computed to 1e-15."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,6 +66,40 @@ class Body(Frozen):
         )
 
 
+def inertia_fault(inertia: Array, *, rounding: float = INERTIA_ROUNDING, scale: float = 0.0) -> str:
+    """Say why no body can have an inertia.
+
+    A body's principal moments are integrals over its mass: none is below 0, and none is above the sum of the other two.
+
+    Args:
+        inertia: (3, 3), symmetric [kg m^2].
+        rounding: by which share of the largest moment the others may miss that.
+        scale: a number that the inertia was computed from and whose rounding it has, if that is larger [kg m^2].
+
+    Returns:
+        "" for an inertia that a body can have, else "negative" or "triangle".
+    """
+    moments = np.linalg.eigvalsh(inertia)  # ascending
+    slack = rounding * max(float(np.abs(moments).max()), scale)
+    if moments[0] < -slack:
+        return "negative"
+    return "triangle" if moments[2] - moments[1] - moments[0] > slack else ""
+
+
+def require_possible_inertia(where: str, inertia: Array) -> None:
+    """Refuse an inertia (3, 3) that no body can have.
+
+    Raises:
+        RobotError: it is one.
+    """
+    if inertia_fault(inertia):
+        least, middle, largest = np.linalg.eigvalsh(inertia)
+        raise RobotError(
+            f"{where}: inertia has the principal moments {least:g}, {middle:g} and {largest:g}, expected none below 0 and none "
+            "above the sum of the other two; correct it"
+        )
+
+
 def as_index(name: str, value: Any) -> int:
     """Check the index of a joint; -1 is the base.
 
@@ -71,9 +107,6 @@ def as_index(name: str, value: Any) -> int:
         RobotError: none.
     """
     return as_whole(name, value, RobotError, at_least=-1, wanted="an index, or -1")
-
-
-# ---- What moves: a tree of joints, capsules around the links, named frames, and each joint's limits ------------------
 
 
 JOINT_KINDS = ("revolute", "prismatic")
@@ -459,9 +492,6 @@ def require_robot(robot: Any) -> None:
         RobotError: it is none.
     """
     require_kind("robot", robot, Robot, RobotError, advice="make one with load_robot(...)")
-
-
-# ---- Robots as plain values, so that a file may hold one in full -----------------------------------------------------
 
 
 def robot_as_dict(robot: Robot) -> dict[str, Any]:

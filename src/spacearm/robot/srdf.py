@@ -1,7 +1,8 @@
 """SRDF files: what MoveIt adds to a URDF. Groups of joints, named states, and pairs of links that may touch.
 
-Read here: group, group_state, end_effector, virtual_joint, passive_joint, disable_collisions,
-disable_default_collisions, enable_collisions and link_sphere_approximation; anything else is left alone.
+Read are group, group_state, end_effector, virtual_joint, passive_joint, disable_collisions, disable_default_collisions,
+enable_collisions and link_sphere_approximation; anything else is ignored. `group_members` finds what a group moves, and
+`what_does_not_fit` tells the names that the robot does not have.
 """
 
 from __future__ import annotations
@@ -223,8 +224,6 @@ def _at(element: Any) -> Any:
     return located(f"line {element.sourceline}")
 
 
-# ---- Whether an SRDF is about a robot, and what in it is not: names that the robot does not have ---------------------
-
 _LISTED = 5  # in one note
 
 
@@ -263,9 +262,6 @@ def _left_out(what: str, unknown: Iterable[str], known: Iterable[str]) -> Iterab
     if names:
         listed = ", ".join(repr(name) for name in names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
         yield f"the SRDF names {what}s that the robot does not have and were left out: {listed} ({nearest(names[0], known)})"
-
-
-# ---- Which joints an SRDF's group moves, which of its states are configurations, and where its tip is ----------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -100,7 +100,6 @@ def called(links: Pair) -> str:
     return f"'{links[0]}' and '{links[1]}'"
 
 
-# ---- what was found for a robot that has changed since -----------------------------------------------------------------
 def fingerprint(robot: Robot, links: Iterable[str], *, limits: bool = True) -> str:
     """Return the SHA-256 of all that decides whether some links can meet: their capsules, the joints, and the limits."""
     wanted, hashed = set(links), hashlib.sha256()
@@ -162,7 +161,6 @@ def settled_pairs(robot: Robot) -> dict[str, Any]:
     return {"self_pairs": pairs, "apart": apart, "unchecked": tuple(unchecked[links] for links in sorted(unchecked))}
 
 
-# ---- what is not checked ---------------------------------------------------------------------------------------------------
 def unchecked_pairs(robot: Robot) -> tuple[UncheckedPair, ...]:
     """List every pair of links with an envelope that is not kept clear of each other, with the reason, by name."""
     checked = {*robot.self_pairs, *(() if robot.apart is None else robot.apart.pairs)}
@@ -244,7 +242,6 @@ def _some(words: Sequence[str]) -> str:
     return ", ".join(words[:_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
-# ---- robots without an envelope, or without masses -------------------------------------------------------------------------
 def lacks_envelope(robot: Robot) -> str:
     """Say that a robot has no envelope, unless none is meant; "" if all is well."""
     if robot.collision == "none" or robot.capsules:

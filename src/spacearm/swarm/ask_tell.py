@@ -1,5 +1,8 @@
 """The swarm by hand: ask for positions, tell what they are worth."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
+
 from __future__ import annotations
 
 import os
@@ -158,10 +161,10 @@ class Swarm:
         self._infinite = self._minus_infinite = 0  # evaluations
         self._rows: list[tuple[float, float, int]] = []
         self._positions: list[Array] = []
-        kernel = native.SwarmSettings.make(kernel_settings(settings))
+        kernel = kernel_settings(settings)
         _require_room(self.dims, settings)
         try:
-            self._native: Any = native.Swarm64(kernel, self.lower, self.upper, self.seed, 0)
+            self._native = native.Swarm64(kernel, self.lower, self.upper, self.seed, 0)
         except MemoryError:
             raise SettingsError(f"particles is {settings.particles}, more than there is memory for; ask for fewer") from None
         self._initial = None if initial is None else self._checked_initial(initial)

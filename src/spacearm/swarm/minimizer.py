@@ -1,18 +1,22 @@
 """Minimise any Python function with a swarm."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
+
 from __future__ import annotations
 
 import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from spacearm.core.checks import as_number, dimensions_of, shown
 from spacearm.core.errors import OutputError, SettingsError, SwarmError
+from spacearm.core.interrupts import interrupt_taken
 from spacearm.core.native import native
 from spacearm.core.random_seed import Rng
 from spacearm.core.records import as_dict, one_of, whole
@@ -97,6 +101,7 @@ def minimize(
     except KeyboardInterrupt:
         if swarm.iteration == 0:
             raise
+        interrupt_taken()
         return swarm.result("interrupted")
     if checkpoint is not None:
         swarm.save(checkpoint)
@@ -218,8 +223,14 @@ MOST_THREADS = 1024
 """More cost memory and win nothing."""
 
 
+KernelObjective: TypeAlias = (
+    native.PaperObjective32 | native.PaperObjective64 | native.ReachObjective32 | native.ReachObjective64
+)
+"""What the kernel can evaluate by itself."""
+
+
 def run_trials(
-    objective: Any,
+    objective: KernelObjective,
     lower: ArrayLike,
     upper: ArrayLike,
     settings: SwarmSettings,
@@ -261,56 +272,66 @@ def run_trials(
     """
     begun = time.perf_counter()
     found = objective.search(
-        np.ascontiguousarray(lower, dtype=np.float64),
-        np.ascontiguousarray(upper, dtype=np.float64),
-        native.SwarmSettings.make(kernel_settings(settings)),
-        seed,
-        first_trial,
-        trials,
-        whole("threads", threads if threads is not None else os.cpu_count() or 1, at_least=1, at_most=MOST_THREADS),
-        keep_positions,
-        stop_when_feasible,
-        float(max_seconds or 0.0),
-        initial,
-        progress,
+        lower=np.ascontiguousarray(lower, dtype=np.float64),
+        upper=np.ascontiguousarray(upper, dtype=np.float64),
+        settings=kernel_settings(settings),
+        seed=seed,
+        first_trial=first_trial,
+        trials=trials,
+        threads=whole("threads", threads if threads is not None else os.cpu_count() or 1, at_least=1, at_most=MOST_THREADS),
+        keep_positions=keep_positions,
+        stop_when_feasible=stop_when_feasible,
+        seconds=float(max_seconds or 0.0),
+        initial=initial,
+        progress=progress,
     )
     seconds = time.perf_counter() - begun
     return [
-        _result(run, settings, seed, first_trial + i, seconds / max(trials, 1), stop_when_feasible, bool(max_seconds))
+        _result(
+            run,
+            settings,
+            seed,
+            first_trial + i,
+            seconds / max(trials, 1),
+            keep_positions=keep_positions,
+            stop_when_feasible=stop_when_feasible,
+            timed=bool(max_seconds),
+        )
         for i, run in enumerate(found)
-        if run["rounds"]
+        if run.rounds
     ]
 
 
 def _result(
-    run: dict[str, Any],
+    run: native.TrialResult32 | native.TrialResult64,
     settings: SwarmSettings,
     seed: int,
     trial: int,
     seconds: float,
+    *,
+    keep_positions: bool,
     stop_when_feasible: bool,
     timed: bool,
 ) -> SwarmResult:
     budget = settings.particles * settings.iterations
-    spent = run["evaluations"] + settings.particles > budget
-    feasible = stop_when_feasible and run["first_feasible_round"] >= 0
-    positions = run.get("position_history")
+    spent = run.evaluations + settings.particles > budget
+    feasible = stop_when_feasible and run.first_feasible_round >= 0
     return SwarmResult(
-        x=run["position"].astype(np.float64),
-        fitness=run["fitness"],
-        violation=run["violation"],
+        x=run.position.astype(np.float64),
+        fitness=run.fitness,
+        violation=run.violation,
         status="feasible" if feasible else "budget" if spent else "time" if timed else "callback",
-        iterations=run["rounds"],
-        evaluations=run["evaluations"],
+        iterations=run.rounds,
+        evaluations=run.evaluations,
         failed_evaluations=0,
         seed=seed,
         trial=trial,
         settings=settings,
         history=SwarmHistory(
-            fitness=run["fitness_history"].astype(np.float64),
-            violation=run["violation_history"].astype(np.float64),
-            evaluations=run["evaluation_history"],
-            positions=None if positions is None else positions.astype(np.float64),
+            fitness=run.fitness_history.astype(np.float64),
+            violation=run.violation_history.astype(np.float64),
+            evaluations=run.evaluation_history,
+            positions=run.position_history.astype(np.float64) if keep_positions else None,
         ),
         seconds=seconds,
     )

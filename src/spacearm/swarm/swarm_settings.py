@@ -1,11 +1,15 @@
 """Settings of the swarm: PSO as in Table 1 of the paper, IPSO as in Table 2, and what can be varied about them."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
+
 from __future__ import annotations
 
 from typing import Any, Literal, TypeAlias
 
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import SettingsError, nearest
+from spacearm.core.native import native
 from spacearm.core.records import one_of, settings, share, whole
 
 _MOST_PARTICLES = 10**7
@@ -169,38 +173,31 @@ def inertia_range(record: SwarmSettings) -> tuple[float, float]:
     return record.inertia if isinstance(record.inertia, tuple) else (record.inertia, record.inertia)
 
 
-def kernel_settings(record: SwarmSettings) -> dict[str, Any]:
-    """Translate settings into the kernel's words."""
-    start, end = inertia_range(record)
-    out: dict[str, Any] = {
-        "variant": record.variant if isinstance(record, IPSO) else "pso",
-        "particles": int(record.particles),
-        "evaluations": int(record.particles) * int(record.iterations),
-        "inertia_start": float(start),
-        "inertia_end": float(end),
-        "cognitive": float(record.cognitive),
-        "social": float(record.social),
-        "velocity_clamp": float(record.velocity_clamp or 0.0),
-        "start_velocity": float(record.start_velocity),
-        "ring": min(int(record.neighbours or 0), int(record.particles)),  # as many are all of them
-        "bounds": record.bounds,
-    }
+def kernel_settings(record: SwarmSettings) -> native.SwarmSettings:
+    """Return settings as the kernel takes them."""
+    out = native.SwarmSettings()
+    out.inertia_start, out.inertia_end = map(float, inertia_range(record))
+    out.particles = int(record.particles)
+    out.evaluations = int(record.particles) * int(record.iterations)
+    out.cognitive, out.social = float(record.cognitive), float(record.social)
+    out.velocity_clamp = float(record.velocity_clamp or 0.0)
+    out.start_velocity = float(record.start_velocity)
+    out.ring = min(int(record.neighbours or 0), int(record.particles))  # as many are all of them
+    out.bounds = native.BoundsRule[record.bounds]
     rule = record.constraints
     if isinstance(rule, Penalty):
-        final = rule.weight if rule.final_weight is None else rule.final_weight
-        out |= {"constraints": "penalty", "penalty_start": float(rule.weight), "penalty_end": float(final)}
-        out["penalty_rise"] = float(rule.rise_from)
+        out.constraints = native.ConstraintRule.penalty
+        out.penalty_start = float(rule.weight)
+        out.penalty_end = float(rule.weight if rule.final_weight is None else rule.final_weight)
+        out.penalty_rise = float(rule.rise_from)
     else:
-        out |= {"tolerance_share": float(rule.forgiven), "tolerance_until": float(rule.until)}
-        out["tolerance_power"] = int(rule.power)
+        out.tolerance_share, out.tolerance_until = float(rule.forgiven), float(rule.until)
+        out.tolerance_power = int(rule.power)
     if isinstance(record, IPSO):
-        out |= {
-            "cooperation": float(record.cooperation),
-            "evolving_share": float(record.evolving_share),
-            "elite_share": float(record.elite_share),
-            "memory": int(record.memory),
-            "shrink_to": int(record.shrink_to or 0),
-        }
+        out.variant = native.SwarmVariant[record.variant]
+        out.cooperation = float(record.cooperation)
+        out.evolving_share, out.elite_share = float(record.evolving_share), float(record.elite_share)
+        out.memory, out.shrink_to = int(record.memory), int(record.shrink_to or 0)
     return out
 
 
