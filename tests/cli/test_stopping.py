@@ -166,8 +166,8 @@ def test_an_interrupt_that_plan_took_is_not_repeated_while_the_plan_is_saved(
     told: Told, tmp_path: Path, problem: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The search is interrupted; the proof and the saving then take longer than the time after which a signal is repeated."""
-    run = spacearm.planner.planning._Run
-    search, proof, save = run._go_on, run._holds, spacearm.files.save_plan
+    run = spacearm.planner.planning._Search
+    search, proof, save = run._go_on, run._prove, spacearm.files.save_plan
 
     def searched(*given: Any, **budget: Any) -> None:
         search(*given, **budget)
@@ -183,7 +183,7 @@ def test_an_interrupt_that_plan_took_is_not_repeated_while_the_plan_is_saved(
 
     monkeypatch.setattr(spacearm.cli.stopping, "_AGAIN", AGAIN)
     monkeypatch.setattr(run, "_go_on", searched)
-    monkeypatch.setattr(run, "_holds", slow(proof))
+    monkeypatch.setattr(run, "_prove", slow(proof))
     monkeypatch.setattr(spacearm.files, "save_plan", slow(save))
     out = tmp_path / "out"
     code, _, err = told(["plan", problem, "-o", out])
