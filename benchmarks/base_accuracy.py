@@ -5,7 +5,7 @@
 
 For each robot, random motions through three interior control points; errors of the attitude at the end [rad], median and
 greatest, in the search's float32 and in float64. The search meets what is asked of the end on 64 nodes, and the float64 that
-settles a motion before its proof takes 256 (`kernel/motion.hpp`); the proof integrates by itself.
+settles a motion before its proof takes 256 (`kernel/motion/floating_base.hpp`); the proof integrates by itself.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from spacearm.dynamics import BaseMotion
 from spacearm.motion import Motion
 from spacearm.planner import PlannerSettings, Problem
+from spacearm.planner.clearance import Margins
 from spacearm.planner.motion_search import Islands
 from spacearm.robot import Robot, load_robot
 
@@ -60,7 +61,7 @@ def measure(robot: Robot, motions: int, rng: np.random.Generator) -> tuple[list[
         right = BaseMotion(robot, Motion([start, *points, goal])).pose(1.0)[1]
         turned.append(angle(right, np.array([1.0, 0.0, 0.0, 0.0])))
         problem = Problem(robot, [], start=start, goal=goal, base="floating")
-        islands = Islands(problem, goal[None], PlannerSettings(), seed=0, margin=0.0)
+        islands = Islands(problem, goal[None], PlannerSettings(), seed=0, margins=Margins(asked=0.0))
         for precision, search in zip(PRECISIONS, kernels(islands), strict=True):
             row = points.reshape(1, -1).astype(f"float{precision}")
             for count in NODES:
@@ -71,7 +72,7 @@ def measure(robot: Robot, motions: int, rng: np.random.Generator) -> tuple[list[
 
 def kernels(islands: Islands) -> tuple[Any, Any]:
     """Return the native search, and the one in float64 that settles motions for their proof."""
-    return islands._all[0], islands.search(64, 0, 0)
+    return islands.search32(0, 0), islands.search64()
 
 
 def angle(one: Array, other: Array) -> float:

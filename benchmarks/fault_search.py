@@ -19,8 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.study.run_study import Study, run_study
-from spacearm.study.workers import in_processes
+from spacearm.study.run_study import Study, in_processes, run_study
 
 TESTS = str(Path(__file__).resolve().parents[1] / "tests")
 sys.path.insert(0, TESTS)

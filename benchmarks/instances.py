@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from spacearm.core.native import native
 from spacearm.geometry import Scene, Sphere
-from spacearm.planner.kernel_model import KernelModel, make_kernel_model, native_class
+from spacearm.planner.kernel_model import KernelModel, make_kernel_model
 from spacearm.study.paper_problem import GOAL_POSITION, OBSTACLE_CENTERS, PaperSettings, paper_robot
 
 RADII = (0.06, 0.10, 0.15)
@@ -38,7 +39,7 @@ class Instance:
 
     @cached_property
     def model(self) -> KernelModel:
-        """The kernel's model, float64."""
+        """Arm and scene as the kernel has them."""
         return make_kernel_model(ARM, self._scene)
 
     @cached_property
@@ -47,16 +48,17 @@ class Instance:
         return self.make_objective(64)
 
     def make_objective(self, precision: int) -> Any:
-        model = make_kernel_model(ARM, self._scene, precision=precision)
-        return native_class("SeedObjective", precision)(
-            model.native,
-            np.array(model.centres, dtype=np.int32),
-            model.tip,
-            np.array(self.goal),
-            np.array(SETTINGS.weights),
-            self.mode == "goal",
-            SETTINGS.tolerance,
-        )
+        given: dict[str, Any] = {
+            "centers": np.array(self.model.centres, dtype=np.int32),
+            "tip": self.model.tip,
+            "goal": np.array(self.goal, dtype=np.float64),
+            "weights": np.array(SETTINGS.weights, dtype=np.float64),
+            "must_reach": self.mode == "goal",
+            "tolerance": SETTINGS.tolerance,
+        }
+        if precision == 32:
+            return native.PaperObjective32(scene=self.model.model32, **given)
+        return native.PaperObjective64(scene=self.model.model64, **given)
 
     @property
     def _scene(self) -> Scene:
@@ -96,10 +98,10 @@ def drawn_instances(count: int, *, seed: int = 2022) -> list[Instance]:
             radii=tuple(radii.tolist()),
             goal=(0.0, 0.0, 0.0),
         )
-        native = drawn.model.native
-        if native.clearances(q).min() < 0.01:
+        model = drawn.model.model64
+        if model.clearances(q).min() < 0.01:
             continue
-        goal = native.points(q)[0, drawn.model.tip]
+        goal = model.points(q)[0, drawn.model.tip]
         instances.append(
             Instance(name=drawn.name, mode="goal", centers=drawn.centers, radii=drawn.radii, goal=tuple(goal.tolist()))
         )

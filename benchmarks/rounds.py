@@ -16,6 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
+from spacearm.study.study_tables import Table, markdown
+
 
 @dataclass(frozen=True)
 class Rounds:
@@ -52,11 +54,9 @@ def take_turns(contestants: dict[str, Callable[[], object]], *, rounds: int, blo
 
 
 def print_table(title: str, head: str, rows: list[list[object]]) -> None:
-    """A markdown table; `head` names its columns, parted by bars."""
-    columns = [column.strip() for column in head.split("|")]
-    print(f"\n## {title}\n\n| " + " | ".join(columns) + " |\n" + "|---" * len(columns) + "|")
-    for row in rows:
-        print("| " + " | ".join(map(str, row)) + " |", flush=True)
+    """Print a table as markdown; `head` names its columns, parted by bars."""
+    header = tuple(column.strip() for column in head.split("|"))
+    print("\n" + markdown([Table(title, header, [tuple(map(str, row)) for row in rows])], []), flush=True)
 
 
 def machine(kernel: str) -> str:

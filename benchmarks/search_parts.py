@@ -45,10 +45,10 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "32 particles": {"swarm": {"particles": 32}},
     "the paper's PSO, w 0.5, c 2": {"swarm": {"inertia": 0.5, "cognitive": 2.0, "social": 2.0}},
     "no ring": {"swarm": {"neighbours": None}},
-    "edges of 0.8 rad": {"probe_step": 0.8},
-    "edges of 1.5 rad": {"probe_step": 1.5},
-    "half the samples near the line": {"probe_near_line": 0.5},
-    "samples anywhere": {"probe_near_line": 0.0},
+    "edges of 0.8 rad": {"tree_step": 0.8},
+    "edges of 1.5 rad": {"tree_step": 1.5},
+    "half the samples near the line": {"tree_near_line": 0.5},
+    "samples anywhere": {"tree_near_line": 0.0},
     "margin 5 mm": {"margin": 0.005},
     "margin 10 mm": {"margin": 0.01},
 }
@@ -91,35 +91,37 @@ def _run(problem: Problem, seed: int, variant: dict[str, Any]) -> tuple[float, f
     """Return seconds and packs until the first motion, and the length at each mark."""
     robot, margin = problem.robot, variant.pop("margin", PlannerSettings().margin)
     swarm = replace(SWARM, **variant.pop("swarm", {}))
-    model = kernel_model(robot, problem.scene, precision=32)
+    model = kernel_model(robot, problem.scene)
+    settings = native.SearchSettings()
+    settings.swarm = kernel_settings(swarm)
+    for name, value in variant.items():
+        setattr(settings, name, value)
+    asked = native.MotionProblem(
+        start=np.array(problem.start),
+        goals=np.atleast_2d(problem.goal.q).copy(),  # type: ignore[union-attr]
+        lower=np.array(robot.lower),
+        upper=np.array(robot.upper),
+        velocity=np.array(robot.velocity),
+        acceleration=np.array(robot.acceleration),
+        margin=margin,
+        comfort=0.05,
+        tip=model.tip,
+        centers=np.zeros(0, dtype=np.int32),
+        weights=native.MotionWeights(),
+        base=native.FixedBase(),
+    )
 
-    def search() -> Any:
-        return native.MotionSearch32(
-            model.native,
-            np.array(problem.start),
-            np.atleast_2d(problem.goal.q).copy(),  # type: ignore[union-attr]
-            *(np.array(limit) for limit in (robot.lower, robot.upper, robot.velocity, robot.acceleration)),
-            np.zeros(0),
-            margin,
-            0.05,
-            model.tip,
-            np.zeros(0, dtype=np.int32),
-            np.eye(len(native.motion_terms))[0].copy(),
-            {},
-            variant,
-            native.SwarmSettings.make(kernel_settings(swarm)),
-            seed,
-            0,
-        )
+    def search() -> native.MotionSearch32:
+        return native.MotionSearch32(scene=model.model32, problem=asked, settings=settings, seed=seed, island=0)
 
     first = search()
-    first.run(0, MARKS[-1], True, 0, None)
+    first.run(evaluations=0, seconds=MARKS[-1], until_first=True, stall=0, progress=None)
     packs = first.configurations / native.lanes32
     whole = search()
-    whole.run(0, MARKS[-1], False, 0, None)
+    whole.run(evaluations=0, seconds=MARKS[-1], until_first=False, stall=0, progress=None)
     history = whole.history
-    lengths = [min((entry[2] for entry in history if entry[0] <= mark), default=np.inf) for mark in MARKS]
-    return history[0][0] if history else MARKS[-1], packs, lengths
+    lengths = [min((entry.fitness for entry in history if entry.seconds <= mark), default=np.inf) for mark in MARKS]
+    return history[0].seconds if history else MARKS[-1], packs, lengths
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from spacearm import PlannerSettings, load_problem, plan
 from spacearm.study.run_study import Study, run_study
-from spacearm.study.statistics import mean, share
+from spacearm.study.statistics import mean, share_interval
 from spacearm.study.study_records import file_digest
 from spacearm.study.study_tables import Table, markdown, number, percent
 
@@ -68,19 +68,23 @@ def main() -> None:
     rows = []
     for margin in MARGINS:
         these = [record for record in records if record.margin == margin]
+        found = sum(record.status == "found" for record in these)
+        low, high = share_interval(found, len(these))
         rows.append(
             (
                 f"{1e3 * margin:g} mm",
-                percent(share(these, lambda record: record.status == "found")),
+                f"{found} of {len(these)}",
+                f"{percent(low)} to {percent(high)}",
                 number(mean([record.length for record in these if record.length is not None]), 2),
                 number(1e3 * mean([record.clearance for record in these if record.clearance is not None]), 1),
             )
         )
-    print(
-        markdown(
-            [Table("margins", ("margin", "found", "length [rad]", "clearance [mm]"), rows)], ["means of the motions found"]
-        )
+    header = ("margin", "found", "interval", "length [rad]", "clearance [mm]")
+    notes = (
+        "interval: the share of motions found lies in it with 95 % confidence",
+        "length and clearance: means of the motions found",
     )
+    print(markdown([Table("How the margin matters", header, rows)], notes))
 
 
 if __name__ == "__main__":

@@ -97,7 +97,7 @@ def load_cases(folder: Path, *, most: int) -> tuple[list[Case], RobotFiles]:
         least = float(clearance(problem, np.stack([problem.start, problem.goal.q])).min())
         if least > 0:
             cases.append(Case(item, problem, min(MARGIN, least / 2)))
-            kernel_model(robot, problem.scene, precision=32)
+            _ = kernel_model(robot, problem.scene).model32
     return cases, files
 
 

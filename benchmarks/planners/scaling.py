@@ -26,6 +26,7 @@ import numpy as np
 from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion
 from spacearm.planner import PlannerSettings, Problem, clearance
+from spacearm.planner.clearance import Margins
 from spacearm.planner.kernel_model import kernel_model
 from spacearm.planner.motion_search import Islands
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
@@ -183,12 +184,12 @@ def once(problem: Problem, *, seed: int, everything: bool) -> dict[str, float]:
         rng = np.random.default_rng(seed)
         fresh = Scene(problem.scene.obstacles)
         copies = [Scene(problem.scene.obstacles) for _ in range(3)]
-        out["prepare"] = min(taken(lambda copy=copy: kernel_model(robot, copy, precision=32)) for copy in copies)
-        native = kernel_model(robot, fresh, precision=32).native
+        out["prepare"] = min(taken(lambda copy=copy: kernel_model(robot, copy).model32) for copy in copies)
+        native = kernel_model(robot, fresh).model32
         rows = rng.uniform(robot.lower, robot.upper, (ROWS, robot.dof)).astype(np.float32)
         native.shortfalls(rows, 0.002, False)
         out["configuration"] = min(taken(lambda: native.shortfalls(rows, 0.002, True)) for _ in range(3)) / ROWS
-        cloud = kernel_model(robot, Scene(strewn(len(problem.scene.obstacles))), precision=32).native
+        cloud = kernel_model(robot, Scene(strewn(len(problem.scene.obstacles)))).model32
         cloud.shortfalls(rows, 0.002, False)
         out["strewn"] = min(taken(lambda: cloud.shortfalls(rows, 0.002, False)) for _ in range(3)) / ROWS
         bends = np.clip(0.3 * rng.normal(size=(64, 2, robot.dof)), -1, 1)
@@ -200,7 +201,7 @@ def once(problem: Problem, *, seed: int, everything: bool) -> dict[str, float]:
         native.shortfalls(rows, 0.002, False)
         out["motion"] = min(taken(lambda: native.shortfalls(rows, 0.002, False)) for _ in range(3)) / len(motions)
     settings = PlannerSettings(evaluations=EVALUATIONS)
-    islands = Islands(problem, goal[None].copy(), settings, seed=seed, margin=0.002)
+    islands = Islands(problem, goal[None].copy(), settings, seed=seed, margins=Margins(asked=0.002))
     seconds = taken(lambda: islands.run(evaluations=EVALUATIONS, seconds=20.0, until_first=False, stall=0))
     history = islands.history()
     out["first"] = history[0].seconds if history else np.inf
@@ -226,7 +227,7 @@ def threads(size: Size, rounds: int) -> dict[str, float]:
         for problem in size.problems:
             for count in (1, 2):
                 settings = PlannerSettings(evaluations=4 * EVALUATIONS, islands=2, threads=count)
-                islands = Islands(problem, problem.goal.q[None].copy(), settings, seed=round_, margin=0.002)
+                islands = Islands(problem, problem.goal.q[None].copy(), settings, seed=round_, margins=Margins(asked=0.002))
                 run = lambda: islands.run(evaluations=4 * EVALUATIONS, seconds=0, until_first=False, stall=0)  # noqa: B023, E731
                 table[count].append(taken(run))
                 found[count].append(min((entry.fitness for entry in islands.history()), default=np.inf))
@@ -244,7 +245,7 @@ def threads(size: Size, rounds: int) -> dict[str, float]:
 def _control(problem: Problem) -> float:
     """How much faster two threads check 100 times 2,048 configurations than one does."""
     robot = problem.robot
-    native = kernel_model(robot, problem.scene, precision=32).native
+    native = kernel_model(robot, problem.scene).model32
     rows = np.random.default_rng(0).uniform(robot.lower, robot.upper, (ROWS, robot.dof)).astype(np.float32)
 
     def work() -> None:

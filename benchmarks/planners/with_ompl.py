@@ -26,7 +26,7 @@ class Checker(base.MotionValidator):
         super().__init__(information)
         self.dof = len(case.start)
         self.margin = case.margin
-        self.kernel = kernel_model(case.problem.robot, case.problem.scene, precision=32).native
+        self.kernel = kernel_model(case.problem.robot, case.problem.scene).model32
         self.calls = self.configurations = 0
         self.in_kernel = self.in_python = 0.0
 

@@ -22,6 +22,8 @@
 #endif
 
 #define SPACEARM_INLINE inline __attribute__((always_inline))
+// For what is large and called from several places: one copy of its code stays in the instruction cache.
+#define SPACEARM_NOINLINE __attribute__((noinline))
 
 namespace SPACEARM_NAMESPACE {
 

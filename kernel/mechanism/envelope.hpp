@@ -32,13 +32,13 @@ template <class T> struct pair_margin {
 template <class T> struct link_envelope {
     std::vector<link_capsule<T>> capsules;
     std::vector<cluster<T>> clusters;
-    std::vector<std::pair<int, int>> pairs;  // clusters that must keep clear of each other
-    std::vector<pair_margin<T>> eased;       // in order; mostly none: those that begin or end nearer than the margin
+    std::vector<std::pair<int, int>> pairs;    // clusters that must keep clear of each other
+    std::vector<pair_margin<T>> pair_margins;  // in order; mostly none: those that begin or end nearer than the margin
 
     T margin_of(int c, int other, T margin) const {
-        const auto at = std::lower_bound(eased.begin(), eased.end(), 0,
+        const auto at = std::lower_bound(pair_margins.begin(), pair_margins.end(), 0,
                                          [&](const pair_margin<T>& e, int) { return e.before(c, other); });
-        return at != eased.end() && at->cluster == c && at->other == other ? std::min(margin, at->most) : margin;
+        return at != pair_margins.end() && at->cluster == c && at->other == other ? std::min(margin, at->most) : margin;
     }
 };
 
@@ -111,7 +111,7 @@ SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* fr
 
 template <class T>
 inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles,
-                                   T margin, envelope_memory<T>& w, pack<T>& sum, bool stop_early, bool ease) {
+                                   T margin, envelope_memory<T>& w, pack<T>& sum, bool stop_early, bool by_pair) {
     const int nodes = static_cast<int>(obstacles.tree.size());
     for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {  // the hand first: it is what collides most
         const cluster<T>& c = b.clusters[i];
@@ -123,7 +123,7 @@ inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* fr
                 continue;
             }
             if (node.kind != shape::none) {
-                const T asked = ease ? b.margin_of(i, k, margin) : margin;
+                const T asked = by_pair ? b.margin_of(i, k, margin) : margin;
                 obstacles.visit(node.kind, node.index,
                                 [&](const auto& o) { add_shortfall(b, frames, i, o, asked, w, sum); });
             }
@@ -150,10 +150,10 @@ SPACEARM_INLINE pack<T> squared_distance(const link_envelope<T>& b, const envelo
 
 template <class T>
 inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames, T usual, envelope_memory<T>& w,
-                               pack<T>& sum, bool stop_early, bool ease) {
+                               pack<T>& sum, bool stop_early, bool by_pair) {
     for (std::size_t p = 0; p < b.pairs.size(); ++p) {
         const auto& [i, j] = b.pairs[p];
-        const T margin = ease ? b.margin_of(-1, static_cast<int>(p), usual) : usual;
+        const T margin = by_pair ? b.margin_of(-1, static_cast<int>(p), usual) : usual;
         const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
         const vec3<T> apart = w.centers[i] - w.centers[j];
         const T near = one.radius + two.radius + margin;
@@ -179,16 +179,16 @@ inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames
 }
 
 // Shortfall of clearance [m] of one pack of configurations, summed over all pairs. With stop_early it is only known to
-// be above 0 in some lane, or 0 in all. Infinite where a number is none: nobody knows where the arm is then. Pairs that
-// are eased may come nearer, unless that is not what is asked.
+// be above 0 in some lane, or 0 in all. Infinite where a number is none: nobody knows where the arm is then. Pairs with
+// a margin of their own may come nearer, unless `lowered` says no.
 template <class T>
 inline pack<T> shortfall(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin,
-                         envelope_memory<T>& w, bool stop_early, bool eased = true) {
+                         envelope_memory<T>& w, bool stop_early, bool lowered = true) {
     place(b, frames, w);
     pack<T> sum(T(0));
-    const bool ease = eased && !b.eased.empty();
-    add_obstacle_shortfall(b, frames, obstacles, margin, w, sum, stop_early, ease);
-    if (!stop_early || all(sum <= T(0))) add_self_shortfall(b, frames, margin, w, sum, stop_early, ease);
+    const bool by_pair = lowered && !b.pair_margins.empty();
+    add_obstacle_shortfall(b, frames, obstacles, margin, w, sum, stop_early, by_pair);
+    if (!stop_early || all(sum <= T(0))) add_self_shortfall(b, frames, margin, w, sum, stop_early, by_pair);
     const pack<T> infinite(std::numeric_limits<T>::infinity());
     return select(sum <= infinite, sum, infinite);
 }

@@ -71,6 +71,10 @@ template <class T> class base_model {
     // sampling from now on. What was missed once will be missed again elsewhere, so the sampling becomes twice as
     // dense.
     virtual void add_instants(const std::vector<double>& around) = 0;
+    // The joints at configurations q, in the frame of the base.
+    SPACEARM_NOINLINE void place_joints(const pack<T>* q, frame<T>* frames) const {
+        forward_kinematics(p_.scene.robot, q, frames);
+    }
     int edge_packs() const { return edge_packs_; }  // of a straight edge between two configurations
 
   protected:

@@ -8,23 +8,6 @@
 
 namespace SPACEARM_NAMESPACE {
 
-// The names and order of the terms, as `terms` fills them.
-enum term {
-    term_length,
-    term_duration,
-    term_tip,
-    term_clearance,
-    term_smoothness,
-    term_f1,
-    term_f2,
-    term_f3,
-    term_base_final,
-    term_base_peak,
-    term_base_rate,
-    term_joint_momentum,
-    term_count
-};
-
 template <class T> class motion_checker {
   public:
     explicit motion_checker(const motion_problem<T>& problem)
@@ -58,10 +41,11 @@ template <class T> class motion_checker {
         if (all || w.carried()) carried(m, value);
         if (all || w.of_base()) of_base(m, value);
         if (terms) std::copy(value, value + term_count, terms);
-        const T weights[term_count] = {w.length,   w.duration, w.tip,     w.clearance, w.smoothness, w.paper[0],
-                                       w.paper[1], w.paper[2], w.base[0], w.base[1],   w.base[2],    w.base[3]};
         T sum = 0;
-        for (int i = 0; i < term_count; ++i) sum += weights[i] > 0 ? weights[i] * value[i] : T(0);
+        for (int i = 0; i < term_count; ++i) {
+            const T weight = w.*motion_terms<T>[i].weight;
+            sum += weight > 0 ? weight * value[i] : T(0);
+        }
         return sum;
     }
 
@@ -101,11 +85,9 @@ template <class T> class motion_checker {
             const pack<T> share = pack<T>::load(lane);
             for (int d = 0; d < p_.dofs(); ++d) q_[d] = share * (to[d] - from[d]) + from[d];
             edge_configurations_ += W;
-            forward_kinematics(p_.scene.robot, q_.data(), work_.frames.data());
+            base_->place_joints(q_.data(), work_.frames.data());
             memory_.base = nullptr;
-            if (any(pack<T>(T(0))
-                    < shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.margin, memory_, true)))
-                return false;
+            if (any(pack<T>(T(0)) < shortfall_in_place(p_.margin, true, true))) return false;
         }
         return true;
     }
@@ -151,10 +133,15 @@ template <class T> class motion_checker {
     // Of a duration asked for: the bound over the hulls, which is kept, is a little longer than what instants say.
     static constexpr T in_time = T(0.98);
 
-    // By how much the clearance falls short of the margin at pack i of the motion followed.
+    // By how much the clearance falls short of a margin, with the frames in place.
+    SPACEARM_NOINLINE pack<T> shortfall_in_place(T margin, bool stop_early, bool lowered) {
+        return shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, margin, memory_, stop_early,
+                         lowered);
+    }
+    // The same at pack i of the motion followed.
     pack<T> shortfall_at(int i, bool stop_early) {
         memory_.base = base_->place(i, work_.frames.data());
-        return shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.margin, memory_, stop_early);
+        return shortfall_in_place(p_.margin, stop_early, true);
     }
     // The fastest uniform time within all limits, those of the base too, of the motion followed.
     T fastest(const motion<T>& m) {
@@ -251,8 +238,7 @@ template <class T> class motion_checker {
             memory_.base = base_->place(i, work_.frames.data());
             place_points(p_.scene, memory_.base, work_);
             if (p_.comfort > T(0)) {
-                comfort += shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, p_.comfort, memory_,
-                                     false, lowered);
+                comfort += shortfall_in_place(p_.comfort, false, lowered);
             }
             const vec3<T>& at = work_.points[p_.tip];
             at.x.store(&tip[0][i * W]);
@@ -297,7 +283,7 @@ template <class T> class motion_checker {
     }
     place3 tip_at_start() {
         for (int d = 0; d < p_.dofs(); ++d) q_[d] = pack<T>(p_.start[d]);
-        forward_kinematics(p_.scene.robot, q_.data(), work_.frames.data());
+        base_->place_joints(q_.data(), work_.frames.data());
         place_points<T>(p_.scene, nullptr, work_);
         return last_tip();
     }

@@ -39,13 +39,13 @@ template <class T> class fixed_base final : public base_model<T> {
                                                : added_values_ + pack_offset<T>(l - sample_packs_fine, m_->interior);
         for (int d = 0; d < this->p_.dofs(); ++d) q_[d] = this->p_.coordinate(*m_, basis, d);
         this->configurations += W;
-        forward_kinematics(this->p_.scene.robot, q_.data(), frames);
+        this->place_joints(q_.data(), frames);
         return nullptr;
     }
     const frame<T>* place_end(frame<T>* frames) override {
         const T* end = this->p_.end(*m_);
         for (int d = 0; d < this->p_.dofs(); ++d) q_[d] = pack<T>(end[d]);
-        forward_kinematics(this->p_.scene.robot, q_.data(), frames);
+        this->place_joints(q_.data(), frames);
         return nullptr;
     }
     const std::vector<instant>& path() const override { return path_; }

@@ -406,7 +406,7 @@ template <class T> class floating_base final : public base_model<T> {
         for (int d = 0; d < this->p_.dofs(); ++d)
             q_[d] = this->p_.coordinate(*m_, added_values_ + pack_offset<T>(added, m_->interior), d);
         const model<T>& scene = this->p_.scene;
-        forward_kinematics(scene.robot, q_.data(), local_.data());
+        this->place_joints(q_.data(), local_.data());
         const momentum_at<T> at = momentum_of(scene.robot, scene.masses, q_.data(), local_.data(), rates_.data());
         between_ = track_.base_at(pack<T>::load(lane), at.com, this->p_.base.momentum);
         return put_all(between_, local_.data(), frames);

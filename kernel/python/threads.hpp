@@ -6,12 +6,12 @@
 #include <mutex>
 #include <thread>
 
-#include "python/model.hpp"
+#include "python/arrays.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
 // Of a long call without the GIL: now and then, whether somebody pressed Ctrl-C, which ends it.
-class listener {
+class signal_listener {
   public:
     void ask() {
         const auto now = std::chrono::steady_clock::now();
@@ -32,7 +32,7 @@ class one_at_a_time {
     template <class Work> void operator()(Work&& work) {
         require(owner_.load() != std::this_thread::get_id(), "called by its own callback");
         nb::gil_scoped_release free;
-        listener signals;
+        signal_listener signals;
         while (!lock_.try_lock_for(std::chrono::milliseconds(40))) signals.ask();
         const std::lock_guard<std::timed_mutex> hold(lock_, std::adopt_lock);
         const mine here(owner_);

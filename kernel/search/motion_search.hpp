@@ -12,7 +12,7 @@
 #include <chrono>
 #include <functional>
 
-#include "search/settings.hpp"
+#include "search/search_settings.hpp"
 
 namespace SPACEARM_NAMESPACE {
 

@@ -16,7 +16,7 @@
 
 #include "swarm/evolution.hpp"
 #include "swarm/ring.hpp"
-#include "swarm/settings.hpp"
+#include "swarm/swarm_settings.hpp"
 
 namespace SPACEARM_NAMESPACE {
 

@@ -82,7 +82,7 @@ trial_result<T> run_trial(const Objective& objective, swarm<T>& particles, const
     }
     out.best = particles.best();
     out.evaluations = particles.evaluations();
-    out.position = particles.best_position();
+    if (out.rounds > 0) out.position = particles.best_position();
     return out;
 }
 

@@ -15,16 +15,19 @@ from typing import Any, NoReturn
 
 import pytest
 
+import spacearm.planner
 from cli.conftest import Refused, Told
+from spacearm.cli import paper_command
 from spacearm.cli.results_folder import results_folder
 from spacearm.core.errors import OutputError
 from spacearm.study import paper_report as report
 
 QUICK = ("--runs", 1, "--methods", "ring", "--modes", "goal")
-COMMANDS = ("paper", "plan")
+WORK = {"paper": (paper_command, "run_experiment"), "plan": (spacearm.planner, "plan")}
+"""The commands, and what does their work: the module and the name that it is taken from."""
 
 
-@pytest.fixture(params=COMMANDS)
+@pytest.fixture(params=WORK)
 def words(request: pytest.FixtureRequest, problem: Path) -> list[object]:
     """A command without its output folder and without figures."""
     if request.param == "plan":
@@ -86,10 +89,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_any_work(
         raise AssertionError("the work was begun")
 
     monkeypatch.setattr(os, "open", read_only)
-    for command, work in (("paper", "run_experiment"), ("plan", "plan")):
-        if command == words[0]:
-            __import__(f"spacearm.cli.{command}_command")
-            monkeypatch.setattr(sys.modules[f"spacearm.cli.{command}_command"], work, worked)
+    monkeypatch.setattr(*WORK[str(words[0])], worked)
     (tmp_path / "out").mkdir()
     refused(("<path>/out cannot be written", "Read-only file system", "-o"), *words, "-o", tmp_path / "out")
 
@@ -188,9 +188,7 @@ def interrupted(*_: object, **__: object) -> NoReturn:
 def test_ctrl_c_during_the_work_leaves_nothing(
     words: list[object], told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    __import__(f"spacearm.cli.{words[0]}_command")
-    work = {"paper": "run_experiment", "plan": "plan"}[str(words[0])]
-    monkeypatch.setattr(sys.modules[f"spacearm.cli.{words[0]}_command"], work, interrupted)
+    monkeypatch.setattr(*WORK[str(words[0])], interrupted)
     before = list(tmp_path.iterdir())
     found = told([*words, "-o", tmp_path / "a" / "out"])
     assert found == (130, "", "spacearm: interrupted; nothing was written\n")

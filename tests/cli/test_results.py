@@ -129,3 +129,24 @@ def test_the_paper_prints_its_tables_uncut(told: Told, tmp_path: Path) -> None:
         line.startswith("no proven path for ") and line.endswith("no run found a feasible configuration") for line in lines
     )
     assert f"report: {tmp_path / 'out' / 'report.json'}" in lines
+
+
+def test_an_experiment_goes_on_from_its_records(told: Told, tmp_path: Path) -> None:
+    words = [
+        "paper",
+        "--runs",
+        1,
+        "--methods",
+        "ring",
+        "--modes",
+        "goal",
+        "--no-figures",
+        "--json",
+        "--records",
+        tmp_path / "r",
+    ]
+    code, report, _ = told([*words, "-o", tmp_path / "a"])
+    assert code == 0
+    records = (tmp_path / "r").read_bytes()
+    assert told([*words, "-o", tmp_path / "b"])[:2] == (0, report)
+    assert (tmp_path / "r").read_bytes() == records

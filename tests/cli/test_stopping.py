@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -13,6 +14,9 @@ from typing import Any
 
 import pytest
 
+import spacearm.cli.stopping
+import spacearm.files
+import spacearm.planner
 from cli.conftest import Told
 from spacearm import cli
 from spacearm.cli.stopping import came
@@ -20,6 +24,7 @@ from spacearm.core.output import CLAIM
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 LATEST = 30.0  # [s]
+AGAIN = 0.1  # [s]
 
 
 def stop(number: int = signal.SIGINT) -> None:
@@ -91,14 +96,13 @@ WAYS = (passed_on, swallowed_by_a_finalizer, swallowed_by_others, tripped_over, 
 def test_an_interrupt_ends_a_command_with_130(
     way: Callable[[], None], told: Told, tmp_path: Path, problem: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    __import__("spacearm.cli.plan_command")
-    real = sys.modules["spacearm.cli.plan_command"].save_plan
+    real = spacearm.files.save_plan
 
     def save(*given: Any) -> None:
         real(*given)
         way()
 
-    monkeypatch.setattr(sys.modules["spacearm.cli.plan_command"], "save_plan", save)
+    monkeypatch.setattr(spacearm.files, "save_plan", save)
     out = tmp_path / "out"
     code, shown, err = told(["plan", problem, "-o", out, "--no-figures"])
     assert code == 130
@@ -151,17 +155,44 @@ def test_a_plan_that_was_interrupted_is_written_and_the_code_is_130(
 ) -> None:
     from dataclasses import replace
 
-    module = sys.modules.get("spacearm.cli.plan_command") or __import__("spacearm.cli.plan_command", fromlist=["plan"])
-    real = module.plan
-    monkeypatch.setattr(module, "plan", lambda *given, **named: replace(real(*given, **named), interrupted=True))
+    real = spacearm.planner.plan
+    monkeypatch.setattr(spacearm.planner, "plan", lambda *given, **named: replace(real(*given, **named), interrupted=True))
     out = tmp_path / "out"
     code, _, err = told(["plan", problem, "-o", out])
     assert (code, err) == (130, f"spacearm: interrupted; {out} keeps what was finished: plan.json, trajectory.csv\n")
 
 
+def test_an_interrupt_that_plan_took_is_not_repeated_while_the_plan_is_saved(
+    told: Told, tmp_path: Path, problem: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The search is interrupted; the proof and the saving then take longer than the time after which a signal is repeated."""
+    run = spacearm.planner.planning._Run
+    search, proof, save = run._go_on, run._holds, spacearm.files.save_plan
+
+    def searched(*given: Any, **budget: Any) -> None:
+        search(*given, **budget)
+        stop()
+        wait()
+
+    def slow(work: Callable[..., Any]) -> Callable[..., Any]:
+        def worked(*given: Any) -> Any:
+            time.sleep(3 * AGAIN)
+            return work(*given)
+
+        return worked
+
+    monkeypatch.setattr(spacearm.cli.stopping, "_AGAIN", AGAIN)
+    monkeypatch.setattr(run, "_go_on", searched)
+    monkeypatch.setattr(run, "_holds", slow(proof))
+    monkeypatch.setattr(spacearm.files, "save_plan", slow(save))
+    out = tmp_path / "out"
+    code, _, err = told(["plan", problem, "-o", out])
+    assert (code, err) == (130, f"spacearm: interrupted; {out} keeps what was finished: plan.json, trajectory.csv\n")
+    assert json.loads((out / "plan.json").read_text())["status"] == "found"
+
+
 def test_two_runs_into_one_folder_are_one(told: Told, tmp_path: Path, problem: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = sys.modules.get("spacearm.cli.plan_command") or __import__("spacearm.cli.plan_command", fromlist=["plan"])
-    real, second = module.plan, []
+    real, second = spacearm.planner.plan, []
     words = ["plan", problem, "-o", tmp_path / "out", "--no-figures"]
 
     def work(*given: Any, **named: Any) -> Any:
@@ -170,7 +201,7 @@ def test_two_runs_into_one_folder_are_one(told: Told, tmp_path: Path, problem: P
             second[0] = told(words)
         return real(*given, **named)
 
-    monkeypatch.setattr(module, "plan", work)
+    monkeypatch.setattr(spacearm.planner, "plan", work)
     assert told(words)[0] == 0
     code, _, err = second[0]
     assert code == 2

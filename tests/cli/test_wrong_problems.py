@@ -99,7 +99,7 @@ TEXTS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "a URDF": (URDF, ("XML", "expected a problem file")),
     "an image": (b"\x89PNG\r\n\x1a\n\x00\x00", ("not text", "expected a problem file")),
     "JSON of a plan": (json.dumps({"spacearm-plan": 1, "status": "found"}), ("'spacearm'", "expected a problem file")),
-    "of another version": (PROBLEM.replace("spacearm: 1", "spacearm: 7"), ("spacearm: 7", "expected spacearm: 1")),
+    "of another version": (PROBLEM.replace("spacearm: 1", "spacearm: 7"), ("spacearm: 7", "expected at most 1")),
 }
 
 ROBOTS: dict[str, tuple[str, str, tuple[str, ...]]] = {

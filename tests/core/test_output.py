@@ -17,7 +17,7 @@ from spacearm.core.errors import OutputError
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import CLAIM, claim_new_folder, make_new_folder, release_folder, write_atomically, write_new
 from spacearm.files import save_plan, write_aem, write_ros_trajectory
-from spacearm.files.plan_file import save_trajectory
+from spacearm.files.trajectory_file import save_trajectory
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import Problem, plan
 from spacearm.planner.planner_settings import PlannerSettings

@@ -13,7 +13,7 @@ import pytest
 from spacearm.core.errors import ProblemError, RobotError
 from spacearm.dynamics import hold
 from spacearm.files import load_problem, load_saved_plan, save_plan
-from spacearm.files.recheck import recheck_plan, recheck_trajectory
+from spacearm.files.plan_file import recheck_plan, recheck_trajectory
 from spacearm.geometry import Box, Sphere
 from spacearm.motion.recorded import robot_in_order
 from spacearm.planner import MotionSwarm, Plan, PlannerSettings, Problem, plan

@@ -116,7 +116,7 @@ def test_joints_outside_the_group_stand_where_the_start_has_them(load: Load, fol
     assert at(problem, "column")[2, 3] == 0.5
     np.testing.assert_allclose(at(problem, "finger") @ pose((0, -0.03, 0)), at(problem, "fore") @ pose((0.2, 0, 0)), atol=1e-15)
     np.testing.assert_allclose(at(problem, "thumb") @ pose((0, 0.03, 0)), at(problem, "fore") @ pose((0.2, 0, 0)), atol=1e-15)
-    assert told(problem, "held where the start has them", "lift at 0.5", "finger at 0.03")
+    assert told(problem, "locked where the start has them", "lift at 0.5", "finger at 0.03")
     assert problem.robot == replace(lifted(folder, fixed={"lift": 0.5, "finger": 0.03}), notes=problem.robot.notes)
 
 
@@ -165,7 +165,7 @@ def test_joints_that_are_not_there_are_named(load: Load) -> None:
 
 def test_a_goal_for_a_held_joint_is_where_it_is_held_or_refused(load: Load) -> None:
     load(goal=joint_goal(lift=0.5))
-    with pytest.raises(FileFormatError, match=r"wants joint 'lift' at 0\.2, which .* holds at 0\.5"):
+    with pytest.raises(FileFormatError, match=r"wants joint 'lift' at 0\.2, which .* locked at 0\.5"):
         load(goal=joint_goal(lift=0.2))
 
 

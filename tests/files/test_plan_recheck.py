@@ -12,8 +12,7 @@ import pytest
 
 from spacearm.core.errors import FileFormatError, ProblemError
 from spacearm.files import load_trajectory, save_plan, save_trajectory
-from spacearm.files.plan_file import problem_hash
-from spacearm.files.recheck import recheck_plan, recheck_trajectory
+from spacearm.files.plan_file import problem_hash, recheck_plan, recheck_trajectory
 from spacearm.geometry import Sphere, SphereSet, pose
 from spacearm.motion import PiecewisePath, RecordedTrajectory
 from spacearm.planner import BaseLimits, Plan, PlannerSettings, PositionGoal, Problem, plan, report_base

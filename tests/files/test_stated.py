@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from spacearm.core.errors import FileFormatError
 from spacearm.dynamics import Momentum
 from spacearm.files import load_trajectory
-from spacearm.files.plan_file import save_trajectory
+from spacearm.files.trajectory_file import save_trajectory
 from spacearm.motion import Motion, RecordedTrajectory, Trajectory, time_optimal
 from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
 from spacearm.planner import Problem

@@ -11,7 +11,7 @@ import pytest
 from spacearm.core.errors import SettingsError
 from spacearm.dynamics import Momentum
 from spacearm.files import load_trajectory, write_ros_trajectory
-from spacearm.files.plan_file import save_trajectory
+from spacearm.files.trajectory_file import save_trajectory
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory, time_optimal
 from spacearm.robot import load_robot
 from support.small_robots import two_link

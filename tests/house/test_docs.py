@@ -29,7 +29,7 @@ from typing import Any
 import pytest
 import yaml
 
-from house.source import REPOSITORY
+from house.source import PACKAGE, REPOSITORY, repository_files, where
 from spacearm.cli import main
 from spacearm.files.problem_file import load_problem_file
 from spacearm.robot import load_robot
@@ -203,6 +203,40 @@ def test_the_sections_a_page_names_exist(page: Path) -> None:
     named = re.findall(r"\]\(([^):]*)#([^)]+)\)", page.read_text(encoding="utf-8"))
     missing = [f"{name}#{anchor}" for name, anchor in named if anchor not in anchors((page.parent / name) if name else page)]
     assert not missing
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_the_source_files_a_page_names_exist(page: Path) -> None:
+    text = BLOCK.sub("", page.read_text(encoding="utf-8"))
+    named = {name for name in re.findall(r"`([\w/]+\.(?:py|hpp|cpp))`", text) if name != "utils.py"}
+    known = [f"/{where(path)}" for path in repository_files()]
+    missing = sorted(name for name in named if not any(path.endswith(f"/{name.removeprefix('spacearm/')}") for path in known))
+    assert not missing
+
+
+STOP = re.compile(r"^\d+\. `([\w/]+\.(?:py|hpp))`: ((?:`\w+`(?:, )?)+)", flags=re.MULTILINE)
+
+
+def walks() -> dict[str, list[tuple[str, list[str]]]]:
+    """Return the walks of the guided tour: of each stop the file and the names to read there."""
+    tour = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## A guided tour")[1].split("\n## ")[0]
+    parts = dict(part.split("\n", 1) for part in tour.split("\n### ")[1:])
+    return {name: [(path, re.findall(r"`(\w+)`", names)) for path, names in STOP.findall(text)] for name, text in parts.items()}
+
+
+def test_the_stops_of_the_guided_tour_are_there() -> None:
+    for stops in walks().values():
+        for path, names in stops:
+            text = ((REPOSITORY if path.startswith("kernel/") else PACKAGE) / path).read_text(encoding="utf-8")
+            missing = [name for name in names if not re.search(rf"\b(?:def|class|struct|void) {name}\b", text)]
+            assert not missing, path
+
+
+def test_a_walk_of_the_guided_tour_has_at_most_20_stops_in_8_rooms() -> None:
+    assert len(walks()) == 2
+    for stops in walks().values():
+        assert 10 <= len(stops) <= 20
+        assert len({path.split("/")[0] for path, _ in stops}) <= 8
 
 
 def anchors(page: Path) -> set[str]:

@@ -12,7 +12,6 @@ import numpy as np
 from spacearm.core.native import load_level
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 from spacearm.robot import Robot
-from spacearm.robot.kinematics import tree_arrays
 
 LEVELS = ("x86-64-v4", "x86-64-v3", "x86-64-v2", "generic")
 Point = tuple[int, Sequence[float] | np.ndarray]
@@ -54,7 +53,22 @@ class Build:
         return np.ascontiguousarray(values, dtype=self.scalar)
 
     def settings(self, **values: Any) -> Any:
-        return self.module.SwarmSettings.make(values)
+        """Settings of a swarm, checked; enumerations by their values' names."""
+        out = self.module.SwarmSettings()
+        enumerations = {"variant": "SwarmVariant", "bounds": "BoundsRule", "constraints": "ConstraintRule"}
+        for name, value in values.items():
+            setattr(out, name, getattr(self.module, enumerations[name])[value] if name in enumerations else value)
+        out.check()
+        return out
+
+    def search_settings(self, swarm: dict[str, Any], **values: Any) -> Any:
+        """Settings of a search for motions, checked."""
+        out = self.module.SearchSettings()
+        out.swarm = self.settings(**swarm)
+        for name, value in values.items():
+            setattr(out, name, value)
+        out.check()
+        return out
 
     def swarm(self, settings: dict[str, Any], lower: Any, upper: Any, *, seed: int = 0, trial: int = 0) -> Any:
         bounds = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
@@ -77,15 +91,30 @@ class Placed:
     points: tuple[Point, ...]
 
 
-def place(
+def joint_arrays(robot: Robot) -> dict[str, Any]:
+    """What the kernel's `Joints` are made of."""
+    joints = robot.joints
+    return {
+        "parent": np.array([joint.parent for joint in joints], dtype=np.int32),
+        "prismatic": np.array([joint.kind == "prismatic" for joint in joints], dtype=bool),
+        "dof": np.array([joint.dof for joint in joints], dtype=np.int32),
+        "multiplier": np.array([joint.multiplier for joint in joints], dtype=np.float64),
+        "offset": np.array([joint.offset for joint in joints], dtype=np.float64),
+        "rotation": np.array([joint.T_parent_joint[:3, :3] for joint in joints], dtype=np.float64).reshape(-1, 3, 3),
+        "translation": np.array([joint.T_parent_joint[:3, 3] for joint in joints], dtype=np.float64).reshape(-1, 3),
+        "dofs": robot.dof,
+    }
+
+
+def parts(
     build: Build,
     robot: Robot,
     *,
     points: Sequence[Point] = (),
     spheres: Sequence[Sphere] = (),
     share_ends: bool = True,
-) -> Placed:
-    """Make a kernel model with two points a capsule, or one if its ends coincide and share_ends is set."""
+) -> tuple[dict[str, Any], list[Point]]:
+    """The parts of a world that have no envelope, and its points: two a capsule, or one if its ends coincide and share_ends."""
     listed = list(points)
     ends = []
     for capsule in robot.capsules:
@@ -94,17 +123,43 @@ def place(
         if not (share_ends and np.array_equal(capsule.a, capsule.b)):
             listed.append((capsule.joint, capsule.b))
         ends.append((first, len(listed) - 1))
-    native = build.named("Model").make(
-        **tree_arrays(robot),
-        point_joint=np.array([joint for joint, _ in listed], dtype=np.int32),
-        point_local=np.array([local for _, local in listed], dtype=np.float64).reshape(-1, 3),
-        capsule_a=np.array([a for a, _ in ends], dtype=np.int32),
-        capsule_b=np.array([b for _, b in ends], dtype=np.int32),
-        capsule_radius=np.array([c.radius for c in robot.capsules], dtype=np.float64),
-        sphere_center=np.array([s.center for s in spheres], dtype=np.float64).reshape(-1, 3),
-        sphere_radius=np.array([s.radius for s in spheres], dtype=np.float64),
+    kernel = build.module
+    made = {
+        "joints": kernel.Joints(**joint_arrays(robot)),
+        "points": kernel.Points(
+            joint=np.array([joint for joint, _ in listed], dtype=np.int32),
+            local=np.array([local for _, local in listed], dtype=np.float64).reshape(-1, 3),
+        ),
+        "point_capsules": kernel.PointCapsules(
+            a=np.array([a for a, _ in ends], dtype=np.int32),
+            b=np.array([b for _, b in ends], dtype=np.int32),
+            radius=np.array([c.radius for c in robot.capsules], dtype=np.float64),
+        ),
+        "point_spheres": sphere_set(build, spheres),
+    }
+    return made, listed
+
+
+def sphere_set(build: Build, spheres: Sequence[Sphere]) -> Any:
+    return build.module.Spheres(
+        center=np.array([s.center for s in spheres], dtype=np.float64).reshape(-1, 3),
+        radius=np.array([s.radius for s in spheres], dtype=np.float64),
     )
-    return Placed(native, tuple(listed))
+
+
+def place(
+    build: Build,
+    robot: Robot,
+    *,
+    points: Sequence[Point] = (),
+    spheres: Sequence[Sphere] = (),
+    share_ends: bool = True,
+    masses: dict[str, np.ndarray] | None = None,
+) -> Placed:
+    """Make a kernel model with two points a capsule, or one if its ends coincide and share_ends is set."""
+    made, listed = parts(build, robot, points=points, spheres=spheres, share_ends=share_ends)
+    weighed = None if masses is None else build.module.Masses(**masses)
+    return Placed(build.named("Model")(build.module.World(**made, masses=weighed)), tuple(listed))
 
 
 # ---- envelopes among obstacles ---------------------------------------------------------------------------------------
@@ -123,21 +178,20 @@ class Surrounded:
     pairs: np.ndarray
 
 
-def obstacle_row(obstacle: Obstacle) -> tuple[int, list[float]]:
-    """A shape's kind and 15 numbers, as `add_obstacle` has them."""
+def kernel_shape(build: Build, obstacle: Obstacle) -> Any:
+    """A shape as the kernel's own object."""
+    kernel = build.module
     if isinstance(obstacle, Sphere):
-        kind, parts = 1, [obstacle.center, obstacle.radius]
-    elif isinstance(obstacle, Capsule):
-        kind, parts = 2, [obstacle.a, obstacle.b, obstacle.radius]
-    elif isinstance(obstacle, Box):
-        kind, parts = 3, [obstacle.pose[:3, 3], *obstacle.pose[:3, :3].T, obstacle.size / 2]
-    elif isinstance(obstacle, Cylinder):
-        kind, parts = 4, [obstacle.pose[:3, 3], obstacle.pose[:3, 2], obstacle.length / 2, obstacle.radius]
-    else:
-        assert isinstance(obstacle, HalfSpace)
-        kind, parts = 5, [obstacle.normal, obstacle.normal @ obstacle.point]
-    numbers = np.hstack(parts)
-    return kind, [*numbers, *[0.0] * (15 - len(numbers))]
+        return sphere_set(build, [obstacle])
+    if isinstance(obstacle, Capsule):
+        return kernel.Capsule(a=obstacle.a, b=obstacle.b, radius=obstacle.radius)
+    if isinstance(obstacle, HalfSpace):
+        return kernel.HalfSpace(normal=obstacle.normal, offset=float(obstacle.normal @ obstacle.point))
+    assert isinstance(obstacle, (Box, Cylinder))
+    center, axes = obstacle.pose[:3, 3].copy(), np.ascontiguousarray(obstacle.pose[:3, :3].T)
+    if isinstance(obstacle, Box):
+        return kernel.Box(center=center, axes=axes, half_size=obstacle.size / 2)
+    return kernel.Cylinder(center=center, axis=axes[2].copy(), half_length=obstacle.length / 2, radius=obstacle.radius)
 
 
 def single_shapes(obstacles: Sequence[Obstacle]) -> list[Obstacle]:
@@ -151,12 +205,17 @@ def single_shapes(obstacles: Sequence[Obstacle]) -> list[Obstacle]:
     return out
 
 
-def surround(build: Build, robot: Robot, obstacles: Sequence[Obstacle] = (), *, points: Sequence[Point] = ()) -> Surrounded:
+def surround(
+    build: Build,
+    robot: Robot,
+    obstacles: Sequence[Obstacle] = (),
+    *,
+    points: Sequence[Point] = (),
+    pair_margins: dict[str, np.ndarray] | None = None,
+    masses: dict[str, np.ndarray] | None = None,
+) -> Surrounded:
     """Make a kernel model whose capsules are arranged link by link, among obstacles of any shape."""
     links = sorted({(c.name, c.joint) for c in robot.capsules})
-    link_of = [links.index((c.name, c.joint)) for c in robot.capsules]
-    order = sorted(range(len(robot.capsules)), key=lambda i: link_of[i])
-    capsules = [robot.capsules[i] for i in order]
     close = [
         (i, k)
         for one, two in robot.self_pairs
@@ -164,18 +223,23 @@ def surround(build: Build, robot: Robot, obstacles: Sequence[Obstacle] = (), *, 
         for k, (other, _) in enumerate(links)
         if (name, other) == (one, two)
     ]
-    rows = [obstacle_row(obstacle) for obstacle in single_shapes(obstacles)]
-    native = place(build, robot, points=points).native.surrounded(
-        index=np.array(order, dtype=np.int32),
-        joint=np.array([c.joint for c in capsules], dtype=np.int32),
-        link=np.array([link_of[i] for i in order], dtype=np.int32),
-        a=np.array([c.a for c in capsules], dtype=np.float64).reshape(-1, 3),
-        b=np.array([c.b for c in capsules], dtype=np.float64).reshape(-1, 3),
-        radius=np.array([c.radius for c in capsules], dtype=np.float64),
+    kernel = build.module
+    envelope = kernel.Envelope(
+        joint=np.array([c.joint for c in robot.capsules], dtype=np.int32),
+        link=np.array([links.index((c.name, c.joint)) for c in robot.capsules], dtype=np.int32),
+        a=np.array([c.a for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
+        b=np.array([c.b for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
+        radius=np.array([c.radius for c in robot.capsules], dtype=np.float64),
         pairs=np.array(close, dtype=np.int32).reshape(-1, 2),
-        obstacle_kind=np.array([kind for kind, _ in rows], dtype=np.int32),
-        obstacle_numbers=np.array([numbers for _, numbers in rows], dtype=np.float64).reshape(-1, 15),
     )
+    world = kernel.World(
+        **parts(build, robot, points=points)[0],
+        envelope=envelope,
+        obstacles=[kernel_shape(build, obstacle) for obstacle in single_shapes(obstacles)],
+        pair_margins=None if pair_margins is None else kernel.PairMargins(**pair_margins),
+        masses=None if masses is None else kernel.Masses(**masses),
+    )
+    native = build.named("Model")(world)
     names = [c.name for c in robot.capsules]
     pairs = [
         (i, k)

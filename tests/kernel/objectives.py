@@ -21,20 +21,31 @@ def paper_robot() -> Robot:
     return load_robot("zhang2022")
 
 
-def seed_objective(build: Build, robot: Robot, obstacles: tuple[Sphere, ...] = OBSTACLES) -> Any:
-    """The seed's fitness in goal mode."""
+def paper_objective(build: Build, robot: Robot, obstacles: tuple[Sphere, ...] = OBSTACLES) -> Any:
+    """The paper's fitness in goal mode."""
     centres = list(joint_centres(robot))
     model = place(build, robot, points=centres, spheres=obstacles).native
-    indices = np.arange(len(centres), dtype=np.int32)
-    return build.named("SeedObjective")(model, indices, len(centres) - 1, GOAL, WEIGHTS, True, 1e-3)
+    return objective_of(build, model, centers=np.arange(len(centres), dtype=np.int32), tip=len(centres) - 1)
+
+
+def objective_of(build: Build, scene: Any, **given: Any) -> Any:
+    """The paper's objective on a model; goal, weights, mode and tolerance as given, or as usual."""
+    usual = {"goal": GOAL, "weights": WEIGHTS, "must_reach": True, "tolerance": 1e-3}
+    return build.named("PaperObjective")(scene=scene, **{**usual, **given})
 
 
 def reach_objective(build: Build, robot: Robot, obstacles: Sequence[Obstacle] = OBSTACLES) -> Any:
     """A configuration near home that reaches the goal with a margin."""
     centres = list(joint_centres(robot))
     model = surround(build, robot, obstacles, points=centres).native
-    tip = np.array([len(centres) - 1], dtype=np.int32)
-    return build.named("ReachObjective")(model, tip, GOAL[None].copy(), np.array([1e-3]), 0.02, np.zeros(robot.dof))
+    return build.named("ReachObjective")(
+        scene=model,
+        points=np.array([len(centres) - 1], dtype=np.int32),
+        targets=GOAL[None].copy(),
+        tolerances=np.array([1e-3]),
+        margin=0.02,
+        home=np.zeros(robot.dof),
+    )
 
 
 CLUTTER = (
@@ -76,13 +87,14 @@ def motion_search(
     goals: Any,
     *,
     bounds: tuple[Any, Any] | None = None,
+    rates: tuple[Any, Any] | None = None,
     jerk: Any = (),
     margin: float = 0.002,
     comfort: float = 0.05,
     weights: dict[str, float] | None = None,
     settings: dict[str, Any] | None = None,
     swarm: dict[str, Any] | None = None,
-    base: dict[str, Any] | None = None,
+    base: Any = None,
     masses: dict[str, np.ndarray] | None = None,
     seed: int = 0,
     island: int = 0,
@@ -93,26 +105,32 @@ def motion_search(
     points = [*centres, (tip.joint, tip.T_joint_frame[:3, 3])]
     chosen = {"length": 1.0} if weights is None else weights
     lower, upper = (robot.lower, robot.upper) if bounds is None else bounds
-    native = surround(build, robot, obstacles, points=points).native
+    velocity, acceleration = (robot.velocity, robot.acceleration) if rates is None else rates
+    kernel = build.module
+    weighed = kernel.MotionWeights()
+    for name in kernel.motion_terms:
+        setattr(weighed, name, chosen.get(name, 0.0))
+    problem = kernel.MotionProblem(
+        start=np.array(start, dtype=np.float64),
+        goals=np.array(goals, dtype=np.float64).reshape(-1, robot.dof),
+        lower=np.array(lower, dtype=np.float64),
+        upper=np.array(upper, dtype=np.float64),
+        velocity=np.array(velocity, dtype=np.float64),
+        acceleration=np.array(acceleration, dtype=np.float64),
+        jerk=np.array(jerk, dtype=np.float64),
+        margin=margin,
+        comfort=comfort,
+        tip=len(points) - 1,
+        centers=np.arange(len(centres), dtype=np.int32),
+        weights=weighed,
+        base=kernel.FixedBase() if base is None else base,
+    )
     return build.named("MotionSearch")(
-        native if masses is None else native.weighed(**masses),
-        np.array(start, dtype=np.float64),
-        np.array(goals, dtype=np.float64).reshape(-1, robot.dof),
-        np.array(lower, dtype=np.float64),
-        np.array(upper, dtype=np.float64),
-        np.array(robot.velocity),
-        np.array(robot.acceleration),
-        np.array(jerk, dtype=np.float64),
-        margin,
-        comfort,
-        len(points) - 1,
-        np.arange(len(centres), dtype=np.int32),
-        np.array([chosen.get(name, 0.0) for name in build.module.motion_terms]),
-        base or {},
-        settings or {},
-        build.settings(**(MOTION_SWARM if swarm is None else swarm)),
-        seed,
-        island,
+        scene=surround(build, robot, obstacles, points=points, masses=masses).native,
+        problem=problem,
+        settings=build.search_settings(MOTION_SWARM if swarm is None else swarm, **(settings or {})),
+        seed=seed,
+        island=island,
     )
 
 
@@ -120,7 +138,7 @@ def run_motions(
     search: Any, evaluations: int = 0, *, seconds: float = 0.0, until_first: bool = False, stall: int = 0, progress: Any = None
 ) -> Any:
     """Run a search for motions; 0 is no limit."""
-    search.run(evaluations, seconds, until_first, stall, progress)
+    search.run(evaluations=evaluations, seconds=seconds, until_first=until_first, stall=stall, progress=progress)
     return search
 
 
@@ -139,18 +157,19 @@ def searched(
     seconds: float = 0.0,
     initial: np.ndarray | None = None,
     progress: Any = None,
-) -> list[dict[str, Any]]:
+) -> list[Any]:
     """Run the kernel's own search, one result a trial."""
     return objective.search(
-        *bounds,
-        build.settings(**settings),
-        seed,
-        first_trial,
-        trials,
-        threads,
-        keep_positions,
-        stop_when_feasible,
-        seconds,
-        initial,
-        progress,
+        lower=bounds[0],
+        upper=bounds[1],
+        settings=build.settings(**settings),
+        seed=seed,
+        first_trial=first_trial,
+        trials=trials,
+        threads=threads,
+        keep_positions=keep_positions,
+        stop_when_feasible=stop_when_feasible,
+        seconds=seconds,
+        initial=initial,
+        progress=progress,
     )

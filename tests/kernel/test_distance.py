@@ -51,7 +51,7 @@ def test_sharing_points_between_links_changes_no_clearance(precision: int, robot
     """make_kernel_model carries ends that coincide once, by the joint nearest the base."""
     build = Build("default", precision)
     q = build.array(np.random.default_rng(seed).uniform(-3, 3, (3, robot.dof)))
-    found = make_kernel_model(robot, scene, precision=precision).native.clearances(q)
+    found = getattr(make_kernel_model(robot, scene), f"model{precision}").clearances(q)
     frames = pinocchio_points.joint_frames(robot, q)
     error = accuracy.placement_error(build, robot, q) + rounding(build, 4.0)
     expected = coal_shapes.clearances(frames, robot.capsules, scene.obstacles)

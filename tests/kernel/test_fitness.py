@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 
 from kernel import accuracy, drawn
 from kernel.builds import Build, Placed, Point, place, surround
+from spacearm.core.native import native
 from spacearm.geometry import Scene, Sphere
-from spacearm.planner.kernel_model import make_kernel_model, native_class
+from spacearm.planner.kernel_model import make_kernel_model
 from spacearm.robot import Robot, joint_centres, load_robot
 from support import strategies
 from support.oracles import coal_shapes, pinocchio_points
@@ -107,8 +108,14 @@ def test_fitness_terms_and_violation_are_the_papers(
 ) -> None:
     case = data.draw(cases(build))
     must_reach = mode == "goal"
-    objective = build.named("SeedObjective")(
-        case.model.native, case.centre_indices, case.tip_index, goal, np.array(weights), must_reach, tolerance
+    objective = build.named("PaperObjective")(
+        scene=case.model.native,
+        centers=case.centre_indices,
+        tip=case.tip_index,
+        goal=np.array(goal, dtype=np.float64),
+        weights=np.array(weights),
+        must_reach=must_reach,
+        tolerance=tolerance,
     )
     fitness, violation = objective.evaluate(case.q)
     terms = objective.terms(case.q)
@@ -140,10 +147,17 @@ def test_the_papers_arm_has_the_papers_fitness(precision: int, radius: float) ->
     robot = load_robot("zhang2022")
     robot = replace(robot, capsules=tuple(replace(capsule, radius=radius) for capsule in robot.capsules))
     balls = [Sphere((0.5, 0.5, 0.0), 0.1), Sphere((0.4, 0.7, 0.0), 0.1), Sphere((0.2, 0.8, 0.0), 0.1)]
-    model = make_kernel_model(robot, Scene(balls), precision=precision)
+    model = make_kernel_model(robot, Scene(balls))
     goal, weights = np.array([0.7, 0.3, 0.0]), np.array([0.5, 0.25, 0.25])
-    objective = native_class("SeedObjective", precision)(
-        model.native, np.array(model.centres, dtype=np.int32), model.tip, goal, weights, True, 1e-3
+    made, scene = (native.PaperObjective64, model.model64) if precision == 64 else (native.PaperObjective32, model.model32)
+    objective = made(
+        scene=scene,
+        centers=np.array(model.centres, dtype=np.int32),
+        tip=model.tip,
+        goal=goal,
+        weights=weights,
+        must_reach=True,
+        tolerance=1e-3,
     )
     q = build.array(np.random.default_rng(0).uniform(robot.lower, robot.upper, (50, robot.dof)))
     centres = list(joint_centres(robot))
@@ -164,8 +178,14 @@ def test_the_stretched_arm_has_the_fitness_that_a_ruler_gives(build: Build) -> N
     balls = [Sphere((1.0, 0.0, 0.0), 0.1), Sphere((0.0, 1.336, 0.0), 0.25)]
     model = place(build, robot, points=centres, spheres=balls)
     goal = np.array([0.0, 0.336, 0.0])
-    objective = build.named("SeedObjective")(
-        model.native, np.arange(4, dtype=np.int32), 3, goal, np.array([0.5, 0.25, 0.25]), True, 0.25
+    objective = build.named("PaperObjective")(
+        scene=model.native,
+        centers=np.arange(4, dtype=np.int32),
+        tip=3,
+        goal=goal,
+        weights=np.array([0.5, 0.25, 0.25]),
+        must_reach=True,
+        tolerance=0.25,
     )
     heights = np.array([0.0, 0.668, 1.0808, 1.336])
     f1 = np.sum(np.hypot(1.0, heights)) + np.sum(1.336 - heights)
@@ -197,12 +217,12 @@ def test_reaching_points_costs_the_way_from_home(
     home = np.asarray(data.draw(drawn.batches(robot, build, 1))[0], dtype=np.float64)
     model = surround(build, robot, balls, points=riders)
     objective = build.named("ReachObjective")(
-        model.native,
-        np.arange(len(riders), dtype=np.int32),
-        np.array([place for place, _ in targets]),
-        np.array([tolerance for _, tolerance in targets]),
-        margin,
-        home,
+        scene=model.native,
+        points=np.arange(len(riders), dtype=np.int32),
+        targets=np.array([place for place, _ in targets], dtype=np.float64),
+        tolerances=np.array([tolerance for _, tolerance in targets], dtype=np.float64),
+        margin=margin,
+        home=home,
     )
     fitness, violation = objective.evaluate(q)
     eps = float(np.finfo(build.scalar).eps)

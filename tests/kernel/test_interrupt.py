@@ -28,7 +28,7 @@ AT_MOST = 30.0  # [s] a trial, should nothing stop it
 BUILD = next(build for build in BUILDS if build.level in available_levels())
 
 
-OBJECTIVE = objectives.seed_objective(BUILD, ROBOT)
+OBJECTIVE = objectives.paper_objective(BUILD, ROBOT)
 
 
 def endless(**options: Any) -> list[dict[str, Any]]:
@@ -86,7 +86,7 @@ from kernel.test_interrupt import BOUNDS, BUILD, ROBOT
 from spacearm.geometry import Sphere
 
 crowd = tuple(Sphere((0.01 * i, 0.5, 0.5), 0.1) for i in range(100))
-objective = objectives.seed_objective(BUILD, ROBOT, crowd)
+objective = objectives.paper_objective(BUILD, ROBOT, crowd)
 
 def search(progress):
     settings = {"particles": 100_000, "evaluations": 10**12}
@@ -191,16 +191,16 @@ def test_progress_is_told_the_rounds_done_and_ends_the_search_with_false(threads
     assert told == sorted(told)
     assert told[0] > 0
     assert len(runs) == threads
-    assert told[0] <= sum(run["rounds"] for run in runs) < 10**12 / 300
+    assert told[0] <= sum(run.rounds for run in runs) < 10**12 / 300
     for run in runs:
-        assert run["rounds"] == len(run["fitness_history"])
-        assert run["evaluations"] == 300 * run["rounds"]
+        assert run.rounds == len(run.fitness_history)
+        assert run.evaluations == 300 * run.rounds
 
 
 def test_trials_not_begun_when_a_search_is_stopped_have_no_rounds() -> None:
     runs = endless(trials=5, progress=lambda done: False)
-    assert [run["rounds"] > 0 for run in runs] == [True, False, False, False, False]
-    assert all(len(run["position"]) == (7 if run["rounds"] else 0) for run in runs)
+    assert [run.rounds > 0 for run in runs] == [True, False, False, False, False]
+    assert all(len(run.position) == (7 if run.rounds else 0) for run in runs)
 
 
 def test_progress_that_answers_nothing_lets_the_search_go_on() -> None:
@@ -214,7 +214,7 @@ def test_progress_does_not_change_a_bit() -> None:
     silent, told = (
         objectives.searched(BUILD, OBJECTIVE, BOUNDS, chosen, progress=progress) for progress in (None, lambda done: None)
     )
-    np.testing.assert_array_equal(silent[0]["fitness_history"], told[0]["fitness_history"])
+    np.testing.assert_array_equal(silent[0].fitness_history, told[0].fitness_history)
 
 
 class Mine(Exception):
@@ -230,20 +230,20 @@ def test_what_progress_raises_reaches_the_caller(threads: int) -> None:
         endless(trials=threads, threads=threads, progress=progress)
     assert raised.value.args[0] > 0
     # And the kernel is as good as new.
-    assert endless(seconds=0.01)[0]["rounds"] > 0
+    assert endless(seconds=0.01)[0].rounds > 0
 
 
 def test_a_time_limit_ends_each_trial() -> None:
     runs = endless(trials=3, seconds=0.05)
-    assert all(run["rounds"] > 0 for run in runs)
+    assert all(run.rounds > 0 for run in runs)
 
 
 def test_a_budget_below_one_round_finds_nothing_and_says_so(build: Build) -> None:
-    objective = objectives.seed_objective(build, ROBOT)
+    objective = objectives.paper_objective(build, ROBOT)
     (run,) = objectives.searched(build, objective, BOUNDS, {"particles": 300, "evaluations": 299})
-    assert (run["rounds"], run["evaluations"], run["first_feasible_round"]) == (0, 0, -1)
-    assert (run["fitness"], run["violation"]) == (np.inf, np.inf)
-    assert len(run["position"]) == 0
+    assert (run.rounds, run.evaluations, run.first_feasible_round) == (0, 0, -1)
+    assert (run.fitness, run.violation) == (np.inf, np.inf)
+    assert len(run.position) == 0
 
 
 # ---- the least and the odd -------------------------------------------------------------------------------------------
@@ -271,26 +271,26 @@ def test_the_smallest_problems_are_searched(build: Build, joints: int, variant: 
     robot = chain(joints)
     bounds = np.array(robot.lower), np.array(robot.upper)
     for obstacles, particles in product([(), (Sphere((0.1, 0.1, 0.1), 0.2),)], [1, 2, 3, 17]):
-        objective = objectives.seed_objective(build, robot, obstacles)
+        objective = objectives.paper_objective(build, robot, obstacles)
         chosen = {**VARIANTS[variant], "particles": particles, "evaluations": 5 * particles, "shrink_to": 0}
         (run,) = objectives.searched(build, objective, bounds, chosen)
-        assert run["rounds"] == 5
-        assert np.isfinite(run["fitness"])
-        f, c = objective.evaluate(run["position"][np.newaxis])
-        assert (f[0], c[0]) == (run["fitness"], run["violation"])
+        assert run.rounds == 5
+        assert np.isfinite(run.fitness)
+        f, c = objective.evaluate(run.position[np.newaxis])
+        assert (f[0], c[0]) == (run.fitness, run.violation)
 
 
 def test_no_trials_have_no_results(build: Build) -> None:
-    objective = objectives.seed_objective(build, ROBOT)
+    objective = objectives.paper_objective(build, ROBOT)
     assert objectives.searched(build, objective, BOUNDS, {"particles": 3, "evaluations": 9}, trials=0) == []
 
 
 def test_more_known_positions_than_particles_are_no_harm(build: Build) -> None:
-    objective = objectives.seed_objective(build, ROBOT)
+    objective = objectives.paper_objective(build, ROBOT)
     known = build.array(np.zeros((9, 7)))
     chosen = {"particles": 3, "evaluations": 3}
     (run,) = objectives.searched(build, objective, BOUNDS, chosen, initial=known, keep_positions=True)
-    np.testing.assert_array_equal(run["position_history"], np.zeros((1, 7)))
+    np.testing.assert_array_equal(run.position_history, np.zeros((1, 7)))
 
 
 @POSIX

@@ -15,13 +15,13 @@ from kernel.builds import LEVELS, Build, place
 from spacearm.core.native import available_levels
 from spacearm.core.rotations import angle, conjugate, matrix_of, multiplied
 from spacearm.dynamics import BaseMotion, Momentum, moments, system_mass
-from spacearm.dynamics.momentum import kernel_masses
+from spacearm.dynamics.momentum import link_masses
 from spacearm.geometry import Box, Capsule, HalfSpace, Scene, Sphere
 from spacearm.geometry.scene import moved_scene
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import PoseGoal, PositionGoal, Problem, clearances
-from spacearm.planner.goal_reach import pose_errors
-from spacearm.planner.motion_search import asked_of_the_base
+from spacearm.planner.inverse_kinematics import pose_errors
+from spacearm.planner.motion_search import base_demands
 from spacearm.robot import Body, LinkCapsule, Robot
 from support.drawn_spacecraft import motion_of, spacecraft
 from support.oracles import pinocchio_floating, servicer
@@ -35,11 +35,11 @@ OBSTACLES = [
 ]
 
 
-def floating_search(build: Build, robot: Robot, start: Any, goal: Any, base: dict[str, Any] | None = None, **given: Any) -> Any:
+def floating_search(build: Build, robot: Robot, start: Any, goal: Any, base: Any = None, **given: Any) -> Any:
     """A search for motions of a robot on a floating base to one goal configuration."""
-    return objectives.motion_search(
-        build, robot, given.pop("obstacles", []), start, [goal], base=base or {"kind": 0}, masses=kernel_masses(robot), **given
-    )
+    base = build.module.FloatingBase() if base is None else base
+    obstacles, masses = given.pop("obstacles", []), link_masses(robot)._asdict()
+    return objectives.motion_search(build, robot, obstacles, start, [goal], base=base, masses=masses, **given)
 
 
 def with_envelope(robot: Robot, seed: int) -> Robot:
@@ -62,7 +62,7 @@ def rows_of(build: Build, motion: Motion) -> np.ndarray:
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
 def test_momentum_is_pinocchios(build: Build, robot: Robot) -> None:
-    native = place(build, robot).native.weighed(**kernel_masses(robot))
+    native = place(build, robot, masses=link_masses(robot)._asdict()).native
     rng = np.random.default_rng(7)
     q, dq = rng.uniform(-3, 3, (19, robot.dof)), rng.normal(size=(19, robot.dof))
     found = np.asarray(native.momentum_terms(build.array(q), build.array(dq)), dtype=np.float64)
@@ -103,13 +103,13 @@ def test_the_servicer_ends_as_published(build: Build) -> None:
 def test_the_base_goes_where_float64_says(build: Build, robot: Robot, tumbling: bool) -> None:
     motion, duration = motion_of(robot, 3, size=1.0), 30.0
     start, goal = motion.control_points[[0, -1]]
-    base: dict[str, Any] = {"kind": 0}
+    base = build.module.FloatingBase()
     momentum = Momentum()
     if tumbling:
         inertia = moments(robot, start).H_w
         momentum = Momentum(linear=(0.4, -0.2, 0.1), angular=inertia @ np.array([0.01, -0.02, 0.015]))
         drift = momentum.linear * duration / system_mass(robot)
-        base |= {"duration": duration, "angular": momentum.angular.tolist(), "drift": drift.tolist()}
+        base = build.module.FloatingBase(duration=duration, angular=momentum.angular, drift=drift)
     search = floating_search(build, robot, start, goal, base)
     exact = BaseMotion(robot, motion, momentum=momentum, duration=duration)
     for nodes, off in ((128, 3e-4), (512, 3e-6)) if build.bits == 64 else ((128, 3e-4),):
@@ -157,7 +157,7 @@ def test_clearance_is_taken_where_arm_and_base_are(build: Build, robot: Robot) -
 
         short += np.maximum(margin - self_clearances(seen, q), 0).sum()
     assert short > 0.5
-    assert judged["violation"][0] == pytest.approx(short, rel=2e-3, abs=1e-3)
+    assert judged.violation[0] == pytest.approx(short, rel=2e-3, abs=1e-3)
 
 
 @pytest.mark.parametrize("robot", ROBOTS[:4], ids=lambda robot: robot.name)
@@ -166,7 +166,7 @@ def test_terms_of_the_base(build: Build, robot: Robot) -> None:
     trajectory = Trajectory(robot, motion)
     search = floating_search(build, robot, *motion.control_points[[0, -1]])
     names = build.module.motion_terms
-    terms = dict(zip(names, search.judge(rows_of(build, motion), motion.interior, 0)["terms"][0].tolist(), strict=True))
+    terms = dict(zip(names, search.judge(rows_of(build, motion), motion.interior, 0).terms[0].tolist(), strict=True))
     s = np.arange(0, 65) / 64
     turned = angle(trajectory.base_motion.pose(s)[1])
     assert terms["base_final"] == pytest.approx(turned[-1], abs=2e-4)
@@ -180,7 +180,7 @@ def test_terms_of_the_base(build: Build, robot: Robot) -> None:
 
 
 @pytest.mark.parametrize("kind", ["position", "pose", "axis"])
-def test_motions_are_moved_until_their_ends_are_met(build: Build, kind: str) -> None:
+def test_motions_are_moved_until_their_ends_are_met(build: Build, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     robot = servicer.servicer()
     start, near = np.zeros(7), np.array([0.4, 0.3, 0.5, -0.4, 0.6, 0.3, 0.2])
     wanted = Trajectory(robot, Motion([start, near + 0.1]), base="floating").tip(1e9)
@@ -189,12 +189,15 @@ def test_motions_are_moved_until_their_ends_are_met(build: Build, kind: str) -> 
         goal = PoseGoal(wanted, position_tolerance=1e-3, orientation_tolerance=1e-3, free_axis="z" if kind == "axis" else None)
     robot = replace(robot, lower=np.full(7, -4.0), upper=np.full(7, 4.0))
     problem = Problem(robot, [], start=start, goal=goal, base="floating", base_goal=(1, 0, 0, 0))
-    search = floating_search(build, robot, start, near, asked_of_the_base(problem), bounds=(robot.lower, robot.upper))
+    monkeypatch.setattr("spacearm.planner.motion_search.native", build.module)
+    demands = base_demands(problem)
+    base = build.module.FloatingBase(frame=demands.frame, attitude=demands.attitude)
+    search = floating_search(build, robot, start, near, base, bounds=(robot.lower, robot.upper))
     line = np.linspace(start, near, 6)[1:-1]
     first = build.array(np.vstack([line + 0.05 * np.sin(np.arange(28)).reshape(4, 7), near]).reshape(1, -1))
-    rows, met = search.settled(first, 4, 0)
-    assert met == [True]
-    motion = Motion(np.vstack([start, np.asarray(rows, dtype=np.float64).reshape(-1, 7)]))
+    projected = search.project(first, 4, 0)
+    assert projected.met.tolist() == [True]
+    motion = Motion(np.vstack([start, projected.points.astype(np.float64).reshape(-1, 7)]))
     trajectory = Trajectory(robot, motion, base="floating")
     distance, turned = pose_errors(problem.goal, trajectory.tip(trajectory.duration)[None])
     off = angle(trajectory.base_pose(trajectory.duration)[1])
@@ -208,14 +211,16 @@ def test_motions_are_moved_until_their_ends_are_met(build: Build, kind: str) -> 
 def test_searches_on_a_floating_base_give_the_same_bits_at_every_level(bits: int) -> None:
     robot = replace(with_envelope(ROBOTS[1], 2), self_pairs=())
     start, goal = np.full(robot.dof, 0.1), np.full(robot.dof, 0.9)
-    base = {"kind": 0, "attitude": [1.0, 0, 0, 0], "attitude_turned": 1e-3}
     found = []
     for level in LEVELS:
         if level in available_levels():
             build = Build(level, bits)
+            still = build.module.AttitudeGoal(wxyz=np.array([1.0, 0, 0, 0]), tolerance=1e-3, anywhere_within=False)
+            base = build.module.FloatingBase(attitude=still)
             search = floating_search(
                 build, robot, start, goal, base, settings={"interior": [4]}, weights={"length": 1.0, "base_peak": 1.0}
             )
-            found.append([(e[1], float(e[2]), e[3], e[5].tobytes()) for e in objectives.run_motions(search, 60).history])
+            history = objectives.run_motions(search, 60).history
+            found.append([(e.evaluations, e.fitness, e.by, e.points.tobytes()) for e in history])
     assert found[0]
     assert all(other == found[0] for other in found)

@@ -180,11 +180,11 @@ def assert_judged_by_the_formulas(build: Build, setting: Setting, x: np.ndarray,
         points = np.vstack([setting.start, inner, setting.goals[goal]])
         expected, error = expected_terms(build, setting, points), allowed_errors(build, setting, points)
         for i, name in enumerate(TERMS):
-            assert found["terms"][row, i] == pytest.approx(expected[name], rel=0, abs=error[name]), name
-        assert found["violation"][row] == pytest.approx(expected["violation"], rel=0, abs=error["violation"])
+            assert found.terms[row, i] == pytest.approx(expected[name], rel=0, abs=error[name]), name
+        assert found.violation[row] == pytest.approx(expected["violation"], rel=0, abs=error["violation"])
         total = sum(setting.weights[name] * expected[name] for name in TERMS)
         off = sum(setting.weights[name] * error[name] for name in TERMS) + 10 * float(np.finfo(build.scalar).eps) * total
-        assert found["fitness"][row] == pytest.approx(total, rel=0, abs=off)
+        assert found.fitness[row] == pytest.approx(total, rel=0, abs=off)
 
 
 def test_terms_in_clutter_are_the_formulas(build: Build) -> None:
@@ -199,7 +199,7 @@ def test_terms_in_clutter_are_the_formulas(build: Build) -> None:
     )
     x = build.array(np.random.default_rng(2).uniform(-2, 2, (3, 14)))
     assert_judged_by_the_formulas(build, setting, x, 2, 0)
-    clearance = search.judge(x, 2, 0)["terms"][:, TERMS.index("clearance")]
+    clearance = search.judge(x, 2, 0).terms[:, TERMS.index("clearance")]
     assert clearance.min() > 0.05
 
 
@@ -211,7 +211,7 @@ def test_the_fitness_is_the_weighted_term_alone(build: Build, name: str) -> None
     )
     x = build.array(np.random.default_rng(0).uniform(-1, 1, (4, 14)))
     found = search.judge(x, 2, 0)
-    np.testing.assert_array_equal(found["fitness"], build.scalar(0.5) * found["terms"][:, TERMS.index(name)])
+    np.testing.assert_array_equal(found.fitness, build.scalar(0.5) * found.terms[:, TERMS.index(name)])
 
 
 def test_a_motion_is_free_where_every_instant_is(build: Build) -> None:
@@ -222,18 +222,18 @@ def test_a_motion_is_free_where_every_instant_is(build: Build) -> None:
     free_one = objectives.run_motions(
         objectives.motion_search(build, robot, objectives.CLUTTER, start, goal, margin=margin, settings={"interior": [K]}), 600
     )
-    x = [entry[5].ravel() for entry in free_one.history if len(entry[5]) == K]
+    x = [entry.points.ravel() for entry in free_one.history if len(entry.points) == K]
     near = np.array(x)[rng.integers(len(x), size=300)]
     rows = build.array(near + rng.choice([0.0, 0.03, 0.3], (300, 1)) * rng.normal(size=near.shape))
     found = free_one.judge(rows, K, 0)
     exact = surround(Build("generic", 64), robot, objectives.CLUTTER).native
     q = looked_at(build, rows, K, start, goal)
     least = exact.obstacle_clearances(q.reshape(-1, 7)).reshape(*q.shape[:2], -1).min(axis=(1, 2)) - margin
-    free = np.array(found["free"])
+    free = np.array(found.free)
     assert least[free].min() > -1e-4
     assert least[~free].max() < 1e-4
     assert 0.1 < free.mean() < 0.9
     # The violation is of the coarse instants only: some motions have none and are not free.
-    clean = found["violation"] <= 0
+    clean = found.violation <= 0
     assert clean[free].all()
     assert (clean & ~free).any()

@@ -44,13 +44,13 @@ def test_a_motion_without_a_number_is_not_free(build: Build, obstacles: list[Obs
     rows = build.array(np.zeros((3, 14)))
     rows[1, 9] = value
     found = search.judge(rows, 2, 0)
-    assert not found["free"][1]
-    assert found["violation"][1] == np.inf
-    assert np.isfinite(found["violation"][[0, 2]]).all()
+    assert not found.free[1]
+    assert found.violation[1] == np.inf
+    assert np.isfinite(found.violation[[0, 2]]).all()
 
 
 def test_an_objective_without_a_number_is_the_worst(build: Build) -> None:
-    for made in (objectives.seed_objective, objectives.reach_objective):
+    for made in (objectives.paper_objective, objectives.reach_objective):
         objective = made(build, objectives.paper_robot())
         q = build.array(np.zeros((2, 7)))
         q[1, 0] = np.nan

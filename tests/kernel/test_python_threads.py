@@ -55,8 +55,8 @@ def test_motions_are_judged_alike_by_one_thread_and_by_many(often: None) -> None
     for _ in range(5):
         calls = [lambda rows=rows, k=k: shared.judge(rows, k, 0) for k, rows in enumerate(batches, start=1)]
         for found, wanted in zip(at_once(*calls), expected, strict=True):
-            np.testing.assert_array_equal(found["violation"], wanted["violation"])
-            np.testing.assert_array_equal(found["terms"], wanted["terms"])
+            np.testing.assert_array_equal(found.violation, wanted.violation)
+            np.testing.assert_array_equal(found.terms, wanted.terms)
 
 
 def test_a_search_that_others_ask_meanwhile_finds_the_same(often: None) -> None:
@@ -70,8 +70,9 @@ def test_a_search_that_others_ask_meanwhile_finds_the_same(often: None) -> None:
             shared.best, shared.fallback, shared.evaluations, shared.history, shared.configurations  # noqa: B018
 
     at_once(lambda: objectives.run_motions(shared, 600), ask, ask)
-    assert [entry[1:4] for entry in shared.history] == [entry[1:4] for entry in alone.history]
-    np.testing.assert_array_equal(shared.best["points"], alone.best["points"])
+    found, expected = ([(e.evaluations, e.fitness, e.by) for e in search.history] for search in (shared, alone))
+    assert found == expected
+    np.testing.assert_array_equal(shared.best.points, alone.best.points)
 
 
 def test_instants_are_added_while_others_look(often: None) -> None:
@@ -80,7 +81,7 @@ def test_instants_are_added_while_others_look(often: None) -> None:
     at_once(
         lambda: [shared.add_instant(0.1 * i, 0.01) for i in range(5)], lambda: [shared.judge(rows, 2, 0) for _ in range(50)]
     )
-    assert shared.best is None or shared.judge(shared.best["points"].reshape(1, -1), len(shared.best["points"]), 0)["free"][0]
+    assert shared.best is None or shared.judge(shared.best.points.reshape(1, -1), len(shared.best.points), 0).free[0]
 
 
 def test_a_callback_that_comes_back_is_refused() -> None:
@@ -93,5 +94,5 @@ def test_a_callback_that_comes_back_is_refused() -> None:
             said.append(str(error))
         return False
 
-    shared.run(10**6, 1.0, False, 0, progress)
+    shared.run(evaluations=10**6, seconds=1.0, until_first=False, stall=0, progress=progress)
     assert said == ["called by its own callback"]

@@ -33,12 +33,16 @@ def levels(bits: int) -> list[Build]:
     return [Build(level, bits) for level in LEVELS if level in available_levels()]
 
 
-def assert_same_runs(found: list[dict[str, Any]], expected: list[dict[str, Any]]) -> None:
+NUMBERS = ("fitness", "violation", "rounds", "evaluations", "first_feasible_round", "position")
+HISTORIES = ("fitness_history", "violation_history", "evaluation_history", "position_history")
+
+
+def assert_same_runs(found: list[Any], expected: list[Any]) -> None:
+    """Results of trials that are the same to the last bit."""
     assert len(found) == len(expected)
     for one, other in zip(found, expected, strict=True):
-        assert one.keys() == other.keys()
-        for name in one:
-            np.testing.assert_array_equal(one[name], other[name], err_msg=name)
+        for name in (*NUMBERS, *HISTORIES):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
 
 
 # ---- levels ----------------------------------------------------------------------------------------------------------
@@ -57,15 +61,15 @@ def test_every_level_computes_the_same_bits(bits: int, scene: Scene, data: st.Da
     def computed(build: Build) -> list[np.ndarray]:
         model = place(build, robot, spheres=scene.obstacles).native
         out = [model.joint_frames(q), model.points(q), model.clearances(q)]
-        for make in (objectives.seed_objective, objectives.reach_objective):
+        for make in (objectives.paper_objective, objectives.reach_objective):
             out += make(build, robot, scene.obstacles).evaluate(q)
-        out.append(objectives.seed_objective(build, robot, scene.obstacles).terms(q))
+        out.append(objectives.paper_objective(build, robot, scene.obstacles).terms(q))
         around = surround(build, robot, [*scene.obstacles, *shapes])
         out += [around.native.obstacle_clearances(q), around.native.pair_clearances(q, around.pairs)]
         out += [around.native.shortfalls(q, 0.1, early) for early in (False, True)]
         motions = objectives.motion_search(build, robot, [*scene.obstacles, *shapes], q[0], q[1:3], weights=EVERY_TERM)
         judged = motions.judge(q[3:33].reshape(10, -1), 3, 1)
-        return [*out, *(np.array(judged[name]) for name in ("fitness", "violation", "terms", "free"))]
+        return [*out, *(getattr(judged, name) for name in ("fitness", "violation", "terms", "free"))]
 
     first, *others = levels(bits)
     expected = computed(first)
@@ -86,8 +90,8 @@ def test_every_level_draws_and_turns_alike(bits: int) -> None:
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_every_level_searches_alike(bits: int, variant: str) -> None:
-    def runs(build: Build) -> list[dict[str, Any]]:
-        objective = objectives.seed_objective(build, ROBOT)
+    def runs(build: Build) -> list[Any]:
+        objective = objectives.paper_objective(build, ROBOT)
         return objectives.searched(build, objective, BOUNDS, VARIANTS[variant], trials=3, keep_positions=True)
 
     first, *others = levels(bits)
@@ -106,12 +110,12 @@ def test_every_level_finds_the_same_motions(bits: int, how: str) -> None:
             build, objectives.thick_arm(), objectives.CLUTTER, start, [goal, np.full(7, 0.1)], swarm=swarm, settings=chosen
         )
         objectives.run_motions(search, 1500)
-        assert {entry[3] for entry in search.history} >= ({"rrt_connect", "refine"} if how == "trees" else {"swarm", "refine"})
+        assert {entry.by for entry in search.history} >= ({"rrt_connect", "refine"} if how == "trees" else {"swarm", "refine"})
         return [
             search.evaluations,
             search.configurations,
-            *(list(entry[1:5]) for entry in search.history),
-            search.best["points"],
+            *([entry.evaluations, entry.fitness, entry.by, entry.goal] for entry in search.history),
+            search.best.points,
         ]
 
     first, *others = levels(bits)
@@ -127,14 +131,14 @@ def test_every_level_finds_the_same_motions(bits: int, how: str) -> None:
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_any_number_of_threads_gives_the_same_bits(bits: int, variant: str) -> None:
     build = levels(bits)[0]
-    objective = objectives.seed_objective(build, ROBOT)
+    objective = objectives.paper_objective(build, ROBOT)
 
-    def runs(threads: int) -> list[dict[str, Any]]:
+    def runs(threads: int) -> list[Any]:
         settings_ = {"trials": 20, "threads": threads, "keep_positions": True}
         return objectives.searched(build, objective, BOUNDS, VARIANTS[variant], **settings_)
 
     alone = runs(1)
-    assert len({run["fitness"] for run in alone}) == 20
+    assert len({run.fitness for run in alone}) == 20
     for threads in (2, 5, 50):
         assert_same_runs(runs(threads), alone)
 
@@ -142,7 +146,7 @@ def test_any_number_of_threads_gives_the_same_bits(bits: int, variant: str) -> N
 @pytest.mark.parametrize("variant", ["pso", "all evolving"])
 def test_a_trial_does_not_depend_on_those_before_it(bits: int, variant: str) -> None:
     build = levels(bits)[0]
-    objective = objectives.seed_objective(build, ROBOT)
+    objective = objectives.paper_objective(build, ROBOT)
     together = objectives.searched(build, objective, BOUNDS, VARIANTS[variant], trials=20, threads=2)
     for trial in (0, 1, 19):
         alone = objectives.searched(build, objective, BOUNDS, VARIANTS[variant], first_trial=trial)
@@ -152,7 +156,7 @@ def test_a_trial_does_not_depend_on_those_before_it(bits: int, variant: str) -> 
 # ---- by hand ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("problem", ["seed", "reach"])
+@pytest.mark.parametrize("problem", ["paper", "reach"])
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_a_native_search_is_ask_and_tell(build: Build, variant: str, problem: str) -> None:
     objective = getattr(objectives, f"{problem}_objective")(build, ROBOT)
@@ -169,26 +173,26 @@ def test_a_native_search_is_ask_and_tell(build: Build, variant: str, problem: st
         swarm.tell(*objective.evaluate(swarm.positions()))
         history.append((swarm.best_fitness, swarm.best_violation, swarm.evaluations, *swarm.best_position))
     f, c, spent, *x = np.array(history).T
-    np.testing.assert_array_equal(run["fitness_history"], f)
-    np.testing.assert_array_equal(run["violation_history"], c)
-    np.testing.assert_array_equal(run["evaluation_history"], spent)
-    np.testing.assert_array_equal(run["position_history"], np.transpose(x))
-    np.testing.assert_array_equal(run["position"], swarm.best_position)
-    assert (run["fitness"], run["violation"]) == (swarm.best_fitness, swarm.best_violation)
-    assert (run["rounds"], run["evaluations"]) == (swarm.round, swarm.evaluations)
+    np.testing.assert_array_equal(run.fitness_history, f)
+    np.testing.assert_array_equal(run.violation_history, c)
+    np.testing.assert_array_equal(run.evaluation_history, spent)
+    np.testing.assert_array_equal(run.position_history, np.transpose(x))
+    np.testing.assert_array_equal(run.position, swarm.best_position)
+    assert (run.fitness, run.violation) == (swarm.best_fitness, swarm.best_violation)
+    assert (run.rounds, run.evaluations) == (swarm.round, swarm.evaluations)
     feasible = np.flatnonzero(c <= 0)
-    assert run["first_feasible_round"] == (feasible[0] if len(feasible) else -1)
+    assert run.first_feasible_round == (feasible[0] if len(feasible) else -1)
 
 
 def test_stopping_when_feasible_ends_at_the_first_such_round(build: Build) -> None:
-    objective = objectives.seed_objective(build, ROBOT)
+    objective = objectives.paper_objective(build, ROBOT)
     chosen = {**VARIANTS["ring"], "evaluations": 33 * 300}
     whole, stopped = (
         objectives.searched(build, objective, BOUNDS, chosen, trials=4, stop_when_feasible=stop) for stop in (False, True)
     )
-    assert any(run["first_feasible_round"] >= 0 for run in whole)
+    assert any(run.first_feasible_round >= 0 for run in whole)
     for long, short in zip(whole, stopped, strict=True):
-        rounds = long["first_feasible_round"] + 1 or long["rounds"]
-        assert short["rounds"] == rounds
-        np.testing.assert_array_equal(short["fitness_history"], long["fitness_history"][:rounds])
-        assert short["violation"] == long["violation_history"][rounds - 1]
+        rounds = long.first_feasible_round + 1 or long.rounds
+        assert short.rounds == rounds
+        np.testing.assert_array_equal(short.fitness_history, long.fitness_history[:rounds])
+        assert short.violation == long.violation_history[rounds - 1]

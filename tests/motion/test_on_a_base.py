@@ -15,7 +15,7 @@ import pytest
 from spacearm.core.errors import FileFormatError, ProblemError, RobotError
 from spacearm.dynamics import BaseMotion, Momentum, center_of_mass, system_mass
 from spacearm.files import load_trajectory
-from spacearm.files.plan_file import save_trajectory
+from spacearm.files.trajectory_file import save_trajectory
 from spacearm.motion import Motion, RecordedTrajectory, Trajectory, time_optimal
 from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
 from spacearm.robot import Robot, forward_kinematics

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from hypothesis import strategies as st
 
 from spacearm.core.errors import ProblemError, SettingsError, SpacearmError
 from spacearm.motion import Motion, TimeLaw, Trajectory, fastest_duration, resampled, time_optimal
-from spacearm.motion import time_optimal_law as optimal
 from spacearm.motion.time_laws import over_time
 from spacearm.robot import Robot, load_robot
 from support import strategies
@@ -20,6 +20,7 @@ from support.drawn_motions import is_continuous, motions_of
 from support.messages import assert_refused
 from support.small_robots import two_link
 
+MODULE = import_module(time_optimal.__module__)  # the package's attribute of this name is the function
 ARM = load_robot("zhang2022")
 FEW = settings(max_examples=15)  # each is a whole optimisation
 
@@ -176,7 +177,7 @@ def test_size_does_not_matter(size: float) -> None:
 
 
 def test_without_toppras_law_there_is_another(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(optimal, "toppra_law", lambda *_args, **_settings: None)
+    monkeypatch.setattr(MODULE, "toppra_law", lambda *_args, **_settings: None)
     robot, motion = lively(ARM), wandering(4)
     trajectory = time_optimal(robot, motion)
     assert_within_limits(trajectory)
@@ -185,7 +186,7 @@ def test_without_toppras_law_there_is_another(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_where_no_law_is_quicker_the_uniform_one_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(optimal, "fastest_duration_of_law", lambda *_args, **_settings: 1e9)
+    monkeypatch.setattr(MODULE, "fastest_duration_of_law", lambda *_args, **_settings: 1e9)
     robot, motion = lively(ARM), wandering(4)
     for jerk_limit in (None, 10.0):
         trajectory = time_optimal(robot, motion, jerk_limit=jerk_limit)

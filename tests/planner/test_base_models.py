@@ -16,19 +16,28 @@ from numpy.typing import ArrayLike
 
 from house.source import PACKAGE, python_files, where
 from spacearm.core.errors import ProblemError
+from spacearm.core.native import native
 from spacearm.core.rotations import quaternion_of
 from spacearm.dynamics import BASE_MODELS, BaseModel, BaseTrack, JointPath, Momentum, center_of_mass, moments
+from spacearm.dynamics.base_models import BaseDemands
 from spacearm.dynamics.momentum import require_possible_masses
 from spacearm.geometry import Scene, Sphere
 from spacearm.motion import AnyTrajectory, Motion, RecordedTrajectory, Trajectory, time_optimal
 from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
 from spacearm.planner import BaseLimits, PlannerSettings, Problem, plan
 from spacearm.proof import BaseFindings, certify
-from spacearm.proof.base_attitude import Drift
-from spacearm.proof.base_setup import BaseFigures, BaseSetup, asked, exceeded
-from spacearm.proof.base_track import BASE_PROOFS, BaseProof, stated_elsewhere, time_at
-from spacearm.proof.displacement import BaseMotionBounds, Reaction
-from spacearm.proof.moving_bodies import bodies_in_space_of, masses_of
+from spacearm.proof.base_attitude import BaseAttitude
+from spacearm.proof.base_momentum import BaseMotionBounds, Reaction, masses_of, stated_elsewhere
+from spacearm.proof.base_proofs import (
+    BASE_PROOFS,
+    BaseFigures,
+    BaseProof,
+    BaseSetup,
+    asked_limits,
+    broken_base_limits,
+    time_at,
+)
+from spacearm.proof.bodies import bodies_in_space_of
 from spacearm.robot import Robot, forward_kinematics
 from spacearm.robot.unchecked_pairs import lacks_masses
 from support.floating_arms import lander
@@ -82,11 +91,11 @@ class AttitudeHeld(BaseModel):
     def track(self, robot: Robot, path: JointPath, *, start: np.ndarray, momentum: Momentum, duration: float) -> BaseTrack:
         return HeldTrack(robot, path, start)
 
-    def kernel_robot(self, model: Any, robot: Robot) -> Any:
-        return model
+    def kernel_masses(self, robot: Robot) -> None:
+        return None
 
-    def kernel_base(self, robot: Robot, momentum: Momentum, duration: float | None) -> dict[str, Any]:
-        return {} if duration is None else {"fixed": True, "duration": duration}
+    def kernel_base(self, robot: Robot, momentum: Momentum, duration: float | None, demands: BaseDemands) -> native.FixedBase:
+        return native.FixedBase(duration=duration or 0.0)
 
 
 class AttitudeHeldProof(BaseProof):
@@ -101,7 +110,7 @@ class AttitudeHeldProof(BaseProof):
 
     def begin(self, frames: np.ndarray) -> None:
         self.masses, none = masses_of(self.robot), np.zeros(3)
-        self.reaction = Reaction(self.robot, linear=none, angular=none, time_rate=0.0, off=0.0)
+        self.reaction = Reaction(self.robot, linear=none, angular=none, time_rate=0.0, attitude_error=0.0)
         start = self.setup.start
         self.center = start[:3, :3] @ self.center_of(frames[None])[0] + start[:3, 3]
 
@@ -110,10 +119,10 @@ class AttitudeHeldProof(BaseProof):
         T[:, 0, :3, 3] = self.center - self.center_of(frames) @ self.setup.start[:3, :3].T
         return T @ frames
 
-    def motion_bounds(self, frames: Any, rate: Any, drift: Any, step: Any, half: Any) -> BaseMotionBounds:
-        floating = self.reaction.at(frames, rate, drift, step, half)
+    def motion_bounds(self, frames: Any, rate: Any, deviation: Any, step: Any, half: Any) -> BaseMotionBounds:
+        floating = self.reaction.bounds_on(frames, rate, deviation, step, half)
         none = np.zeros(len(half))
-        return replace(floating, omega=np.zeros((len(half), 3)), turn=none, bend=none)
+        return replace(floating, omega=np.zeros((len(half), 3)), rotation=none, rotation_second_order=none)
 
     def findings(self, limits: Any, frames_at: Any) -> BaseFindings:
         u, figures = np.linspace(*self.curve.domain, 65), self.figures()
@@ -126,13 +135,13 @@ class AttitudeHeldProof(BaseProof):
             rotation_peak=0.0,
             rate=0.0,
             joint_momentum=figures.joint_momentum,
-            checked=asked(limits),
-            broken_limits=exceeded(figures, limits),
+            checked=asked_limits(limits),
+            broken_limits=broken_base_limits(figures, limits),
         )
 
     def figures(self) -> BaseFigures:
         begin, end = self.curve.domain
-        momentum = Drift(self.robot, self.curve, self.setup, time_rate=0.0).joint_momentum()
+        momentum = BaseAttitude(self.robot, self.curve, start=self.setup.start, angular=np.zeros(3)).joint_momentum()
         speed = (end - begin) / self.trajectory.duration
         return BaseFigures(error=0.0, final=0.0, peak=0.0, rate=0.0, joint_momentum=momentum * speed)
 

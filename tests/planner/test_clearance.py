@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from kernel import drawn, objectives
 from kernel.builds import Build, surround
 from spacearm.core.errors import RobotError
-from spacearm.core.native import available_levels
+from spacearm.core.native import available_levels, native
 from spacearm.geometry import Obstacle, Scene, Sphere, SphereSet
 from spacearm.planner import Problem, clearance, clearances
-from spacearm.planner.clearance import clearance_of, margins_within_reach, self_clearances
-from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
+from spacearm.planner.clearance import ClearanceModel, Margins, margins_within_reach, self_clearances
+from spacearm.planner.kernel_model import kernel_model, make_kernel_model, self_capsule_pairs
 from spacearm.robot import LinkCapsule, Robot
 from support import strategies
 from support.dense_samples import arms, planar
@@ -41,7 +41,7 @@ def sphere_sets(draw: st.DrawFn) -> SphereSet:
 OBSTACLES: st.SearchStrategy[list[Obstacle]] = st.lists(st.one_of(drawn.obstacles(), sphere_sets()), max_size=5)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data(), OBSTACLES)
 def test_clearances_are_those_of_the_definition_and_coals(data: st.DataObject, obstacles: list[Obstacle]) -> None:
     robot = data.draw(arms(self_pairs=True))
@@ -61,10 +61,10 @@ def test_clearances_are_those_of_the_definition_and_coals(data: st.DataObject, o
     apart = by_coal > 1e-4 * size  # where they overlap Coal's depth is another thing
     np.testing.assert_allclose(least[apart], by_coal[apart], rtol=1e-5, atol=1e-5 * size)
     assert (least[~apart] < 2e-4 * size).all()
-    np.testing.assert_array_equal(clearance_of(problem)(q), least)
+    np.testing.assert_array_equal(ClearanceModel(problem.robot, problem.scene).least(q), least)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_self_clearances_are_coals(data: st.DataObject) -> None:
     robot = data.draw(arms(self_pairs=True))
@@ -82,7 +82,7 @@ def test_self_clearances_are_coals(data: st.DataObject) -> None:
         np.testing.assert_allclose(found[:, p], distance - radii, rtol=0, atol=1e-6)
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(st.data(), OBSTACLES, st.sampled_from([0.0, 0.1]))
 def test_the_products_own_model_sums_the_same_shortfalls(data: st.DataObject, obstacles: list[Obstacle], margin: float) -> None:
     """As the planner makes it, link by link, from robots whose capsules stand in any order."""
@@ -94,8 +94,8 @@ def test_the_products_own_model_sums_the_same_shortfalls(data: st.DataObject, ob
     moving = np.array([c.joint >= 0 for c in robot.capsules], dtype=bool)
     clear = np.hstack([clearances(single, q)[:, moving].reshape(3, -1), self_clearances(problem, q)])
     for precision, error in ((64, 1e-9), (32, 1e-3)):
-        model = kernel_model(robot, problem.scene, precision=precision)
-        found = model.native.shortfalls(q.astype(np.float64 if precision == 64 else np.float32), margin, False)
+        model = getattr(kernel_model(robot, problem.scene), f"model{precision}")
+        found = model.shortfalls(q.astype(np.float64 if precision == 64 else np.float32), margin, False)
         size = 1 + max((solids.far(o) for o in obstacles), default=0.0)
         expected = np.maximum(margin - clear, 0).sum(axis=1)
         np.testing.assert_allclose(found, expected, rtol=0, atol=error * size * (1 + clear.shape[1]))
@@ -144,7 +144,12 @@ def test_what_is_no_configuration_is_refused(q: Any) -> None:
 # ---- the margin between ends that are near to something -----------------------------------------------------------------
 
 
-@settings(max_examples=60)
+def pair_margins(margins: Margins) -> dict[str, np.ndarray]:
+    """Margins as the kernel's `PairMargins` takes them."""
+    return {"capsule": margins.capsules, "obstacle": margins.obstacles, "other": margins.others, "most": margins.most}
+
+
+@settings(max_examples=30)
 @given(st.data(), OBSTACLES, st.sampled_from([0.002, 0.05, 0.5]), st.sampled_from([32, 64]))
 def test_only_pairs_that_are_near_at_an_end_are_asked_for_less(
     data: st.DataObject, obstacles: list[Obstacle], margin: float, precision: int
@@ -154,10 +159,11 @@ def test_only_pairs_that_are_near_at_an_end_are_asked_for_less(
     problem = problem_of(robot, obstacles)
     ends = data.draw(strategies.configurations(robot, (2,)))
     margins = margins_within_reach(problem, ends, margin)
-    model = kernel_model(robot, problem.scene, precision=precision)
-    native = model.native.eased(margins.capsules, margins.obstacles, margins.others, margins.most)
+    lowered_margins = native.PairMargins(**pair_margins(margins))
+    model = make_kernel_model(robot, problem.scene, pair_margins=lowered_margins)
+    searched = getattr(model, f"model{precision}")
     q = np.vstack([ends, data.draw(strategies.configurations(robot, (4,)))])
-    exact = kernel_model(robot, problem.scene).native
+    exact = kernel_model(robot, problem.scene).model64
     to_scene, at_ends = exact.obstacle_clearances(q), exact.obstacle_clearances(ends)  # (rows, c, k)
     links = [capsule.name for capsule in robot.capsules]
     expected = np.zeros(len(q))
@@ -180,7 +186,7 @@ def test_only_pairs_that_are_near_at_an_end_are_asked_for_less(
         expected += np.maximum(0.0, (margin if near >= 2 * margin else max(0.0, near / 2)) - between[:, p])
         if near < 2 * margin:
             lowered.add((pair[0], f"link '{pair[1]}'"))
-    found = native.shortfalls(np.ascontiguousarray(q, dtype=f"f{precision // 8}"), margin, False)
+    found = searched.shortfalls(np.ascontiguousarray(q, dtype=f"f{precision // 8}"), margin, False)
     size = 1 + np.abs(to_scene).max(initial=0.0)
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=(1e-4 if precision == 32 else 1e-9) * size)
     assert {(near.link, near.other) for near in margins.lowered} == lowered
@@ -198,9 +204,9 @@ def test_a_pairs_own_margin_is_the_same_bits_on_every_level() -> None:
     for precision in (32, 64):
         rows = q.astype(f"f{precision // 8}")
         found = [
-            surround(Build(level, precision), robot, objectives.CLUTTER)
-            .native.eased(margins.capsules, margins.obstacles, margins.others, margins.most)
-            .shortfalls(rows, 0.3, False)
+            surround(Build(level, precision), robot, objectives.CLUTTER, pair_margins=pair_margins(margins)).native.shortfalls(
+                rows, 0.3, False
+            )
             for level in available_levels()
         ]
         for other in found[1:]:

@@ -41,7 +41,7 @@ def cluttered(build: Build = BUILD, **options: Any) -> Any:
 
 def found_by(search: Any) -> list[list[Any]]:
     """What a search found and when, without the clock."""
-    return [[evaluations, fitness, by, goal, points.tolist()] for _, evaluations, fitness, by, goal, points in search.history]
+    return [[e.evaluations, e.fitness, e.by, e.goal, e.points.tolist()] for e in search.history]
 
 
 def least_clearances(
@@ -59,25 +59,27 @@ def least_clearances(
 def assert_sound(build: Build, search: Any, robot: Robot, obstacles: Any, start: Any, goals: Any, *, margin: float) -> None:
     """What was found is free at the instants, within the limits, better each time, and of the fitness it is said to have."""
     goals = np.asarray(goals, dtype=np.float64).reshape(-1, robot.dof)
-    fitness = [entry[2] for entry in search.history]
+    fitness = [entry.fitness for entry in search.history]
     assert fitness == sorted(set(fitness), reverse=True)
-    for k in (0, 1):  # seconds and evaluations
-        assert [entry[k] for entry in search.history] == sorted(entry[k] for entry in search.history)
-    assert all(entry[1] <= search.evaluations for entry in search.history)
-    assert {entry[3] for entry in search.history} <= {"straight", "rrt_connect", "refine", "swarm"}
+    for name in ("seconds", "evaluations"):
+        values = [getattr(entry, name) for entry in search.history]
+        assert values == sorted(values)
+    assert all(entry.evaluations <= search.evaluations for entry in search.history)
+    assert {entry.by for entry in search.history} <= {"straight", "rrt_connect", "refine", "swarm"}
     eps = float(np.finfo(build.scalar).eps)
     room = eps * (1 + np.maximum(np.abs(robot.lower), np.abs(robot.upper)))
-    for _, _, value, _, goal, points in search.history:
+    for entry in search.history:
+        value, goal, points = entry.fitness, entry.goal, entry.points
         assert (points >= robot.lower - room).all()
         assert (points <= robot.upper + room).all()
         if len(points):
             judged = search.judge(build.array(points.reshape(1, -1)), len(points), goal)
-            assert (judged["fitness"][0], judged["violation"][0], judged["free"][0]) == (value, 0.0, True)
+            assert (judged.fitness[0], judged.violation[0], judged.free[0]) == (value, 0.0, True)
         assert least_clearances(build, robot, obstacles, points, start, goals[goal], margin=margin).min(initial=np.inf) > -1e-4
     if search.history:
         best, last = search.best, search.history[-1]
-        assert (best["fitness"], best["goal"]) == (last[2], last[4])
-        np.testing.assert_array_equal(best["points"], last[5])
+        assert (best.fitness, best.goal) == (last.fitness, last.goal)
+        np.testing.assert_array_equal(best.points, last.points)
     else:
         assert search.best is None
     assert search.configurations % build.lanes == 0
@@ -94,7 +96,7 @@ def test_motions_around_clutter_are_free_and_get_better(build: Build, how: str, 
     assert len(search.history) >= 2
     assert_sound(build, search, objectives.thick_arm(), objectives.CLUTTER, START, GOAL, margin=0.01)
     straight = math.dist(START, GOAL)
-    assert straight < search.best["fitness"] < 2 * straight
+    assert straight < search.best.fitness < 2 * straight
     assert not search.optimal
 
 
@@ -121,10 +123,10 @@ def test_a_free_straight_motion_is_optimal_and_the_search_ends(build: Build) -> 
     search = RUN(objectives.motion_search(build, planar(), [], [0.0, 0.0], goals), 10**9)
     assert search.optimal
     assert search.evaluations == 3
-    assert search.best["goal"] == 1
-    assert search.best["points"].shape == (0, 2)
+    assert search.best.goal == 1
+    assert search.best.points.shape == (0, 2)
     # By quadrature at so many instants.
-    assert search.best["fitness"] == pytest.approx(0.5, rel=1e-4 if build.bits == 64 else 1e-5)
+    assert search.best.fitness == pytest.approx(0.5, rel=1e-4 if build.bits == 64 else 1e-5)
 
 
 def test_the_nearest_goal_is_not_optimal_when_its_straight_motion_is_blocked(build: Build) -> None:
@@ -132,15 +134,15 @@ def test_the_nearest_goal_is_not_optimal_when_its_straight_motion_is_blocked(bui
     goals = [[0.8, 0.0], [-1.0, 0.0]]
     search = RUN(objectives.motion_search(build, planar(), [ball], [0.0, 0.0], goals), 1500)
     assert not search.optimal
-    assert search.history[0][3:5] == ("straight", 1)
+    assert (search.history[0].by, search.history[0].goal) == ("straight", 1)
     assert_sound(build, search, planar(), [ball], [0.0, 0.0], goals, margin=0.002)
-    assert search.best["fitness"] <= 1.0
+    assert search.best.fitness <= 1.0
 
 
 def test_a_goal_that_is_the_start_takes_no_way(build: Build) -> None:
     search = RUN(cluttered_to(build, START), 100)
     assert search.optimal
-    assert (search.best["fitness"], search.evaluations) == (0.0, 1)
+    assert (search.best.fitness, search.evaluations) == (0.0, 1)
 
 
 def cluttered_to(build: Build, *goals: Any, **options: Any) -> Any:
@@ -149,8 +151,8 @@ def cluttered_to(build: Build, *goals: Any, **options: Any) -> Any:
 
 def test_goals_may_be_the_same(build: Build) -> None:
     one, three = (RUN(cluttered_to(build, *[GOAL] * count), 800) for count in (1, 3))
-    assert {entry[4] for entry in three.history} <= {0, 1, 2}
-    assert three.best["fitness"] == pytest.approx(one.best["fitness"], rel=0.1)
+    assert {entry.goal for entry in three.history} <= {0, 1, 2}
+    assert three.best.fitness == pytest.approx(one.best.fitness, rel=0.1)
 
 
 def one_joint(kind: str) -> Robot:
@@ -177,13 +179,13 @@ def test_one_joint_goes_straight_or_not_at_all(build: Build, kind: str) -> None:
     blocked = RUN(objectives.motion_search(build, robot, [wall], [-1.0], [[1.0]]), 700)
     assert blocked.best is None
     assert blocked.history == []
-    assert blocked.fallback["violation"] > 0
+    assert blocked.fallback.violation > 0
 
 
 @pytest.mark.parametrize("interior", [[1], [24], [32], [1, 24, 2], [3, 3]])
 def test_the_swarm_flies_with_the_numbers_of_control_points_asked_for(build: Build, interior: list[int]) -> None:
     search = RUN(cluttered(build, settings={"interior": interior, "patience": 0, "swarm_turn": 1}), 4000)
-    counts = {len(entry[5]) for entry in search.history if entry[3] == "swarm"}
+    counts = {len(entry.points) for entry in search.history if entry.by == "swarm"}
     assert counts
     assert counts <= set(interior)
     assert_sound(build, search, objectives.thick_arm(), objectives.CLUTTER, START, GOAL, margin=0.002)
@@ -198,9 +200,9 @@ def test_a_joint_that_may_not_move_does_not(build: Build) -> None:
     lower[[1, 5]] = upper[[1, 5]] = 0.1
     search = RUN(objectives.motion_search(build, robot, objectives.CLUTTER, start, goal, bounds=(lower, upper)), 1500)
     for entry in search.history:
-        assert (entry[5][:, [1, 5]] == build.scalar(0.1)).all()
-        assert (entry[5] >= build.array(lower)).all()
-        assert (entry[5] <= build.array(upper)).all()
+        assert (entry.points[:, [1, 5]] == build.scalar(0.1)).all()
+        assert (entry.points >= build.array(lower)).all()
+        assert (entry.points <= build.array(upper)).all()
 
 
 # ---- what cannot be found --------------------------------------------------------------------------------------------
@@ -219,10 +221,10 @@ def test_a_goal_behind_a_wall_keeps_the_least_bad_motion(build: Build) -> None:
     for _ in range(3):
         RUN(search, 400)
         assert search.best is None
-        points = search.fallback["points"]
-        judged = search.judge(build.array(points.reshape(1, -1)), len(points), search.fallback["goal"])
-        assert judged["violation"][0] == search.fallback["violation"] > 0
-        least.append(search.fallback["violation"])
+        points = search.fallback.points
+        judged = search.judge(build.array(points.reshape(1, -1)), len(points), search.fallback.goal)
+        assert judged.violation[0] == search.fallback.violation > 0
+        least.append(search.fallback.violation)
     assert least == sorted(least, reverse=True)
     assert search.history == []
     assert not search.optimal
@@ -282,7 +284,7 @@ def test_a_search_goes_on_where_it_stopped(build: Build) -> None:
     one, other = in_pieces(), in_pieces()
     assert found_by(one) == found_by(other)
     assert_sound(build, one, objectives.thick_arm(), objectives.CLUTTER, START, GOAL, margin=0.002)
-    assert one.best["fitness"] < 1.2 * RUN(cluttered(build), 1021).best["fitness"]
+    assert one.best.fitness < 1.2 * RUN(cluttered(build), 1021).best.fitness
 
 
 def test_islands_find_the_same_on_any_number_of_threads() -> None:
@@ -323,10 +325,10 @@ def test_a_search_without_progress_ends(build: Build, stall: int) -> None:
     for seed in range(4):
         search = RUN(cluttered(build, seed=seed), stall=stall)
         gains, least = [0], math.inf
-        for _, evaluations, fitness, *_ in search.history:
-            if fitness < 0.999 * least:
-                gains.append(evaluations)
-                least = fitness
+        for entry in search.history:
+            if entry.fitness < 0.999 * least:
+                gains.append(entry.evaluations)
+                least = entry.fitness
         assert max(np.diff([*gains, search.evaluations])) <= stall + 16
         assert search.evaluations - gains[-1] >= stall
 
@@ -372,7 +374,7 @@ def test_progress_ends_a_search_with_false_and_its_errors_reach_the_caller(build
 SEARCHES = {
     "one search": """
 search = objectives.motion_search(BUILD, objectives.thick_arm(), objectives.CLUTTER, *objectives.AROUND)
-run = lambda: search.run(0, 600.0, False, 0, None)
+run = lambda: search.run(evaluations=0, seconds=600.0, until_first=False, stall=0, progress=None)
 """,
     "islands on threads": """
 search = islands(2)
@@ -421,10 +423,10 @@ def test_an_instant_between_the_samples_is_looked_at_once_it_is_named(build: Bui
     assert (search.best, search.optimal, search.history) == (None, False, [])
     RUN(search, 1500)
     assert search.history
-    assert "straight" not in {entry[3] for entry in search.history}
+    assert "straight" not in {entry.by for entry in search.history}
     exact = surround(EXACT, robot, [thorn]).native
     for entry in search.history:
-        points = np.vstack([[0.0, 0.0], entry[5], goal])
+        points = np.vstack([[0.0, 0.0], entry.points, goal])
         q = BUILD.module.spline_values(np.array([s]), len(points) - 2, 0) @ points
         assert exact.obstacle_clearances(np.ascontiguousarray(q)).min() > -1e-5
 
@@ -435,21 +437,21 @@ def test_a_proof_that_fails_makes_all_instants_denser(build: Build) -> None:
     search = RUN(cluttered(build), 800)
     known = search.history
     search.add_instant(0.0, 1e-4)  # where all motions are the same
-    left = [entry[1] for entry in search.history]
+    left = [entry.evaluations for entry in search.history]
     assert left
     exact = surround(EXACT, robot, objectives.CLUTTER)
     between = (np.arange(8 * build.lanes) + 0.5) / (8 * build.lanes)
     for entry in known:
-        points = np.vstack([START, entry[5], GOAL])
+        points = np.vstack([START, entry.points, GOAL])
         q = np.ascontiguousarray(BUILD.module.spline_values(between, len(points) - 2, 0) @ points)
         moving = np.array([c.joint >= 0 for c in robot.capsules], dtype=bool)
         least = exact.native.obstacle_clearances(q)[:, moving].min()
         least = min(least, exact.native.pair_clearances(q, exact.pairs).min(initial=np.inf)) - margin
-        assert least > -1e-4 if entry[1] in left else least < 1e-4
-    assert search.best["fitness"] == min(entry[2] for entry in search.history)
-    best = search.best["fitness"]
+        assert least > -1e-4 if entry.evaluations in left else least < 1e-4
+    assert search.best.fitness == min(entry.fitness for entry in search.history)
+    best = search.best.fitness
     RUN(search, 500)
-    assert search.best["fitness"] <= best
+    assert search.best.fitness <= best
 
 
 # ---- what counts -----------------------------------------------------------------------------------------------------
@@ -461,9 +463,9 @@ def test_what_weighs_more_becomes_less(name: str) -> None:
 
     def of_best(weights: dict[str, float], seed: int) -> float:
         search = RUN(cluttered(BUILD, weights=weights, comfort=0.2, jerk=np.ones(7), seed=seed), 1200)
-        points = search.best["points"]
+        points = search.best.points
         judged = search.judge(BUILD.array(points.reshape(1, -1)), len(points), 0)
-        return float(judged["terms"][0, TERMS.index(name)])
+        return float(judged.terms[0, TERMS.index(name)])
 
     alone = np.array([of_best({name: 1.0}, seed) for seed in range(4)])
     by_length = np.array([of_best({"length": 1.0}, seed) for seed in range(4)])
@@ -475,9 +477,9 @@ def test_what_weighs_more_becomes_less(name: str) -> None:
 
 
 def test_a_longer_search_is_no_worse_and_more_margin_is_kept(build: Build) -> None:
-    values = [RUN(cluttered(build), evaluations).best["fitness"] for evaluations in (300, 1000, 4000)]
+    values = [RUN(cluttered(build), evaluations).best.fitness for evaluations in (300, 1000, 4000)]
     assert values == sorted(values, reverse=True)
     robot = objectives.thick_arm()
     for margin in (0.0, 0.01, 0.03):
-        points = RUN(cluttered(build, margin=margin), 800).best["points"]
+        points = RUN(cluttered(build, margin=margin), 800).best.points
         assert least_clearances(build, robot, objectives.CLUTTER, points, START, GOAL, margin=margin).min() > -1e-4

@@ -1,6 +1,6 @@
-"""How far bodies get: each ingredient of the bound is needed, and none is larger than it has to be.
+"""How far bodies get on an interval: each part of the bounds is needed, and none is larger than it has to be.
 
-Every case has an arm whose true way is known; a bound that lost the ingredient, or half of it, would be below.
+Every case has an arm whose true displacement is known. A bound that lost the part, or half of it, would be below.
 """
 
 from __future__ import annotations
@@ -13,45 +13,45 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spacearm.motion import Curve, Motion, PiecewisePath
-from spacearm.proof.displacement import JointMap, Middles, Spans, Stretches
-from spacearm.proof.moving_bodies import bodies_of
+from spacearm.proof.bodies import JointMap, bodies_of
+from spacearm.proof.displacement import IntervalMidpoints, Intervals, PathIntervals
 from spacearm.proof.witness import Witness
 from spacearm.robot import Joint, LinkCapsule, Robot
 from support.dense_samples import arms, moving_frames, planar
 
 
-def watched(robot: Robot, curve: Curve, stretches: Stretches | None = None) -> tuple[Middles, Stretches]:
-    """All relative bodies on a stretch of a curve; on all of it if none is given."""
-    spans = Spans(curve)
-    if stretches is None:
-        first = spans.first()
+def bounded(robot: Robot, curve: Curve, intervals: Intervals | None = None) -> tuple[IntervalMidpoints, Intervals]:
+    """All relative bodies on a interval of a curve; on all of it if none is given."""
+    path = PathIntervals(curve)
+    if intervals is None:
+        first = path.first()
         whole = np.array([[first.ends[0, 0], first.ends[-1, 1]]])
-        stretches = Stretches(first=first.first[:1], last=first.last[-1:], ends=whole, share=np.ones(1))
+        intervals = Intervals(first=first.first[:1], last=first.last[-1:], ends=whole, share=np.ones(1))
     bodies, relative_bodies = bodies_of(robot)
     witness = Witness(robot, bodies)
-    middles = Middles(
-        bodies, relative_bodies, JointMap(robot), lambda _, values: witness.frames(values), spans.lines(stretches)
+    midpoints = IntervalMidpoints(
+        bodies, relative_bodies, JointMap(robot), lambda _, values: witness.frames(values), path.linear_bounds(intervals)
     )
-    middles.watch(np.arange(len(relative_bodies.body)))
-    return middles, stretches
+    midpoints.bound(np.arange(len(relative_bodies.body)))
+    return midpoints, intervals
 
 
 def relative_ends(robot: Robot, q: np.ndarray) -> np.ndarray:
-    """Where the ends of every relative body's axis are in the frame that it is watched from, (rows, bodies, ends, 3)."""
+    """Where the ends of every relative body's axis are in the frame of the other body, (rows, bodies, ends, 3)."""
     bodies, relative_bodies = bodies_of(robot)
     frames = np.concatenate([moving_frames(robot, q), np.tile(np.eye(4), (len(q), 1, 1, 1))], axis=1)
-    watched_from = {int(motion): -1 for motion in relative_bodies.motion[relative_bodies.over_scene]}
+    seen_from = {int(motion): -1 for motion in relative_bodies.motion[relative_bodies.scene_relative]}
     for relative, body in zip(relative_bodies.self_relative, relative_bodies.self_body, strict=True):
-        watched_from[int(relative_bodies.motion[relative])] = int(bodies.joint[body])
+        seen_from[int(relative_bodies.motion[relative])] = int(bodies.joint[body])
     out = np.empty((len(q), len(relative_bodies.body), bodies.ends.shape[1], 3))
     for i, (body, motion) in enumerate(zip(relative_bodies.body, relative_bodies.motion, strict=True)):
-        T = np.linalg.inv(frames[:, watched_from[int(motion)]]) @ frames[:, bodies.joint[body]]
+        T = np.linalg.inv(frames[:, seen_from[int(motion)]]) @ frames[:, bodies.joint[body]]
         out[:, i] = bodies.ends[body] @ np.swapaxes(T[:, :3, :3], 1, 2) + T[:, None, :3, 3]
     return out
 
 
 def directions(robot: Robot, q: np.ndarray, n: np.ndarray) -> np.ndarray:
-    """A direction of the base frame (3,) at q (1, n) in the frame that each relative body is watched from, (m, 3)."""
+    """A direction of the base frame (3,) at q (1, n) in the frame of each relative body's other body, (m, 3)."""
     bodies, relative_bodies = bodies_of(robot)
     frames = np.concatenate([moving_frames(robot, q), np.tile(np.eye(4), (1, 1, 1, 1))], axis=1)[0]
     out = np.tile(n, (len(relative_bodies.body), 1))
@@ -74,62 +74,64 @@ def curves(draw: st.DrawFn, robot: Robot) -> Curve:
     return make(np.arange(count) / 2, q)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
-def test_no_end_gets_further_than_its_way_nor_along_a_direction_than_its_speed_and_bend(data: st.DataObject) -> None:
+def test_no_end_gets_further_than_its_two_bounds_allow(data: st.DataObject) -> None:
     robot = data.draw(arms(self_pairs=True))
     curve = data.draw(curves(robot))
-    spans = Spans(curve)
-    stretches = spans.first()
+    path = PathIntervals(curve)
+    intervals = path.first()
     for _ in range(data.draw(st.integers(0, 6))):
-        half = spans.halved(stretches.some(np.array([data.draw(st.integers(0, len(stretches) - 1))])))
-        stretches = half.some(np.array([data.draw(st.integers(0, 1))]))
-    stretches = stretches.some(np.array([data.draw(st.integers(0, len(stretches) - 1))]))
-    middles, _ = watched(robot, curve, stretches)
+        half = path.halved(intervals.select(np.array([data.draw(st.integers(0, len(intervals) - 1))])))
+        intervals = half.select(np.array([data.draw(st.integers(0, 1))]))
+    intervals = intervals.select(np.array([data.draw(st.integers(0, len(intervals) - 1))]))
+    midpoints, _ = bounded(robot, curve, intervals)
     n = np.array(data.draw(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)))
     n /= np.linalg.norm(n)
-    u = np.concatenate([stretches.ends[0], np.random.default_rng(0).uniform(*stretches.ends[0], 30)])
-    q = curve.sample(np.concatenate([middles.u, u]))
+    u = np.concatenate([intervals.ends[0], np.random.default_rng(0).uniform(*intervals.ends[0], 30)])
+    q = curve.sample(np.concatenate([midpoints.u, u]))
     ends = relative_ends(robot, q)
     moved = ends[1:] - ends[:1]
-    assert (np.linalg.norm(moved, axis=-1) <= middles.way[0] + 1e-9).all()
+    assert (np.linalg.norm(moved, axis=-1) <= midpoints.displacement_bound[0] + 1e-9).all()
     along = np.abs(np.einsum("umec,mc->ume", moved, directions(robot, q[:1], n)))
-    speed = np.abs(middles.velocity[0] @ n) * middles.half[0]
-    assert (along <= speed + middles.bend[0] + 1e-9).all()
+    speed = np.abs(midpoints.velocity[0] @ n) * midpoints.half[0]
+    assert (along <= speed + midpoints.second_order_bound[0] + 1e-9).all()
 
 
 # ---- closed forms: the bound is at most this much above the truth ----------------------------------------------------
 
 
-def way_of(robot: Robot, curve: Curve, relative: int) -> tuple[float, float]:
-    """The bound of the furthest end's way, and the true one at the stretch's ends."""
-    middles, stretches = watched(robot, curve, first_part(curve))
-    ends = relative_ends(robot, curve.sample(np.concatenate([middles.u, stretches.ends[0]])))
+def displacement_of(robot: Robot, curve: Curve, relative: int) -> tuple[float, float]:
+    """The displacement bound of the furthest end, and the true displacement at the interval's ends."""
+    midpoints, intervals = bounded(robot, curve, first_part(curve))
+    ends = relative_ends(robot, curve.sample(np.concatenate([midpoints.u, intervals.ends[0]])))
     moved = np.linalg.norm(ends[1:] - ends[:1], axis=-1).max(axis=0)[relative]
-    end = int(np.argmax(middles.way[0, relative]))
-    return float(middles.way[0, relative, end]), float(moved[end])
+    end = int(np.argmax(midpoints.displacement_bound[0, relative]))
+    return float(midpoints.displacement_bound[0, relative, end]), float(moved[end])
 
 
-def bend_of(robot: Robot, curve: Curve, relative: int, n: tuple[float, float, float]) -> tuple[float, float]:
-    """The bound of what an end loses along a direction beyond its speed, and the true loss at the stretch's ends."""
-    middles, stretches = watched(robot, curve, first_part(curve))
-    q = curve.sample(np.concatenate([middles.u, stretches.ends[0]]))
+def second_order_of(robot: Robot, curve: Curve, relative: int, n: tuple[float, float, float]) -> tuple[float, float]:
+    """The bound of what an end loses along a direction beyond its speed, and the true loss at the interval's ends."""
+    midpoints, intervals = bounded(robot, curve, first_part(curve))
+    q = curve.sample(np.concatenate([midpoints.u, intervals.ends[0]]))
     direction = np.asarray(n) / np.linalg.norm(n)
     ends = relative_ends(robot, q)
     along = np.abs(np.einsum("umec,mc->ume", ends[1:] - ends[:1], directions(robot, q[:1], direction)))
-    beyond = (along - np.abs(middles.velocity[0] @ direction) * middles.half[0])[:, relative].max(axis=0)
-    end = int(np.argmax(middles.bend[0, relative]))
-    return float(middles.bend[0, relative, end]), float(beyond[end])
+    beyond = (along - np.abs(midpoints.velocity[0] @ direction) * midpoints.half[0])[:, relative].max(axis=0)
+    end = int(np.argmax(midpoints.second_order_bound[0, relative]))
+    return float(midpoints.second_order_bound[0, relative, end]), float(beyond[end])
 
 
-def first_part(curve: Curve) -> Stretches | None:
-    """The first stretch of a parabola; None, for all of a path of lines."""
-    return None if isinstance(curve, PiecewisePath) and curve.degree == 1 else Spans(curve).first().some(np.array([0]))
+def first_part(curve: Curve) -> Intervals | None:
+    """The first interval of a parabola; None, for all of a path of lines."""
+    return (
+        None if isinstance(curve, PiecewisePath) and curve.degree == 1 else PathIntervals(curve).first().select(np.array([0]))
+    )
 
 
 def parabola(rise: float, joints: int = 2) -> PiecewisePath:
-    """The first joint moves by so much from the middle of the first stretch, where it stands still, to its ends."""
-    m = float(Spans(line((0,), (0,))).first().ends[0].mean())
+    """The first joint moves by so much from the middle of the first interval, where it stands still, to its ends."""
+    m = float(PathIntervals(line((0,), (0,))).first().ends[0].mean())
     points = np.zeros((1, 3, joints))
     points[0, :, 0] = rise, rise * (1 - 1 / m), rise * (1 / m - 1) ** 2
     return PiecewisePath([0, 1], points)
@@ -155,11 +157,11 @@ def slide(**changes: Any) -> Robot:
 
 
 # The capsules of `planar` are relative bodies 1 (upper, of family 0) and 3 (fore).
-WAYS: dict[str, tuple[Robot, Curve, int, float]] = {
+DISPLACEMENTS: dict[str, tuple[Robot, Curve, int, float]] = {
     "a turn moves by the distance from its axis": (planar(), line((-0.01, 0), (0.01, 0)), 1, 0.01),
     "distances add up along the arm": (planar(), line((-0.01, 0), (0.01, 0)), 3, 0.02),
     "both joints": (planar(), line((-0.01, -0.01), (0.01, 0.01)), 3, 0.03),
-    "a slide moves by its way": (slide(), line((0, -0.3), (0, 0.3)), 1, 0.3),
+    "a prismatic joint moves by its displacement": (slide(), line((0, -0.3), (0, 0.3)), 1, 0.3),
     "a turn carries the slide": (slide(), line((-0.01, 0.5), (0.01, 0.5)), 1, 0.02),
     "a mimic joint counts by its multiplier": (slide(dof=0, multiplier=3.0, offset=0.2), line((-0.001,), (0.001,)), 1, 0.005),
     "a parabola with no speed at the middle": (planar(), parabola(0.01), 3, 0.02),
@@ -168,11 +170,11 @@ WAYS: dict[str, tuple[Robot, Curve, int, float]] = {
 }
 
 
-@pytest.mark.parametrize("case", WAYS)
-def test_the_way_is_no_more_than_it_has_to_be(case: str) -> None:
+@pytest.mark.parametrize("case", DISPLACEMENTS)
+def test_the_displacement_bound_is_no_more_than_it_has_to_be(case: str) -> None:
     """At most so much above the truth that half of it would be below."""
-    robot, curve, relative, expected = WAYS[case]
-    bound, true = way_of(robot, curve, relative)
+    robot, curve, relative, expected = DISPLACEMENTS[case]
+    bound, true = displacement_of(robot, curve, relative)
     assert 0.55 * bound < true <= bound
     assert bound == pytest.approx(expected, rel=1e-3)
 
@@ -189,7 +191,7 @@ def reach_out() -> Robot:
     return planar(joints=joints, capsules=(tip,))
 
 
-BENDS: dict[str, tuple[Robot, Curve, int, tuple[float, float, float]]] = {
+SECOND_ORDERS: dict[str, tuple[Robot, Curve, int, tuple[float, float, float]]] = {
     "a turn falls towards its axis": (planar(), line((-0.1, 0), (0.1, 0)), 1, (1, 0, 0)),
     "so does what it carries": (planar(), line((-0.1, 0), (0.1, 0)), 3, (1, 0, 0)),
     "one turn on another adds up": (planar(), line((-0.1, -0.1), (0.1, 0.1)), 3, (1, 0, 0)),
@@ -199,11 +201,11 @@ BENDS: dict[str, tuple[Robot, Curve, int, tuple[float, float, float]]] = {
 }
 
 
-@pytest.mark.parametrize("case", BENDS)
-def test_the_bend_is_needed(case: str) -> None:
+@pytest.mark.parametrize("case", SECOND_ORDERS)
+def test_the_second_order_bound_is_needed(case: str) -> None:
     """At most so much above the truth that half of it would be below."""
-    robot, curve, relative, n = BENDS[case]
-    bound, true = bend_of(robot, curve, relative, n)
+    robot, curve, relative, n = SECOND_ORDERS[case]
+    bound, true = second_order_of(robot, curve, relative, n)
     assert true <= bound
     assert true > 0.55 * bound
 
@@ -227,13 +229,13 @@ def test_only_the_joints_between_move_one_link_from_another() -> None:
     bodies, relative_bodies = bodies_of(three)
     relative = relative_bodies.self_relative[0]
     assert (relative_bodies.sign[relative_bodies.motion[relative]] == [0, 1, 1]).all()
-    middles, _ = watched(three, line((-0.5, 0, 0), (0.5, 0, 0)))
-    assert middles.way[0, relative].max() < 1e-12
+    midpoints, _ = bounded(three, line((-0.5, 0, 0), (0.5, 0, 0)))
+    assert midpoints.displacement_bound[0, relative].max() < 1e-12
     assert bodies.joint[relative_bodies.self_body[0]] == 0
 
 
-def test_two_arms_are_watched_through_their_common_root() -> None:
-    """The frame watched from moves too: its joint counts, with the other sign."""
+def test_two_arms_move_relative_to_each_other_through_their_common_root() -> None:
+    """The frame of the other body moves, too: its joint counts with the other sign."""
     side = np.eye(4)
     side[1, 3] = 1.0
     joints = (
@@ -244,10 +246,10 @@ def test_two_arms_are_watched_through_their_common_root() -> None:
     relative_bodies = bodies_of(robot)[1]
     assert sorted(relative_bodies.sign[relative_bodies.motion[relative_bodies.self_relative[0]]]) == [-1, 1]
     turning_together = line((-0.2, -0.2), (0.2, 0.2))
-    middles, stretches = watched(robot, turning_together)
-    ends = relative_ends(robot, turning_together.sample(np.concatenate([middles.u, stretches.ends[0]])))
+    midpoints, intervals = bounded(robot, turning_together)
+    ends = relative_ends(robot, turning_together.sample(np.concatenate([midpoints.u, intervals.ends[0]])))
     relative = relative_bodies.self_relative[0] + 1
-    assert (np.linalg.norm(ends[1:, relative] - ends[:1, relative], axis=-1) <= middles.way[0, relative]).all()
+    assert (np.linalg.norm(ends[1:, relative] - ends[:1, relative], axis=-1) <= midpoints.displacement_bound[0, relative]).all()
 
 
 def test_links_are_inside_of_their_balls() -> None:

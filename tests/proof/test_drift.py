@@ -1,4 +1,4 @@
-"""Where the base gets to: by published numbers, by closed forms, and by brute force; and how far it gets on a stretch."""
+"""Where the base gets to: by published numbers, by closed forms, and by brute force; and how far it gets on a interval."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ from proof.test_bounds import curves, parabola
 from spacearm.dynamics import BASE_MODELS, Momentum
 from spacearm.geometry import Scene
 from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
-from spacearm.proof.base_attitude import TOLERANCE, Drift
-from spacearm.proof.base_setup import BaseSetup
-from spacearm.proof.base_track import FloatingBaseProof
-from spacearm.proof.certificate import LOST
-from spacearm.proof.displacement import JointMap, Middles, Reaction, Spans, _PlacedMasses
-from spacearm.proof.moving_bodies import bodies_in_space_of, bodies_of
+from spacearm.proof.base_attitude import TOLERANCE, BaseAttitude
+from spacearm.proof.base_momentum import Reaction, _PlacedMasses
+from spacearm.proof.base_proofs import LOST, BaseSetup, FloatingBaseProof
+from spacearm.proof.bodies import JointMap, bodies_in_space_of, bodies_of
+from spacearm.proof.displacement import IntervalMidpoints, PathIntervals
 from spacearm.proof.polynomial_bounds import RHO, PanelPath, ellipses_of, greatest_norm
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
@@ -38,8 +37,8 @@ def setup_of(momentum: Momentum = NONE, start: np.ndarray | None = None) -> Base
     return BaseSetup(model=BASE_MODELS["floating"], start=start, linear=momentum.linear, angular=momentum.angular)
 
 
-def drift(robot: Robot, curve: Curve, momentum: Momentum = NONE, time_rate: float = 0.0) -> Drift:
-    return Drift(robot, curve, setup_of(momentum), time_rate=time_rate)
+def attitude_of(robot: Robot, curve: Curve, momentum: Momentum = NONE, time_rate: float = 0.0) -> BaseAttitude:
+    return BaseAttitude(robot, curve, start=np.eye(4), angular=momentum.angular * time_rate)
 
 
 def angle_between(R: np.ndarray, S: np.ndarray) -> float:
@@ -52,7 +51,7 @@ def angle_between(R: np.ndarray, S: np.ndarray) -> float:
 @pytest.mark.parametrize("row", ROWS)
 def test_the_servicer_turns_as_published(row: tuple[tuple[float, ...], ...]) -> None:
     joints, _, wxyz, degrees, _ = row
-    found = drift(servicer(), Motion([np.zeros(7), joints]))
+    found = attitude_of(servicer(), Motion([np.zeros(7), joints]))
     np.testing.assert_allclose(found._quaternions(np.ones(1))[0], wxyz, rtol=0, atol=1e-6)
     assert np.degrees(found.final()) == pytest.approx(degrees, abs=1e-4)
     assert found.error < TOLERANCE
@@ -61,13 +60,13 @@ def test_the_servicer_turns_as_published(row: tuple[tuple[float, ...], ...]) -> 
 
 @given(st.floats(-9, 9), st.floats(0.01, 50))
 def test_a_flywheel_turns_the_base_back_by_its_share(turn: float, moment: float) -> None:
-    found = drift(wheel(moment), Motion([[0.0], [turn]]))
+    found = attitude_of(wheel(moment), Motion([[0.0], [turn]]))
     u = np.linspace(0, 1, 7)
     angle = -turn * moment / (3 + moment) * (10 * u**3 - 15 * u**4 + 6 * u**5)
     expected = np.zeros((7, 3, 3))
     expected[:, 0, 0] = expected[:, 1, 1] = np.cos(angle)
     expected[:, 1, 0], expected[:, 0, 1], expected[:, 2, 2] = np.sin(angle), -np.sin(angle), 1.0
-    assert angle_between(found.attitude(u), expected) <= found.error + 1e-14 <= 2 * TOLERANCE  # rounding is on top of it
+    assert angle_between(found.at(u), expected) <= found.error + 1e-14 <= 2 * TOLERANCE  # rounding is on top of it
 
 
 @settings(max_examples=25)
@@ -79,10 +78,10 @@ def test_the_base_of_any_robot_goes_where_small_steps_take_it(data: st.DataObjec
     curve = data.draw(st.sampled_from([Motion, lambda rows: PiecewisePath.from_linear(np.arange(len(rows)), rows)]))(q)
     momentum = Momentum(angular=data.draw(st.sampled_from([(0, 0, 0), (0.1, -0.2, 0.3)])))
     time_rate = data.draw(st.sampled_from([0.0, 2.0]))
-    found = drift(robot, curve, momentum, time_rate)
+    found = attitude_of(robot, curve, momentum, time_rate)
     way = brute_force(Adrift(robot, Scene([]), momentum=momentum), curve, time_rate=time_rate, steps=600)
     allowed = BRUTE + found.error
-    assert angle_between(found.attitude(way.u), way.T_w_b[:, :3, :3]) <= allowed
+    assert angle_between(found.at(way.u), way.T_w_b[:, :3, :3]) <= allowed
     assert found.error <= 10 * TOLERANCE
 
 
@@ -90,9 +89,9 @@ def test_a_path_of_many_pieces_is_followed_through_its_corners() -> None:
     rng = np.random.default_rng(0)
     robot = servicer()
     path = PiecewisePath.from_linear(np.arange(80) / 10, np.cumsum(rng.uniform(-0.05, 0.05, (80, 7)), axis=0))
-    found = drift(robot, path)
+    found = attitude_of(robot, path)
     way = brute_force(Adrift(robot, Scene([])), path, steps=4)
-    assert angle_between(found.attitude(way.u), way.T_w_b[:, :3, :3]) < 1e-9
+    assert angle_between(found.at(way.u), way.T_w_b[:, :3, :3]) < 1e-9
     assert found.error <= TOLERANCE
     assert found.evaluations <= 10 * 80
 
@@ -100,9 +99,9 @@ def test_a_path_of_many_pieces_is_followed_through_its_corners() -> None:
 def test_many_turns_of_a_tumbling_base_are_followed() -> None:
     """A base with equal moments keeps its rate: 40 rad in 20 s."""
     ball = lander(bodies=(body("base", -1, 1.0, (0, 0, 0), 2.0),), capsules=())
-    found = drift(ball, Motion([[0, 0], [1, 1]]), Momentum(angular=(0, 4, 0)), 20.0)
+    found = attitude_of(ball, Motion([[0, 0], [1, 1]]), Momentum(angular=(0, 4, 0)), 20.0)
     c, s = np.cos(40.0), np.sin(40.0)
-    assert angle_between(found.attitude(np.ones(1)), np.array([[[c, 0, s], [0, 1, 0], [-s, 0, c]]])) <= found.error
+    assert angle_between(found.at(np.ones(1)), np.array([[[c, 0, s], [0, 1, 0], [-s, 0, c]]])) <= found.error
     assert found.error < 1e-9
 
 
@@ -114,10 +113,10 @@ def test_errors_of_a_long_body_that_tumbles_grow_with_time_only(axis: tuple[floa
     )
     momentum = Momentum(angular=11.0 * np.array(axis) / np.linalg.norm(axis) * 0.25)
     path = Motion([[0, 0], [1, -1]])
-    found = drift(stick, path, momentum, 20.0)
+    found = attitude_of(stick, path, momentum, 20.0)
     assert found.error < 1e-7
     way = brute_force(Adrift(stick, Scene([]), momentum=momentum), path, time_rate=20.0, steps=2500)
-    assert angle_between(found.attitude(way.u), way.T_w_b[:, :3, :3]) <= found.error + 1e-6
+    assert angle_between(found.at(way.u), way.T_w_b[:, :3, :3]) <= found.error + 1e-6
 
 
 # ---- nothing hides between the points ----------------------------------------------------------------------------------
@@ -137,13 +136,13 @@ def blind(points: int, turn: float, count: int = 3) -> PiecewisePath:
 @pytest.mark.parametrize("points", [3, 5, 6, 8, 12])
 def test_a_rate_that_vanishes_in_gauss_points_turns_the_base_all_the_same(points: int) -> None:
     path = blind(points, 1.3)
-    found = drift(wheel(), path)
+    found = attitude_of(wheel(), path)
     u = np.linspace(0, 3, 601)
     angle = -path.sample(u)[:, 0] / 4
     expected = np.tile(np.eye(3), (601, 1, 1))
     expected[:, 0, 0] = expected[:, 1, 1] = np.cos(angle)
     expected[:, 1, 0], expected[:, 0, 1] = np.sin(angle), -np.sin(angle)
-    assert angle_between(found.attitude(u), expected) <= found.error < 1e-8
+    assert angle_between(found.at(u), expected) <= found.error < 1e-8
     assert found.peak() == pytest.approx(np.abs(path.sample(np.linspace(0, 3, 20_001))).max() / 4, rel=1e-5)
     assert found.rate() >= np.abs(path.sample(u, 1)).max() / 4
 
@@ -157,9 +156,9 @@ def test_peak_rate_and_momentum_are_never_greater_than_said_and_hardly_less(data
     )
     made: Any = Motion(q) if data.draw(st.booleans()) else PiecewisePath.from_cubic(np.arange(len(q)), q)
     momentum, time_rate = Momentum(angular=data.draw(st.sampled_from([(0, 0, 0), (0.1, -0.2, 0.3)]))), 2.0
-    found = drift(robot, made, momentum, time_rate)
+    found = attitude_of(robot, made, momentum, time_rate)
     u = np.linspace(*made.domain, 20_001)
-    turned = found.attitude(u)
+    turned = found.at(u)
     _, H_w, H_q = momentum_map(robot, made.sample(u))
     carried = (H_q @ made.sample(u, 1)[..., None])[..., 0]
     local = np.swapaxes(turned, 1, 2) @ momentum.angular * time_rate
@@ -208,18 +207,19 @@ def test_the_greatest_norm_of_a_polynomial_is_bounded_closely(seed: int, count: 
     assert reached <= greatest_norm(c, scale, extra) <= reached * (1 + 1e-5)
 
 
-def test_a_path_that_cannot_be_followed_is_said_to_be_so() -> None:
+def test_a_path_that_cannot_be_followed_is_said_to_be_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """The arm goes to and fro a thousand turns in a piece: no number of panels that there may be will do."""
-    found = drift(lander(), PiecewisePath([0, 1], [np.outer((-1.0) ** np.arange(40), [1e5, 1e5])]))
+    monkeypatch.setattr("spacearm.proof.base_attitude._MOST", 20_000)
+    found = attitude_of(lander(), PiecewisePath([0, 1], [np.outer((-1.0) ** np.arange(40), [1e5, 1e5])]))
     assert found.error > LOST
 
 
 # ---- how far it gets -------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
-def test_no_end_of_a_drifting_robot_gets_further_than_its_way_nor_along_a_direction_than_its_speed_and_bend(
+def test_no_end_of_a_drifting_robot_gets_further_than_its_two_bounds_allow(
     data: st.DataObject,
 ) -> None:
     robot = data.draw(floating_arms())
@@ -231,26 +231,26 @@ def test_no_end_of_a_drifting_robot_gets_further_than_its_way_nor_along_a_direct
     bodies, relative_bodies = bodies_in_space_of(robot)
     witness, joints = Witness(robot, bodies), JointMap(robot)
     base.begin(witness.frames(joints.values(curve.sample(np.array(curve.domain[:1]))))[0])
-    spans = Spans(curve)
-    stretches = spans.first()
+    path = PathIntervals(curve)
+    intervals = path.first()
     for _ in range(data.draw(st.integers(0, 7))):
-        half = spans.halved(stretches.some(np.array([data.draw(st.integers(0, len(stretches) - 1))])))
-        stretches = half.some(np.array([data.draw(st.integers(0, 1))]))
-    stretches = stretches.some(np.array([data.draw(st.integers(0, len(stretches) - 1))]))
+        half = path.halved(intervals.select(np.array([data.draw(st.integers(0, len(intervals) - 1))])))
+        intervals = half.select(np.array([data.draw(st.integers(0, 1))]))
+    intervals = intervals.select(np.array([data.draw(st.integers(0, len(intervals) - 1))]))
     frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    middles = Middles(bodies, relative_bodies, joints, frames, spans.lines(stretches), base.motion_bounds)
-    middles.watch(np.arange(len(relative_bodies.body)))
-    u = np.concatenate([middles.u, stretches.ends[0], np.random.default_rng(0).uniform(*stretches.ends[0], 30)])
+    midpoints = IntervalMidpoints(bodies, relative_bodies, joints, frames, path.linear_bounds(intervals), base.motion_bounds)
+    midpoints.bound(np.arange(len(relative_bodies.body)))
+    u = np.concatenate([midpoints.u, intervals.ends[0], np.random.default_rng(0).uniform(*intervals.ends[0], 30)])
     at = frames(u, joints.values(curve.sample(u)))[:, bodies.joint]
     ends = bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
     free = relative_bodies.free[relative_bodies.motion]
     ends = ends[:, relative_bodies.body[free]]
     moved = ends[1:] - ends[:1]
-    assert (np.linalg.norm(moved, axis=-1) <= middles.way[0, free] + 1e-9).all()
+    assert (np.linalg.norm(moved, axis=-1) <= midpoints.displacement_bound[0, free] + 1e-9).all()
     n = np.array(data.draw(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)))
     n /= np.linalg.norm(n)
-    speed = np.abs(middles.velocity[0, free] @ n) * middles.half[0]
-    assert (np.abs(moved @ n) <= speed + middles.bend[0, free] + 1e-9).all()
+    speed = np.abs(midpoints.velocity[0, free] @ n) * midpoints.half[0]
+    assert (np.abs(moved @ n) <= speed + midpoints.second_order_bound[0, free] + 1e-9).all()
 
 
 @pytest.mark.parametrize("share", [0.2, 1.0])
@@ -262,13 +262,15 @@ def test_a_panel_that_turns_falls_towards_the_centre_and_the_bound_is_just_above
     witness, joints = Witness(robot, bodies), JointMap(robot)
     base.begin(witness.frames(np.zeros((1, 1)))[0])
     frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    stretches = Spans(curve).first().some(np.array([3]))
-    middles = Middles(bodies, relative_bodies, joints, frames, Spans(curve).lines(stretches), base.motion_bounds)
-    middles.watch(np.arange(len(relative_bodies.body)))
-    angle = share * np.diff(stretches.ends[0])[0] / 2 / 4
-    assert 1 - np.cos(angle) <= middles.bend[0, 1, 0] <= 1.2 * (1 - np.cos(angle)) + 1e-9
-    assert 2 * np.sin(angle / 2) <= middles.way[0, 1, 0] <= 1.01 * angle + 1e-9
-    assert np.linalg.norm(middles.velocity[0, 1, 0]) == pytest.approx(share / 4, rel=1e-12)
+    intervals = PathIntervals(curve).first().select(np.array([3]))
+    midpoints = IntervalMidpoints(
+        bodies, relative_bodies, joints, frames, PathIntervals(curve).linear_bounds(intervals), base.motion_bounds
+    )
+    midpoints.bound(np.arange(len(relative_bodies.body)))
+    angle = share * np.diff(intervals.ends[0])[0] / 2 / 4
+    assert 1 - np.cos(angle) <= midpoints.second_order_bound[0, 1, 0] <= 1.2 * (1 - np.cos(angle)) + 1e-9
+    assert 2 * np.sin(angle / 2) <= midpoints.displacement_bound[0, 1, 0] <= 1.01 * angle + 1e-9
+    assert np.linalg.norm(midpoints.velocity[0, 1, 0]) == pytest.approx(share / 4, rel=1e-12)
 
 
 def skewed() -> Robot:
@@ -282,7 +284,7 @@ STRAIGHT = [PiecewisePath.from_linear([0, 1], [[0, 0], [way, 0]]) for way in (-0
 
 
 @pytest.mark.parametrize("curve", [*STRAIGHT, parabola(-0.03), parabola(0.03)])
-def test_the_bend_of_the_turn_is_needed_and_just_above_it(curve: PiecewisePath) -> None:
+def test_the_second_order_bound_of_the_rotation_is_needed_and_just_above_it(curve: PiecewisePath) -> None:
     """In the plane the turn is one integral: it differs from the middle's rate by no more than the bound, nor much less."""
     robot = skewed()
     base = FloatingBaseProof(robot, SimpleNamespace(curve=curve, duration=1.0), setup_of())  # type: ignore[arg-type]
@@ -290,17 +292,19 @@ def test_the_bend_of_the_turn_is_needed_and_just_above_it(curve: PiecewisePath) 
     witness, joints = Witness(robot, bodies), JointMap(robot)
     base.begin(witness.frames(curve.sample(np.zeros(1)))[0])
     frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    stretches = Spans(curve).first().some(np.array([0]))
-    middles = Middles(bodies, relative_bodies, joints, frames, Spans(curve).lines(stretches), base.motion_bounds)
-    base_bounds = middles._base_bounds
+    intervals = PathIntervals(curve).first().select(np.array([0]))
+    midpoints = IntervalMidpoints(
+        bodies, relative_bodies, joints, frames, PathIntervals(curve).linear_bounds(intervals), base.motion_bounds
+    )
+    base_bounds = midpoints._base_bounds
     assert base_bounds is not None
-    assert base.drift is not None
+    assert base.attitude is not None
     beyond = []
-    for end in stretches.ends[0]:
-        R = base.drift.attitude(np.array([middles.u[0], end]))
+    for end in intervals.ends[0]:
+        R = base.attitude.at(np.array([midpoints.u[0], end]))
         turn = R[0].T @ R[1]
-        beyond.append(abs(np.arctan2(turn[1, 0], turn[0, 0]) - base_bounds.omega[0, 2] * (end - middles.u[0])))
-    assert 0.7 * base_bounds.bend[0] < max(beyond) <= base_bounds.bend[0]
+        beyond.append(abs(np.arctan2(turn[1, 0], turn[0, 0]) - base_bounds.omega[0, 2] * (end - midpoints.u[0])))
+    assert 0.7 * base_bounds.rotation_second_order[0] < max(beyond) <= base_bounds.rotation_second_order[0]
 
 
 def test_the_rate_of_a_tumbling_base_changes_no_more_than_its_bound() -> None:
@@ -313,24 +317,26 @@ def test_the_rate_of_a_tumbling_base_changes_no_more_than_its_bound() -> None:
     witness, joints = Witness(robot, bodies), JointMap(robot)
     base.begin(witness.frames(np.zeros((1, 1)))[0])
     frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    stretches = Spans(curve).halved(Spans(curve).first())
-    middles = Middles(bodies, relative_bodies, joints, frames, Spans(curve).lines(stretches), base.motion_bounds)
-    base_bounds = middles._base_bounds
-    assert base.drift is not None
+    intervals = PathIntervals(curve).halved(PathIntervals(curve).first())
+    midpoints = IntervalMidpoints(
+        bodies, relative_bodies, joints, frames, PathIntervals(curve).linear_bounds(intervals), base.motion_bounds
+    )
+    base_bounds = midpoints._base_bounds
+    assert base.attitude is not None
     assert base_bounds is not None
     shares = []
-    for i, (middle, (_, end)) in enumerate(zip(middles.u, stretches.ends, strict=True)):
+    for i, (middle, (_, end)) in enumerate(zip(midpoints.u, intervals.ends, strict=True)):
         u = np.linspace(middle, end, 201)
-        local = np.swapaxes(base.drift.attitude(u), 1, 2) @ tumbling.angular * 6.0 / moments  # omega, base axes
+        local = np.swapaxes(base.attitude.at(u), 1, 2) @ tumbling.angular * 6.0 / moments  # omega, base axes
         turned = (local[1:] + local[:-1]).sum(axis=0) / 2 * (u[1] - u[0])
         beyond = np.linalg.norm(turned - local[0] * (end - middle))
         assert np.linalg.norm(base_bounds.omega[i]) == pytest.approx(np.linalg.norm(local[0]))
-        shares.append(beyond / base_bounds.bend[i])
+        shares.append(beyond / base_bounds.rotation_second_order[i])
     assert 0.03 < max(shares) < 1
 
 
 def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:
-    """What is lost beside the speed goes with the square of a stretch; its bound is no more than 8 times the worst of it."""
+    """What is lost beside the speed goes with the square of a interval; its bound is no more than 8 times the worst of it."""
     robot, curve = servicer(), Motion([np.zeros(7), ROWS[0][0]])
     robot = Robot(**{**{n: getattr(robot, n) for n in robot.__dataclass_fields__}, "capsules": lander().capsules[:1]})
     base = FloatingBaseProof(robot, Trajectory(robot, curve), setup_of())
@@ -338,36 +344,38 @@ def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:
     witness, joints = Witness(robot, bodies), JointMap(robot)
     base.begin(witness.frames(joints.values(curve.sample(np.zeros(1))))[0])
     frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    stretches = Spans(curve).first()
+    intervals = PathIntervals(curve).first()
     for _ in range(4):
-        stretches = Spans(curve).halved(stretches)
-    middles = Middles(bodies, relative_bodies, joints, frames, Spans(curve).lines(stretches), base.motion_bounds)
-    middles.watch(np.arange(len(relative_bodies.body)))
+        intervals = PathIntervals(curve).halved(intervals)
+    midpoints = IntervalMidpoints(
+        bodies, relative_bodies, joints, frames, PathIntervals(curve).linear_bounds(intervals), base.motion_bounds
+    )
+    midpoints.bound(np.arange(len(relative_bodies.body)))
     shares = []
     for side in (0, 1):
         ends = []
-        for u in (middles.u, stretches.ends[:, side]):
+        for u in (midpoints.u, intervals.ends[:, side]):
             at = frames(u, joints.values(curve.sample(u)))[:, bodies.joint]
             ends.append(bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3])
-        way = middles.velocity * (stretches.ends[:, side] - middles.u)[:, None, None, None]
+        way = midpoints.velocity * (intervals.ends[:, side] - midpoints.u)[:, None, None, None]
         beyond = np.linalg.norm((ends[1] - ends[0])[:, relative_bodies.body] - way, axis=-1)
-        shares.append((beyond / middles.bend).max())
+        shares.append((beyond / midpoints.second_order_bound).max())
     assert 1 / 8 < max(shares) < 1
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(floating_arms(), st.integers(0, 2**32 - 1))
 def test_the_rates_and_their_derivatives_are_those_of_the_momentum_form(robot: Robot, seed: int) -> None:
     robot = Robot(**{**{n: getattr(robot, n) for n in robot.__dataclass_fields__}})
     q = np.random.default_rng(seed).uniform(-2, 2, (3, robot.dof))
-    reaction = Reaction(robot, linear=np.zeros(3), angular=np.zeros(3), time_rate=0.0, off=0.0)
+    reaction = Reaction(robot, linear=np.zeros(3), angular=np.zeros(3), time_rate=0.0, attitude_error=0.0)
     bodies, _ = bodies_of(robot)
     witness, joints = Witness(robot, bodies), JointMap(robot)
     scale = np.zeros((len(robot.joints), robot.dof))
     scale[np.arange(len(robot.joints)), joints.dof] = joints.multiplier
 
     def rates(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return reaction._rates(_PlacedMasses(reaction._masses, reaction._turns, witness.frames(joints.values(q))))
+        return reaction._rates(_PlacedMasses(reaction._masses, reaction._revolute, witness.frames(joints.values(q))))
 
     def of_oracle(q: np.ndarray) -> np.ndarray:
         _, H_w, H_q = momentum_map(robot, q)

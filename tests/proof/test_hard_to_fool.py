@@ -13,7 +13,7 @@ from spacearm.core.errors import ProblemError
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.proof import Certificate, certify
-from spacearm.proof.displacement import Spans
+from spacearm.proof.displacement import PathIntervals
 from spacearm.robot import Joint, LinkCapsule, Robot
 from support.dense_samples import Setting, planar, swing
 
@@ -60,7 +60,7 @@ THIN: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("case", THIN)
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(at=ANGLES)
 def test_what_is_1_mm_thin_is_hit_wherever_it_stands(case: str, at: float) -> None:
     robot = planar()
@@ -93,7 +93,7 @@ SHAPES: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@settings(max_examples=40)
+@settings(max_examples=25)
 @example(at=0.20792066761153616)  # the first look falls within a nanometre of where they begin to touch
 @given(at=ANGLES)
 def test_touching_never_holds_nor_does_a_graze(shape: str, at: float) -> None:
@@ -357,9 +357,9 @@ def test_coefficients_of_great_size_between_small_values_are_allowed_their_round
     robot = turntable()
     wild = 1e6 * (-1.0) ** np.arange(41)
     path = PiecewisePath([0, 1], wild[None, :, None])
-    spans = Spans(path)
-    stretches = spans.first()
-    assert spans.lines(stretches).drift.min() >= 1e-8
+    cut = PathIntervals(path)
+    intervals = cut.first()
+    assert cut.linear_bounds(intervals).deviation.min() >= 1e-8
     assert judged(robot, [], RecordedTrajectory(robot, path)).holds
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from spacearm.core.errors import ProblemError, RobotError
 from spacearm.dynamics import hold
-from spacearm.files.recheck import recheck_trajectory
+from spacearm.files.plan_file import recheck_trajectory
 from spacearm.geometry import Box, Scene, Sphere
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.motion.recorded import robot_in_order

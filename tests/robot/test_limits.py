@@ -180,7 +180,7 @@ def test_limits_of_moveits_file_reach_the_degree_of_freedom(tmp_path: Path) -> N
     np.testing.assert_allclose(robot.acceleration, [2])  # that of b, which goes three times as far
     np.testing.assert_allclose([robot.lower[0], robot.upper[0]], [-1, 10 / 3])
     assert noted(robot, "allows more than the robot's file", "b (position)", "b (velocity)")
-    assert noted(robot, "left out: other")
+    assert noted(robot, "ignored: other")
     assert noted(robot, "max_jerk")
     assert noted(robot, "default_velocity_scaling_factor: 0.1")
     indented = "\n".join(f"  {line}" for line in LIMITS.splitlines())
@@ -266,4 +266,4 @@ def test_joints_that_are_held_leave_those_that_follow_within_their_limits() -> N
         srdf_text.srdf(srdf_text.group("arm", joints=("c",))),
         group="arm",
     )
-    assert noted(held, "held: a at -0.2")
+    assert noted(held, "locked: a at -0.2")

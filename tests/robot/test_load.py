@@ -317,11 +317,10 @@ def test_a_urdf_without_xml_is_refused_by_its_name(tmp_path: Path) -> None:
 
 
 def test_the_formats_description_names_every_key() -> None:
-    from spacearm.robot import robot_schema as yaml_schema
-    from spacearm.robot import robot_yaml as yaml_robot
+    from spacearm.robot import robot_yaml
 
-    for model in yaml_schema.StrictModel.__subclasses__():
-        if model.__module__ != yaml_schema.__name__:
+    for model in robot_yaml.StrictModel.__subclasses__():
+        if model.__module__ != robot_yaml.__name__:
             continue
         for name, field in model.model_fields.items():
-            assert f"{field.alias or name}:" in (yaml_robot.__doc__ or "")
+            assert f"{field.alias or name}:" in (robot_yaml.__doc__ or "")

@@ -50,7 +50,7 @@ def test_a_groups_chain_moves_and_the_rest_is_held_and_told() -> None:
     robot = two_arms(group="left", fixed={"right_elbow": 0.5})
     assert robot.dof_names == LEFT
     assert robot.tip == "left_tool"
-    assert noted(robot, "held: right_elbow at 0.5")
+    assert noted(robot, "locked: right_elbow at 0.5")
     assert noted(robot, "not in group 'left'", "right_shoulder at 0", "left_grip at 0.01")  # the nearest to 0 it may be
     free = srdf_text.loaded(srdf_text.two_arms(), tip="left_tool")
     q = np.zeros(free.dof)
@@ -93,7 +93,7 @@ def test_a_mimic_outside_the_group_follows_its_leader_inside_and_the_other_way_r
     assert follower.dof_names == ("left_elbow",)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.data())
 def test_holding_joints_is_fixing_them_in_q(data: st.DataObject) -> None:
     text = data.draw(urdf_text.urdfs())

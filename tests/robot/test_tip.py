@@ -134,7 +134,7 @@ def test_a_joint_of_the_root_that_is_not_to_move_is_held_and_told(kind: str) -> 
         robot = urdf_text.loaded(rooted(kind, "0 0 2"), base=base)
         assert (robot.base, robot.dof) == ("fixed", 2)
         assert robot.frame("base").T_joint_frame[2, 3] == 2
-        assert noted(robot, f"joint 'free' between the root and 'base' is {kind}", "held at its origin")
+        assert noted(robot, f"joint 'free' between the root and 'base' is {kind}", "locked at its origin")
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,14 @@ def test_what_is_called_deterministic_is(tmp_path: Path, told: Callable) -> None
     assert seen[0] == seen[1]
 
 
+def test_a_second_call_with_the_same_records_measures_nothing(tmp_path: Path, told: Callable) -> None:
+    data, records = write_collection(tmp_path / "data"), tmp_path / "runs.jsonl"
+    words = ("mbm", "-d", data, "--families", "easy", "--json", "--records", records, *SHORT)
+    first, again = (json.loads(told(*words, "--jobs", jobs)[1])["runs"] for jobs in (2, 1))
+    assert first == again
+    assert len(records.read_text().splitlines()) == 1 + 2
+
+
 def test_wrong_input_is_one_sentence(tmp_path: Path, told: Callable) -> None:
     def refused(case: str, *arguments: object) -> None:
         code, out, err = told(*arguments)

@@ -23,13 +23,13 @@ from spacearm.study.paper_problem import (
     GOAL_POSITION,
     NEAR,
     OBSTACLE_CENTERS,
+    READINGS,
     REPORTED,
     START_POSITION,
     THRESHOLD,
     PaperSettings,
     paper_objective,
 )
-from spacearm.study.paper_readings import READINGS
 from spacearm.study.paper_report import HEADER, path_notes, report_as_dict, save_report, table_rows
 from spacearm.swarm import FeasibleFirst, Penalty, named_settings
 from support.messages import assert_refused

@@ -12,8 +12,16 @@ from hypothesis import strategies as st
 
 from spacearm.core.errors import SettingsError, SpacearmError
 from spacearm.core.records import as_dict
-from spacearm.study.paper_problem import NEAR, REPORTED, REPORTED_FOR, THRESHOLD, PaperSettings, paper_objective, paper_scene
-from spacearm.study.paper_readings import READINGS
+from spacearm.study.paper_problem import (
+    NEAR,
+    READINGS,
+    REPORTED,
+    REPORTED_FOR,
+    THRESHOLD,
+    PaperSettings,
+    paper_objective,
+    paper_scene,
+)
 from spacearm.swarm import NAMED_SETTINGS
 from support.messages import assert_refused
 

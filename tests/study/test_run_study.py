@@ -17,9 +17,8 @@ import pytest
 
 from house.source import REPOSITORY
 from spacearm.core.errors import FileFormatError, OutputError, ProblemError, SettingsError
-from spacearm.study.run_study import run_study
+from spacearm.study.run_study import Lost, in_processes, run_study
 from spacearm.study.study_records import appending, load_records
-from spacearm.study.workers import Lost, in_processes
 from study.small_study import DRAWING, Draw, Drawn, draw, tasks
 from support.messages import assert_refused
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import mannwhitneyu
 
-from spacearm.study.statistics import Summary, rank_sum, summarise
+from spacearm.study.statistics import Spread, Summary, mean, median, rank_sum, share, share_interval, summarise
 from spacearm.swarm import PSO, SwarmResult
 from spacearm.swarm.ask_tell import SwarmHistory
 
@@ -91,6 +92,21 @@ def result(fitness: float, violation: float = 0.0) -> SwarmResult:
 
 def summary(*runs: SwarmResult, best_known: float | None = 3.0, reference: tuple[SwarmResult, ...] | None = None) -> Summary:
     return summarise(runs, threshold=4.33, best_known=best_known, near=0.01, reference=reference)
+
+
+@given(st.integers(1, 500), st.data())
+def test_the_interval_of_a_share_is_wilsons(of: int, data: st.DataObject) -> None:
+    count = data.draw(st.integers(0, of))
+    z, p = 1.959963984540054, count / of  # the normal distribution's 97.5th percentile
+    middle, half = p + z * z / (2 * of), z * math.sqrt(p * (1 - p) / of + z * z / (4 * of * of))
+    expected = [(middle + sign * half) / (1 + z * z / of) for sign in (-1, 1)]
+    np.testing.assert_allclose(share_interval(count, of), expected, atol=1e-12)
+
+
+def test_nothing_has_no_mean_and_no_spread() -> None:
+    values = [mean([]), median([]), share([], bool), *dataclasses.astuple(Spread.of([]))]
+    assert all(math.isnan(value) for value in values)
+    assert Spread.of([1.0, 2.0, 3.0]) == Spread(median=2.0, p95=2.9, greatest=3.0)
 
 
 def test_a_row_by_hand() -> None:

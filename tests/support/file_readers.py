@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spacearm.files import load_problem_file, load_trajectory, plan_as_dict
-from spacearm.files.plan_file import load_plan, load_saved_plan
-from spacearm.files.recheck import recheck_plan
+from spacearm.files.plan_file import load_plan, load_saved_plan, recheck_plan
 from spacearm.geometry import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
 from spacearm.planner import PlannerSettings, Problem, plan
 from spacearm.planner.goals import ConfigurationGoal

@@ -34,6 +34,7 @@ _SUBJECT = re.compile(r"^(?:<path>:? ?)?(?:line \d+: )?(?:[\w' ]{0,40} )?([A-Za-
 _PLACE = re.compile(r"<path>(?:/[\w./-]*\w)?")
 _FORMAT = re.compile(r"\b[A-Z]{3,5}\b")
 _KNOWN = re.compile(r"\bknown: .*")
+_OUR_MODULE = re.compile(r"^spacearm\.(?:\w+\.)+(?=[A-Z])")  # a class is named, wherever it lies
 _HINT = re.compile(r"did you mean '([^']*)'\??")
 
 _VERBS = (
@@ -86,6 +87,7 @@ def facts_of(sentence: str) -> dict[str, list[str]]:
     names = [*_PLACE.findall(bare), *_SUBJECT.findall(bare), *quoted, *hints]
     words = [*_WORD_OF_CODE.findall(bare), *_FORMAT.findall(bare)]
     names += [word for word in words if not any(_has(name, word) for name in names)]
+    names = [_OUR_MODULE.sub("", name) for name in names]
     units = [*(unit for _, unit in _BARE_UNIT.findall(bare)), *_IN_BRACKETS.findall(bare)]
     facts = {
         "name": _once(names),

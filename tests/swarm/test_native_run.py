@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from spacearm.core.errors import SettingsError
+from spacearm.core.native import native
 from spacearm.geometry import Scene, Sphere
-from spacearm.planner.kernel_model import make_kernel_model, native_class
+from spacearm.planner.kernel_model import make_kernel_model
 from spacearm.robot import load_robot
 from spacearm.swarm import NAMED_SETTINGS, PSO, SwarmResult, minimize, run_trials
 from support.swarm_boxes import SMALL_NAMED, assert_same_run
@@ -23,9 +24,17 @@ PLAIN = PSO(particles=20, iterations=10)
 
 
 def reach(precision: int = 64, tolerance: float = 0.05) -> Any:
-    model = make_kernel_model(ROBOT, SCENE, precision=precision)
-    tip, goal = np.array([model.tip], dtype=np.int32), np.array([[0.7, 0.3, 0.0]])
-    return native_class("ReachObjective", precision)(model.native, tip, goal, np.array([tolerance]), 0.01, np.full(7, 0.1))
+    model = make_kernel_model(ROBOT, SCENE)
+    given: dict[str, Any] = {
+        "points": np.array([model.tip], dtype=np.int32),
+        "targets": np.array([[0.7, 0.3, 0.0]]),
+        "tolerances": np.array([tolerance]),
+        "margin": 0.01,
+        "home": np.full(7, 0.1),
+    }
+    if precision == 64:
+        return native.ReachObjective64(scene=model.model64, **given)
+    return native.ReachObjective32(scene=model.model32, **given)
 
 
 def run(objective: Any, chosen: Any = PLAIN, **options: Any) -> list[SwarmResult]:
@@ -35,15 +44,15 @@ def run(objective: Any, chosen: Any = PLAIN, **options: Any) -> list[SwarmResult
 @pytest.mark.parametrize("name", NAMED_SETTINGS)
 def test_a_native_run_is_minimize_over_the_kernels_own_evaluation(name: str) -> None:
     objective, chosen = reach(), SMALL_NAMED[name]
-    (native,) = run(objective, chosen, keep_positions=True)
-    assert_same_run(native, minimize(objective.evaluate, *BOX, chosen, rng=5, history="positions"))
+    (in_kernel,) = run(objective, chosen, keep_positions=True)
+    assert_same_run(in_kernel, minimize(objective.evaluate, *BOX, chosen, rng=5, history="positions"))
 
 
 def test_initial_positions_go_the_same_way() -> None:
     objective = reach()
     initial = np.clip(np.linspace(-1, 1, 21).reshape(3, 7), *BOX)
-    (native,) = run(objective, initial=initial)
-    assert_same_run(native, minimize(objective.evaluate, *BOX, PLAIN, rng=5, initial=initial))
+    (in_kernel,) = run(objective, initial=initial)
+    assert_same_run(in_kernel, minimize(objective.evaluate, *BOX, PLAIN, rng=5, initial=initial))
 
 
 @pytest.mark.parametrize("precision", [32, 64])

@@ -1,3 +1,3 @@
-"""Which instruction levels this processor runs (kernel/processor.c)."""
+"""Which instruction levels this processor runs (kernel/python/processor.c)."""
 
 def levels() -> list[str]: ...

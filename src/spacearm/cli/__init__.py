@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 COMMANDS = {
     "bench": "measure the planner on a collection of problems: spacearm bench mbm -d DIR",
     "certify": "prove a plan.json again, or a trajectory in CSV: free of collision and within the limits, at every instant",
-    "doctor": "say what is wrong with a robot's URDF and how to mend it; --fix writes a corrected copy",
+    "doctor": "find the faults of a robot's URDF, and say how to correct them; --fix writes a corrected copy",
     "paper": "run the paper's experiment: Table 3, Figures 4-9, report.json",
     "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, figures",
 }
@@ -32,7 +32,8 @@ _OPTIONS = ("-h", "--help", "--version")
 
 _HELP = """usage: spacearm COMMAND [options]
 
-Plans collision-free, executable motions for robot arms on spacecraft, with a particle swarm, and proves each of them.
+Plans collision-free motions for robot arms on spacecraft, and proves each of them. The search is a hybrid of
+RRT-Connect trees, local refinement and a particle swarm.
 
 commands:
 {commands}

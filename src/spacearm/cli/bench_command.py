@@ -35,12 +35,14 @@ class MbmOptions:
         srdf: its groups and the links that may touch; none: the only SRDF file there.
         group: the group whose joints move.
         families: measure only these families; none: all.
-        problems: measure only so many problems of each family; none: all.
+        problems: measure only this number of problems of each family; none: all.
         seeds: runs of each problem.
         search: duration of the search alone, on the reference core [ms].
         budget: duration of the search in plan() before the proof, on the reference core [ms].
         no_figure: do not draw lengths and first motions over time.
         json: print the content of report.json instead of the tables.
+        records: a file that each run is written to as it ends; the same file again continues after a stop.
+        jobs: runs measured at a time; none: one, since runs beside each other take longer.
     """
 
     data: Annotated[Path, arg(metavar="DIR", aliases=("-d",))]
@@ -55,6 +57,8 @@ class MbmOptions:
     budget: float = 50.0
     no_figure: bool = False
     json: bool = False
+    records: Annotated[Path | None, arg(metavar="FILE")] = None
+    jobs: int | None = None
 
     def __post_init__(self) -> None:
         whole("seeds", self.seeds, at_least=1, at_most=_OFTEN)
@@ -69,7 +73,7 @@ class MbmOptions:
 @dataclass(frozen=True, kw_only=True)
 class SpaceOptions:
     """Measure the planner on SpaceBench, problems for arms on spacecraft whose base floats, on one core: time to the first
-    certified motion, how far the base turns, what becomes of motions planned for a fixed base; then on published problems.
+    certified motion, how far the base turns, and how motions planned for a fixed base end; then on published problems.
 
     Times are stated for a reference core.
 
@@ -77,12 +81,15 @@ class SpaceOptions:
         data: the frozen set: a folder with a file for each family, as truss.json.
         output: a new or empty folder for report.json, tables.md and the figures.
         family: measure only these families; none: all.
-        problems: measure only so many problems of each family; none: all.
+        problems: measure only this number of problems of each family; none: all.
         seeds: runs of each problem.
         published: seeds of each of the published problems; 0 leaves them out.
         limit: a problem that takes longer than this on the reference core is not solved [s].
-        no_figure: do not draw a problem of each family, what becomes of fixed-base motions, and how far bases turn.
+        no_figure: do not draw a problem of each family, how fixed-base motions end, and how far bases turn.
         json: print the content of report.json instead of the tables.
+        records: a file that each run is written to as it ends; the same file again continues after a stop. Runs of the
+            published problems go to a second file beside it.
+        jobs: runs measured at a time; none: one, since runs beside each other take longer.
     """
 
     data: Annotated[Path, arg(metavar="DIR", aliases=("-d",))] = Path("benchmarks/spacebench")
@@ -94,6 +101,8 @@ class SpaceOptions:
     limit: float = 2.0
     no_figure: bool = False
     json: bool = False
+    records: Annotated[Path | None, arg(metavar="FILE")] = None
+    jobs: int | None = None
 
     def __post_init__(self) -> None:
         whole("seeds", self.seeds, at_least=1, at_most=_OFTEN)
@@ -130,7 +139,7 @@ def _mbm(arguments: Sequence[str]) -> int:
     robot = find_robot(options.data, urdf=options.urdf, srdf=options.srdf, group=options.group)
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
         with progress_bar("measuring") as bar:
-            benchmark = run_benchmark(items, robot, protocol, progress=bar)
+            benchmark = run_benchmark(items, robot, protocol, records=options.records, jobs=options.jobs, progress=bar)
         written = [] if folder is None else save_report(benchmark, folder, figure=not options.no_figure)
     values = report_as_dict(benchmark) if options.json else None
     _tell(values, tables(benchmark), notes(benchmark), written, benchmark.seconds)
@@ -147,7 +156,14 @@ def _space(arguments: Sequence[str]) -> int:
     items = find_problems(options.data, families=options.family or (), most=options.problems)
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
         with progress_bar("measuring") as bar:
-            bench = run_spacebench(items, protocol, published=options.published, progress=bar)
+            bench = run_spacebench(
+                items,
+                protocol,
+                published=options.published,
+                records=options.records,
+                jobs=options.jobs,
+                progress=bar,
+            )
         written = [] if folder is None else save_report(bench, folder, items=items, figure=not options.no_figure)
     values = report_as_dict(bench) if options.json else None
     _tell(values, tables(bench), notes(bench), written, bench.seconds)

@@ -1,4 +1,7 @@
-"""`spacearm certify`: prove a saved plan again, or a trajectory that somebody else made."""
+"""`spacearm certify`: prove a saved plan again, or a trajectory that somebody else made.
+
+The proof and the files are imported by the functions that use them, after the options are read: help is printed without.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
@@ -16,12 +19,10 @@ from spacearm.core.errors import SettingsError
 from spacearm.core.output import require_new
 from spacearm.core.reading import located, read_bytes
 from spacearm.core.version import version
-from spacearm.files import load_problem, load_trajectory
-from spacearm.files.plan_file import save_json
-from spacearm.files.recheck import Recheck, recheck_plan, recheck_trajectory
-from spacearm.files.stated_columns import as_duration
-from spacearm.planner import Problem
-from spacearm.robot.unchecked_pairs import rows_on_unchecked
+
+if TYPE_CHECKING:
+    from spacearm.files.plan_file import Recheck
+    from spacearm.planner import Problem
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +40,7 @@ class Options:
         interpolation: how a trajectory moves between its rows; none: by what the file gives, straight lines if that is
             positions only.
         degrees: the angles of the trajectory are in degrees.
-        unwrap: the angles of the trajectory take the short way from row to row.
+        unwrap: the angles of the trajectory change by less than half a turn from row to row.
         time_unit: unit of the times in the trajectory; none: as the file says, else seconds.
         limits: the joint limits that must be kept; a path with corners has no acceleration, so leave that out for one.
         jerk_limit: jerk limit of every joint [rad/s^3 or m/s^3]; none: jerk is not limited.
@@ -71,6 +72,9 @@ class Options:
 def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
     options = parsed(Options, arguments, command="certify")
+    from spacearm.files import load_problem
+    from spacearm.files.plan_file import save_json
+
     if options.output is not None:
         require_new(options.output, advice="choose another name with -o")
     problem = None if options.problem is None else load_problem(options.problem)
@@ -96,6 +100,9 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _found(options: Options, problem: Problem | None) -> Recheck:
+    from spacearm.files import load_trajectory
+    from spacearm.files.plan_file import recheck_plan, recheck_trajectory
+
     if _is_plan(read_bytes(options.file, what="a plan or a trajectory")):
         with located(options.file):
             _refuse_for_plans(options)
@@ -134,6 +141,9 @@ def _refuse_for_plans(options: Options) -> None:
 
 
 def _summary(found: Recheck) -> list[tuple[str, str]]:
+    from spacearm.files.stated_columns import as_duration
+    from spacearm.robot.unchecked_pairs import rows_on_unchecked
+
     certificate = found.certificate
     rows = [("status", certificate.status), ("finding", certificate.message)]
     if certificate.clearance is not None and certificate.closest is not None:

@@ -24,20 +24,20 @@ _CHOSEN = Choices()
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Say all that is wrong with a robot's model, and how to mend it.
+    """Find the faults of a robot's model, and say how to correct each.
 
-    With --fix, what can be mended is mended in a copy, and the findings are those of the copy. If there are errors or
+    With --fix, a corrected copy is written, and the findings are those that are left in the copy. If there are errors or
     warnings, the exit code is 1.
 
     Attributes:
         model: a URDF file.
         srdf: an SRDF file about the same robot.
-        base: the base of the robot; with floating a missing mass is an error, with fixed it is not; none: as the SRDF says.
+        base: the base of the robot; with floating a missing mass is an error, with fixed it is not; none: as the SRDF states.
         fix: write a corrected copy to this new file.
         force: replace the file that --fix names if it exists; never the model itself.
-        velocity_limit: what --fix gives a joint without a velocity limit [rad/s or m/s].
-        range_limit: what --fix gives a revolute joint without limits, to both sides [rad].
-        density: what --fix gives a link without a mass [kg/m^3]; none: it is left so.
+        velocity_limit: the limit that --fix gives a joint without a velocity limit [rad/s or m/s].
+        range_limit: the limit that --fix gives a revolute joint without limits, to both sides [rad].
+        density: the density that --fix uses for a link without a mass [kg/m^3]; none: the mass stays missing.
         json: print the findings as JSON instead of the list.
     """
 

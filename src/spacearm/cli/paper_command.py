@@ -28,12 +28,18 @@ class Options:
         output: a new or empty folder for tables, figures and report.json.
         no_figures: do not draw Figures 4-9 and the comparison, which takes most of the time.
         json: print the report as JSON instead of the tables.
-        experiment: what is run.
+        records: a file that runs are written to as they end; the same file again continues after a stop. The planned paths go
+            to a second file beside it.
+        jobs: processes; the numbers do not depend on it. One process uses as many threads as `threads` says, each of several
+            one.
+        experiment: the runs and the problem.
     """
 
     output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
     no_figures: bool = False
     json: bool = False
+    records: Annotated[Path | None, arg(metavar="FILE")] = None
+    jobs: int = 1
     experiment: Annotated[PaperSettings, OmitArgPrefixes] = field(default_factory=PaperSettings)
 
 
@@ -42,7 +48,7 @@ def run(arguments: Sequence[str]) -> int:
     options = parsed(Options, arguments, command="paper")
     with results_folder(options.output) as folder:
         with progress_bar("runs") as bar:
-            experiment = run_experiment(options.experiment, progress=bar)
+            experiment = run_experiment(options.experiment, records=options.records, jobs=options.jobs, progress=bar)
         with progress_bar("report" if options.no_figures else "figures") as bar:
             written = save_report(experiment, folder, figures=not options.no_figures, progress=bar)
     if options.json:

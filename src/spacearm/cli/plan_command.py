@@ -1,4 +1,7 @@
-"""`spacearm plan`: from a problem.yaml to a proven motion."""
+"""`spacearm plan`: from a problem.yaml to a proven motion.
+
+The planner and the files are imported by the functions that use them, after the options are read: help is printed without.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
@@ -23,12 +26,9 @@ from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
 from spacearm.core.reading import located
 from spacearm.core.records import whole
-from spacearm.files import load_problem_file, plan_as_dict, save_plan, save_trajectory, write_aem, write_ros_trajectory
-from spacearm.files.ccsds_attitude import as_epoch
-from spacearm.files.stated_columns import as_duration
-from spacearm.planner import ParetoFront, Plan, pareto_front, plan
-from spacearm.planner.pareto import require_choice
-from spacearm.robot.unchecked_pairs import rows_on_unchecked
+
+if TYPE_CHECKING:
+    from spacearm.planner import ParetoFront, Plan
 
 _WRONG = ("no_envelope", "start_in_collision", "goal_in_collision")
 """As given: the input's fault, and there is nothing to search for."""
@@ -49,8 +49,8 @@ class Options:
         export: also write the trajectory for other programs: aem writes trajectory.aem, the attitude of the base as CCSDS
             defines it; ros writes trajectory.ros.json, messages of ROS 2.
         epoch: date and time at which the motion begins, for aem; none: the file states no date.
-        pareto: plan so many more motions between quick and gentle to a floating base, and draw the duration against the peak
-            angle of the base.
+        pareto: plan this number of further motions between the shortest duration and the smallest peak angle of a floating
+            base, and draw one against the other.
     """
 
     problem: Annotated[Positional[Path], arg(metavar="PROBLEM.YAML")]
@@ -64,6 +64,8 @@ class Options:
 
     def __post_init__(self) -> None:
         if self.epoch is not None:
+            from spacearm.files.ccsds_attitude import as_epoch
+
             as_epoch("--epoch", self.epoch)
             if "aem" not in self.export:
                 raise SettingsError(f"--epoch is {shown(self.epoch)}, and no file needs it, expected --export aem with it")
@@ -76,6 +78,10 @@ class Options:
 def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
     options = parsed(Options, arguments, command="plan")
+    from spacearm.files import load_problem_file, plan_as_dict
+    from spacearm.planner import plan
+    from spacearm.planner.pareto import require_choice
+
     file = load_problem_file(options.problem)
     tell_notes(options.problem, file.problem.scene.notes)
     if options.pareto is not None:
@@ -105,6 +111,8 @@ def run(arguments: Sequence[str]) -> int:
 
 def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
     """Write the plan's files; return their names. An unproven motion is no trajectory for anyone to execute."""
+    from spacearm.files import save_plan, save_trajectory
+
     save_plan(found, folder / "plan.json")
     written = ["plan.json"]
     if found.found and found.trajectory is not None:
@@ -129,6 +137,8 @@ def _export(found: Plan, folder: Path, kinds: Sequence[str], *, epoch: str | Non
     """
     if not found.found or found.trajectory is None:
         return []
+    from spacearm.files import write_aem, write_ros_trajectory
+
     written = []
     if "aem" in kinds:
         write_aem(found.trajectory, folder / "trajectory.aem", start_epoch=epoch)
@@ -146,6 +156,9 @@ def _save_pareto(found: Plan, folder: Path, *, points: int, figures: bool) -> li
     Raises:
         ProblemError: a problem whose base is fixed, or that states its duration.
     """
+    from spacearm.files import save_plan
+    from spacearm.planner import pareto_front
+
     with progress_bar("quick or gentle") as bar:
         front = pareto_front(found.problem, found.settings, points=points, rng=found.seed, progress=bar)
     if not front.plans:
@@ -178,6 +191,9 @@ def _pareto_table(front: ParetoFront, plans: Sequence[str]) -> str:
 
 
 def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[str, str]]:
+    from spacearm.files.stated_columns import as_duration
+    from spacearm.robot.unchecked_pairs import rows_on_unchecked
+
     rows = [("status", found.status), ("seed", str(found.seed)), ("goal configurations", _goals(found))]
     if found.history:
         first, last = found.history[0], found.history[-1]
@@ -210,9 +226,7 @@ def _goals(found: Plan) -> str:
     search = found.goal_search
     if search is None or not search.searches:
         return str(len(found.goals))
-    if (
-        found.problem.base_model.follows_arm
-    ):  # where the arm ends depends on how the base turns: these are where the search begins
+    if found.problem.base_model.follows_arm:  # the turn of the base decides where the arm ends: the search begins at these
         return f"{len(found.goals)} distinct ones to begin with, which would reach the goal if the base stayed"
     return f"{len(found.goals)} distinct ones, of {search.reached} that reach the goal; {search.in_collision} of these collide"
 

@@ -1,7 +1,8 @@
 """Ctrl-C and SIGTERM while a command runs: never lost, and never mistaken for an error of ours.
 
 The exception that Python raises from a signal may come where nobody passes it on: in a finalizer, or in code of others that
-catches whatever comes or trips over what it left half done. So a signal is also remembered, and asked for again.
+catches whatever comes or trips over what it left half done. So a signal is also remembered, and raised again after a while,
+until the command ends or the function that caught it says so (`interrupt_taken`).
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ import signal
 import sys
 import threading
 from contextlib import contextmanager
+
+from spacearm.core.interrupts import told_when_taken
 
 TYPE_CHECKING = False  # as typing has it, which is slow to load
 
@@ -73,10 +76,11 @@ def watched(*, to_the_end: bool) -> Iterator[Watch]:
     sys.unraisablehook = lambda raised: _unraisable(raised, hook)
     _watches.append(watch)
     try:
-        yield watch
+        with told_when_taken(_ask_no_more):
+            yield watch
     finally:
         with contextlib.suppress(KeyboardInterrupt):
-            _ask_again(0)
+            _ask_no_more()
         for number, handler in before.items():
             with contextlib.suppress(KeyboardInterrupt):
                 signal.signal(number, signal.SIG_IGN if to_the_end else handler)
@@ -106,6 +110,10 @@ def _install(watch: Watch) -> dict[int, Any]:
 def _ask_again(seconds: float) -> None:
     if hasattr(signal, "setitimer") and signal.getsignal(signal.SIGALRM) is _raise_once_more:
         signal.setitimer(signal.ITIMER_REAL, seconds)
+
+
+def _ask_no_more() -> None:
+    _ask_again(0)
 
 
 def _raise_once_more(number: int, frame: FrameType | None) -> None:

@@ -383,9 +383,10 @@ def _wrong_arguments(
 def _error_of(cls: type) -> type[SpacearmError]:
     """Return what is raised for a class of ours: its room's error."""
     room = cls.__module__.split(".")[1] if "." in cls.__module__ else ""
-    if cls.__name__.endswith("Settings") or room in ("swarm", "settings"):
+    if cls.__name__.endswith("Settings") or room == "swarm":
         return SettingsError
-    return {"scene": SceneError, "robot": RobotError, "planner": ProblemError}.get(room, SpacearmError)
+    rooms = {"geometry": SceneError, "robot": RobotError, "doctor": RobotError, "planner": ProblemError}
+    return rooms.get(room, SpacearmError)
 
 
 _OTHER_WORDS = {

@@ -1,4 +1,4 @@
-"""What was made of the objects seen last."""
+"""Results of functions, cached by the identity of the argument."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import TypeVar
 T = TypeVar("T")
 Made = TypeVar("Made")
 
-_MOST = 4
+_MOST = 4  # results remembered for each function
 
 
-def kept(make: Callable[[T], Made]) -> Callable[[T], Made]:
-    """Keep what a function made of the last few objects, for the same object to be asked about again.
+def cached_by_identity(make: Callable[[T], Made]) -> Callable[[T], Made]:
+    """Remember the results of a function of one argument for the objects that it was called with last.
 
-    The same, not an equal one: to compare robots or scenes takes longer than most of what is made of them.
+    The same object must be passed, and not an equal one: to compare robots or scenes takes longer than most of these functions.
     """
-    seen: deque[tuple[T, Made]] = deque(maxlen=_MOST)  # whoever is in it is alive, so no other object is taken for it
+    seen: deque[tuple[T, Made]] = deque(maxlen=_MOST)  # it keeps its objects alive, so no new object can have the same identity
 
     def made_of(given: T) -> Made:
         for one, made in list(seen):

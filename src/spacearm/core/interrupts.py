@@ -1,13 +1,19 @@
-"""Ctrl-C where it may come, and not where it would leave something half done."""
+"""Ctrl-C: put off where it would leave something half done, and told to the command line where it is taken.
+
+The command line repeats a signal that does not end the command, since code of others may swallow the exception. A function that
+catches KeyboardInterrupt and returns what it has so far calls `interrupt_taken`: the repeat would interrupt what is made of it.
+"""
 
 from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any
+
+_listeners: list[Callable[[], None]] = []
 
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name))
 
@@ -41,3 +47,19 @@ def unbroken() -> Iterator[None]:
             signal.signal(number, handler)
         for number, frame in came[:1]:
             before[number](number, frame)
+
+
+def interrupt_taken() -> None:
+    """Tell that a KeyboardInterrupt was caught on purpose and the work ends with what there is: nobody needs to repeat it."""
+    for listener in _listeners:
+        listener()
+
+
+@contextmanager
+def told_when_taken(listener: Callable[[], None]) -> Iterator[None]:
+    """Call a function whenever an interrupt is taken (`interrupt_taken`), while the context lasts."""
+    _listeners.append(listener)
+    try:
+        yield
+    finally:
+        _listeners.remove(listener)

@@ -9,6 +9,7 @@ import importlib
 import os
 from dataclasses import dataclass
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 from spacearm.core.checks import shown_error
 from spacearm.core.errors import KernelError, nearest
@@ -65,7 +66,10 @@ def load_level(level: str) -> ModuleType:
     return importlib.import_module(f"spacearm._kernel.{_MODULE_OF_LEVEL[level]}")
 
 
-native = load_level(os.environ.get(ENVIRONMENT_VARIABLE) or available_levels()[0])
+if TYPE_CHECKING:
+    from spacearm._kernel import kernel as native  # the stub that all levels have in common
+else:
+    native = load_level(os.environ.get(ENVIRONMENT_VARIABLE) or available_levels()[0])
 
 
 def kernel_info() -> KernelInfo:

@@ -20,7 +20,7 @@ _NEW = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_BINARY", 0)
 
 
 def write_atomically(path: str | os.PathLike[str], content: bytes | str) -> None:
-    """Write a file so that it holds either all of the content or what it held before.
+    """Write a file so that it has either all of the content or what it had before.
 
     Raises:
         OutputError: the folder is missing or not writable, or the disk is full.

@@ -1,8 +1,9 @@
-"""Records as plain values, what JSON can hold, and back, bit for bit.
+"""Settings and records: frozen dataclasses, checked, and as plain values that JSON can hold and back, bit for bit.
 
-A record is one of our frozen dataclasses. Its dictionary has a key for each field that is part of its value; arrays and
-tuples become lists, and an infinite number becomes null. Reading takes nothing for granted: pydantic checks the keys and the
-types by a model made from the dataclass, and the record's own constructor checks what the values mean.
+A class of settings refuses unknown names with the nearest known one. A record's dictionary has a key for each field that is
+part of its value; arrays and tuples become lists, and an infinite number becomes null. Reading takes nothing for granted:
+pydantic checks the keys and the types by a model made from the dataclass, and the record's own constructor checks what the
+values mean.
 """
 
 from __future__ import annotations
@@ -19,9 +20,6 @@ import numpy as np
 
 from spacearm.core.checks import Raise, as_number, as_whole, shown, value_fields
 from spacearm.core.errors import SettingsError, nearest
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# What settings are: frozen records of plain values, whose unknown names are refused with the nearest known one.
 
 if TYPE_CHECKING:
     from typing_extensions import dataclass_transform
@@ -121,9 +119,6 @@ def one_of(name: str, value: Any, known: tuple[str, ...]) -> str:
     if not isinstance(value, str) or value not in known:
         raise SettingsError(f"{name} is {shown(value)}; {nearest(value if isinstance(value, str) else shown(value), known)}")
     return value
-
-
-# ---- Records as plain values, what JSON can hold, and back, bit for bit ----------------------------------------------
 
 
 def record_as_dict(record: Any) -> dict[str, Any]:

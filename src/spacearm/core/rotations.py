@@ -1,27 +1,34 @@
-"""Turns in space: unit quaternions wxyz, rotation vectors, and products of many turns in order."""
+"""Rotations: unit quaternions wxyz, rotation matrices, rotation vectors, and the roll, pitch, yaw of URDF.
+
+Every room uses these functions. SciPy's `Rotation` is not used here. It calls the sines and angles of the C library, whose last
+digits differ from machine to machine, and recorded values must be the same bits on every processor (docs/conventions.md). All
+functions here use `core.exact`, or only `+`, `-`, `*`, `/`, sums and square roots.
+
+The product of quaternions and the matrix of a quaternion are here twice, with sums in another order: `multiplied` and
+`matrix_of` for recorded motions, `product_by_parts` and `matrix_by_parts` for the proof of a floating base. Their last digits
+differ. Both orders are part of what is recorded: these digits of a motion are saved, and in a certificate they decide which
+instant is named if two are equally close.
+
+Arrays have any leading axes. The last axis is the quaternion (4,) or the vector (3,); the last two are the matrix (3, 3).
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import as_readonly
 from spacearm.core.errors import ProblemError
-from spacearm.core.exact import angle_of, length, product, sines
+from spacearm.core.exact import angle_of, cross, length, product, sines
 
 Array = NDArray[np.float64]
 
-_SMALL = 1e-4  # [rad]; below, sin(x)/x by its series is right to the last digit
+_SMALL_HALF_ANGLE = 1e-4  # [rad] below it the series of sin(x)/x up to x^2 is right to the last digit
+_SMALL_SINE = 1e-8  # of an angle near 0 or pi: its axis cannot be taken from the skew part of the matrix
 
-
-def cross(a: Array, b: Array) -> Array:
-    """Return a x b, (..., 3); several times quicker than NumPy's for many small vectors."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
-    return out
+# ---- Unit quaternions ------------------------------------------------------------------------------------------------
 
 
 def as_unit(name: str, wxyz: ArrayLike) -> Array:
@@ -38,14 +45,14 @@ def as_unit(name: str, wxyz: ArrayLike) -> Array:
 
 
 def multiplied(p: Array, q: Array) -> Array:
-    """Return p q, (..., 4): the turn q, then p, both in fixed axes; or p, then q about the axes that p has turned."""
+    """Return the product p q, (..., 4): the rotation q, then the rotation p, both about fixed axes."""
     w = p[..., :1] * q[..., :1] - (p[..., 1:] * q[..., 1:]).sum(axis=-1, keepdims=True)
     v = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + cross(p[..., 1:], q[..., 1:])
     return np.concatenate([w, v], axis=-1)
 
 
 def conjugate(q: Array) -> Array:
-    """Return the opposite turn of unit quaternions, (..., 4)."""
+    """Return the inverses of unit quaternions, (..., 4)."""
     return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
@@ -53,26 +60,70 @@ def exponential(rotation: Array) -> Array:
     """Return the unit quaternion (..., 4) of a rotation vector (..., 3) [rad]."""
     half = np.linalg.norm(rotation, axis=-1, keepdims=True) / 2
     sine, cosine = sines(half)
-    small = half < _SMALL
+    small = half < _SMALL_HALF_ANGLE
     # sin(x)/x -> 1 - x^2/6 as x -> 0, where the quotient has no value
     ratio = np.where(small, 1 - half * half / 6, sine / np.where(small, 1.0, half))
     return np.concatenate([cosine, rotation / 2 * ratio], axis=-1)
 
 
 def angle(q: Array) -> Array:
-    """Return by how much unit quaternions turn, (...,) from 0 to pi [rad]."""
+    """Return the rotation angles of unit quaternions, (...,) from 0 to pi [rad]."""
     return 2 * angle_of(np.linalg.norm(q[..., 1:], axis=-1), np.abs(q[..., 0]))
 
 
 def rotated(q: Array, v: Array) -> Array:
-    """Return vectors (..., 3) turned by unit quaternions (..., 4)."""
+    """Return vectors (..., 3) rotated by unit quaternions (..., 4)."""
     double = 2 * cross(q[..., 1:], v)
     return v + q[..., :1] * double + cross(q[..., 1:], double)
+
+
+def product_by_parts(p: Array, q: Array) -> Array:
+    """Return the product p q, (..., 4), like `multiplied`; each part is summed from left to right."""
+    a, b, c, d = np.moveaxis(p, -1, 0)
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    parts = [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    ]
+    return np.stack(parts, axis=-1)
+
+
+def running_products(turns: Array, product_of: Callable[[Array, Array], Array] = multiplied) -> Array:
+    """Return the products t_0, t_0 t_1, t_0 t_1 t_2, ... of quaternions (m, 4), by doubling: log2(m) multiplications."""
+    out, reach = turns.copy(), 1
+    while reach < len(out):
+        out[reach:] = product_of(out[:-reach], out[reach:])
+        reach *= 2
+    return out / np.linalg.norm(out, axis=-1, keepdims=True)
+
+
+def rate_matrices(omega: Array) -> Array:
+    """Return matrices (..., 4, 4) that map a quaternion Q to the product Q (0, omega), for vectors omega (..., 3)."""
+    x, y, z = np.moveaxis(omega, -1, 0)
+    o = np.zeros_like(x)
+    rows = [[o, -x, -y, -z], [x, o, z, -y], [y, -z, o, x], [z, y, -x, o]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+# ---- Rotation matrices -----------------------------------------------------------------------------------------------
 
 
 def matrix_of(q: Array) -> Array:
     """Return the rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
     return np.stack([rotated(q, axis) for axis in np.eye(3)], axis=-1)
+
+
+def matrix_by_parts(q: Array) -> Array:
+    """Return the rotation matrices (..., 3, 3) of unit quaternions (..., 4), like `matrix_of`; twice as fast."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def quaternion_of(R: Array) -> Array:
@@ -91,19 +142,7 @@ def quaternion_of(R: Array) -> Array:
     return -q if q[0] < 0 else q
 
 
-def running_products(turns: Array) -> Array:
-    """Return the products t_0, t_0 t_1, t_0 t_1 t_2, ... of quaternions (m, 4), by doubling: log2(m) multiplications."""
-    out, reach = turns.copy(), 1
-    while reach < len(out):
-        out[reach:] = multiplied(out[:-reach], out[reach:])
-        reach *= 2
-    return out / np.linalg.norm(out, axis=-1, keepdims=True)
-
-
-# ---- Rotations as files state them -----------------------------------------------------------------------------------
-
-
-def rotation_from_rpy(rpy: Any) -> Array:
+def rotation_from_rpy(rpy: ArrayLike) -> Array:
     """Return the rotation (3, 3) of URDF's roll, pitch, yaw [rad]: about the fixed x, then y, then z."""
     (sr, sp, sy), (cr, cp, cy) = sines(rpy)
     Rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
@@ -112,7 +151,7 @@ def rotation_from_rpy(rpy: Any) -> Array:
     return product(product(Rz, Ry), Rx)
 
 
-# ---- Rotations as vectors: axis times angle --------------------------------------------------------------------------
+# ---- Rotation vectors: axis times angle ------------------------------------------------------------------------------
 
 
 def rotation_vectors(R: Array) -> Array:
@@ -120,32 +159,29 @@ def rotation_vectors(R: Array) -> Array:
     skew: Array = 0.5 * np.stack(
         [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1
     )
-    sine = np.linalg.norm(skew, axis=-1)
-    cosine = 0.5 * (R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2] - 1.0)
-    angle = angle_of(sine, cosine)
-    small = sine < 1e-8
-    out = skew * np.where(small, 1.0, angle / np.where(small, 1.0, sine))[..., None]
-    half = small & (cosine < 0)
-    if half.any():  # by pi the skew part is gone: R + I is 2 a a^T
+    cosine: Array = 0.5 * (R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2] - 1.0)
+    out, turn, half = _scaled_to_angle(skew, cosine)
+    if half.any():  # near pi the skew part vanishes: R + I is 2 a a^T with the axis a
         whole = R[half] + np.eye(3)
         longest = np.argmax(np.diagonal(whole, axis1=-2, axis2=-1), axis=-1)
         column = whole[np.arange(len(whole)), :, longest]
-        out[half] = angle[half, None] * column / np.linalg.norm(column, axis=-1, keepdims=True)
+        out[half] = turn[half, None] * column / np.linalg.norm(column, axis=-1, keepdims=True)
     return out
 
 
 def turns_between(a: Array, b: Array) -> Array:
-    """Return axis times angle [rad] of the least turns from directions a (k, 3) to a direction b (3,), (k, 3)."""
-    cross = np.cross(a, b)
-    sine, cosine = np.linalg.norm(cross, axis=-1), product(a, b)
-    angle = angle_of(sine, cosine)
-    small = sine < 1e-8
-    out: Array = cross * np.where(small, 1.0, angle / np.where(small, 1.0, sine))[:, None]
-    half = small & (cosine < 0)
-    if half.any():  # opposite: about any axis across
-        across = np.cross(a[half], np.eye(3)[np.argmin(np.abs(b))])
-        out[half] = angle[half, None] * across / np.linalg.norm(across, axis=-1, keepdims=True)
+    """Return axis times angle [rad] of the least turns from unit vectors a (k, 3) to a unit vector b (3,), (k, 3)."""
+    out, turn, half = _scaled_to_angle(cross(a, b), product(a, b))
+    if half.any():  # opposite directions: any axis across them serves
+        across = cross(a[half], np.eye(3)[np.argmin(np.abs(b))])
+        out[half] = turn[half, None] * across / np.linalg.norm(across, axis=-1, keepdims=True)
     return out
 
 
-# ---- Cross products of many vectors ----------------------------------------------------------------------------------
+def _scaled_to_angle(axis: Array, cosine: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Scale vectors, whose length is an angle's sine, to the angle; return them, the angle, and where it is too near pi."""
+    sine = np.linalg.norm(axis, axis=-1)
+    turn = angle_of(sine, cosine)
+    small = sine < _SMALL_SINE
+    scaled = axis * np.where(small, 1.0, turn / np.where(small, 1.0, sine))[..., None]
+    return scaled, turn, small & (cosine < 0)

@@ -1,8 +1,7 @@
-"""Which links meet: pairs that an SRDF switches off although they can, by their true shapes, and pairs that always do, by
-their envelopes.
+"""Which links meet: pairs that an SRDF switches off although they can, and pairs whose envelopes always do.
 
-For this the model must be loaded, so a copy of it is made loadable first: what can be mended is mended, what cannot is
-made fixed or left out.
+Where envelopes meet, the true collision shapes, which are smaller, decide (with Coal). The model must be loaded for that, so a
+copy of it is made loadable first: what can be mended is mended, what cannot is made fixed or removed.
 """
 
 from __future__ import annotations
@@ -23,16 +22,12 @@ from spacearm.doctor.shape_checks import mesh_path, mesh_size
 from spacearm.doctor.structure_checks import BROKEN
 from spacearm.robot.assembly import Assembly, assemble
 from spacearm.robot.capsules import clearance, link_axes, placed
-from spacearm.robot.envelope import Shape, link_shapes
 from spacearm.robot.kinematics import base_and_joint_frames
 from spacearm.robot.link_tree import LinkTree, advised, default_tip, ends_of, several_ends
 from spacearm.robot.model import Robot
 from spacearm.robot.self_collision import ALWAYS, LinkPair, find_self_pairs, finite_range
 from spacearm.robot.srdf import Srdf, pair
-from spacearm.robot.urdf import parsed_urdf, urdf_tree
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# Whether two links meet by their true collision shapes, where their envelopes, which are larger, do (with Coal).
+from spacearm.robot.urdf import Shape, link_shapes, parsed_urdf, urdf_tree
 
 Array = NDArray[np.float64]
 
@@ -109,10 +104,6 @@ def _part(shape: Shape) -> tuple[Any, Array]:
         made.endModel()
     return made, shape.T_link_shape
 
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# Which links meet: pairs that an SRDF switches off although they can, by their true shapes, and pairs that always do,
-# by their envelopes.
 
 _SAMPLES = 2000
 

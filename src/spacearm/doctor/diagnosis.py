@@ -1,7 +1,7 @@
-"""The patient and its chart: a URDF read as far as it can be, and the findings so far, each with its remedy.
+"""What the doctor found and mended, as plain records; and the chart of the model that is examined.
 
-Nothing here raises for what is wrong in the file: what cannot be read is None, and whoever looks at numbers
-(`numbers`) has said so.
+The chart is a URDF read as far as it can be, with the findings so far, each with its remedy. Nothing here raises for what is
+wrong in the file: a number that cannot be read is None, and `look_at_numbers` has reported it.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ from spacearm.core.checks import Frozen, as_number, keep, shown
 from spacearm.core.errors import SettingsError
 from spacearm.robot.model import require_base
 from spacearm.robot.robot_xml import numbers_in
-
-# ---- What the doctor found, and what was mended: plain records -------------------------------------------------------
 
 Severity = Literal["error", "warning", "note"]
 """An error stops somebody who loads the model or makes its physics impossible; a warning is probably a mistake; a note
@@ -151,9 +149,6 @@ class Mended:
         return {"output": self.output, "changes": changes, "before": self.before.as_dict(), "after": self.after.as_dict()}
 
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# The patient and its chart: a URDF read as far as it can be, and the findings so far, each with its remedy.
-
 Remedy = Callable[[], str]
 """Changes the XML and says how: what was there and what is there now."""
 
@@ -200,7 +195,7 @@ class Chart:
     Attributes:
         root: <robot>, an lxml element with its comments.
         path: of the file, for messages; meshes are searched from its directory.
-        base: how the base is to be held, if anybody says so.
+        base: "fixed" or "floating", if anybody says so.
         choices: for remedies.
         cases: what was found.
     """

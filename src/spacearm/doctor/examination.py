@@ -1,4 +1,4 @@
-"""The examination: every look, in turn, at one model."""
+"""The examination: every check, in turn, of one model and its SRDF."""
 
 from __future__ import annotations
 
@@ -17,8 +17,6 @@ from spacearm.doctor.shape_checks import look_at_geometry
 from spacearm.doctor.structure_checks import look_at_numbers, look_at_structure
 from spacearm.robot.robot_xml import Repair, xml_document, xml_root
 from spacearm.robot.srdf import Srdf, load_srdf
-
-# ---- What an SRDF says about a robot that it does not have -----------------------------------------------------------
 
 _LINKS = {
     "disable_collisions": ("link1", "link2"),
@@ -94,8 +92,6 @@ def _unknown(chart: Chart, path: Any, what: str, name: str, elements: list[Any],
     )
 
 
-# ---- The examination: every look, in turn, at one model --------------------------------------------------------------
-
 Base = Literal["fixed", "floating"]
 
 
@@ -113,7 +109,7 @@ def diagnose(
     Args:
         path: a URDF.
         srdf: an SRDF about the same robot.
-        base: how it is to be held; a mass that is missing is an error with a base that floats, and good to know with one
+        base: "fixed" or "floating"; a mass that is missing is an error with a base that floats, and good to know with one
             that is fixed. By default it is one with an SRDF's fixed virtual joint, else a warning.
         choices: what the remedies would choose where nothing is stated.
 

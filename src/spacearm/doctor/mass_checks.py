@@ -1,7 +1,8 @@
-"""Masses and inertias: whether they are there, whether a body can have them, and whether they fit its shape.
+"""Masses and inertias: whether they are there, whether a body can have them, whether they fit its shape, and what they make of
+the robot as a whole.
 
 The thresholds: matter of mass m in a box of edges a, b, c has at most m (b² + c²) / 4 about the axis along a, which is
-three times the solid box's m (b² + c²) / 12; it has next to none if it sits in one point. `INERTIA_RANGE` allows for
+three times the solid box's m (b² + c²) / 12; it has next to none if it is at one point. `INERTIA_RANGE` allows for
 shapes that are drawn too small or too large.
 """
 
@@ -18,6 +19,7 @@ from spacearm.core.rotations import rotation_from_rpy
 from spacearm.doctor.diagnosis import Chart, child_of, link_of, number_of, numbers_of, written
 from spacearm.doctor.shape_checks import Solid, link_solid
 from spacearm.doctor.structure_checks import roots_of
+from spacearm.robot.model import inertia_fault
 
 Array = NDArray[np.float64]
 
@@ -131,7 +133,7 @@ def _is_physical(chart: Chart, inertial: Inertial, solid: Solid | None) -> bool:
         code = "inertia-not-physical"
         what = f"has a principal moment {'below' if moments[0] < 0 else 'of'} 0, which no body has"
         expected = "principal moments above 0"
-    elif moments[2] - moments[0] - moments[1] > _ROUNDING * largest:
+    elif inertia_fault(inertial.inertia, rounding=_ROUNDING) == "triangle":
         code, what = (
             "inertia-not-physical",
             "breaks the triangle inequality: one principal moment exceeds the sum of the others",
@@ -278,8 +280,6 @@ def _other_signs(element: Any) -> str:
             said.append(f"{name} {value:g} -> {-value:g}")
     return f"<inertia>: {', '.join(said)}"
 
-
-# ---- The masses of the whole: which bodies have none, how heavy the base is, and what that makes of the arm ----------
 
 HEAVY_ARM = 1.0
 """An arm of more than this share of its base's mass throws it about."""

@@ -1,4 +1,4 @@
-"""Shapes of links that nobody can load, that are of another unit, or that are not there."""
+"""Shapes of links: files that cannot be loaded, of another unit or missing; and the mass that would fill them evenly."""
 
 from __future__ import annotations
 
@@ -18,11 +18,8 @@ from spacearm.core.rotations import rotation_from_rpy
 from spacearm.doctor.diagnosis import Chart, link_of, number_of, numbers_of, setting, written
 from spacearm.doctor.limit_checks import FARTHEST
 from spacearm.geometry.meshes import mesh_triangles
-from spacearm.robot.envelope import found_mesh
-from spacearm.robot.envelope_report import chain_length, looks_like_millimetres
 from spacearm.robot.link_tree import LONGEST
-
-# ---- The shapes of a link: their files, their size, and the mass that would fill them evenly -------------------------
+from spacearm.robot.urdf import chain_length, found_mesh, looks_like_millimetres
 
 Array = NDArray[np.float64]
 
@@ -210,8 +207,6 @@ def _united(solids: list[Solid]) -> Solid:
         moments += solid.moments + solid.volume * (d @ d * np.eye(3) - np.outer(d, d))
     return Solid(low, high, volume, center, moments)
 
-
-# ---- Shapes of links that nobody can load, that are of another unit, or that are not there ---------------------------
 
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
 _LONGEST = 80  # characters of a path

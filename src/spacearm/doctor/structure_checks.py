@@ -1,4 +1,8 @@
-"""Names, and whether links and joints form one tree."""
+"""Names and numbers of a URDF, and whether its links and joints form one tree.
+
+A blank after a number looks harmless; urdfdom, and so ROS and Pinocchio, refuses the number and drops the whole <inertial> with
+it: the link becomes massless. A blank before it does no harm.
+"""
 
 from __future__ import annotations
 
@@ -257,11 +261,6 @@ def _goes_round(joint: Any, moving: dict[str, Any]) -> bool:
         if at.get("name") in passed:
             return at is joint
 
-
-# ---- Numbers that are none, or that only some readers can read -------------------------------------------------------
-#
-# A blank after a number looks harmless; urdfdom, and so ROS and Pinocchio, refuses the number and drops the whole
-# <inertial> with it: the link becomes massless. A blank before it does no harm.
 
 # tag -> attribute -> (how many numbers, must it be there)
 _NUMBERS: dict[str, dict[str, tuple[tuple[int, ...], bool]]] = {

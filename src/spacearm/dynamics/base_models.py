@@ -8,6 +8,7 @@ own in the room `proof`, found by the model's name. docs/base_models.md shows ho
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import as_pose, shown
 from spacearm.core.errors import ProblemError, RobotError
 from spacearm.core.exact import product
+from spacearm.core.native import native
 from spacearm.core.rotations import quaternion_of
 from spacearm.dynamics.base_motion import BaseMotion, JointPath
 from spacearm.dynamics.momentum import Momentum, kernel_masses, require_possible_masses, system_mass
@@ -71,6 +73,25 @@ class RestingBase:
         return T_b_x if np.array_equal(self._start, np.eye(4)) else product(self._start, T_b_x)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BaseDemands:
+    """What a search is told to ask of a motion whose base moves; a limit of 0 is none.
+
+    Attributes:
+        frame: where a frame of the robot is to be at the end.
+        attitude: how the base is to stand at the end.
+        most_turned: the greatest turn of the base [rad].
+        most_rate: its greatest rate [rad/s].
+        most_arm_momentum: the greatest angular momentum of the arm's own motion [N m s].
+    """
+
+    frame: native.FrameGoal | None = None
+    attitude: native.AttitudeGoal | None = None
+    most_turned: float = 0.0
+    most_rate: float = 0.0
+    most_arm_momentum: float = 0.0
+
+
 class BaseModel(ABC):
     """What holds a base, and what follows from it.
 
@@ -124,12 +145,21 @@ class BaseModel(ABC):
         """
 
     @abstractmethod
-    def kernel_robot(self, model: Any, robot: Robot) -> Any:
-        """Return the kernel's own model of robot and scene with what it needs to move the base."""
+    def kernel_masses(self, robot: Robot) -> native.Masses | None:
+        """Return the masses that the kernel needs to carry the base along; None: none."""
 
     @abstractmethod
-    def kernel_base(self, robot: Robot, momentum: Momentum, duration: float | None) -> dict[str, Any]:
-        """Return the kernel's settings for the base itself; the caller adds the base's goal and limits."""
+    def kernel_base(
+        self, robot: Robot, momentum: Momentum, duration: float | None, demands: BaseDemands
+    ) -> native.FixedBase | native.FloatingBase:
+        """Return the base as the kernel's search has it.
+
+        Args:
+            robot: whose base.
+            momentum: of base and arm.
+            duration: of the motion [s]; None: as it comes.
+            demands: what is asked of the motion's end and of the base; a base that stays has none.
+        """
 
 
 class FixedBase(BaseModel):
@@ -152,13 +182,12 @@ class FixedBase(BaseModel):
         """Return the identity track."""
         return RestingBase(start)
 
-    def kernel_robot(self, model: Any, robot: Robot) -> Any:
-        """Return the kernel's model as it is."""
-        return model
+    def kernel_masses(self, robot: Robot) -> None:
+        """Return None: nobody asks."""
 
-    def kernel_base(self, robot: Robot, momentum: Momentum, duration: float | None) -> dict[str, Any]:
-        """Return the duration, if there is one."""
-        return {} if duration is None else {"fixed": True, "duration": duration}
+    def kernel_base(self, robot: Robot, momentum: Momentum, duration: float | None, demands: BaseDemands) -> native.FixedBase:
+        """Return the identity track, with the duration, if there is one."""
+        return native.FixedBase(duration=duration or 0.0)
 
 
 class FloatingBase(BaseModel):
@@ -184,19 +213,25 @@ class FloatingBase(BaseModel):
         """Integrate the base's motion."""
         return BaseMotion(robot, path, base_start=start, momentum=momentum, duration=duration)
 
-    def kernel_robot(self, model: Any, robot: Robot) -> Any:
-        """Return the kernel's model with the masses."""
-        return model.weighed(**kernel_masses(robot))
+    def kernel_masses(self, robot: Robot) -> native.Masses:
+        """Return the masses of base and links."""
+        return kernel_masses(robot)
 
-    def kernel_base(self, robot: Robot, momentum: Momentum, duration: float | None) -> dict[str, Any]:
-        """Return the duration, if there is one, the angular momentum, and how far linear momentum carries the base."""
-        out: dict[str, Any] = {"most_turned": 0.0}
-        if duration is not None:
-            out["duration"] = duration
-        if not momentum.is_zero:
-            out["angular"] = momentum.angular.tolist()
-            out["drift"] = (momentum.linear * (duration or 0.0) / system_mass(robot)).tolist()
-        return out
+    def kernel_base(
+        self, robot: Robot, momentum: Momentum, duration: float | None, demands: BaseDemands
+    ) -> native.FloatingBase:
+        """Return what is asked, the duration, the angular momentum, and how far linear momentum carries the base."""
+        drift = None if momentum.is_zero else momentum.linear * (duration or 0.0) / system_mass(robot)
+        return native.FloatingBase(
+            frame=demands.frame,
+            attitude=demands.attitude,
+            most_turned=demands.most_turned,
+            most_rate=demands.most_rate,
+            most_arm_momentum=demands.most_arm_momentum,
+            duration=duration or 0.0,
+            angular=None if momentum.is_zero else momentum.angular,
+            drift=drift,
+        )
 
 
 BASE_MODELS: dict[str, BaseModel] = {model.name: model for model in (FixedBase(), FloatingBase())}

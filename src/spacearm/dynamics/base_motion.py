@@ -22,11 +22,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import as_number, as_numbers, as_pose, require_kind, shown
 from spacearm.core.errors import ProblemError
-from spacearm.core.exact import inverse3, length, powers, product, solved3
+from spacearm.core.exact import cross, inverse3, length, powers, product, solved3
 from spacearm.core.rotations import (
     angle,
     conjugate,
-    cross,
     exponential,
     matrix_of,
     multiplied,

@@ -14,18 +14,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import Frozen, as_numbers, as_readonly, keep
 from spacearm.core.errors import ProblemError, RobotError
-from spacearm.core.exact import product, solved3
-from spacearm.core.rotations import as_unit, cross, matrix_of
+from spacearm.core.exact import cross, product, solved3
+from spacearm.core.native import native
+from spacearm.core.rotations import as_unit, matrix_of
 from spacearm.robot import Robot, joint_frames
-from spacearm.robot.kinematics import tree_model
-from spacearm.robot.model import require_robot
+from spacearm.robot.kinematics import kernel_joints
+from spacearm.robot.model import INERTIA_ROUNDING, inertia_fault, require_robot
 from spacearm.robot.unchecked_pairs import require_all_masses
 
 Array = NDArray[np.float64]
@@ -33,7 +34,6 @@ Array = NDArray[np.float64]
 _AT_ONCE = 1024  # configurations at once, so that their frames and sums fit into the cache
 _GREATEST = 1e15  # [kg, kg m, kg m^2] of greater masses float64 keeps no useful digits
 _SLACK = 0.01  # relative: rounded published moments of inertia may miss the triangle inequality by this
-_ROUNDING = 1e-9  # of the greatest moment of inertia: smaller ones are taken for 0
 _ADVICE = "run `spacearm doctor` on its model"
 
 
@@ -205,7 +205,7 @@ def moving(robot: Robot, q: Array, dq: Array) -> Moving:
         robot: with n degrees of freedom.
         q, dq: (m, n) configurations and rates, per whatever they are per.
     """
-    rows = np.asarray(_native(robot).momentum_terms(np.ascontiguousarray(q), np.ascontiguousarray(dq)))
+    rows = _model(robot).momentum_terms(np.ascontiguousarray(q), np.ascontiguousarray(dq))
     H_w = rows[:, [6, 9, 10, 9, 7, 11, 10, 11, 8]].reshape(-1, 3, 3)
     return Moving(rows[:, :3], rows[:, 15:], rows[:, 3:6], H_w, rows[:, 12:15])
 
@@ -306,19 +306,39 @@ def require_possible_masses(robot: Robot) -> None:
     _require_possible(robot, _pseudo_inertias(robot))
 
 
-def kernel_masses(robot: Robot) -> dict[str, Array]:
-    """Return the masses of a robot as the kernel takes them: a row for the base, then one for each joint."""
+class LinkMasses(NamedTuple):
+    """The masses of a robot: of the base, then of the body of each joint; j joints.
+
+    Attributes:
+        mass: (1 + j,) [kg].
+        com: (1 + j, 3) centres of mass in the joint's frame [m].
+        inertia: (1 + j, 6) about them: xx, yy, zz, xy, xz, yz [kg m^2].
+    """
+
+    mass: Array
+    com: Array
+    inertia: Array
+
+
+def link_masses(robot: Robot) -> LinkMasses:
+    """Return the masses of a robot as the kernel takes them."""
     pseudo = lumped_masses(robot).pseudo
     mass = pseudo[:, 3, 3]
     com = pseudo[:, :3, 3] / np.where(mass > 0, mass, 1.0)[:, None]
     second = pseudo[:, :3, :3] - mass[:, None, None] * com[:, :, None] * com[:, None, :]
     inertia = np.trace(second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - second
-    return {"mass": mass.copy(), "com": com, "inertia": inertia[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].copy()}
+    return LinkMasses(mass.copy(), com, inertia[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].copy())
+
+
+def kernel_masses(robot: Robot) -> native.Masses:
+    """Return the masses of a robot as the kernel's own object."""
+    masses = link_masses(robot)
+    return native.Masses(mass=masses.mass, com=masses.com, inertia=masses.inertia)
 
 
 @lru_cache(maxsize=32)
-def _native(robot: Robot) -> Any:
-    return tree_model(robot).weighed(**kernel_masses(robot))
+def _model(robot: Robot) -> native.Model64:
+    return native.Model64(native.World(joints=kernel_joints(robot), masses=kernel_masses(robot)))
 
 
 def _pseudo_inertias(robot: Robot) -> Array:
@@ -354,13 +374,14 @@ def _require_possible(robot: Robot, lumped: Array) -> None:
                 continue
             raise RobotError(f"{what} {where} has an inertia but no mass, expected both; {_ADVICE}")
         second = pseudo[:3, :3] - np.outer(pseudo[:3, 3], pseudo[:3, 3]) / mass  # about the centre of mass
-        principal = np.sort(np.linalg.eigvalsh(np.trace(second) * np.eye(3) - second))
-        size = max(float(np.abs(principal).max()), float(np.trace(pseudo[:3, :3])))
-        least, middle, most = np.where(np.abs(principal) > _ROUNDING * size, principal, 0.0)
+        inertia, scale = np.trace(second) * np.eye(3) - second, float(np.trace(pseudo[:3, :3]))
+        principal = np.linalg.eigvalsh(inertia)
+        rounding = INERTIA_ROUNDING * max(float(np.abs(principal).max()), scale)
+        least, middle, most = np.where(np.abs(principal) > rounding, principal, 0.0)
         shown = f"principal moments of inertia {least:.4g}, {middle:.4g} and {most:.4g} kg m^2"
-        if least < 0 or (i == 0 and least == 0):
+        if inertia_fault(inertia, scale=scale) == "negative" or (i == 0 and least == 0):
             raise RobotError(f"{what} {where} has {shown}, expected them above 0; {_ADVICE}")
-        if most > (least + middle) * (1 + _SLACK):
+        if inertia_fault(inertia, rounding=_SLACK) == "triangle":
             raise RobotError(f"{what} {where} has {shown}, expected none above the sum of the others; {_ADVICE}")
 
 

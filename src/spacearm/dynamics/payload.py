@@ -20,11 +20,10 @@ from spacearm.dynamics.base_models import base_model
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
 from spacearm.robot import Body
 from spacearm.robot.capsule_fit import Segment
-from spacearm.robot.envelope import Shape, enclosed, greatest_excess
-from spacearm.robot.model import Frame, LinkCapsule, Robot
-from spacearm.robot.robot_yaml import require_of_a_body
+from spacearm.robot.envelope import enclosed, greatest_excess
+from spacearm.robot.model import Frame, LinkCapsule, Robot, require_possible_inertia
 from spacearm.robot.unchecked_pairs import NOT_SAID, UncheckedPair, is_rigid, way_to, ways_to_links
-from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE
+from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE, Shape
 
 Array = NDArray[np.float64]
 
@@ -177,7 +176,7 @@ def _body_of(
     if com is not None:
         middle = as_readonly(f"com of '{name}'", com, (3,), RobotError)
     about = kilograms * second if inertia is None else _inertia(f"inertia of '{name}'", inertia)
-    require_of_a_body(f"'{name}'", about)
+    require_possible_inertia(f"'{name}'", about)
     R = T_joint_own[:3, :3]
     turned = R @ about @ R.T
     return Body(

@@ -12,7 +12,7 @@ The planning frame becomes the inertial frame; `frames` says what may be named i
 any length but 0. Every obstacle keeps its object's id as its name, with a number from 1 where the object has several shapes.
 A cone becomes the cylinder that encloses it, a mesh the balls that enclose it, and a plane, which has two sides in MoveIt, the
 half-space on the other side of it than the robot's base; a plane through the base's origin the half-space behind its normal.
-What a state attaches to a link is held by the robot.
+What a state attaches to a link becomes a payload of the robot.
 
 What would make the result wrong if it were overlooked is refused: an octomap, constraints on the way, padded or scaled links, a
 ceiling on a link's speed, unknown keys of an object or a goal. What else is left out, assumed or narrowed is said in the
@@ -31,23 +31,22 @@ from numpy.typing import NDArray
 from spacearm.core.checks import shown
 from spacearm.core.errors import FileFormatError, ProblemError
 from spacearm.core.reading import YamlFile, read_text, yaml_of_others
-from spacearm.files.moveit_frames import Frames, frames_of
 from spacearm.files.moveit_request import goal_of, leftovers, require_no_other_demands, with_group_and_speed
-from spacearm.files.moveit_scene import Body, read_matrix, robot_with_matrix, say_matrix, scene_of, world_of
+from spacearm.files.moveit_scene import Body, Frames, frames_of, read_matrix, robot_with_matrix, say_matrix, scene_of, world_of
 from spacearm.files.moveit_shapes import is_scene_text, scene_of_text
 from spacearm.files.moveit_state import (
-    Held,
+    AttachedObject,
     State,
-    held_by,
+    attached_by,
     read_state,
     require_no_base_variables,
     start_of,
-    with_held,
-    with_others_held,
+    with_attached,
+    with_others_locked,
 )
 from spacearm.geometry import Scene
 from spacearm.planner.problem import Problem, within_limits
-from spacearm.robot.locked_joints import frame_poses
+from spacearm.robot.assembly import frame_poses
 from spacearm.robot.model import Robot
 
 if TYPE_CHECKING:
@@ -72,7 +71,7 @@ def load_moveit(
     """Load a planning problem from MoveIt's files.
 
     The start is taken by the joints' names from the request's start state, over the scene's. Joints that the robot does not
-    plan for are held where it has them, and what is attached to a link is held by the robot: the problem's robot may
+    plan for are locked where it has them, and what is attached to a link becomes a payload: the problem's robot may
     differ from the one given. The goal is that of the request: `joint_constraints` make a `ConfigurationGoal`, several
     alternatives a `ConfigurationsGoal`, both with the smaller of the two tolerances of each joint, and one position with or
     without an orientation a `PoseGoal` or `PositionGoal`, within the greatest ball in the region and the least of the
@@ -91,8 +90,8 @@ def load_moveit(
             line are named.
         SceneError: an obstacle that cannot be.
         ProblemError: a start or goal that does not fit the robot.
-        RobotError: something attached that cannot be held; or a joint that is to be held elsewhere by a robot that has been
-            changed since it was loaded.
+        RobotError: something attached that cannot be a payload; or a joint that is to be locked elsewhere by a robot that has
+            been changed since it was loaded.
     """
     if not isinstance(robot, Robot):
         raise ProblemError(f"robot is {shown(robot)}, expected a Robot; make one with load_robot(...)")
@@ -103,7 +102,7 @@ def load_moveit(
     require_no_other_demands(asked, notes)
     _require_no_other_scene(parsed, robot, notes)
     states = _states(parsed, asked, robot, notes)
-    robot = states.part.located(lambda: with_others_held(robot, states.joints, notes))
+    robot = states.part.located(lambda: with_others_locked(robot, states.joints, notes))
     matrix = None if parsed is None else read_matrix(parsed.allowed_collision_matrix)
     if acm and parsed is not None and matrix is None:
         raise parsed.error("key 'allowed_collision_matrix' is missing in the file; add it")
@@ -111,8 +110,8 @@ def load_moveit(
     world = _world(parsed, robot, states, notes, mesh_excess)
     found = scene_of(world.bodies) if parsed is not None else scene_of_text(text, scene, mesh_excess=mesh_excess)
     if matrix is not None:
-        say_matrix(robot, matrix, set(world.bodies), set(world.held), notes, used=acm)
-    robot = with_held(robot, list(world.held.values()), matrix.may_touch if acm and matrix is not None else None, notes)
+        say_matrix(robot, matrix, set(world.bodies), set(world.attached), notes, used=acm)
+    robot = with_attached(robot, list(world.attached.values()), matrix.may_touch if acm and matrix is not None else None, notes)
     robot = with_group_and_speed(robot, asked, notes)
     start = start_of(robot, states.joints, states.part, notes)
     states.part.located(lambda: within_limits(robot, start, what="start"))
@@ -186,26 +185,26 @@ class _World:
 
     frames: Frames
     bodies: dict[str, Body]
-    held: dict[str, Held]
+    attached: dict[str, AttachedObject]
 
 
 def _world(scene: PlanningScene | None, robot: Robot, states: _States, notes: list[str], mesh_excess: float | None) -> _World:
     frames = frames_of(scene, robot, states.base_in_scene, frame_poses(robot, states.joints_in_scene), notes)
     shaped = [item for item in states.scene.attached if item.object.has_shapes]
-    held_by(shaped, {}, {}, frames, robot, mesh_excess=mesh_excess)  # the world's objects may stand in their frames
+    attached_by(shaped, {}, {}, frames, robot, mesh_excess=mesh_excess)  # the world's objects may stand in their frames
     bodies = {} if scene is None else world_of(scene, frames, mesh_excess=mesh_excess)
-    before = held_by(states.scene.attached, {}, bodies, frames, robot, mesh_excess=mesh_excess)
+    before = attached_by(states.scene.attached, {}, bodies, frames, robot, mesh_excess=mesh_excess)
     frames = frames.at(states.base, frame_poses(robot, states.joints))
     for one in before.values():
         frames.attached.update({name: frames.links[one.link] @ T for name, T in one.body.frames().items()})
-    held = held_by(states.start.attached, before, bodies, frames, robot, mesh_excess=mesh_excess)
-    kept = [name for name in before if held.get(name) is before[name]]
+    attached = attached_by(states.start.attached, before, bodies, frames, robot, mesh_excess=mesh_excess)
+    kept = [name for name in before if attached.get(name) is before[name]]
     if kept and states.start.joints and not states.start.is_diff:
         notes.append(
             f"the scene attaches {', '.join(kept)}, which stays attached at the start; MoveIt would let go of it, since "
             "start_state has no is_diff"
         )
-    return _World(frames=frames, bodies=bodies, held=held)
+    return _World(frames=frames, bodies=bodies, attached=attached)
 
 
 def _require_no_other_scene(scene: PlanningScene | None, robot: Robot | None, notes: list[str]) -> None:

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import shown
 from spacearm.core.errors import nearest
-from spacearm.files.moveit_frames import Frames
+from spacearm.files.moveit_scene import Frames
 from spacearm.files.moveit_state import planned_values
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
-from spacearm.robot.locked_joints import held_leaders, held_values
+from spacearm.robot.assembly import locked_leaders, locked_values
 from spacearm.robot.model import Frame, Robot
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ def _goal(item: Constraints, robot: Robot, frames: Frames, notes: list[str]) -> 
             f"the goal has no joint_constraints, {len(positions)} position_constraints and {len(orientations)} "
             "orientation_constraints, expected one position, with or without one orientation"
         )
-    return _in_space(positions[0], orientations[0] if orientations else None, robot, frames, notes)
+    return _pose_goal(positions[0], orientations[0] if orientations else None, robot, frames, notes)
 
 
 def _configuration(item: Constraints, robot: Robot, notes: list[str]) -> Goal:
@@ -179,7 +179,7 @@ def _configuration(item: Constraints, robot: Robot, notes: list[str]) -> Goal:
             notes.append(
                 f"the goal's tolerances of joint '{name}' differ ({above:g} above, {below:g} below): the smaller is kept"
             )
-        _require_held_there(joint, name, q[name], (below, above), robot)
+        _require_locked_there(joint, name, q[name], (below, above), robot)
     goal = planned_values(robot, q, item, "joint_constraints", notes)
     return ConfigurationGoal(goal, tolerance=_one_if_equal(_by_dof(robot, tolerances)), shortest=True)
 
@@ -196,11 +196,11 @@ def _by_dof(robot: Robot, tolerances: Mapping[str, float]) -> list[float]:
     return out
 
 
-def _require_held_there(joint: JointConstraint, name: str, at: float, tolerance: tuple[float, float], robot: Robot) -> None:
-    """Refuse a goal for a joint that the robot holds elsewhere, or does not have."""
+def _require_locked_there(joint: JointConstraint, name: str, at: float, tolerance: tuple[float, float], robot: Robot) -> None:
+    """Refuse a goal for a joint that is locked elsewhere, or that the robot does not have."""
     if name in robot.dof_names or any(name == moved.name for moved in robot.joints):
         return
-    lead, values = held_leaders(robot).get(name), held_values(robot)
+    lead, values = locked_leaders(robot).get(name), locked_values(robot)
     if lead is None:
         fixed = robot.origin is not None and any(j.name == name and j.kind == "fixed" for j in robot.origin.tree.joints)
         if robot.origin is None or fixed:
@@ -210,12 +210,12 @@ def _require_held_there(joint: JointConstraint, name: str, at: float, tolerance:
     now = lead.multiplier * values[lead.leader] + lead.offset
     if not at - tolerance[0] - _AT_ONCE <= now <= at + tolerance[1] + _AT_ONCE:
         raise joint.error(
-            f"the goal wants joint '{name}' at {at:g}, which robot '{robot.name}' does not plan for and holds at {now:g}; load "
-            "the robot with a group that moves it, or remove the constraint"
+            f"the goal wants joint '{name}' at {at:g}, which robot '{robot.name}' does not plan for and which is locked at "
+            f"{now:g}; load the robot with a group that moves it, or remove the constraint"
         )
 
 
-def _in_space(
+def _pose_goal(
     position: PositionConstraint, orientation: OrientationConstraint | None, robot: Robot, frames: Frames, notes: list[str]
 ) -> tuple[Goal, Robot]:
     link = position.link_name

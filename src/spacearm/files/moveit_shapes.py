@@ -1,4 +1,4 @@
-"""MoveIt's own text of a scene, as `*.scene` files hold it::
+"""Obstacles from MoveIt's shapes, and MoveIt's own text of a scene, as `*.scene` files have it::
 
     (noname)+            the scene's name
     * shelf              an object
@@ -31,8 +31,6 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import shown
 from spacearm.core.errors import FileFormatError, SceneError, SpacearmError, nearest
 from spacearm.geometry import Box, Cylinder, HalfSpace, Obstacle, Scene, Sphere, pose
-
-# ---- Obstacles from MoveIt's shapes, however they were written -------------------------------------------------------
 
 Array = NDArray[np.float64]
 
@@ -116,7 +114,7 @@ def mesh_file(filename: str, directory: Path, scale: Array, *, excess: float | N
 
     def make(T: Array, name: str) -> Obstacle:
         from spacearm.geometry import enclose_mesh
-        from spacearm.robot.envelope import found_mesh
+        from spacearm.robot.urdf import found_mesh
 
         path = found_mesh(filename, directory)
         if path is None:
@@ -132,9 +130,6 @@ def mesh_file(filename: str, directory: Path, scale: Array, *, excess: float | N
 def named(name: str, number: int, count: int) -> str:
     """Return an obstacle's name: its object's, with a number from 1 where the object has several shapes."""
     return name if count == 1 else f"{name} {number + 1}".strip()
-
-
-# ---- MoveIt's own text of a scene, as `*.scene` files hold it:: ------------------------------------------------------
 
 
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")

@@ -1,4 +1,7 @@
-"""Where the robot is (`moveit_msgs/RobotState`): its joints, those that it does not plan for as well, and its base."""
+"""Where the robot is (`moveit_msgs/RobotState`): all its joints, its base, and what is attached to its links.
+
+An attached object (`moveit_msgs/AttachedCollisionObject`) becomes a part of the robot.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,9 @@ from numpy.typing import NDArray
 from spacearm.core.checks import shown
 from spacearm.core.errors import nearest
 from spacearm.dynamics.payload import hold
-from spacearm.files.moveit_frames import Frames, root_joints
-from spacearm.files.moveit_scene import APPEND, MOVE, REMOVE, Body, body_of
+from spacearm.files.moveit_scene import APPEND, MOVE, REMOVE, Body, Frames, body_of, root_joints
 from spacearm.files.moveit_shapes import named
-from spacearm.robot.locked_joints import held_elsewhere, held_leaders, held_values, joint_limits_in_file
+from spacearm.robot.assembly import joint_limits_in_file, locked_elsewhere, locked_leaders, locked_values
 from spacearm.robot.model import Frame, Robot
 
 if TYPE_CHECKING:
@@ -28,15 +30,12 @@ if TYPE_CHECKING:
         Twist,
     )
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# What MoveIt's states attach to links of the robot (`moveit_msgs/AttachedCollisionObject`): it becomes a part of the
-# robot.
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Held:
+class AttachedObject:
     """An object in the hand.
 
     Attributes:
@@ -54,29 +53,29 @@ class Held:
     mass: float = 0.0
 
 
-def held_by(
+def attached_by(
     items: Sequence[AttachedCollisionObject],
-    held: Mapping[str, Held],
+    attached: Mapping[str, AttachedObject],
     world: dict[str, Body],
     frames: Frames,
     robot: Robot,
     *,
     mesh_excess: float | None = None,
-) -> dict[str, Held]:
+) -> dict[str, AttachedObject]:
     """Apply what a state attaches and takes off, one by one.
 
     Args:
         items: the state's `attached_collision_objects`.
-        held: what is attached before, by id.
+        attached: what is attached before, by id.
         world: the world's objects; one of them that comes to be attached is taken out.
         frames: in the state that attaches them; those of what is attached are put in.
-        robot: that holds them.
+        robot: that they are attached to.
         mesh_excess: how far the balls around a mesh may stand out of it [m].
 
     Raises:
         FileFormatError, SceneError: what is wrong, with file and line.
     """
-    now = dict(held)
+    now = dict(attached)
     for item in items:
         thing, operation, name = item.object, item.object.operation, item.object.id or ""
         if operation == MOVE:
@@ -85,7 +84,7 @@ def held_by(
             gone = [key for key, one in now.items() if name in ("", key) and (item.link_name or "") in ("", one.link)]
             now = {key: one for key, one in now.items() if key not in gone}
             continue
-        one = _held(item, name or "held", world, frames, robot, mesh_excess)
+        one = _attached_object(item, name or "held", world, frames, robot, mesh_excess)
         if operation == APPEND and name in now:
             one = _both(now[name], one)
         now[name or "held"] = one
@@ -94,7 +93,7 @@ def held_by(
     return now
 
 
-def _both(before: Held, more: Held) -> Held:
+def _both(before: AttachedObject, more: AttachedObject) -> AttachedObject:
     if before.link != more.link:
         raise more.part.error(
             f"object '{more.body.name}' is attached to '{before.link}' and to '{more.link}', expected one link"
@@ -107,14 +106,14 @@ def _both(before: Held, more: Held) -> Held:
     return replace(before, body=body, touching=(*before.touching, *more.touching), mass=max(before.mass, more.mass))
 
 
-def _held(
+def _attached_object(
     item: AttachedCollisionObject,
     name: str,
     world: dict[str, Body],
     frames: Frames,
     robot: Robot,
     mesh_excess: float | None,
-) -> Held:
+) -> AttachedObject:
     thing = item.object
     if item.link_name is None:
         raise item.error(f"key 'link_name' is missing in {item.called}; add it")
@@ -140,27 +139,29 @@ def _held(
         frames.say(f"'{name}' is attached to '{link}': that it is in the world as well is left out")
         for frame in [key for key in frames.objects if key == name or key.startswith(f"{name}/")]:
             del frames.objects[frame]
-    return Held(part=item, link=link, body=body, touching=(link, *item.touch_links), mass=item.weight)
+    return AttachedObject(part=item, link=link, body=body, touching=(link, *item.touch_links), mass=item.weight)
 
 
-def with_held(robot: Robot, held: Sequence[Held], may_touch: Callable[[str, str], bool] | None, notes: list[str]) -> Robot:
+def with_attached(
+    robot: Robot, attached: Sequence[AttachedObject], may_touch: Callable[[str, str], bool] | None, notes: list[str]
+) -> Robot:
     """Return the robot with objects attached to its links, each a frame of the object's id, with its subframes.
 
     Args:
         robot: the robot.
-        held: the objects.
+        attached: the objects.
         may_touch: whether the scene's matrix lets an object and a link touch; None: it is not asked.
         notes: gets sentences on what is left out.
 
     Raises:
-        RobotError: what cannot be held, a name that is taken; file and line are named.
+        RobotError: what cannot be a payload, a name that is taken; file and line are named.
     """
-    for one in held:
+    for one in attached:
         robot = one.part.located(lambda one=one, robot=robot: _in_hand(robot, one, may_touch, notes))
     return robot
 
 
-def _in_hand(robot: Robot, one: Held, may_touch: Callable[[str, str], bool] | None, notes: list[str]) -> Robot:
+def _in_hand(robot: Robot, one: AttachedObject, may_touch: Callable[[str, str], bool] | None, notes: list[str]) -> Robot:
     name, links = one.body.name, {frame.name for frame in robot.frames}
     strange = [link for link in dict.fromkeys(one.touching) if link not in links]
     if strange:
@@ -183,7 +184,7 @@ def _in_hand(robot: Robot, one: Held, may_touch: Callable[[str, str], bool] | No
     return _with_frames(robot, one)
 
 
-def _with_frames(robot: Robot, one: Held) -> Robot:
+def _with_frames(robot: Robot, one: AttachedObject) -> Robot:
     """Put the object's own frame where MoveIt has it, which need not be the middle of its shape, and add its subframes."""
     holder = robot.frame(one.link)
     places = {name: holder.T_joint_frame @ T for name, T in one.body.frames().items()}
@@ -192,10 +193,6 @@ def _with_frames(robot: Robot, one: Held) -> Robot:
         for name, T in places.items()
     )
     return replace(robot, frames=(*(frame for frame in robot.frames if frame.name not in places), *frames))
-
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# Where the robot is (`moveit_msgs/RobotState`): its joints, those that it does not plan for as well, and its base.
 
 
 _SAME = 1e-9  # [rad, m and -]
@@ -323,32 +320,32 @@ def require_no_base_variables(state: State, robot: Robot) -> None:
             )
 
 
-def with_others_held(robot: Robot, values: Mapping[str, float], notes: list[str]) -> Robot:
+def with_others_locked(robot: Robot, values: Mapping[str, float], notes: list[str]) -> Robot:
     """Return the robot with the joints that it does not plan for where a state has them.
 
     Args:
         robot: the robot.
         values: of joints, as stated [rad or m].
-        notes: gets sentences on what is held where, and on joints that are not there.
+        notes: gets sentences on what is locked where, and on joints that are not there.
 
     Raises:
-        RobotError: the robot has been changed since it was loaded, and is to hold joints elsewhere.
+        RobotError: the robot has been changed since it was loaded, and joints are to be locked elsewhere.
     """
-    held = held_leaders(robot)
-    wanted = {name: values[name] for name, lead in held.items() if lead.leader == name and name in values}
-    for name, lead in held.items():
+    locked = locked_leaders(robot)
+    wanted = {name: values[name] for name, lead in locked.items() if lead.leader == name and name in values}
+    for name, lead in locked.items():
         if lead.leader != name and name in values and lead.multiplier:
             wanted.setdefault(lead.leader, (values[name] - lead.offset) / lead.multiplier)
-    before = held_values(robot)
+    before = locked_values(robot)
     changed = {name: value for name, value in wanted.items() if abs(value - before[name]) > 0.0}
     if changed:
-        robot = held_elsewhere(robot, {**wanted})
+        robot = locked_elsewhere(robot, {**wanted})
         said = [f"{name} at {value:g}{_beyond(robot, name, value)}" for name, value in changed.items()]
-        notes.append(f"held where the start has them, as the robot does not plan for them: {', '.join(said)}")
-    for name, lead in held.items():
+        notes.append(f"locked where the start has them, as the robot does not plan for them: {', '.join(said)}")
+    for name, lead in locked.items():
         if name in values and lead.leader in wanted:
             _compare(name, lead.leader, values[name], lead.multiplier * wanted[lead.leader] + lead.offset, notes)
-    _say_unknown(robot, values, held, notes)
+    _say_unknown(robot, values, locked, notes)
     return robot
 
 
@@ -366,9 +363,9 @@ def _compare(name: str, leader: str, stated: float, follows: float, notes: list[
         )
 
 
-def _say_unknown(robot: Robot, values: Mapping[str, float], held: Mapping[str, object], notes: list[str]) -> None:
+def _say_unknown(robot: Robot, values: Mapping[str, float], locked: Mapping[str, object], notes: list[str]) -> None:
     fixed = set() if robot.origin is None else {j.name for j in robot.origin.tree.joints if j.kind == "fixed"}
-    known = {*held, *(joint.name for joint in robot.joints), *robot.dof_names}
+    known = {*locked, *(joint.name for joint in robot.joints), *robot.dof_names}
     still = [f"{name} at {value:g}" for name, value in values.items() if name in fixed and value]
     if still:
         notes.append(

@@ -1,4 +1,7 @@
-"""Plans on disk: JSON with everything needed to run, check and repeat them, and nothing else is needed.
+"""Plans on disk: JSON with everything needed to run, check and repeat them; written, read back, and proven again.
+
+Nothing in a file is believed: robot, scene and motion are read, proven anew (`recheck_plan`), and compared with what the file
+says. The same goes for a trajectory that somebody else made (`recheck_trajectory`).
 
 Keys: `spacearm-plan` (version), `status`, `message`, `problem` (robot, base, start, goal and obstacles in full, as plain
 values; and a SHA-256 `hash` of them), `seed`, `settings`, `motion` (`control_points` of the clamped quintic spline,
@@ -10,41 +13,44 @@ as a clearance without obstacles, is null. Timings are left out: the same search
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from spacearm.core.checks import as_transform, as_whole, require_kind, shown
-from spacearm.core.errors import FileFormatError, ProblemError, SettingsError
+from spacearm.core.checks import as_transform, require_kind, shown
+from spacearm.core.errors import FileFormatError, ProblemError
 from spacearm.core.output import require_writable, write_new, write_out
 from spacearm.core.reading import located, read_bytes, require_version
 from spacearm.core.records import as_dict, record_as_dict, record_from_dict
 from spacearm.dynamics import Momentum
-from spacearm.files.base_columns import BASE_COLUMNS, TIP_COLUMNS
-from spacearm.files.written_rows import rows_at, rows_of
 from spacearm.geometry.scene import scene_as_list, scene_from_list
-from spacearm.motion import AnyTrajectory, Trajectory
-from spacearm.motion.recorded import require_trajectory
+from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
+from spacearm.motion.recorded import for_robot
 from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
 from spacearm.planner.clearance import Margins
-from spacearm.planner.goals import goal_as_dict, goal_from_dict
-from spacearm.planner.plan_result import Plan
+from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, goal_as_dict, goal_from_dict
+from spacearm.planner.inverse_kinematics import Reach, reaches
+from spacearm.planner.plan_result import BaseReport, Plan, report_base
 from spacearm.planner.problem import AttitudeGoal, BaseLimits, Problem
-from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION, canonical, digest
+from spacearm.proof import Certificate, certify
+from spacearm.proof.base_proofs import base_setup_of, require_same
+from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION, canonical, digest, trajectory_digest
 from spacearm.robot import Robot
 from spacearm.robot.model import robot_as_dict, robot_from_dict
 
+Array = NDArray[np.float64]
+
 KEY = "spacearm-plan"
 VERSION = 1
-_SAMPLES = 201
+_WHAT = "a plan file in JSON"
+_SAME = 1e-9  # [rad or m] a start or goal missed by less is a file's last digit
+_SAME_TIME = 0.01  # relative: of a duration, which the planner may exceed by what the limits' bounds take
 
 
 def plan_as_dict(plan: Plan) -> dict[str, Any]:
@@ -98,12 +104,12 @@ def _margins_as_dict(margins: Margins) -> dict[str, Any]:
 def problem_as_dict(problem: Problem) -> dict[str, Any]:
     """Return a problem as plain values, from which it can be made again bit for bit.
 
-    What is not asked of the base is left out, so that problems written before bases could float keep their hashes.
+    Keys of the base that have their defaults are not written.
     """
     return {
         "robot": robot_as_dict(problem.robot),
         "base": problem.base,
-        **_asked_of_the_base(problem),
+        **_base_as_dict(problem),
         **({"notes": list(problem.notes)} if problem.notes else {}),
         "start": problem.start.tolist(),
         "goal": goal_as_dict(problem.goal),
@@ -111,7 +117,7 @@ def problem_as_dict(problem: Problem) -> dict[str, Any]:
     }
 
 
-def _asked_of_the_base(problem: Problem) -> dict[str, Any]:
+def _base_as_dict(problem: Problem) -> dict[str, Any]:
     given: dict[str, Any] = {}
     if not np.array_equal(problem.base_start, np.eye(4)):
         given["base_start"] = problem.base_start.tolist()
@@ -132,7 +138,7 @@ def problem_hash(problem: Problem) -> str:
 
 
 def values_that_count(problem: Problem) -> dict[str, Any]:
-    """Return a problem as plain values, without notes, where its robot was read from, and how that has its base held."""
+    """Return a problem as plain values, without notes, where its robot was read from, and what that says of its base."""
     values = problem_as_dict(problem)
     values.pop("notes", None)
     return {**values, **canonical(problem.robot, problem.scene)}
@@ -164,57 +170,6 @@ def save_json(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
     write_new(path, _text(values))
 
 
-def save_trajectory(
-    trajectory: AnyTrajectory,
-    path: str | os.PathLike[str],
-    *,
-    samples: int | None = None,
-    jerk_limit: ArrayLike | None = None,
-    overwrite: bool = False,
-) -> tuple[str, ...]:
-    """Write a trajectory as CSV: time [s], then position, rate and acceleration of every joint, and the tip's position.
-
-    If the base floats or does not begin at the origin, its position [m] and attitude wxyz follow, in the inertial frame as the
-    tip's position is. `load_trajectory` reads from it the same motion, which keeps the limits that the trajectory keeps: rows
-    stand where its polynomial pieces meet, every number is written in full, and where rounding would pass a limit the motion is
-    written slower by so much, mostly a billionth.
-
-    Args:
-        trajectory: to be written.
-        path: of the file, a new one.
-        samples: so many rows at equal steps, which may be too few to keep the limits; None: about 200 or as many as it takes,
-            at equal steps if the trajectory's pieces are equal.
-        jerk_limit: to be kept by what is read, too.
-        overwrite: replace a file that is there.
-
-    Returns:
-        What differs from the trajectory by more than the last digits, a sentence each; mostly nothing.
-
-    Raises:
-        OutputError: the file exists already, or cannot be written.
-        SettingsError: samples that are none.
-    """
-    require_trajectory(trajectory)
-    require_writable(path, overwrite=overwrite)
-    if samples is None:
-        rows = rows_of(trajectory, least=_SAMPLES, jerk_limit=jerk_limit)
-    else:
-        count = as_whole("samples", samples, SettingsError, at_least=1, at_most=1_000_000)
-        rows = rows_at(trajectory, np.linspace(0.0, trajectory.duration, count))
-    names = trajectory.robot.dof_names
-    kinds = ("q", "dq", "ddq")[: len(rows.states)]
-    header = ["t_s", *(f"{kind}_{name}" for kind in kinds for name in names), *TIP_COLUMNS]
-    columns = [rows.t, *rows.states, rows.trajectory.tip(rows.t)[:, :3, 3]]
-    if trajectory.base != "fixed" or not np.array_equal(trajectory.base_start, np.eye(4)):
-        header += BASE_COLUMNS
-        columns += rows.trajectory.base_pose(rows.t)
-    lines = [",".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
-    names_line = io.StringIO()
-    csv.writer(names_line, lineterminator="\n").writerow(header)  # a name may hold a comma
-    write_out(path, names_line.getvalue() + "\n".join(lines) + "\n", overwrite=overwrite)
-    return rows.notes
-
-
 def _text(values: dict[str, Any]) -> str:
     return "".join(_json(values, "")) + "\n"
 
@@ -236,13 +191,6 @@ def _json(value: Any, indent: str) -> Iterator[str]:
             yield ",\n" if i < len(value) - 1 else f"\n{indent}]"
     else:
         yield json.dumps(value, allow_nan=False)
-
-
-# ---- Plans read back: the problem, the motion, and what the file says of them, none of which is believed -------------
-
-Array = NDArray[np.float64]
-
-_WHAT = "a plan file in JSON"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -275,7 +223,7 @@ class _ProblemValues:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SavedPlan:
-    """What a plan file holds.
+    """What a plan file has.
 
     Attributes:
         problem: what was planned.
@@ -385,3 +333,141 @@ def _problem(path: object, saved: _PlanValues) -> Problem:
 def _motion(path: object, saved: _PlanValues, robot: Robot, *, within_limits: bool) -> AnyTrajectory:
     with located(f"{path}: motion"):
         return trajectory_from_dict(robot, saved.motion, within_limits=within_limits)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Recheck:
+    """What a second proof found.
+
+    Attributes:
+        certificate: the new one.
+        notes: what is odd about the file, a sentence each: edited, of another problem, not from start to goal.
+        agrees: whether the file's own certificate says the same; None if it has none.
+        base: of a floating base: how the trajectory turns it; None for a fixed one.
+    """
+
+    certificate: Certificate
+    notes: tuple[str, ...]
+    agrees: bool | None
+    base: BaseReport | None = None
+
+
+def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, **options: Any) -> Recheck:
+    """Prove a saved plan again.
+
+    Args:
+        path: a plan.json.
+        problem: to prove it for; None: the one in the file.
+        options: of `certify`.
+
+    Raises:
+        SpacearmError: a file that cannot be read, or a plan of another robot.
+    """
+    saved = load_saved_plan(path)
+    against = saved.problem if problem is None else problem
+    with located(path):
+        _require_same_base(against, saved.trajectory)
+        trajectory, other = _of_robot(saved.trajectory, against)
+    certificate = certify(against, trajectory, **options)
+    said = None if saved.certificate is None else saved.certificate.get("status")
+    base = _base(against, trajectory, certificate)
+    notes = [*saved.trajectory.notes, *other, *_edited(saved)]
+    notes += [*_other_problem(saved.problem, against), *_ends(against, trajectory, base)]
+    agrees = None if said is None else said == certificate.status
+    if agrees is False:
+        notes.append(f"the file's certificate says '{said}', the new one '{certificate.status}'")
+    return Recheck(certificate=certificate, notes=tuple(notes), agrees=agrees, base=base)
+
+
+def recheck_trajectory(problem: Problem, trajectory: AnyTrajectory, **options: Any) -> Recheck:
+    """Prove a trajectory that somebody else made.
+
+    Args:
+        problem: to prove it for.
+        trajectory: of the problem's robot.
+        options: of `certify`.
+
+    Raises:
+        ProblemError: a trajectory of another robot, or an option out of its range.
+    """
+    certificate = certify(problem, trajectory, **options)
+    ours = certificate.trajectory  # its joints in the problem's order
+    base = _base(problem, ours, certificate)
+    notes = (*trajectory.notes, *certificate.notes, *_ends(problem, ours, base))
+    return Recheck(certificate=certificate, notes=notes, agrees=None, base=base)
+
+
+def _of_robot(trajectory: AnyTrajectory, problem: Problem) -> tuple[AnyTrajectory, tuple[str, ...]]:
+    """Take a plan's motion for the robot of the problem that it is asked to be proven for, and say in what that differs."""
+    ours, notes = for_robot(trajectory, problem.robot, same_joints=False)
+    if not notes:
+        return ours, ()
+    try:
+        return replace(ours, robot=problem.robot), notes
+    except ProblemError:  # beyond that robot's limits
+        if not trajectory.duration > 0:
+            raise
+        return RecordedTrajectory(problem.robot, ours.path, **_base_of(problem), notes=ours.notes), notes
+
+
+def _require_same_base(problem: Problem, trajectory: AnyTrajectory) -> None:
+    """Refuse a motion of another kind of base than its problem's, or starts elsewhere: what would be proven?"""
+    asked, taken = (
+        base_setup_of(holder, problem.robot, who=who) for holder, who in ((problem, "problem"), (trajectory, "trajectory"))
+    )
+    require_same(asked, taken)
+
+
+def _base(problem: Problem, trajectory: AnyTrajectory, certificate: Certificate) -> BaseReport | None:
+    """Report on a floating base, with the problem's masses, whatever those are that the file has."""
+    if certificate.base_findings is None:  # it is fixed, or masses are not known, which the certificate says
+        return None
+    if trajectory.robot != problem.robot and trajectory.duration > 0:
+        trajectory = RecordedTrajectory(problem.robot, trajectory.path, **_base_of(problem))
+    return report_base(problem, trajectory)
+
+
+def _base_of(problem: Problem) -> dict[str, Any]:
+    return {name: getattr(problem, name) for name in ("base", "base_start", "momentum")}
+
+
+def _edited(saved: SavedPlan) -> list[str]:
+    """Compare the file's hashes with what is in it."""
+    notes = []
+    if saved.problem_hash != problem_hash(saved.problem):
+        notes.append("the problem in the file is not the one that was planned: its hash is another; it was edited")
+    said = None if saved.certificate is None else saved.certificate.get("trajectory_hash")
+    if said is not None and said != trajectory_digest(saved.trajectory):
+        notes.append("the motion in the file is not the one that its certificate is about: its hash is another; it was edited")
+    return notes
+
+
+def _other_problem(planned: Problem, against: Problem) -> list[str]:
+    """Say in what the problem that is proven for differs from the one that was planned."""
+    one, other = values_that_count(planned), values_that_count(against)
+    names = ", ".join(key for key in one if one[key] != other[key])
+    return [f"the plan was made for another problem, which differs in: {names}"] if names else []
+
+
+def _ends(problem: Problem, trajectory: AnyTrajectory, base: BaseReport | None) -> list[str]:
+    """Say where the trajectory is not as was asked: its start, its goal, its duration, and what is asked of a floating base."""
+    begin, end = trajectory.curve.sample(np.array(trajectory.curve.domain))
+    notes = []
+    off = np.abs(begin - problem.start)
+    if off.max() > _SAME:
+        joint = int(np.argmax(off))
+        notes.append(f"it begins {off[joint]:.4g} away from the problem's start, at joint '{problem.robot.dof_names[joint]}'")
+    if _missed(problem, end):
+        notes.append("it does not end at the problem's goal")
+    asked, taken = problem.duration, trajectory.duration
+    if asked is not None and abs(taken - asked) > _SAME_TIME * asked:
+        notes.append(f"it takes {taken:.4g} s, and the problem asks for {asked:.4g} s")
+    return notes if base is None else [*notes, *base.missed]
+
+
+def _missed(problem: Problem, end: Array) -> bool:
+    """Whether a trajectory ends elsewhere; where a floating base takes the end effector is the base report's to say."""
+    goal = problem.local.goal
+    if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
+        return bool((np.abs(np.atleast_2d(goal.q) - end) - goal.tolerance).max(axis=1).min() > _SAME)
+    return not problem.base_model.follows_arm and not bool(reaches(Reach(robot=problem.robot, goal=goal), end[None])[0])

@@ -1,4 +1,34 @@
-"""Where the motion of a problem file begins and ends."""
+"""Problem files: a planning problem as YAML. docs/problem_file.md explains every key.
+
+The keys::
+
+    spacearm: 1                # format and version
+    robot: zhang2022           # a built-in robot, or the path of a file, relative to this one; or with options:
+    robot: {file: arm.urdf, srdf: arm.srdf, group: arm, tip: hand, velocity_limit: 1.0, acceleration_limit: 1.0}
+    scene:                     # the obstacles, inertial frame [m]; leave it out for free space
+      - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}
+      - capsule: {a: [0, 0.9, -0.5], b: [0, 0.9, -0.3], radius: 0.02}
+      - box: {size: [0.1, 0.1, 0.1], position: [-0.5, 0.5, 0.5], rpy_deg: [0, 0, 45]}
+      - cylinder: {radius: 0.1, length: 0.3, position: [-0.5, 0.5, -0.5]}
+      - half_space: {normal: [0, 0, 1], point: [0, 0, -1]}
+    start: [0, 0, 0, 0, 0, 0, 0]       # joint positions [rad or m], in the robot's order
+    start: {elbow: 1.2}                #   or by joint; those not named are 0
+    start: ready                       #   or the name of one of the robot's configurations
+    start_deg: [0, 0, 0, 90, 0, 0, 0]  #   or in degrees, instead of `start`
+    goal: {configuration: [0, 0, 0, 1, 0, 0, 0]}           # written like start; or configuration_deg
+    goal: {configurations: [[0, 0, 0, 1, 0, 0, 0], {elbow: 2}]}         #   any of several
+    goal: {position: [0.7, 0.3, 0.0], tolerance: 0.001}    #   or a point for the end effector [m]
+    goal: {pose: {position: [0.7, 0.3, 0.0], rpy_deg: [0, 0, 0]}, orientation_tolerance_deg: 1}     #   or a pose
+    base: floating             # fixed, or floating; by default as the robot says
+    base_start: mass_center    # where the base is at the start: with the centre of mass at the inertial origin
+    base_start: {position: [0, 0, 1], rpy_deg: [0, 0, 90]}                  #   or there [m]; by default 0, unturned
+    base_goal: as_it_was       # of a floating base: how it is to stand at the end
+    base_goal: {rpy_deg: [0, 0, 90], tolerance_deg: 0.05}
+    base_limits: {peak_deg: 2, rate_deg: 0.5, joint_momentum: 40}           # how little the arm may disturb it
+    momentum: {angular: [0, 0, 0.5]}                                        # what base and arm have, and keep
+    duration: 60               # of the motion [s]; by default the least
+    planner: {islands: 2}      # any of PlannerSettings
+"""
 
 from __future__ import annotations
 
@@ -34,16 +64,243 @@ if TYPE_CHECKING:
         BaseLimitsModel,
         BaseStartModel,
         GoalModel,
-        HeldModel,
+        PayloadModel,
         ProblemModel,
         RobotModel,
     )
 
-# ---- How the base of a problem file is held: where it starts, and what is asked of it if it floats -------------------
 
 Array = NDArray[np.float64]
 
 _ANGLES = {"final": "degrees", "peak": "degrees", "rate": "degrees/s"}
+
+Given = list[float] | dict[str, float] | str
+"""A configuration as a file has it: one number a joint, numbers by joint, or a name."""
+
+_TARGETS: dict[str, tuple[str, ...]] = {
+    "configuration": ("tolerance", "tolerance_deg", "shortest"),
+    "configuration_deg": ("tolerance", "tolerance_deg", "shortest"),
+    "configurations": ("tolerance", "tolerance_deg", "shortest"),
+    "configurations_deg": ("tolerance", "tolerance_deg", "shortest"),
+    "position": ("tolerance", "frame"),
+    "pose": ("position_tolerance", "orientation_tolerance", "orientation_tolerance_deg", "free_axis", "frame"),
+}
+"""What a goal may aim at, and the keys that may stand beside it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProblemFile:
+    """What a problem file holds.
+
+    Attributes:
+        problem: the problem.
+        settings: of the planner.
+    """
+
+    problem: Problem
+    settings: PlannerSettings
+
+
+def load_problem(path: str | os.PathLike[str]) -> Problem:
+    """Read a problem from a YAML file.
+
+    Args:
+        path: the file; the module's docstring has its format.
+
+    Raises:
+        FileFormatError: no such file, no YAML, or keys and values that are not those of the format.
+        SpacearmError: a robot, scene or problem that cannot be; file and line are named.
+    """
+    return load_problem_file(path).problem
+
+
+def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
+    """Read a problem and the planner's settings beside it from a YAML file.
+
+    Args:
+        path: the file; the module's docstring has its format.
+
+    Raises:
+        FileFormatError: no such file, no YAML, or keys and values that are not those of the format.
+        SpacearmError: a robot, scene or problem that cannot be; file and line are named.
+    """
+    file = read_yaml(path, key="spacearm", what="a problem file")
+    from spacearm.files.problem_schema import ProblemModel
+
+    model = file.parsed(ProblemModel)
+    robot = read_robot(file, model.robot)
+    obstacles = read_obstacles(file, model.scene)
+    start = read_start(file, model, robot)
+    goal = read_goal(file, model.goal, robot)
+    with file.at("goal"):  # alone, so that a goal that does not fit is blamed on its line
+        bare = Problem(robot, Scene(), start=start, goal=goal, base="fixed")
+    problem = Problem(robot, Scene(obstacles), start=start, goal=goal, **with_base(file, model, bare))
+    settings = _settings(file, model.planner)
+    with file.at("planner", "time_law"):
+        require_timing(problem.duration, settings)
+    return ProblemFile(problem=problem, settings=settings)
+
+
+def read_robot(file: YamlFile, model: RobotModel) -> Robot:
+    """Load the robot that a problem file names, and attach its payloads.
+
+    Raises:
+        SpacearmError: a robot that cannot be, or something that cannot be a payload; file and line are named.
+    """
+    with file.at("robot"):
+        robot = _loaded(model, file.path.parent)
+    for i, payload in enumerate(model.holding or ()):
+        with file.at("robot", "holding", i):
+            robot = _with_payload(robot, payload, i, file.path.parent, model.capsules_per_shape)
+    return robot
+
+
+def _loaded(model: RobotModel, directory: Path) -> Robot:
+    if (model.name is None) == (model.file is None):
+        given = "neither name nor file" if model.name is None else "both name and file"
+        raise ProblemError(f"robot has {given}, expected one; built-in names: {', '.join(builtin_robots())}")
+    # A name that is not built in but looks like a path is one: `robot: arm.urdf`.
+    is_path = model.file is not None or bool(Path(model.name or "").suffix) or "/" in (model.name or "")
+    return load_robot(
+        beside(directory, model.file or model.name or "") if is_path else model.name or "",
+        srdf=None if model.srdf is None else beside(directory, model.srdf),
+        joint_limits=None if model.joint_limits is None else beside(directory, model.joint_limits),
+        **model.model_dump(exclude={"name", "file", "srdf", "joint_limits", "holding"}),  # the others are called as there
+    )
+
+
+def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Path, count: int) -> Robot:
+    name = payload.name if payload.name is not None else "held" if index == 0 else f"held_{index + 1}"
+    return hold(
+        robot,
+        read_solid(payload, directory, name=""),
+        frame=payload.frame,
+        pose=placed(payload),
+        touching=payload.touching or (),
+        name=name,
+        capsules_per_shape=count,
+        mass=payload.mass,
+        com=payload.com,
+        inertia=payload.inertia,
+    )
+
+
+def read_start(file: YamlFile, model: ProblemModel, robot: Robot) -> Array:
+    """Return the start (n,) [rad or m].
+
+    Raises:
+        SpacearmError: none is given, or one that the robot does not have; file and line are named.
+    """
+    with file.at("start" if model.start_deg is None else "start_deg"):
+        if model.start is not None and model.start_deg is not None:
+            raise ProblemError("both start and start_deg are given, expected one; remove the other")
+        if model.start_deg is not None:
+            q = _configuration(robot, model.start_deg, "start_deg", degrees=True)
+        elif model.start is not None:
+            q = _configuration(robot, model.start, "start")
+        else:
+            raise ProblemError("start is missing; add start: [...] with one number per joint, or start_deg")
+        within_limits(robot, q, what="start")
+        return q  # as it is given: Problem says what it sets onto a limit
+
+
+def read_goal(file: YamlFile, model: GoalModel, robot: Robot) -> Goal:
+    """Return the goal.
+
+    Raises:
+        SpacearmError: no target or several, or one that the robot does not have; file and line are named.
+    """
+    given = [kind for kind in _TARGETS if getattr(model, kind) is not None]
+    with file.at("goal"):
+        if len(given) != 1:
+            raise ProblemError(f"goal has {' and '.join(given) or 'no target'}, expected one of {', '.join(_TARGETS)}")
+    target = given[0]
+    beside = {name: value for name, value in model if value is not None and name != target}
+    for key in beside:
+        if key not in _TARGETS[target]:
+            takers = [name for name, keys in _TARGETS.items() if key in keys]
+            with file.at("goal", key):
+                takes = ", ".join(_TARGETS[target])
+                raise ProblemError(
+                    f"goal has {key} beside {target}, expected it with {', '.join(takers)}; {target} takes {takes}"
+                )
+    with file.at("goal", target):
+        if target == "pose":
+            return _pose_goal(model, beside)
+        if target == "position":
+            return PositionGoal(model.position, **beside)  # type: ignore[arg-type]
+        return _configuration_goal(model, target, beside, robot)
+
+
+def _pose_goal(model: GoalModel, beside: dict[str, Any]) -> PoseGoal:
+    assert model.pose is not None
+    if model.pose.q_wxyz is None and model.pose.rpy_deg is None:
+        raise ProblemError("pose has no orientation, expected q_wxyz or rpy_deg; for a position alone write position: [...]")
+    _tolerance_in_radians(beside, "orientation_tolerance")
+    return PoseGoal(placed(model.pose), **beside)
+
+
+def _configuration_goal(
+    model: GoalModel, target: str, beside: dict[str, Any], robot: Robot
+) -> ConfigurationGoal | ConfigurationsGoal:
+    degrees = target.endswith("_deg")
+    if "tolerance_deg" in beside:
+        stated = robot.dof_names if isinstance(beside["tolerance_deg"], list) else ()
+        _require_turning(robot, stated, "tolerance_deg")
+    _tolerance_in_radians(beside, "tolerance")
+    value = getattr(model, target)
+    if target.startswith("configurations"):
+        rows = [_configuration(robot, row, f"{target}[{i}]", degrees=degrees) for i, row in enumerate(value)]
+        lengths = {len(row) for row in rows}
+        if len(lengths) > 1:
+            raise ProblemError(
+                f"{target} has rows of {min(lengths)} and of {max(lengths)} numbers, expected {robot.dof} in each"
+            )
+        return ConfigurationsGoal(np.reshape(rows, (len(rows), -1) if rows else (0, robot.dof)), **beside)
+    return ConfigurationGoal(_configuration(robot, value, target, degrees=degrees), **beside)
+
+
+def _tolerance_in_radians(beside: dict[str, Any], key: str) -> None:
+    """Put a tolerance in degrees in the place of the one in radians."""
+    if f"{key}_deg" in beside:
+        if key in beside:
+            raise ProblemError(f"both {key} and {key}_deg are given, expected one; remove the other")
+        given = beside.pop(f"{key}_deg")
+        if not isinstance(given, list):
+            as_number(f"{key}_deg", given, ProblemError, at_least=0, unit="degrees")
+        beside[key] = np.radians(given)
+
+
+def _configuration(robot: Robot, given: Given, key: str, *, degrees: bool = False) -> Array:
+    """Put together q (n,) [rad or m] from what the file gives."""
+    if isinstance(given, str):
+        return robot.configuration(given)
+    q = _by_name(robot, given, key) if isinstance(given, dict) else np.array(given, dtype=np.float64)
+    if not degrees:
+        return q
+    _require_turning(robot, given if isinstance(given, dict) else robot.dof_names, key)
+    return np.radians(q)
+
+
+def _require_turning(robot: Robot, stated: Any, key: str) -> None:
+    slides = [name for i, name in enumerate(robot.dof_names) if robot.is_prismatic(i) and name in stated]
+    if slides:
+        plain = key.replace("_deg", "")
+        raise ProblemError(f"{key} gives degrees to joint '{slides[0]}', which is prismatic; use {plain} [rad or m]")
+
+
+def _by_name(robot: Robot, values: dict[str, float], key: str) -> Array:
+    for name in values:
+        if name not in robot.dof_names:
+            known = nearest(name, robot.dof_names)
+            raise ProblemError(f"{key} names joint '{name}', which robot '{robot.name}' does not have; {known}")
+    for i, name in enumerate(robot.dof_names):
+        if name not in values and not robot.lower[i] <= 0 <= robot.upper[i]:
+            raise ProblemError(
+                f"{key} does not name joint '{name}', and 0 is outside its limits {robot.lower[i]:.4g} to "
+                f"{robot.upper[i]:.4g}; give it a value"
+            )
+    return np.array([values.get(name, 0.0) for name in robot.dof_names])
 
 
 def with_base(file: YamlFile, model: ProblemModel, problem: Problem) -> dict[str, Any]:
@@ -120,272 +377,6 @@ def _in_radians(model: Any, key: str, unit: str = "degrees") -> float | None:
     if degrees is None:
         return plain
     return math.radians(as_number(f"{key}_deg", degrees, ProblemError, above=0, unit=unit))
-
-
-# ---- The robot of a problem file, with what it holds -----------------------------------------------------------------
-
-
-def read_robot(file: YamlFile, model: RobotModel) -> Robot:
-    """Load the robot that a problem file names, and put into its hand what it holds.
-
-    Raises:
-        SpacearmError: a robot that cannot be, or something that cannot be held; file and line are named.
-    """
-    with file.at("robot"):
-        robot = _loaded(model, file.path.parent)
-    for i, held in enumerate(model.holding or ()):
-        with file.at("robot", "holding", i):
-            robot = _holding(robot, held, i, file.path.parent, model.capsules_per_shape)
-    return robot
-
-
-def _loaded(model: RobotModel, directory: Path) -> Robot:
-    if (model.name is None) == (model.file is None):
-        given = "neither name nor file" if model.name is None else "both name and file"
-        raise ProblemError(f"robot has {given}, expected one; built-in names: {', '.join(builtin_robots())}")
-    # A name that is not built in but looks like a path is one: `robot: arm.urdf`.
-    is_path = model.file is not None or bool(Path(model.name or "").suffix) or "/" in (model.name or "")
-    return load_robot(
-        beside(directory, model.file or model.name or "") if is_path else model.name or "",
-        srdf=None if model.srdf is None else beside(directory, model.srdf),
-        joint_limits=None if model.joint_limits is None else beside(directory, model.joint_limits),
-        **model.model_dump(exclude={"name", "file", "srdf", "joint_limits", "holding"}),  # the others are called as there
-    )
-
-
-def _holding(robot: Robot, held: HeldModel, index: int, directory: Path, count: int) -> Robot:
-    name = held.name if held.name is not None else "held" if index == 0 else f"held_{index + 1}"
-    return hold(
-        robot,
-        read_solid(held, directory, name=""),
-        frame=held.frame,
-        pose=placed(held),
-        touching=held.touching or (),
-        name=name,
-        capsules_per_shape=count,
-        mass=held.mass,
-        com=held.com,
-        inertia=held.inertia,
-    )
-
-
-# ---- Where the motion of a problem file begins and ends --------------------------------------------------------------
-
-Given = list[float] | dict[str, float] | str
-"""A configuration as a file has it: one number a joint, numbers by joint, or a name."""
-
-_TARGETS: dict[str, tuple[str, ...]] = {
-    "configuration": ("tolerance", "tolerance_deg", "shortest"),
-    "configuration_deg": ("tolerance", "tolerance_deg", "shortest"),
-    "configurations": ("tolerance", "tolerance_deg", "shortest"),
-    "configurations_deg": ("tolerance", "tolerance_deg", "shortest"),
-    "position": ("tolerance", "frame"),
-    "pose": ("position_tolerance", "orientation_tolerance", "orientation_tolerance_deg", "free_axis", "frame"),
-}
-"""What a goal may aim at, and the keys that may stand beside it."""
-
-
-def read_start(file: YamlFile, model: ProblemModel, robot: Robot) -> Array:
-    """Return the start (n,) [rad or m].
-
-    Raises:
-        SpacearmError: none is given, or one that the robot does not have; file and line are named.
-    """
-    with file.at("start" if model.start_deg is None else "start_deg"):
-        if model.start is not None and model.start_deg is not None:
-            raise ProblemError("both start and start_deg are given, expected one; remove the other")
-        if model.start_deg is not None:
-            q = _configuration(robot, model.start_deg, "start_deg", degrees=True)
-        elif model.start is not None:
-            q = _configuration(robot, model.start, "start")
-        else:
-            raise ProblemError("start is missing; add start: [...] with one number per joint, or start_deg")
-        within_limits(robot, q, what="start")
-        return q  # as it is given: Problem says what it sets onto a limit
-
-
-def read_goal(file: YamlFile, model: GoalModel, robot: Robot) -> Goal:
-    """Return the goal.
-
-    Raises:
-        SpacearmError: no target or several, or one that the robot does not have; file and line are named.
-    """
-    given = [kind for kind in _TARGETS if getattr(model, kind) is not None]
-    with file.at("goal"):
-        if len(given) != 1:
-            raise ProblemError(f"goal has {' and '.join(given) or 'no target'}, expected one of {', '.join(_TARGETS)}")
-    target = given[0]
-    beside = {name: value for name, value in model if value is not None and name != target}
-    for key in beside:
-        if key not in _TARGETS[target]:
-            takers = [name for name, keys in _TARGETS.items() if key in keys]
-            with file.at("goal", key):
-                takes = ", ".join(_TARGETS[target])
-                raise ProblemError(
-                    f"goal has {key} beside {target}, expected it with {', '.join(takers)}; {target} takes {takes}"
-                )
-    with file.at("goal", target):
-        if target == "pose":
-            return _pose_goal(model, beside)
-        if target == "position":
-            return PositionGoal(model.position, **beside)  # type: ignore[arg-type]
-        return _configuration_goal(model, target, beside, robot)
-
-
-def _pose_goal(model: GoalModel, beside: dict[str, Any]) -> PoseGoal:
-    assert model.pose is not None
-    if model.pose.q_wxyz is None and model.pose.rpy_deg is None:
-        raise ProblemError("pose has no orientation, expected q_wxyz or rpy_deg; for a position alone write position: [...]")
-    _in_radians_goals(beside, "orientation_tolerance")
-    return PoseGoal(placed(model.pose), **beside)
-
-
-def _configuration_goal(
-    model: GoalModel, target: str, beside: dict[str, Any], robot: Robot
-) -> ConfigurationGoal | ConfigurationsGoal:
-    degrees = target.endswith("_deg")
-    if "tolerance_deg" in beside:
-        stated = robot.dof_names if isinstance(beside["tolerance_deg"], list) else ()
-        _require_turning(robot, stated, "tolerance_deg")
-    _in_radians_goals(beside, "tolerance")
-    value = getattr(model, target)
-    if target.startswith("configurations"):
-        rows = [_configuration(robot, row, f"{target}[{i}]", degrees=degrees) for i, row in enumerate(value)]
-        lengths = {len(row) for row in rows}
-        if len(lengths) > 1:
-            raise ProblemError(
-                f"{target} has rows of {min(lengths)} and of {max(lengths)} numbers, expected {robot.dof} in each"
-            )
-        return ConfigurationsGoal(np.reshape(rows, (len(rows), -1) if rows else (0, robot.dof)), **beside)
-    return ConfigurationGoal(_configuration(robot, value, target, degrees=degrees), **beside)
-
-
-def _in_radians_goals(beside: dict[str, Any], key: str) -> None:
-    """Put a tolerance in degrees in the place of the one in radians."""
-    if f"{key}_deg" in beside:
-        if key in beside:
-            raise ProblemError(f"both {key} and {key}_deg are given, expected one; remove the other")
-        given = beside.pop(f"{key}_deg")
-        if not isinstance(given, list):
-            as_number(f"{key}_deg", given, ProblemError, at_least=0, unit="degrees")
-        beside[key] = np.radians(given)
-
-
-def _configuration(robot: Robot, given: Given, key: str, *, degrees: bool = False) -> Array:
-    """Put together q (n,) [rad or m] from what the file gives."""
-    if isinstance(given, str):
-        return robot.configuration(given)
-    q = _by_name(robot, given, key) if isinstance(given, dict) else np.array(given, dtype=np.float64)
-    if not degrees:
-        return q
-    _require_turning(robot, given if isinstance(given, dict) else robot.dof_names, key)
-    return np.radians(q)
-
-
-def _require_turning(robot: Robot, stated: Any, key: str) -> None:
-    slides = [name for i, name in enumerate(robot.dof_names) if robot.is_prismatic(i) and name in stated]
-    if slides:
-        plain = key.replace("_deg", "")
-        raise ProblemError(f"{key} gives degrees to joint '{slides[0]}', which is prismatic; use {plain} [rad or m]")
-
-
-def _by_name(robot: Robot, values: dict[str, float], key: str) -> Array:
-    for name in values:
-        if name not in robot.dof_names:
-            known = nearest(name, robot.dof_names)
-            raise ProblemError(f"{key} names joint '{name}', which robot '{robot.name}' does not have; {known}")
-    for i, name in enumerate(robot.dof_names):
-        if name not in values and not robot.lower[i] <= 0 <= robot.upper[i]:
-            raise ProblemError(
-                f"{key} does not name joint '{name}', and 0 is outside its limits {robot.lower[i]:.4g} to "
-                f"{robot.upper[i]:.4g}; give it a value"
-            )
-    return np.array([values.get(name, 0.0) for name in robot.dof_names])
-
-
-# ---- Problem files: a planning problem as YAML. docs/problem_file.md explains every key ------------------------------
-#
-# The keys::
-#
-#     spacearm: 1                # format and version
-#     robot: zhang2022           # a built-in robot, or the path of a file, relative to this one; or with options:
-#     robot: {file: arm.urdf, srdf: arm.srdf, group: arm, tip: hand, velocity_limit: 1.0, acceleration_limit: 1.0}
-#     scene:                     # the obstacles, inertial frame [m]; leave it out for free space
-#       - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}
-#       - capsule: {a: [0, 0.9, -0.5], b: [0, 0.9, -0.3], radius: 0.02}
-#       - box: {size: [0.1, 0.1, 0.1], position: [-0.5, 0.5, 0.5], rpy_deg: [0, 0, 45]}
-#       - cylinder: {radius: 0.1, length: 0.3, position: [-0.5, 0.5, -0.5]}
-#       - half_space: {normal: [0, 0, 1], point: [0, 0, -1]}
-#     start: [0, 0, 0, 0, 0, 0, 0]       # joint positions [rad or m], in the robot's order
-#     start: {elbow: 1.2}                #   or by joint; those not named are 0
-#     start: ready                       #   or the name of one of the robot's configurations
-#     start_deg: [0, 0, 0, 90, 0, 0, 0]  #   or in degrees, instead of `start`
-#     goal: {configuration: [0, 0, 0, 1, 0, 0, 0]}           # written like start; or configuration_deg
-#     goal: {configurations: [[0, 0, 0, 1, 0, 0, 0], {elbow: 2}]}         #   any of several
-#     goal: {position: [0.7, 0.3, 0.0], tolerance: 0.001}    #   or a point for the end effector [m]
-#     goal: {pose: {position: [0.7, 0.3, 0.0], rpy_deg: [0, 0, 0]}, orientation_tolerance_deg: 1}     #   or a pose
-#     base: floating             # how the base is held: fixed, or floating; by default as the robot says
-#     base_start: mass_center    # where the base is at the start: with the centre of mass at the inertial origin
-#     base_start: {position: [0, 0, 1], rpy_deg: [0, 0, 90]}                  #   or there [m]; by default 0, unturned
-#     base_goal: as_it_was       # of a floating base: how it is to stand at the end
-#     base_goal: {rpy_deg: [0, 0, 90], tolerance_deg: 0.05}
-#     base_limits: {peak_deg: 2, rate_deg: 0.5, joint_momentum: 40}           # how little the arm may disturb it
-#     momentum: {angular: [0, 0, 0.5]}                                        # what base and arm have, and keep
-#     duration: 60               # of the motion [s]; by default the least
-#     planner: {islands: 2}      # any of PlannerSettings
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProblemFile:
-    """What a problem file holds.
-
-    Attributes:
-        problem: the problem.
-        settings: of the planner.
-    """
-
-    problem: Problem
-    settings: PlannerSettings
-
-
-def load_problem(path: str | os.PathLike[str]) -> Problem:
-    """Read a problem from a YAML file.
-
-    Args:
-        path: the file; the module's docstring has its format.
-
-    Raises:
-        FileFormatError: no such file, no YAML, or keys and values that are not those of the format.
-        SpacearmError: a robot, scene or problem that cannot be; file and line are named.
-    """
-    return load_problem_file(path).problem
-
-
-def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
-    """Read a problem and the planner's settings beside it from a YAML file.
-
-    Args:
-        path: the file; the module's docstring has its format.
-
-    Raises:
-        FileFormatError: no such file, no YAML, or keys and values that are not those of the format.
-        SpacearmError: a robot, scene or problem that cannot be; file and line are named.
-    """
-    file = read_yaml(path, key="spacearm", what="a problem file")
-    from spacearm.files.problem_schema import ProblemModel
-
-    model = file.parsed(ProblemModel)
-    robot = read_robot(file, model.robot)
-    obstacles = read_obstacles(file, model.scene)
-    start = read_start(file, model, robot)
-    goal = read_goal(file, model.goal, robot)
-    with file.at("goal"):  # alone, so that a goal that does not fit is blamed on its line
-        bare = Problem(robot, Scene(), start=start, goal=goal, base="fixed")
-    problem = Problem(robot, Scene(obstacles), start=start, goal=goal, **with_base(file, model, bare))
-    settings = _settings(file, model.planner)
-    with file.at("planner", "time_law"):
-        require_timing(problem, settings)
-    return ProblemFile(problem=problem, settings=settings)
 
 
 def _settings(file: YamlFile, given: dict[str, Any]) -> PlannerSettings:

@@ -1,6 +1,6 @@
 """The keys of a problem file, their types and what they mean; docs/problem_file.md explains them with examples.
 
-Imported only when such a file is read.
+The JSON schema made from them lets editors complete, explain and check such files. Imported only when a problem file is read.
 """
 
 from __future__ import annotations
@@ -189,8 +189,8 @@ class ObstacleModel(SolidModel):
     name: Text | None = Field(None, description="what messages and figures call it; by default its place in the list")
 
 
-class HeldModel(SolidModel):
-    """Something in the robot's hand: its shape, and how it is held."""
+class PayloadModel(SolidModel):
+    """A payload: its shape, and how it is attached."""
 
     model_config = _one_of(*_SOLIDS)
 
@@ -219,8 +219,8 @@ class RobotModel(StrictModel):
     name: Text | None = Field(None, description="of a robot that comes with spacearm")
     file: Text | None = Field(None, description="a URDF or a robot file; relative to the problem file")
     srdf: Text | None = Field(None, description="an SRDF about the robot; relative to the problem file")
-    group: Text | None = Field(None, description="the group of the SRDF that moves; the other joints are held")
-    fixed: dict[Text, Number] | None = Field(None, description="joints that are held, and where [rad or m]")
+    group: Text | None = Field(None, description="the group of the SRDF that moves; the other joints are locked")
+    fixed: dict[Text, Number] | None = Field(None, description="joints that are locked, and where [rad or m]")
     tip: Text | None = Field(None, description="the link that is the end effector; by default the end of the chain")
     velocity_limit: Ceiling | None = Field(None, description="no joint is to be faster [rad/s or m/s]; or by joint")
     acceleration_limit: Ceiling | None = Field(None, description="likewise [rad/s^2 or m/s^2]")
@@ -230,12 +230,12 @@ class RobotModel(StrictModel):
         "urdf", description="where the robot's envelope is from; none: it is meant to have none"
     )
     capsules_per_shape: Count = Field(
-        CAPSULES_PER_SHAPE, description="how many capsules may enclose one box, cylinder or mesh, of the URDF or held"
+        CAPSULES_PER_SHAPE, description="how many capsules may enclose one box, cylinder or mesh, of the URDF or of a payload"
     )
     self_collision: Literal["auto", "srdf", "computed", "none"] = Field(
         "auto", description="which links must keep clear of each other; auto: by the SRDF if there is one, else computed"
     )
-    holding: list[HeldModel] | None = Field(None, description="what the robot holds")
+    holding: list[PayloadModel] | None = Field(None, description="the payloads")
 
     @model_validator(mode="before")
     @classmethod
@@ -354,7 +354,7 @@ class ProblemModel(StrictModel):
     start_deg: Joints | None = Field(None, description="the same in degrees, instead of start")
     goal: GoalModel = Field(description="where to end")
     base: Literal["fixed", "floating"] | None = Field(
-        None, description="how the base is held: fixed, or floating, free to drift and turn; by default as the robot says"
+        None, description="fixed, or floating, free to drift and turn; by default as the robot says"
     )
     base_start: BaseStartModel | None = Field(
         None, description="where the base is at the start; mass_center: with the system's centre of mass at the inertial origin"
@@ -392,9 +392,6 @@ def _flagged(given: Any, key: str, words: str) -> Any:
         raise wrong_form(words)
     return given
 
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# The JSON schema of problem files, by which editors complete, explain and check them as they are written.
 
 SCHEMA_FILE = Path(__file__).with_name("problem.schema.json")
 """Where the schema is in the installed package; name it in a problem file's first line:

@@ -1,7 +1,7 @@
 """What a trajectory's file states beside the joints' positions, compared with what the joints' path makes of it.
 
-Whoever runs a file may believe any part of it: its rates, its base, its end effector. So where a part is not what the path
-makes, that is found, and a certificate fails.
+Whoever runs a file may believe any part of it: its rates, its base, its end effector, its unit of time. So where a part is not
+what the path makes, that is found, and a certificate fails.
 """
 
 from __future__ import annotations
@@ -226,8 +226,6 @@ def _digits(values: Array) -> float:
                 return 0.5 * 10.0**-decimals
     return 0.0
 
-
-# ---- The times that files have: in which unit they are, and whether that can be --------------------------------------
 
 TimeUnit = Literal["s", "ms", "us", "ns"]
 

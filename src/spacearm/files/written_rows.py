@@ -1,9 +1,9 @@
 """The rows that a trajectory is written as, so that what is read between them is that trajectory again, within its limits.
 
-Between rows of positions, rates and accelerations everybody reads quintics. Where the trajectory is a polynomial of degree five
-or less they are the trajectory itself, if a row stands wherever two of its pieces meet; elsewhere there are more rows. What is
-left over, which is rounding mostly, would pass a limit that the trajectory uses to the full. So the motion is written slower by
-that much: a billionth, as a rule.
+The times of rows are whole ticks of the format's clock. Between rows of positions, rates and accelerations every reader takes
+quintics. Where the trajectory is a polynomial of degree five or less they are the trajectory itself, if a row stands wherever
+two of its pieces meet; elsewhere there are more rows. What remains is rounding mostly, and would pass a limit that the
+trajectory uses to the full. So the motion is written slower by that much, by a billionth as a rule.
 """
 
 from __future__ import annotations
@@ -21,8 +21,6 @@ from spacearm.core.errors import SettingsError
 from spacearm.motion.limit_margins import LimitMargins, path_margins
 from spacearm.motion.piecewise import PiecewisePath
 from spacearm.motion.recorded import AnyTrajectory, RecordedTrajectory
-
-# ---- At which instants a trajectory is written down, as whole ticks of the format's clock ----------------------------
 
 _INTERVALS = 200
 _MOST = 1_000_000  # instants of a file
@@ -51,10 +49,6 @@ def instants(trajectory: AnyTrajectory, step: float | None, *, ticks: int) -> ND
     at = np.round(np.arange(0.0, last / ticks, step) * ticks).astype(np.int64)
     return np.unique(np.append(at, last))
 
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# The rows that a trajectory is written as, so that what is read between them is that trajectory again, within its
-# limits.
 
 Array = NDArray[np.float64]
 

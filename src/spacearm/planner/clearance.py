@@ -1,27 +1,23 @@
-"""Clearances of configurations."""
+"""Clearances: how far the robot's links are from obstacles and from each other, and what margin a search can ask for."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.core.checks import shown
+from spacearm.core.checks import keep, shown
 from spacearm.core.errors import ProblemError
-from spacearm.dynamics.base_models import BASE_MODELS
+from spacearm.core.native import native
+from spacearm.dynamics.base_models import BASE_MODELS, BaseModel
 from spacearm.geometry import Scene
 from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
 
 Array = NDArray[np.float64]
-
-
-def _none() -> NDArray[np.int32]:
-    return np.zeros(0, dtype=np.int32)
 
 
 class HasScene(Protocol):
@@ -38,9 +34,51 @@ class HasScene(Protocol):
         ...
 
 
-def at_start(problem: HasScene) -> HasScene:
-    """Return a problem as told in the frame of its base at the beginning; what has no base is told so already."""
-    return getattr(problem, "local", problem)
+@dataclass(frozen=True, slots=True, eq=False)
+class ClearanceModel:
+    """A robot among obstacles, prepared to be asked for the clearances of many configurations.
+
+    The base stands at the origin of the scene's frame. Configurations are rows (b, n) that fit the robot; they are not checked.
+
+    Attributes:
+        robot: with c capsules, of which p pairs must keep clear of each other.
+        scene: with k obstacles.
+        pairs: (p, 2) indices into `robot.capsules`.
+        obstacle_of: (j,) which of the scene's obstacles each of the kernel's is; a sphere set is several.
+    """
+
+    robot: Robot
+    scene: Scene
+    pairs: NDArray[np.int32] = field(init=False)
+    obstacle_of: NDArray[np.intp] = field(init=False)
+    _model: native.Model64 = field(init=False)
+
+    def __post_init__(self) -> None:
+        model = kernel_model(self.robot, self.scene)
+        keep(self, pairs=self_capsule_pairs(self.robot), obstacle_of=model.obstacle_of, _model=model.model64)
+
+    def to_obstacles(self, q: Array) -> Array:
+        """Return the signed distances (b, c, k) of capsules and obstacles [m]."""
+        found, count = self.to_kernel_obstacles(q), len(self.scene.obstacles)
+        if len(self.obstacle_of) == count:
+            return found
+        out = np.full((*found.shape[:-1], count), np.inf)
+        for kernels, ours in enumerate(self.obstacle_of.tolist()):
+            np.minimum(out[..., ours], found[..., kernels], out=out[..., ours])
+        return out
+
+    def to_kernel_obstacles(self, q: Array) -> Array:
+        """Return the signed distances (b, c, j) of capsules and the kernel's obstacles [m]."""
+        return self._model.obstacle_clearances(np.ascontiguousarray(q))
+
+    def between_links(self, q: Array) -> Array:
+        """Return the signed distances (b, p) of the pairs [m]."""
+        return self._model.pair_clearances(np.ascontiguousarray(q), self.pairs)
+
+    def least(self, q: Array) -> Array:
+        """Return the least of all (b,) [m]; infinite without obstacles and pairs."""
+        to_scene: Array = self.to_kernel_obstacles(q).min(axis=(-2, -1), initial=np.inf)
+        return np.minimum(to_scene, self.between_links(q).min(axis=-1, initial=np.inf))
 
 
 def clearances(problem: HasScene, q: ArrayLike) -> Array:
@@ -57,17 +95,9 @@ def clearances(problem: HasScene, q: ArrayLike) -> Array:
     Raises:
         RobotError: q does not fit the robot or is not finite.
     """
-    problem = at_start(problem)
-    array = as_configurations(problem.robot, q)
-    model = kernel_model(problem.robot, problem.scene)
-    found = model.native.obstacle_clearances(np.ascontiguousarray(array.reshape(-1, problem.robot.dof)))
-    obstacles = len(problem.scene.obstacles)
-    if len(model.obstacle_of) != obstacles:  # sphere sets are several of the kernel's obstacles
-        out = np.full((*found.shape[:-1], obstacles), np.inf)
-        for kernels, ours in enumerate(model.obstacle_of):
-            np.minimum(out[..., ours], found[..., kernels], out=out[..., ours])
-        found = out
-    return found.reshape(*array.shape[:-1], *found.shape[1:])
+    rows, shape = _rows(problem.robot, q)
+    found = _prepared(problem).to_obstacles(rows)
+    return found.reshape(*shape, *found.shape[1:])
 
 
 def self_clearances(problem: HasScene, q: ArrayLike) -> Array:
@@ -83,11 +113,9 @@ def self_clearances(problem: HasScene, q: ArrayLike) -> Array:
     Raises:
         RobotError: q does not fit the robot or is not finite.
     """
-    array = as_configurations(problem.robot, q)
-    pairs = self_capsule_pairs(problem.robot)
-    model = kernel_model(problem.robot, problem.scene)
-    rows = np.ascontiguousarray(array.reshape(-1, problem.robot.dof))
-    return model.native.pair_clearances(rows, pairs).reshape(*array.shape[:-1], len(pairs))
+    rows, shape = _rows(problem.robot, q)
+    found = _prepared(problem).between_links(rows)
+    return found.reshape(*shape, *found.shape[1:])
 
 
 def clearance(problem: HasScene, q: ArrayLike) -> Array:
@@ -106,29 +134,27 @@ def clearance(problem: HasScene, q: ArrayLike) -> Array:
     """
     if not (isinstance(getattr(problem, "robot", None), Robot) and isinstance(getattr(problem, "scene", None), Scene)):
         raise ProblemError(f"problem is {shown(problem)}, expected a Problem, or what else has a robot and a scene")
-    scene = clearances(problem, q).min(axis=(-2, -1), initial=np.inf)
-    return np.minimum(scene, self_clearances(problem, q).min(axis=-1, initial=np.inf))
+    rows, shape = _rows(problem.robot, q)
+    return _prepared(problem).least(rows).reshape(shape)
 
 
-def clearance_of(problem: HasScene) -> Callable[[Array], Array]:
-    """Prepare `clearance` for one problem that is asked about many times.
+def _rows(robot: Robot, q: ArrayLike) -> tuple[Array, tuple[int, ...]]:
+    """Return configurations (..., n) as rows (b, n), checked, and the leading axes."""
+    array = as_configurations(robot, q)
+    return array.reshape(-1, robot.dof), array.shape[:-1]
 
-    Args:
-        problem: the robot, with n degrees of freedom, and the scene.
 
-    Returns:
-        A function of configurations (b, n) that returns their clearances (b,) [m].
-    """
-    problem = at_start(problem)
-    native = kernel_model(problem.robot, problem.scene).native
-    pairs = self_capsule_pairs(problem.robot)
+def _prepared(problem: HasScene) -> ClearanceModel:
+    """Return the model of a problem as it is told in the frame of its base at the beginning, if it has a base."""
+    here: HasScene = getattr(problem, "local", problem)
+    return ClearanceModel(here.robot, here.scene)
 
-    def least(q: Array) -> Array:
-        rows = np.ascontiguousarray(q)
-        scene = native.obstacle_clearances(rows).min(axis=(-2, -1), initial=np.inf)
-        return np.minimum(scene, native.pair_clearances(rows, pairs).min(axis=-1, initial=np.inf))
 
-    return least
+# ---- The margin that a search can ask for between its ends -----------------------------------------------------------
+
+
+def _none() -> NDArray[np.int32]:
+    return np.zeros(0, dtype=np.int32)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -194,48 +220,47 @@ def margins_within_reach(problem: HasScene, ends: ArrayLike, margin: float) -> M
         ends: (e, n) configurations, the start and goals [rad or m].
         margin: that is wanted [m].
     """
-    robot, scene = problem.robot, problem.scene
-    model = kernel_model(robot, scene)
-    rows = np.ascontiguousarray(as_configurations(robot, ends))
-    to_scene = model.native.obstacle_clearances(rows).min(axis=0)  # (c, k)
-    pairs = self_capsule_pairs(robot)
-    to_self = model.native.pair_clearances(rows, pairs).min(axis=0)  # (p,)
+    model = _prepared(problem)
+    rows = np.asarray(ends, dtype=np.float64)
+    to_scene: Array = model.to_kernel_obstacles(rows).min(axis=0)  # (c, j)
+    to_self: Array = model.between_links(rows).min(axis=0)  # (p,)
     if min(to_scene.min(initial=np.inf), to_self.min(initial=np.inf)) >= 2 * margin:
         return Margins(asked=margin)
-    if not getattr(
-        problem, "base_model", BASE_MODELS["fixed"]
-    ).follows_arm:  # a base that stays and the obstacles have what they have
-        to_scene[[capsule.joint < 0 for capsule in robot.capsules]] = np.inf
-    names = [capsule.name for capsule in robot.capsules]
-    of: dict[str, list[int]] = {}  # the capsules of each link
+    base: BaseModel = getattr(problem, "base_model", BASE_MODELS["fixed"])
+    capsules = model.robot.capsules
+    if not base.follows_arm:  # no motion changes the distance between a base that stays and an obstacle
+        to_scene[[capsule.joint < 0 for capsule in capsules]] = np.inf
+    names = [capsule.name for capsule in capsules]
+    capsules_of: dict[str, list[int]] = {}  # of each link
     for i, name in enumerate(names):
-        of.setdefault(name, []).append(i)
+        capsules_of.setdefault(name, []).append(i)
     near: dict[tuple[str, str], float] = {}
-    listed: list[tuple[int, int, int, float]] = []
-    close = np.argwhere((to_scene < 2 * margin).T).tolist()
+    rows_of_kernel: list[tuple[int, int, int, float]] = []
+    close: list[list[int]] = np.argwhere((to_scene < 2 * margin).T).tolist()
     for obstacle, link in dict.fromkeys((k, names[i]) for k, i in close):
-        other = f"obstacle {scene.called(int(model.obstacle_of[obstacle]))}"
-        least = float(to_scene[of[link], obstacle].min())
+        other = f"obstacle {model.scene.called(int(model.obstacle_of[obstacle]))}"
+        least = float(to_scene[capsules_of[link], obstacle].min())
         near[link, other] = min(near.get((link, other), np.inf), least)
-        listed += [(i, obstacle, -1, least) for i in of[link]]
+        rows_of_kernel += [(i, obstacle, -1, least) for i in capsules_of[link]]
     if (to_self < 2 * margin).any():
-        linked = [(names[i], names[k]) for i, k in pairs.tolist()]
+        of_pairs: list[list[int]] = model.pairs.tolist()
         closest: dict[tuple[str, str], float] = {}
-        for pair, clear in zip(linked, to_self.tolist(), strict=True):
-            closest[pair] = min(closest.get(pair, np.inf), clear)
-        for pair, (i, k) in zip(linked, pairs.tolist(), strict=True):
-            if closest[pair] < 2 * margin:
-                near[pair[0], f"link '{pair[1]}'"] = closest[pair]
-                listed.append((i, -1, k, closest[pair]))
-    capsules, obstacles, others = (np.array([row[column] for row in listed], dtype=np.int32) for column in range(3))
+        for (i, k), clear in zip(of_pairs, to_self.tolist(), strict=True):
+            closest[names[i], names[k]] = min(closest.get((names[i], names[k]), np.inf), clear)
+        for i, k in of_pairs:
+            least = closest[names[i], names[k]]
+            if least < 2 * margin:
+                near[names[i], f"link '{names[k]}'"] = least
+                rows_of_kernel.append((i, -1, k, least))
+    links, obstacles, others = (np.array([row[column] for row in rows_of_kernel], dtype=np.int32) for column in range(3))
     return Margins(
         asked=margin,
         lowered=tuple(
             LoweredMargin(link=link, other=other, clearance=clear, used=max(0.0, clear / 2))
             for (link, other), clear in sorted(near.items(), key=lambda item: item[1])
         ),
-        capsules=capsules,
+        capsules=links,
         obstacles=obstacles,
         others=others,
-        most=np.array([max(0.0, row[3] / 2) for row in listed]),
+        most=np.array([max(0.0, row[3] / 2) for row in rows_of_kernel]),
     )

@@ -1,27 +1,33 @@
-"""Why there can be no plan: what an end of the motion collides with, and what keeps a goal from being reached."""
+"""Why there can be no plan: what the robot collides with at an end of the motion, and what keeps a goal from being reached."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.planner.clearance import clearance, clearances, self_clearances
-from spacearm.planner.goal_reach import SpaceGoal, polished, reach_of, reach_to, reaches
-from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PositionGoal
-from spacearm.planner.inverse_kinematics import GoalConfigurations, goal_side, reaching_bounds
-from spacearm.planner.kernel_model import self_capsule_pairs
+from spacearm.planner.clearance import ClearanceModel
+from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, JointGoal, PositionGoal, SpaceGoal
+from spacearm.planner.inverse_kinematics import (
+    FAR,
+    GoalConfigurations,
+    Reach,
+    polished,
+    reach_of,
+    reaches,
+    reaching_bounds,
+)
 from spacearm.planner.problem import Problem, whole_turns
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 
-_SHOWN = 3  # contacts and joints listed in a message before it would no longer be read
+_LISTED = 3  # contacts and joints in a message; more of them would not be read
 _TOUCH = 1e-9  # [m] penetration that is rounding
-_FAR = 1e3  # [rad or m] as good as no limit
+_BEGUN = 64  # configurations from which the goal is tried without joint limits, beside the closest one found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,22 +100,6 @@ class EndReport:
     message: str = ""
 
 
-def contacts(problem: Problem, q: Array) -> tuple[Contact, ...]:
-    """List what touches or penetrates in one configuration (n,), deepest first, each pair of names once."""
-    robot, deepest = problem.robot, {}
-    met = clearances(problem, q)
-    for capsule, obstacle in np.argwhere(met <= 0):
-        key = robot.capsules[capsule].name, problem.scene.called(int(obstacle)), "obstacle"
-        deepest[key] = max(deepest.get(key, 0.0), float(-met[capsule, obstacle]))
-    between, pairs = self_clearances(problem, q), self_capsule_pairs(robot)
-    for pair in np.flatnonzero(between <= 0):
-        one, other = (robot.capsules[capsule].name for capsule in pairs[pair])
-        key = one, other, "link"
-        deepest[key] = max(deepest.get(key, 0.0), float(-between[pair]))
-    made = [Contact(link=link, other=other, kind=kind, depth=depth) for (link, other, kind), depth in deepest.items()]
-    return tuple(sorted(made, key=lambda contact: (-contact.depth, contact.link, contact.other)))
-
-
 def check_ends(problem: Problem) -> EndReport:
     """Check the start, and a goal that is given as configurations, for collision.
 
@@ -121,18 +111,32 @@ def check_ends(problem: Problem) -> EndReport:
     Returns:
         "start_in_collision", "goal_in_collision" or "free".
     """
-    goal, rows = problem.goal, np.zeros((0, problem.robot.dof))
+    goal, goal_met = problem.goal, False
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) and not np.any(goal.tolerance):
-        rows = np.atleast_2d(goal.q)
-    at_start, at_goals = float(clearance(problem, problem.start)), clearance(goal_side(problem), rows).tolist()
-    goal_met = bool(at_goals) and max(at_goals) <= 0
-    if at_start <= 0:
-        met = contacts(problem, problem.start)
+        goal_met = not (problem.at_goal.least(np.atleast_2d(goal.q)) > 0).any()
+    if problem.at_start.least(problem.start[None])[0] <= 0:
+        met = contacts(problem.at_start, problem.start)
         message = f"the start is in collision: {_listed(met)}{'; so is the goal' * goal_met}; {_advice('start', met)}"
         return EndReport(status="start_in_collision", contacts=met, q=problem.start, message=message)
-    if goal_met:
-        return _goal_in_collision(problem, rows)
+    if goal_met and isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
+        return _goal_in_collision(problem.at_goal, goal)
     return EndReport(status="free")
+
+
+def contacts(model: ClearanceModel, q: Array) -> tuple[Contact, ...]:
+    """List what touches or penetrates in one configuration (n,), deepest first, each pair of names once."""
+    names = [capsule.name for capsule in model.robot.capsules]
+    deepest: dict[tuple[str, str, Literal["obstacle", "link"]], float] = {}
+    to_obstacles, between_links = model.to_obstacles(q[None])[0], model.between_links(q[None])[0]
+    met: list[list[int]] = np.argwhere(to_obstacles <= 0).tolist()
+    for capsule, obstacle in met:
+        hit = names[capsule], model.scene.called(obstacle), "obstacle"
+        deepest[hit] = max(deepest.get(hit, 0.0), float(-to_obstacles[capsule, obstacle]))
+    for pair in np.flatnonzero(between_links <= 0).tolist():
+        one, other = (names[int(i)] for i in model.pairs[pair])
+        deepest[one, other, "link"] = max(deepest.get((one, other, "link"), 0.0), float(-between_links[pair]))
+    made = [Contact(link=link, other=other, kind=kind, depth=depth) for (link, other, kind), depth in deepest.items()]
+    return tuple(sorted(made, key=lambda contact: (-contact.depth, contact.link, contact.other)))
 
 
 def explain_goal(problem: Problem, found: GoalConfigurations) -> EndReport:
@@ -149,12 +153,11 @@ def explain_goal(problem: Problem, found: GoalConfigurations) -> EndReport:
     """
     if len(found.q) or found.closest is None:
         return EndReport(status="free")
-    goal = problem.goal
+    robot, goal = problem.robot, problem.goal
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
-        return _goal_in_collision(problem, np.atleast_2d(goal.q))
-    frame = goal.frame or problem.robot.tip
+        return _goal_in_collision(problem.at_goal, goal)
+    frame, met = goal.frame or robot.tip, contacts(problem.at_start, found.closest)
     if found.reached:
-        met = contacts(problem, found.closest)
         message = (
             f"frame '{frame}' reaches the goal only in collision: at the least, {_listed(met)}; move the goal or what is in "
             "the way, or allow a larger tolerance"
@@ -167,16 +170,16 @@ def explain_goal(problem: Problem, found: GoalConfigurations) -> EndReport:
             angle=found.angle,
             message=message,
         )
-    beyond = _limits_in_the_way(problem, goal, found.closest)
+    beyond = _limits_in_the_way(robot, goal, problem.start, found.closest)
     approach = f"frame '{frame}' comes no nearer to the goal than {_missed(goal, found)}"
     if beyond:
         why = f"to reach it, {_listed(beyond)}; move the goal or the base, or widen the limit"
     else:
-        why = f"{_reach_of(problem.robot, goal)}; move the goal or the base, or allow a larger tolerance"
+        why = f"{_reach_of(robot, goal)}; move the goal or the base, or allow a larger tolerance"
     return EndReport(
         status="goal_unreachable",
         beyond=beyond,
-        contacts=contacts(problem, found.closest),
+        contacts=met,
         q=found.closest,
         distance=found.distance,
         angle=found.angle,
@@ -184,11 +187,10 @@ def explain_goal(problem: Problem, found: GoalConfigurations) -> EndReport:
     )
 
 
-def _goal_in_collision(problem: Problem, rows: Array) -> EndReport:
-    problem = goal_side(problem)
-    least = int(np.argmax(clearance(problem, rows)))
-    met = contacts(problem, rows[least])
-    goal: Any = problem.goal
+def _goal_in_collision(model: ClearanceModel, goal: JointGoal) -> EndReport:
+    rows = np.atleast_2d(goal.q)
+    least = int(np.argmax(model.least(rows)))
+    met = contacts(model, rows[least])
     tolerant = ", as is all that was tried within its tolerance" if np.any(goal.tolerance) else ""
     if len(rows) == 1:
         message = f"the goal is in collision{tolerant}: {_listed(met)}"
@@ -208,14 +210,13 @@ def _advice(what: str, met: tuple[Contact, ...]) -> str:
     return f"change `{what}` or the scene"
 
 
-def _limits_in_the_way(problem: Problem, goal: SpaceGoal, closest: Array) -> tuple[BeyondLimit, ...]:
+def _limits_in_the_way(robot: Robot, goal: SpaceGoal, start: Array, closest: Array) -> tuple[BeyondLimit, ...]:
     """Reach for the goal without joint limits, and tell which would be broken where that breaks them least."""
-    robot = problem.robot
-    lower, upper = reaching_bounds(problem)
-    seeds = np.vstack([closest, np.random.default_rng(0).uniform(lower, upper, (64, robot.dof))])
-    free = np.full(robot.dof, _FAR)
-    reach = reach_to(robot, goal)
-    q = polished(reach, seeds, -free, free)
+    lower, upper = reaching_bounds(robot, start)
+    begun = np.vstack([closest, np.random.default_rng(0).uniform(lower, upper, (_BEGUN, robot.dof))])
+    free = np.full(robot.dof, FAR)
+    reach = Reach(robot=robot, goal=goal)
+    q = polished(reach, begun, -free, free)
     q = q[reaches(reach, q)]
     if not len(q):
         return ()
@@ -225,7 +226,7 @@ def _limits_in_the_way(problem: Problem, goal: SpaceGoal, closest: Array) -> tup
     q = np.where(whole_turns(robot), q - math.tau * np.round((q - middle) / math.tau), q)
     excess = np.maximum(np.maximum(robot.lower - q, q - robot.upper), 0.0)
     best = int(np.argmin(excess.max(axis=1)))
-    order = np.argsort(-excess[best], kind="stable")
+    order: list[int] = np.argsort(-excess[best], kind="stable").tolist()
     return tuple(
         BeyondLimit(
             joint=robot.dof_names[i],
@@ -252,5 +253,5 @@ def _reach_of(robot: Robot, goal: SpaceGoal) -> str:
 
 
 def _listed(items: tuple[Contact | BeyondLimit, ...]) -> str:
-    text = ", ".join(item.message for item in items[:_SHOWN]) or "there is next to no clearance"
-    return f"{text} (and {len(items) - _SHOWN} more)" if len(items) > _SHOWN else text
+    text = ", ".join(item.message for item in items[:_LISTED]) or "there is next to no clearance"
+    return f"{text} (and {len(items) - _LISTED} more)" if len(items) > _LISTED else text

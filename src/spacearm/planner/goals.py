@@ -1,11 +1,14 @@
 """Where a motion is to end."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
+
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -107,6 +110,11 @@ class PositionGoal(Frozen):
         _require_near(position)
         keep(self, position=position, tolerance=tolerance, frame=_frame(self.frame))
 
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """The greatest distance [m] and angle [rad] that count as reached: any angle does."""
+        return self.tolerance, math.pi
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseGoal(Frozen):
@@ -166,8 +174,19 @@ class PoseGoal(Frozen):
         """Where the frame's origin is to be, (3,) in the inertial frame [m]."""
         return self.pose[:3, 3]
 
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """The greatest distance [m] and angle [rad] that count as reached."""
+        return self.position_tolerance, self.orientation_tolerance
 
-Goal: TypeAlias = ConfigurationGoal | ConfigurationsGoal | PositionGoal | PoseGoal
+
+JointGoal: TypeAlias = ConfigurationGoal | ConfigurationsGoal
+"""A goal that says where the joints are to be."""
+
+SpaceGoal: TypeAlias = PositionGoal | PoseGoal
+"""A goal that says where a frame is to be, not where the joints are."""
+
+Goal: TypeAlias = JointGoal | SpaceGoal
 """Any of the goals."""
 
 
@@ -218,7 +237,7 @@ _KINDS: dict[str, tuple[Callable[..., Goal], tuple[str, ...]]] = {
 }
 
 
-def _frame(name: Any) -> str | None:
+def _frame(name: object) -> str | None:
     return None if name is None else as_name("the goal's frame", name, ProblemError)
 
 
@@ -228,15 +247,15 @@ def _require_near(position: Array) -> None:
         raise ProblemError(f"the goal is {far:.3g} m away, expected at most {_FURTHEST:g} m; check its units")
 
 
-def _yes_or_no(name: str, value: Any) -> bool:
+def _yes_or_no(name: str, value: object) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise ProblemError(f"{name} is {shown(value)}, expected True or False")
-    return bool(value)
+    return bool(cast("bool", value))
 
 
 def _joint_tolerance(value: Any, dof: int) -> float | Array:
     name = "the goal's tolerance"
-    if not isinstance(value, (list, tuple, np.ndarray)) or (isinstance(value, np.ndarray) and value.ndim == 0):
+    if not _is_table(value):
         return as_number(name, value, ProblemError, at_least=0, at_most=_MOST_TURNED, unit="rad or m")
     each = as_readonly(name, value, (dof,), ProblemError, advice="give one number, or one per joint")
     wrong = ~((each >= 0) & (each <= _MOST_TURNED))
@@ -244,6 +263,10 @@ def _joint_tolerance(value: Any, dof: int) -> float | Array:
         worst = int(np.argmax(wrong))
         raise ProblemError(f"{name}[{worst}] is {each[worst]:g}, expected a number from 0 up to {_MOST_TURNED:g} [rad or m]")
     return each
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def _axis(value: Any) -> Array:

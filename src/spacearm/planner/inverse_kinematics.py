@@ -1,77 +1,46 @@
-"""Goals in space: swarms come near from everywhere, damped least squares brings them onto the goal, all is checked."""
+"""Inverse kinematics: the collision-free configurations that reach a goal.
+
+A configuration is taken as it is where it is free of collision; else swarms look around it within its tolerance. For a goal in
+space, swarms come near it from everywhere (`goal_swarms`), and damped least squares brings what they find onto the goal. Of the
+results that are free, each is pulled towards the start, and those that differ are kept, the nearest to the start first.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.exact import product, sines
-from spacearm.geometry import Scene
-from spacearm.planner.clearance import clearance_of
-from spacearm.planner.goal_reach import (
-    LEVER,
-    Reach,
-    SpaceGoal,
-    goal_errors,
-    nearer,
-    polished,
-    reach_of,
-    reach_to,
-    reaches,
-    tolerances,
-)
-from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PositionGoal
-from spacearm.planner.kernel_model import make_kernel_model, native_class
+from spacearm.core.checks import keep
+from spacearm.core.exact import length, product, solved
+from spacearm.core.native import native
+from spacearm.core.rotations import rotation_vectors, turns_between
+from spacearm.planner.clearance import ClearanceModel
+from spacearm.planner.goal_swarms import GoalSwarms, Slack
+from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, JointGoal, PositionGoal, SpaceGoal
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem, nearest_turns
-from spacearm.swarm import PSO, run_trials
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# The boxes in joint space that the swarms search: the limits, and where there are none a turn or half a turn.
+from spacearm.robot.kinematics import tree_model
+from spacearm.robot.model import Robot
 
 Array = NDArray[np.float64]
 
-_HALF_TURN, _TURN = np.pi, 2 * np.pi
 FAR = 1e3
-"""[rad or m] A limit so far from the start is as good as none: the box ends nearer."""
-
-
-def search_bounds(problem: Problem) -> tuple[Array, Array]:
-    """Return the box that motions are sought in, (n,) each: the limits; for joints without, a turn about the start."""
-    near, far = _limited(problem)
-    lower = np.where(near, problem.robot.lower, problem.start - _TURN)
-    upper = np.where(far, problem.robot.upper, problem.start + _TURN)
-    if isinstance(problem.goal, (ConfigurationGoal, ConfigurationsGoal)):
-        rows = np.atleast_2d(problem.goal.q)
-        low, high = (rows - problem.goal.tolerance).min(axis=0), (rows + problem.goal.tolerance).max(axis=0)
-        lower = np.maximum(np.minimum(lower, low), problem.robot.lower)
-        upper = np.minimum(np.maximum(upper, high), problem.robot.upper)
-    return lower, upper
-
-
-def reaching_bounds(problem: Problem) -> tuple[Array, Array]:
-    """Return the box that goal configurations are sought in, (n,) each: the limits, or half a turn about the start."""
-    robot = problem.robot
-    near, far = _limited(problem)
-    lower = np.where(near, robot.lower, np.minimum(problem.start, robot.upper) - _HALF_TURN)
-    upper = np.where(far, robot.upper, np.maximum(problem.start, robot.lower) + _HALF_TURN)
-    return lower, upper
-
-
-def _limited(problem: Problem) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Tell which joints have a lower and which an upper limit that is one, (n,) each."""
-    return problem.robot.lower >= problem.start - FAR, problem.robot.upper <= problem.start + FAR
-
-
-# ---- What looks for configurations that reach a goal, and what is found: common to goals of every kind ---------------
-
-
-LEAST_CLEARANCE = 1e-6
-"""[m] What only just does not touch leaves no room to prove a motion."""
+"""[rad or m] A joint limit so far from the start is as good as none: the box of a search ends nearer."""
+LEVER = 0.2
+"""[m] An error of 1 rad weighs as much as one of so many metres."""
+_LEAST_CLEARANCE = 1e-6  # [m] what only just does not touch leaves no room to prove a motion
+_SWARMS = 4  # around each goal configuration that is in collision
+_DISTINCT = 0.2  # [rad or m] goal configurations closer than this, in every joint, count as one
+_WIDER = 1.3  # factor of that distance, until no more than asked for are left
+_PULLS = 6  # steps towards the start
+_PULL_ROUNDS = 4  # of damped least squares after each of them
+_CLOSER = 1e-3  # [rad or m] by which a step must at least bring it nearer
+_NEAR = 0.01  # [m or rad] what is farther from the goal than that and three times the tolerance is out of reach
+_LONGEST_STEP = 0.6  # [rad or m] of any joint in one step of damped least squares
+_EXACT = 1e-10  # [m] error that is called converged: rounding is 1e-15 or so
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,237 +69,142 @@ class GoalConfigurations:
     angle: float = 0.0
 
 
+def find_goal_configurations(
+    problem: Problem, settings: PlannerSettings, seed: int, *, late: Callable[[], bool] = lambda: False
+) -> GoalConfigurations:
+    """Find distinct collision-free configurations that reach a problem's goal.
+
+    Where the base floats, a goal in space is sought with the base as it begins: the search for motions sets out from there.
+
+    Args:
+        problem: robot, scene, start and goal.
+        settings: of the planner: `goal_candidates` is the most that are returned of a goal in space; `margin` is the
+            clearance asked for, less of it only where none has so much.
+        seed: random seed; the same one gives the same configurations, on any number of threads.
+        late: whether time is up: what was found by then is returned; the first swarms are always run.
+
+    Returns:
+        What was found; `q` is empty if nothing was.
+    """
+    robot, start, goal = problem.robot, problem.start, problem.goal
+    follows_arm = problem.base_model.follows_arm
+    in_joint_space = isinstance(goal, (ConfigurationGoal, ConfigurationsGoal))
+    clearance = problem.at_goal if in_joint_space else problem.at_start
+    search = _Search(
+        robot=robot,
+        clearance=clearance,
+        swarms=GoalSwarms(
+            robot=robot,
+            scene=clearance.scene,
+            margin=settings.margin,
+            seed=seed,
+            threads=settings.threads,
+            late=late,
+        ),
+        margin=settings.margin,
+        candidates=settings.goal_candidates,
+        late=late,
+    )
+    if in_joint_space:
+        return _find_in_joint_space(goal, start, search)
+    # Where the search for motions moves the end too, and the first motion is enough, pulling takes longer than it saves.
+    pull = not (follows_arm and settings.stop_at_first)
+    reach = Reach(robot=robot, goal=goal)
+    found = _find_in_space(reach, start, search, pull=pull)
+    if len(found.q) or not follows_arm:
+        return found
+    # Out of reach for the base as it begins, but the arm will move it: the search begins at what comes nearest.
+    nearest = (start if found.closest is None else found.closest)[None]
+    return replace(found, q=nearest.copy(), clearance=search.clearance.least(nearest))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GoalTask:
-    """A problem and all that configurations are checked against.
+class _Search:
+    """What looks for configurations, and what they are checked against.
 
     Attributes:
-        problem: robot, scene, start and goal.
-        bounds: (n,) lower and upper, the box that configurations are sought in [rad or m].
-        clearance: of configurations (b, n), (b,) [m].
-        settings: of the planner.
-        seed: of all swarms.
+        robot: with n joints.
+        clearance: of configurations, to the scene and between links.
+        swarms: that look for them.
+        margin: clearance asked for [m].
+        candidates: how many configurations are wanted at most.
         late: whether time is up.
     """
 
-    problem: Problem
-    bounds: tuple[Array, Array]
-    clearance: Callable[[Array], Array]
-    settings: PlannerSettings
-    seed: int
-    late: Callable[[], bool] = lambda: False
+    robot: Robot
+    clearance: ClearanceModel
+    swarms: GoalSwarms
+    margin: float
+    candidates: int
+    late: Callable[[], bool]
 
 
-def goal_side(problem: Problem) -> Problem:
-    """Return a problem with what counts at a goal configuration.
+@dataclass(slots=True)
+class _Counts:
+    """How much was looked at so far; see `GoalConfigurations`."""
 
-    Where the arm moves its base nobody knows yet where the base will be. Then only the links of the robot itself can be in
-    its way; the scene is left out.
-    """
-    return replace(problem, scene=Scene([])) if problem.base_model.follows_arm else problem
+    searches: int = 0
+    reached: int = 0
+    in_collision: int = 0
 
+    def found(self, q: Array, clear: Array, start: Array) -> GoalConfigurations:
+        """Put together configurations (g, n) and their clearances (g,), nearest to the start first."""
+        order = np.argsort(np.linalg.norm(q - start, axis=1), kind="stable")
+        return GoalConfigurations(q=q[order], clearance=clear[order], **asdict(self))
 
-def swarm_of(particles: int, iterations: int) -> PSO:
-    """Return the settings of the swarms in configuration space."""
-    return PSO(
-        particles=particles,
-        iterations=iterations,
-        inertia=0.7298,
-        cognitive=1.49618,
-        social=1.49618,
-        neighbours=3,
-    )
+    def none(self, closest: Array | None, distance: float = 0.0, angle: float = 0.0, *, dof: int) -> GoalConfigurations:
+        """Say that there are none, and what came closest."""
+        q = np.zeros((0, dof))
+        return GoalConfigurations(q=q, clearance=q[:, 0], closest=closest, distance=distance, angle=angle, **asdict(self))
 
 
-def nearest_first(problem: Problem, q: Array, clear: Array, **counts: Any) -> GoalConfigurations:
-    """Put together what was found, q (g, n) and its clearances (g,): nearest to the start first."""
-    order = np.argsort(np.linalg.norm(q - problem.start, axis=1), kind="stable")
-    return GoalConfigurations(q=q[order], clearance=clear[order], **counts)
+# ---- Goals in joint space --------------------------------------------------------------------------------------------
 
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# The swarm in configuration space that looks for configurations which reach a goal: the seed's own formulation.
-
-
-_PRECISION = 32  # of the search; what it finds is brought onto the goal and checked in float64
-_ANYWHERE = 1e6  # [m]
-_LEVER = 0.25  # [m] how far from the frame's origin its axes are watched
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Slack:
-    """How near to the goal a swarm must come, where that is more than the goal's own tolerance.
-
-    Attributes:
-        distance: [m].
-        angle: [rad].
-    """
-
-    distance: float
-    angle: float
-
-
-def swarm_configurations(
-    problem: Problem,
-    goal: SpaceGoal | None,
-    bounds: tuple[Array, Array],
-    swarm: PSO,
-    *,
-    home: Array,
-    margin: float,
-    slack: Slack | None = None,
-    seed: int,
-    first: int,
-    count: int,
-    threads: int | None,
-    nearest: bool = False,
-    late: Callable[[], bool] = lambda: False,
-) -> Array:
-    """Run independent swarms, each of which ends with a configuration that is free and near the goal, or nearly so.
-
-    Args:
-        problem: robot and scene; its own goal is not looked at.
-        goal: where the frame is to be; None: anywhere.
-        bounds: (n,) lower and upper [rad or m].
-        swarm: settings of each.
-        home: (n,) the configuration to stay near [rad or m].
-        margin: clearance asked for [m].
-        slack: how near to the goal is near enough; None: its tolerance.
-        seed: of all.
-        first: number of the first swarm.
-        count: how many.
-        threads: None for one a core; the result does not depend on it.
-        nearest: spend the whole budget to come near home, rather than end as soon as there is something.
-        late: whether time is up; then only those swarms that have begun give something.
-
-    Returns:
-        (count, n), fewer if time was up: configurations within the bounds, one a swarm; which are free and near enough is
-        not said.
-    """
-    points, targets, tolerances = _watched(problem, goal, slack or Slack(distance=0.0, angle=0.0))
-    model = make_kernel_model(problem.robot, problem.scene, precision=_PRECISION, points=points)
-    objective = native_class("ReachObjective", _PRECISION)(
-        model.native,
-        np.array(model.points, dtype=np.int32),
-        np.array(targets, dtype=np.float64).reshape(-1, 3),
-        np.array(tolerances, dtype=np.float64),
-        margin,
-        np.array(home),
-    )
-    runs = run_trials(
-        objective,
-        *bounds,
-        swarm,
-        seed=seed,
-        first_trial=first,
-        trials=count,
-        threads=threads,
-        stop_when_feasible=not nearest,
-        progress=lambda _: not late(),
-    )
-    x = np.array([run.x for run in runs]).reshape(-1, problem.robot.dof)
-    return np.clip(x, *bounds)  # float32 may have rounded a bound outwards
-
-
-def _watched(
-    problem: Problem, goal: SpaceGoal | None, slack: Slack
-) -> tuple[list[tuple[int, Array]], list[Array], list[float]]:
-    """Return points of the goal's frame, where they are to be, and how near: a pose is three points, a direction two.
-
-    Near a pose the distances of points with a lever say the same as its distance and angle. They leave out the corner of
-    a wide tolerance where the origin is far off and the orientation exact.
-    """
-    frame = problem.robot.frame(problem.robot.tip if goal is None else goal.frame or problem.robot.tip)
-    if goal is None:
-        return [(frame.joint, frame.T_joint_frame[:3, 3])], [np.zeros(3)], [_ANYWHERE]
-    if isinstance(goal, PositionGoal):
-        return [(frame.joint, frame.T_joint_frame[:3, 3])], [goal.position], [max(goal.tolerance, slack.distance)]
-    distance = max(goal.position_tolerance, slack.distance)
-    angle = max(goal.orientation_tolerance, slack.angle)
-    points = [(frame.joint, frame.T_joint_frame[:3, 3])]
-    targets, tolerances = [goal.position], [distance]
-    if angle < np.pi:
-        axes = np.eye(3)[:2] if goal.free_axis is None else goal.free_axis[None]
-        for axis in axes:
-            local = np.append(_LEVER * axis, 1.0)
-            points.append((frame.joint, product(frame.T_joint_frame, local)[:3]))
-            targets.append(product(goal.pose, local)[:3])
-            # A turn by the angle moves two ends across each other by the lever times its chord, over both together.
-            tolerances.append(max(2 * _LEVER * float(sines(angle / 2)[0]) / np.sqrt(len(axes)), distance))
-    return points, targets, tolerances
-
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# Goals in joint space: configurations taken as they are where they are free, else sought within their tolerance.
-
-JointGoal: TypeAlias = ConfigurationGoal | ConfigurationsGoal
-"""A goal that says where the joints are to be."""
-
-_SWARMS = 4  # about each configuration in collision
-_SWARM = swarm_of(particles=64, iterations=120)
-
-
-def find_in_joint_space(task: GoalTask, goal: JointGoal) -> GoalConfigurations:
+def _find_in_joint_space(goal: JointGoal, start: Array, search: _Search) -> GoalConfigurations:
     """Find the free ones of a goal's configurations; if none is, free ones beside them within the tolerance."""
     rows = np.atleast_2d(goal.q)
-    clear = task.clearance(rows)
+    clear = search.clearance.least(rows)
     free = clear > 0
+    counts = _Counts(reached=len(rows), in_collision=int((~free).sum()))
     if free.any():
-        return nearest_first(task.problem, rows[free], clear[free], reached=len(rows), in_collision=int((~free).sum()))
-    order = np.argsort(-clear, kind="stable")
-    none = GoalConfigurations(
-        q=np.zeros((0, task.problem.robot.dof)),
-        clearance=np.zeros(0),
-        reached=len(rows),
-        in_collision=len(rows),
-        closest=rows[order[0]],
-    )
-    return _within_tolerance(task, goal, rows[order], none) if np.any(goal.tolerance) else none
+        return counts.found(rows[free], clear[free], start)
+    rows = rows[np.argsort(-clear, kind="stable")]
+    if np.any(goal.tolerance):
+        found = _beside(goal.tolerance, rows[: search.candidates], search, counts)
+        if found:
+            return counts.found(np.array([q for q, _ in found]), np.array([clear for _, clear in found]), start)
+    return counts.none(rows[0], dof=search.robot.dof)
 
 
-def _within_tolerance(task: GoalTask, goal: JointGoal, rows: Array, none: GoalConfigurations) -> GoalConfigurations:
-    """Look about configurations in collision for the nearest free ones within the tolerance."""
-    robot, settings = task.problem.robot, task.settings
-    found, seen, collided = [], none.reached, none.in_collision
-    rows = rows[: settings.goal_candidates]
+def _beside(tolerance: float | Array, rows: Array, search: _Search, counts: _Counts) -> list[tuple[Array, float]]:
+    """Look around configurations in collision for the nearest free ones within the tolerance, and their clearances."""
+    found: list[tuple[Array, float]] = []
+    counts.searches = _SWARMS * len(rows)
     for i, row in enumerate(rows):
-        if i and task.late():
+        if i and search.late():
             break
-        x = swarm_configurations(
-            task.problem,
+        x = search.swarms.run(
             None,
-            (np.maximum(row - goal.tolerance, robot.lower), np.minimum(row + goal.tolerance, robot.upper)),
-            _SWARM,
+            lower=np.maximum(row - tolerance, search.robot.lower),
+            upper=np.minimum(row + tolerance, search.robot.upper),
             home=row,
-            margin=settings.margin,
-            seed=task.seed,
+            particles=64,
+            iterations=120,
             first=i * _SWARMS,
             count=_SWARMS,
-            threads=settings.threads,
-            nearest=True,
-            late=task.late,
         )
-        clear = task.clearance(x)
-        seen, collided = seen + len(x), collided + int((clear <= 0).sum())
-        free = np.flatnonzero(clear > LEAST_CLEARANCE)
+        clear = search.clearance.least(x)
+        counts.reached += len(x)
+        counts.in_collision += int((clear <= 0).sum())
+        free = np.flatnonzero(clear > _LEAST_CLEARANCE)
         if free.size:
-            kept = free[np.argmin(np.linalg.norm(x[free] - row, axis=1))]
-            found.append((x[kept], clear[kept]))
-    searches = _SWARMS * len(rows)
-    if not found:
-        return replace(none, searches=searches, reached=seen, in_collision=collided)
-    q, clear = np.array([q for q, _ in found]), np.array([c for _, c in found])
-    return nearest_first(task.problem, q, clear, searches=searches, reached=seen, in_collision=collided)
+            best = free[np.argmin(np.linalg.norm(x[free] - row, axis=1))]
+            found.append((x[best], float(clear[best])))
+    return found
 
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# Goals in space: swarms come near from everywhere, damped least squares brings them onto the goal, all is checked.
-
-
-_DISTINCT = 0.2  # [rad or m] goal configurations closer than this, in every joint, count as one
-_PULLS = 6  # steps towards the start
-_CLOSER = 1e-3  # [rad or m] by which a step must at least bring it nearer
-_NEAR = 0.01  # [m or rad] what is farther from the goal than that, after much was tried, will not get there
+# ---- Goals in space --------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -356,68 +230,66 @@ _STAGES = (
 """Each is gone through only if those before found nothing."""
 
 
-def find_in_space(task: GoalTask, reach: Reach) -> GoalConfigurations:
+def _find_in_space(reach: Reach, start: Array, search: _Search, *, pull: bool) -> GoalConfigurations:
     """Find distinct free configurations that reach a goal in space; see `find_goal_configurations`."""
-    problem, settings = task.problem, task.settings
-    frame, (near, _) = reach.goal.frame or problem.robot.tip, tolerances(reach.goal)
-    beyond_reach = np.linalg.norm(reach.goal.position) > reach_of(problem.robot, frame) + near
-    best = _Closest()
-    counts = {"searches": 0, "reached": 0, "in_collision": 0}
+    lower, upper = reaching_bounds(search.robot, start)
+    best, counts = _Closest(), _Counts()
     for stage in _STAGES:
-        count = stage.swarms * settings.goal_candidates
-        seen = _seen_by_swarms(task, reach.goal, stage, first=counts["searches"], count=count)
-        onto = polished(reach, seen, *task.bounds, rounds=stage.rounds, late=task.late)
+        count = stage.swarms * search.candidates
+        swarms = search.swarms.run(
+            reach.goal,
+            lower=lower,
+            upper=upper,
+            home=start,
+            particles=stage.particles,
+            iterations=stage.iterations,
+            first=counts.searches,
+            count=count,
+            slack=stage.slack,
+        )
+        seen = nearest_turns(search.robot, np.vstack([start, swarms]), start)
+        onto = polished(reach, seen, lower, upper, rounds=stage.rounds, late=search.late)
         as_seen = reaches(reach, seen)
         if as_seen[0]:
-            onto[0] = seen[0]  # there already: nothing needs to move
+            onto[0] = seen[0]  # the start is there already: nothing needs to move
         there = reaches(reach, onto)
-        clear, clear_as_seen = task.clearance(onto), task.clearance(seen)
+        clear, clear_as_seen = search.clearance.least(onto), search.clearance.least(seen)
         free = (there & (clear > 0)) | (as_seen & (clear_as_seen > 0))
-        counts["searches"] += count
-        counts["reached"] += int((there | as_seen).sum())
-        counts["in_collision"] += int(((there | as_seen) & ~free).sum())
+        counts.searches += count
+        counts.reached += int((there | as_seen).sum())
+        counts.in_collision += int(((there | as_seen) & ~free).sum())
         # What is at the goal's centre goes before what is only within its tolerance.
         for q, good, room, at_centre in ((onto, there, clear, True), (seen, as_seen, clear_as_seen, False)):
-            kept = _with_room(good, room, settings.margin)
-            if kept.any():
-                q, room = q[kept], room[kept]
-                # Where the arm moves the base the search moves the end too, if in longer ways.
-                if not (problem.base_model.follows_arm and settings.stop_at_first):
-                    q, room = _pulled(task, reach, q, room, at_centre=at_centre)
-                kept = _distinct(q, problem.start, settings.goal_candidates)
-                return nearest_first(problem, q[kept], room[kept], **counts)
+            roomy = _with_room(good, room, search.margin)
+            if roomy.any():
+                q, room = q[roomy], room[roomy]
+                if pull:
+                    q, room = _pulled(reach, q, room, start, search, at_centre=at_centre)
+                chosen = _distinct(q, start, search.candidates)
+                return counts.found(q[chosen], room[chosen], start)
         best.offer(reach, onto, clear)
         best.offer(reach, seen, clear_as_seen)
-        if task.late() or beyond_reach or (stage is not _STAGES[0] and best.is_far(reach)):
+        if search.late() or _beyond_reach(search.robot, reach.goal) or (stage is not _STAGES[0] and best.is_far(reach)):
             break
-    none = np.zeros((0, problem.robot.dof))
-    return GoalConfigurations(q=none, clearance=none[:, 0], closest=best.q, distance=best.distance, angle=best.angle, **counts)
+    return counts.none(best.q, best.distance, best.angle, dof=search.robot.dof)
 
 
-def _seen_by_swarms(task: GoalTask, goal: SpaceGoal, stage: _Stage, *, first: int, count: int) -> Array:
-    """Return the start and what the swarms of a stage end with, (1 + count, n)."""
-    start = task.problem.start
-    seen = swarm_configurations(
-        task.problem,
-        goal,
-        task.bounds,
-        swarm_of(stage.particles, stage.iterations),
-        home=start,
-        margin=task.settings.margin,
-        slack=stage.slack,
-        seed=task.seed,
-        first=first,
-        count=count,
-        threads=task.settings.threads,
-        late=task.late,
-    )
-    return nearest_turns(task.problem.robot, np.vstack([start, seen]), start)
+def reaching_bounds(robot: Robot, start: Array) -> tuple[Array, Array]:
+    """Return the box that goal configurations are sought in, (n,) each: the limits, or half a turn about the start."""
+    lower = np.where(robot.lower >= start - FAR, robot.lower, np.minimum(start, robot.upper) - np.pi)
+    upper = np.where(robot.upper <= start + FAR, robot.upper, np.maximum(start, robot.lower) + np.pi)
+    return lower, upper
+
+
+def _beyond_reach(robot: Robot, goal: SpaceGoal) -> bool:
+    near, _ = goal.tolerances
+    return bool(np.linalg.norm(goal.position) > reach_of(robot, goal.frame or robot.tip) + near)
 
 
 def _with_room(good: NDArray[np.bool_], clear: Array, margin: float) -> NDArray[np.bool_]:
     """Choose, of what is good, what has the margin; if nothing has, what has some clearance at all."""
-    roomy = good & (clear >= max(margin, LEAST_CLEARANCE))
-    return roomy if roomy.any() else good & (clear > LEAST_CLEARANCE)
+    roomy = good & (clear >= max(margin, _LEAST_CLEARANCE))
+    return roomy if roomy.any() else good & (clear > _LEAST_CLEARANCE)
 
 
 @dataclass(slots=True)
@@ -427,47 +299,49 @@ class _Closest:
     q: Array | None = None
     distance: float = np.inf
     angle: float = np.inf
-    merit: tuple[bool, float] = (True, np.inf)
+    merit: tuple[bool, float] = field(default=(True, np.inf))  # whether it misses the goal, and by how much
 
     def offer(self, reach: Reach, q: Array, clear: Array) -> None:
         distance, angle = goal_errors(reach, q)
-        off = ~reaches(reach, q)
-        merit = np.where(off, np.hypot(distance, LEVER * angle), -clear)
-        best = np.lexsort((merit, off))[0]
-        if (bool(off[best]), float(merit[best])) < self.merit:
-            self.merit = bool(off[best]), float(merit[best])
+        misses = ~reaches(reach, q)
+        merit = np.where(misses, np.hypot(distance, LEVER * angle), -clear)
+        best = np.lexsort((merit, misses))[0]
+        if (bool(misses[best]), float(merit[best])) < self.merit:
+            self.merit = bool(misses[best]), float(merit[best])
             self.q, self.distance, self.angle = q[best], float(distance[best]), float(angle[best])
 
     def is_far(self, reach: Reach) -> bool:
         """Whether nothing came near the goal: it is brought onto without regard to obstacles, so none is in the way."""
-        near, turned = tolerances(reach.goal)
+        near, turned = reach.goal.tolerances
         return self.merit[0] and (self.distance > 3 * near + _NEAR or self.angle > 3 * turned + _NEAR)
 
 
-def _pulled(task: GoalTask, reach: Reach, q: Array, clear: Array, *, at_centre: bool) -> tuple[Array, Array]:
+def _pulled(reach: Reach, q: Array, clear: Array, start: Array, search: _Search, *, at_centre: bool) -> tuple[Array, Array]:
     """Add to configurations (b, n) what they become when pulled towards the start with the frame held in place.
 
     Args:
-        task: what to keep clear of.
         reach: the goal.
         q: free configurations that reach it.
         clear: (b,) their clearances [m]; what is pulled keeps the margin, or what there was if that was less.
+        start: (n,) to pull towards [rad or m].
+        search: bounds and clearances to keep.
         at_centre: whether they are at the goal's very centre, and are to stay there.
 
     Returns:
         (2 b, n) and (2 b,).
     """
-    start, least = task.problem.start, np.minimum(task.settings.margin, clear)
+    lower, upper = reaching_bounds(search.robot, start)
+    least = np.minimum(search.margin, clear)
     near, room = q.copy(), clear.copy()
     away = np.linalg.norm(near - start, axis=1)
     share = np.full(len(q), 0.5)
     for _ in range(_PULLS):
-        if task.late():
+        if search.late():
             break
-        tried = np.clip(nearer(reach, near, start, share), *task.bounds)
+        tried = np.clip(nearer(reach, near, start, share), lower, upper)
         if at_centre:
-            tried = polished(reach, tried, *task.bounds, rounds=4)
-        new_room, new_away = task.clearance(tried), np.linalg.norm(tried - start, axis=1)
+            tried = polished(reach, tried, lower, upper, rounds=_PULL_ROUNDS)
+        new_room, new_away = search.clearance.least(tried), np.linalg.norm(tried - start, axis=1)
         good = (new_away < away - _CLOSER) & reaches(reach, tried) & (new_room >= least)
         near[good], room[good], away[good] = tried[good], new_room[good], new_away[good]
         share = np.where(good, share, share * 0.4)
@@ -479,7 +353,7 @@ def _distinct(q: Array, start: Array, most: int) -> NDArray[np.intp]:
 
     What counts as near is widened until no more than asked for are left.
     """
-    order = np.argsort(np.linalg.norm(q - start, axis=1), kind="stable")
+    order: list[int] = np.argsort(np.linalg.norm(q - start, axis=1), kind="stable").tolist()
     apart = np.zeros((len(q), len(q)))
     for joint in q.T:
         np.maximum(apart, np.abs(joint[:, None] - joint), out=apart)
@@ -488,52 +362,228 @@ def _distinct(q: Array, start: Array, most: int) -> NDArray[np.intp]:
         chosen: list[int] = []
         for i in order:
             if (apart[i, chosen] > radius).all():
-                chosen.append(int(i))
+                chosen.append(i)
         if len(chosen) <= most:
             return np.array(chosen, dtype=np.intp)
-        radius *= 1.3
+        radius *= _WIDER
 
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# Which configurations reach a goal: found by swarms in configuration space, brought onto the goal, and checked.
+# ---- How far configurations are from a goal in space, and the way from near it onto it --------------------------------
 
 
-def find_goal_configurations(
-    problem: Problem, settings: PlannerSettings, seed: int, *, late: Callable[[], bool] = lambda: False
-) -> GoalConfigurations:
-    """Find distinct collision-free configurations that reach a problem's goal.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reach:
+    """A goal in space for one robot, and the chain of joints that moves its frame.
 
-    A configuration goal is taken as it is where it is free, else sought within its tolerance. For a goal in space, swarms
-    in configuration space, the seed's formulation, come near it from everywhere; each result is brought onto the goal by
-    damped least squares, moved towards the start as far as goal and clearance allow, and checked in float64.
+    Attributes:
+        robot: with n joints.
+        goal: the goal; its frame is the robot's tip if it names none.
+        model: the kernel's model of the joints.
+        joint: index of the joint whose moving frame the goal's frame rides on.
+        T_joint_frame: (4, 4) from the goal's frame to that moving frame [m].
+        chain: (k,) indices of the joints from the base to the frame.
+        moved_by: (k, n) 1 where an entry of q moves a joint of the chain; one may move several.
+        turns: (k,) what a joint turns by for 1 in q; 0 for slides.
+        slides: (k,) how far a joint slides for 1 in q; 0 for those that turn.
+    """
 
-    Where the base floats, a goal in space is sought with the base as it begins: the search for motions sets out from there.
+    robot: Robot
+    goal: SpaceGoal
+    model: native.Model64 = field(init=False)
+    joint: int = field(init=False)
+    T_joint_frame: Array = field(init=False)
+    chain: NDArray[np.intp] = field(init=False)
+    moved_by: Array = field(init=False)
+    turns: Array = field(init=False)
+    slides: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        robot = self.robot
+        frame = robot.frame(self.goal.frame or robot.tip)
+        chain: list[int] = []
+        at = frame.joint
+        while at >= 0:
+            chain.append(at)
+            at = robot.joints[at].parent
+        chain.reverse()
+        joints = [robot.joints[i] for i in chain]
+        keep(
+            self,
+            model=tree_model(robot),
+            joint=frame.joint,
+            T_joint_frame=frame.T_joint_frame,
+            chain=np.array(chain, dtype=np.intp),
+            moved_by=np.eye(robot.dof)[[joint.dof for joint in joints]],
+            turns=np.array([joint.multiplier * (joint.kind == "revolute") for joint in joints]),
+            slides=np.array([joint.multiplier * (joint.kind == "prismatic") for joint in joints]),
+        )
+
+
+def goal_errors(reach: Reach, q: Array) -> tuple[Array, Array]:
+    """Return how far the goal's frame is from where it is to be.
 
     Args:
-        problem: robot, scene, start and goal.
-        settings: of the planner: `goal_candidates` is the most that are returned of a goal in space; `margin` is the
-            clearance asked for, less of it only where none has so much.
-        seed: the same one gives the same configurations, on any number of threads.
-        late: whether time is up: what was found by then is returned; the first swarms are always run.
+        reach: the goal.
+        q: (b, n) configurations [rad or m].
 
     Returns:
-        What was found; `q` is empty if nothing was.
+        The distance (b,) [m] and the angle (b,) [rad]: of the turn between the orientations, or of the free axis; 0 for a
+        position.
     """
-    in_joint_space = isinstance(problem.goal, (ConfigurationGoal, ConfigurationsGoal))
-    seen = goal_side(problem) if in_joint_space else problem
-    task = GoalTask(
-        problem=seen,
-        bounds=reaching_bounds(seen),
-        clearance=clearance_of(seen),
-        settings=settings,
-        seed=seed,
-        late=late,
-    )
-    if isinstance(problem.goal, (ConfigurationGoal, ConfigurationsGoal)):
-        return find_in_joint_space(task, problem.goal)
-    found = find_in_space(task, reach_to(problem.robot, problem.goal))
-    if len(found.q) or not problem.base_model.follows_arm:
-        return found
-    # Out of reach for the base as it begins, but it will move: the search begins at what comes nearest, and goes on from there.
-    nearest = problem.start if found.closest is None else found.closest
-    return replace(found, q=nearest[None].copy(), clearance=task.clearance(nearest[None]))
+    residual, _ = _residuals(reach, reach.model.joint_frames(np.ascontiguousarray(q)))
+    return np.linalg.norm(residual[:, :3], axis=-1), np.linalg.norm(residual[:, 3:], axis=-1) / LEVER
+
+
+def pose_errors(goal: SpaceGoal, T: Array) -> tuple[Array, Array]:
+    """Return how far frames that stand at T (b, 4, 4) are from where the goal's is to be: (b,) [m] and (b,) [rad]."""
+    residual, _ = _missing(goal, T)
+    return np.linalg.norm(residual[:, :3], axis=-1), np.linalg.norm(residual[:, 3:], axis=-1) / LEVER
+
+
+def reaches(reach: Reach, q: Array) -> NDArray[np.bool_]:
+    """Tell which configurations (b, n) reach the goal within its tolerances, (b,)."""
+    distance, angle = goal_errors(reach, q)
+    near, turned = reach.goal.tolerances
+    return (distance <= near) & (angle <= turned)
+
+
+def reach_of(robot: Robot, frame: str) -> float:
+    """Return a bound [m] of how far from the base a frame's origin can get."""
+    placed = robot.frame(frame)
+    reach, at = length(placed.T_joint_frame[:3, 3]), placed.joint
+    while at >= 0:
+        joint = robot.joints[at]
+        reach += length(joint.T_parent_joint[:3, 3])
+        if joint.kind == "prismatic":
+            values = [joint.multiplier * limit + joint.offset for limit in (robot.lower[joint.dof], robot.upper[joint.dof])]
+            reach += float(np.abs(values).max())
+        at = joint.parent
+    return reach
+
+
+def polished(
+    reach: Reach, q: Array, lower: Array, upper: Array, *, rounds: int = 40, late: Callable[[], bool] = lambda: False
+) -> Array:
+    """Bring configurations to the goal's very centre, or as near to it as bounds and arm allow.
+
+    Damped least squares (Levenberg and Marquardt), all rows side by side, joints that push against a bound stay on it.
+
+    Args:
+        reach: the goal.
+        q: (b, n) where to begin [rad or m].
+        lower: (n,) bounds that are kept.
+        upper: (n,) likewise.
+        rounds: the most steps.
+        late: whether time is up.
+
+    Returns:
+        (b, n): each no farther from the goal than it was, in m plus 0.2 m per rad.
+    """
+    q = np.clip(q, lower, upper)
+    if not len(q):
+        return q
+    damping = np.full(len(q), 1e-3)
+    here = _placed(reach, q)
+    going = np.flatnonzero(here.cost > _EXACT**2)
+    for _ in range(rounds):
+        if not going.size or late():
+            break
+        at = here.rows(going)
+        tried = np.clip(q[going] + _step(at, q[going], lower, upper, damping[going]), lower, upper)
+        there = _placed(reach, tried)
+        better = there.cost < at.cost
+        damping[going] = np.clip(np.where(better, damping[going] * 0.1, damping[going] * 8), 1e-12, 1e6)
+        moved = going[better]
+        progress = (at.cost - there.cost) > 1e-6 * at.cost
+        q[moved] = tried[better]
+        here.put(moved, there.rows(better))
+        stuck = (better & ~progress) | (damping[going] >= 1e6)
+        going = going[~stuck & (here.cost[going] > _EXACT**2)]
+    return q
+
+
+def nearer(reach: Reach, q: Array, towards: Array, share: Array) -> Array:
+    """Move configurations (b, n) shares (b,) of the way towards another (n,), along what leaves the goal's frame in place."""
+    J, wish = _placed(reach, q).jacobian, towards - q
+    seen = np.einsum("bmn,bn->bm", J, wish)  # what the frame would see of it
+    step = share[:, None] * (wish - np.einsum("bmn,bm->bn", J, _solved(J, seen, np.full(len(q), 1e-9))))
+    return q + _shortened(step)
+
+
+@dataclass(slots=True)
+class _Placed:
+    """Residuals (b, m) [m], their derivatives (b, m, n) and their squares' sums (b,)."""
+
+    residual: Array
+    jacobian: Array
+    cost: Array
+
+    def rows(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> _Placed:
+        return _Placed(self.residual[which], self.jacobian[which], self.cost[which])
+
+    def put(self, which: NDArray[np.intp], other: _Placed) -> None:
+        self.residual[which], self.jacobian[which], self.cost[which] = other.residual, other.jacobian, other.cost
+
+
+def _placed(reach: Reach, q: Array) -> _Placed:
+    frames = reach.model.joint_frames(np.ascontiguousarray(q))
+    residual, axis = _residuals(reach, frames)
+    jacobian = _jacobian(reach, frames)
+    if residual.shape[1] == 3:
+        jacobian = jacobian[:, :3]
+    elif axis is not None:  # turning about the free axis changes nothing
+        jacobian[:, 3:] -= axis[:, :, None] * np.einsum("bi,bin->bn", axis, jacobian[:, 3:])[:, None, :]
+    return _Placed(residual, jacobian, np.einsum("bm,bm->b", residual, residual))
+
+
+def _residuals(reach: Reach, frames: Array) -> tuple[Array, Array | None]:
+    """Return what is missing to the goal, (b, 3 or 6) [m], and where the free axis points, (b, 3), if there is one."""
+    return _missing(reach.goal, product(frames[:, reach.joint], reach.T_joint_frame))
+
+
+def _missing(goal: SpaceGoal, T: Array) -> tuple[Array, Array | None]:
+    missing = goal.position - T[:, :3, 3]
+    if isinstance(goal, PositionGoal):
+        return missing, None
+    R, R_goal = T[:, :3, :3], goal.pose[:3, :3]
+    if goal.free_axis is None:
+        return np.concatenate([missing, LEVER * rotation_vectors(product(R_goal, np.swapaxes(R, -1, -2)))], axis=1), None
+    axis, wanted = product(R, goal.free_axis), product(R_goal, goal.free_axis)
+    return np.concatenate([missing, LEVER * turns_between(axis, wanted)], axis=1), axis
+
+
+def _jacobian(reach: Reach, frames: Array) -> Array:
+    """Return how the frame moves and turns (times the lever) with q, (b, 6, n), in base axes."""
+    point = product(frames[:, reach.joint, :3, :3], reach.T_joint_frame[:3, 3]) + frames[:, reach.joint, :3, 3]
+    chain = frames[:, reach.chain]
+    axes, arms = chain[..., :3, 2], point[:, None] - chain[..., :3, 3]  # (b, k, 3)
+    columns = np.empty((len(frames), 6, len(reach.chain)))
+    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
+        across = axes[..., j] * arms[..., k] - axes[..., k] * arms[..., j]
+        columns[:, i] = reach.turns * across + reach.slides * axes[..., i]
+        columns[:, 3 + i] = LEVER * reach.turns * axes[..., i]
+    return product(columns, reach.moved_by)
+
+
+def _step(at: _Placed, q: Array, lower: Array, upper: Array, damping: Array) -> Array:
+    # Damped by the error itself: small near the goal, where full steps converge quadratically.
+    jacobian, scale = at.jacobian, damping * (1e-9 + at.cost)
+    step = np.einsum("bmn,bm->bn", jacobian, _solved(jacobian, at.residual, scale))
+    against = ((q <= lower) & (step < 0)) | ((q >= upper) & (step > 0))
+    if against.any():
+        jacobian = np.where(against[:, None, :], 0.0, jacobian)
+        step = np.einsum("bmn,bm->bn", jacobian, _solved(jacobian, at.residual, scale))
+    return _shortened(step)
+
+
+def _shortened(step: Array) -> Array:
+    longest = np.abs(step).max(axis=-1, keepdims=True, initial=1e-300)
+    return step * np.minimum(1.0, _LONGEST_STEP / longest)
+
+
+def _solved(J: Array, wanted: Array, scale: Array) -> Array:
+    """Solve (J J^T + scale I) x = wanted, row by row."""
+    JJ = product(J, np.swapaxes(J, -1, -2))
+    diagonal = np.einsum("bmm->bm", JJ)
+    diagonal += (scale + 1e-14 + 1e-13 * diagonal.sum(axis=-1))[:, None]  # never singular, whatever the arm's size
+    return solved(JJ, wanted)

@@ -5,29 +5,26 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.errors import RobotError, SceneError
 from spacearm.core.native import native
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet
+from spacearm.geometry import Box, Capsule, Cylinder, Obstacle, Scene, Sphere, SphereSet
 from spacearm.robot import Robot, joint_centres
-from spacearm.robot.kinematics import tree_arrays
+from spacearm.robot.kinematics import kernel_joints
 
-_SHAPE = {"Sphere": 1, "Capsule": 2, "Box": 3, "Cylinder": 4, "HalfSpace": 5}
-_NUMBERS = 15  # an obstacle's row
 _WIDEST = 1e9  # [m, or what a joint multiplies by]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class KernelModel:
-    """The kernel's model and the meaning of its indices.
+    """A robot and a scene as the kernel has them, and the meaning of its indices.
 
     Attributes:
-        native: the kernel's own object.
-        precision: 32 or 64, the bits of its numbers.
+        world: what its models are built from.
         centres: indices of the points that are the robot's distinct joint centres and its tip, eq. (5).
         tip: index of the point that is the end effector.
         points: indices of the further points that were asked for.
@@ -36,19 +33,22 @@ class KernelModel:
         dof: number of degrees of freedom.
     """
 
-    native: Any
-    precision: int
-    centres: tuple[int, ...]
-    tip: int
-    points: tuple[int, ...]
-    capsules: tuple[str, ...]
-    obstacle_of: NDArray[np.intp]
-    dof: int
+    def __init__(self, world: native.World, arm: _Arm, robot: Robot, obstacle_of: NDArray[np.intp]) -> None:
+        self.world = world
+        self.centres, self.tip, self.points = arm.centres, arm.tip, arm.points
+        self.capsules = tuple(c.name for c in robot.capsules)
+        self.obstacle_of = obstacle_of
+        self.dof = robot.dof
 
+    @cached_property
+    def model64(self) -> native.Model64:
+        """The kernel's model in float64."""
+        return native.Model64(self.world)
 
-def native_class(name: str, precision: int) -> Any:
-    """Return the kernel's class of that name for numbers of 32 or 64 bits."""
-    return getattr(native, f"{name}{precision}")
+    @cached_property
+    def model32(self) -> native.Model32:
+        """The kernel's model in float32, for searching."""
+        return native.Model32(self.world)
 
 
 class _Kept:
@@ -69,93 +69,95 @@ class _Kept:
 _models, _arms = _Kept(8), _Kept(8)
 
 
-def kernel_model(robot: Robot, scene: Scene, *, precision: int = 64) -> KernelModel:
+def kernel_model(robot: Robot, scene: Scene) -> KernelModel:
     """Return `make_kernel_model`'s; kept for the robots and scenes seen last."""
-    return _models.get((robot, scene), (precision,), lambda: make_kernel_model(robot, scene, precision=precision))
+    return _models.get((robot, scene), (), lambda: make_kernel_model(robot, scene))
 
 
 def make_kernel_model(
     robot: Robot,
     scene: Scene,
     *,
-    precision: int = 64,
     frame: str | None = None,
     points: Iterable[tuple[int, ArrayLike]] = (),
+    pair_margins: native.PairMargins | None = None,
+    masses: native.Masses | None = None,
 ) -> KernelModel:
     """Translate robot and scene for the kernel.
 
     Args:
         robot: its capsules become pairs of points; points that coincide are carried once.
         scene: obstacles of any shape.
-        precision: 32 or 64.
         frame: whose origin is the end effector's point; `robot.tip` unless given.
         points: further points to carry, each a joint's index (-1: the base) and a place in its frame (3,) [m].
+        pair_margins: of pairs that may come nearer than the margin.
+        masses: of a robot whose arm moves its base.
 
     Raises:
         SceneError, RobotError: a number so large that the kernel, which works in float32 too, cannot compute with it.
     """
     asked = tuple((joint, np.asarray(point, dtype=np.float64)) for joint, point in points)
-    arm = (
-        _arms.get((robot,), (precision, frame), lambda: _arm(robot, precision, frame, ()))
-        if not asked
-        else _arm(robot, precision, frame, asked)
-    )
-    kinds, rows, of = _obstacle_rows(scene)
+    arm = _arm(robot, frame, asked) if asked else _arms.get((robot,), (frame,), lambda: _arm(robot, frame, ()))
+    obstacles, of = _obstacles(scene)
     spheres = [o for o in scene.obstacles if isinstance(o, Sphere)]
-    plain = native_class("Model", precision).make(
-        **arm.arrays,
-        sphere_center=np.array([s.center for s in spheres], dtype=np.float64).reshape(-1, 3),
-        sphere_radius=np.array([s.radius for s in spheres], dtype=np.float64),
+    world = native.World(
+        joints=arm.joints,
+        points=arm.carried,
+        point_capsules=arm.point_capsules,
+        point_spheres=_spheres([s.center for s in spheres], [s.radius for s in spheres]),
+        envelope=arm.envelope,
+        obstacles=obstacles,
+        pair_margins=pair_margins,
+        masses=masses,
     )
-    return KernelModel(
-        native=plain.surrounded(
-            **arm.envelope,
-            obstacle_kind=kinds,
-            obstacle_numbers=rows,
-        ),
-        precision=precision,
-        centres=arm.centres,
-        tip=arm.tip,
-        points=arm.points,
-        capsules=tuple(c.name for c in robot.capsules),
-        obstacle_of=of,
-        dof=robot.dof,
-    )
+    return KernelModel(world, arm, robot, of)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Arm:
     """What depends on the robot alone."""
 
-    arrays: dict[str, Any]
-    envelope: dict[str, Any]
+    joints: native.Joints
+    carried: native.Points
+    point_capsules: native.PointCapsules
+    envelope: native.Envelope
     centres: tuple[int, ...]
     tip: int
     points: tuple[int, ...]
 
 
-def _arm(robot: Robot, precision: int, frame: str | None, further: tuple[tuple[int, NDArray[np.float64]], ...]) -> _Arm:
+def _arm(robot: Robot, frame: str | None, further: tuple[tuple[int, NDArray[np.float64]], ...]) -> _Arm:
     carried = _Points(robot)
     centres = tuple(carried.index(joint, point) for joint, point in joint_centres(robot))
     tip_frame = robot.frame(frame or robot.tip)
     tip = carried.index(tip_frame.joint, tip_frame.T_joint_frame[:3, 3])
     points = tuple(carried.index(joint, point) for joint, point in further)
     ends = [(carried.index(c.joint, c.a), carried.index(c.joint, c.b)) for c in robot.capsules]
-    arrays = {
-        **tree_arrays(robot),
-        "point_joint": np.array([joint for joint, _ in carried.listed], dtype=np.int32),
-        "point_local": np.array([point for _, point in carried.listed], dtype=np.float64).reshape(-1, 3),
-        "capsule_a": np.array([a for a, _ in ends], dtype=np.int32),
-        "capsule_b": np.array([b for _, b in ends], dtype=np.int32),
-        "capsule_radius": np.array([c.radius for c in robot.capsules], dtype=np.float64),
-    }
-    far = max(float(np.abs(values).max(initial=0.0)) for values in arrays.values() if isinstance(values, np.ndarray))
+    local = np.array([point for _, point in carried.listed], dtype=np.float64).reshape(-1, 3)
+    radius = np.array([c.radius for c in robot.capsules], dtype=np.float64)
+    _require_within_reach(robot, local, radius)
+    return _Arm(
+        joints=kernel_joints(robot),
+        carried=native.Points(joint=np.array([joint for joint, _ in carried.listed], dtype=np.int32), local=local),
+        point_capsules=native.PointCapsules(
+            a=np.array([a for a, _ in ends], dtype=np.int32), b=np.array([b for _, b in ends], dtype=np.int32), radius=radius
+        ),
+        envelope=_envelope(robot),
+        centres=centres,
+        tip=tip,
+        points=points,
+    )
+
+
+def _require_within_reach(robot: Robot, *arrays: NDArray[np.float64]) -> None:
+    numbers = [*arrays, *(joint.T_parent_joint for joint in robot.joints)]
+    numbers += [np.array([joint.multiplier, joint.offset]) for joint in robot.joints]
+    far = max(float(np.abs(values).max(initial=0.0)) for values in numbers)
     if far > _WIDEST:
         raise RobotError(
             f"robot '{robot.name}' has a number of {far:.3g} among its frames and capsules, expected at most "
             f"{_WIDEST:g} m; check its units"
         )
-    return _Arm(arrays=arrays, envelope=_envelope(robot), centres=centres, tip=tip, points=points)
 
 
 def self_capsule_pairs(robot: Robot) -> NDArray[np.int32]:
@@ -167,61 +169,72 @@ def self_capsule_pairs(robot: Robot) -> NDArray[np.int32]:
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
 
-def _envelope(robot: Robot) -> dict[str, Any]:
-    """Return the capsules as arrays, link by link; the links' pairs are of such groups."""
+def _envelope(robot: Robot) -> native.Envelope:
+    """Return the capsules with their links; the links' pairs are of capsules that one joint carries."""
     groups: dict[tuple[str, int], int] = {}
     link = np.array([groups.setdefault((c.name, c.joint), len(groups)) for c in robot.capsules], dtype=np.int32)
     of: dict[str, list[int]] = {}
     for (name, _), group in groups.items():
         of.setdefault(name, []).append(group)
     pairs = [(i, k) for one, two in robot.self_pairs for i in of[one] for k in of[two]]
-    order = np.argsort(link, kind="stable").astype(np.int32)
-    capsules = [robot.capsules[i] for i in order]
-    return {
-        "index": order,
-        "joint": np.array([c.joint for c in capsules], dtype=np.int32),
-        "link": link[order],
-        "a": np.array([c.a for c in capsules], dtype=np.float64).reshape(-1, 3),
-        "b": np.array([c.b for c in capsules], dtype=np.float64).reshape(-1, 3),
-        "radius": np.array([c.radius for c in capsules], dtype=np.float64),
-        "pairs": np.array(pairs, dtype=np.int32).reshape(-1, 2),
-    }
+    return native.Envelope(
+        joint=np.array([c.joint for c in robot.capsules], dtype=np.int32),
+        link=link,
+        a=np.array([c.a for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
+        b=np.array([c.b for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
+        radius=np.array([c.radius for c in robot.capsules], dtype=np.float64),
+        pairs=np.array(pairs, dtype=np.int32).reshape(-1, 2),
+    )
 
 
-def _obstacle_rows(scene: Scene) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.intp]]:
-    """Return each obstacle's shape and numbers as the kernel has them, and which of the scene's it is."""
-    counts = np.array([len(o.radii) if isinstance(o, SphereSet) else 1 for o in scene.obstacles], dtype=np.intp)
-    of = np.repeat(np.arange(len(counts)), counts)
-    kinds, rows = np.full(len(of), _SHAPE["Sphere"], dtype=np.int32), np.zeros((len(of), _NUMBERS))
-    first = 0
-    for obstacle, count in zip(scene.obstacles, counts.tolist(), strict=True):
-        if isinstance(obstacle, SphereSet):
-            rows[first : first + count, :3], rows[first : first + count, 3] = obstacle.centers, obstacle.radii
-        else:
-            kinds[first] = _SHAPE[type(obstacle).__name__]
-            _write(obstacle, rows[first])
-        first += count
-    far = np.abs(rows).max(axis=1, initial=0.0)
-    if (far > _WIDEST).any():
-        worst = int(np.argmax(far))
-        raise SceneError(
-            f"obstacle {scene.called(int(of[worst]))} has a number of {far[worst]:.3g}, expected at most {_WIDEST:g} m; check "
-            "its units"
-        )
-    return kinds, rows, of
+KernelObstacle: TypeAlias = native.Spheres | native.Capsule | native.Box | native.Cylinder | native.HalfSpace
 
 
-def _write(o: Sphere | Capsule | Box | Cylinder | HalfSpace, row: NDArray[np.float64]) -> None:
+def _obstacles(scene: Scene) -> tuple[list[KernelObstacle], NDArray[np.intp]]:
+    """Return the scene's obstacles as the kernel has them, and which of the scene's each of the kernel's is."""
+    for i, obstacle in enumerate(scene.obstacles):
+        far = max(float(np.abs(values).max(initial=0.0)) for values in _numbers(obstacle))
+        if far > _WIDEST:
+            raise SceneError(
+                f"obstacle {scene.called(i)} has a number of {far:.3g}, expected at most {_WIDEST:g} m; check its units"
+            )
+    counts = [len(o.radii) if isinstance(o, SphereSet) else 1 for o in scene.obstacles]
+    return [_translated(obstacle) for obstacle in scene.obstacles], np.repeat(np.arange(len(counts)), counts)
+
+
+def _spheres(centers: Iterable[ArrayLike], radii: Iterable[float]) -> native.Spheres:
+    return native.Spheres(center=np.array(centers, dtype=np.float64).reshape(-1, 3), radius=np.array(radii, dtype=np.float64))
+
+
+def _translated(o: Obstacle) -> KernelObstacle:
+    if isinstance(o, SphereSet):
+        return native.Spheres(center=np.array(o.centers, dtype=np.float64), radius=np.array(o.radii, dtype=np.float64))
     if isinstance(o, Sphere):
-        row[:3], row[3] = o.center, o.radius
-    elif isinstance(o, Capsule):
-        row[:3], row[3:6], row[6] = o.a, o.b, o.radius
-    elif isinstance(o, Box):
-        row[:3], row[3:12], row[12:] = o.pose[:3, 3], o.pose[:3, :3].T.ravel(), o.size / 2
-    elif isinstance(o, Cylinder):
-        row[:3], row[3:6], row[6], row[7] = o.pose[:3, 3], o.pose[:3, 2], o.length / 2, o.radius
-    else:
-        row[:3], row[3] = o.normal, float((o.normal * o.point).sum())
+        return _spheres([o.center], [o.radius])
+    if isinstance(o, Capsule):
+        return native.Capsule(a=o.a, b=o.b, radius=o.radius)
+    if isinstance(o, Box):
+        axes = np.ascontiguousarray(o.pose[:3, :3].T)
+        return native.Box(center=o.pose[:3, 3].copy(), axes=axes, half_size=o.size / 2)
+    if isinstance(o, Cylinder):
+        axis = o.pose[:3, 2].copy()
+        return native.Cylinder(center=o.pose[:3, 3].copy(), axis=axis, half_length=o.length / 2, radius=o.radius)
+    return native.HalfSpace(normal=o.normal, offset=float((o.normal * o.point).sum()))
+
+
+def _numbers(o: Obstacle) -> tuple[ArrayLike, ...]:
+    """Return the numbers that the kernel has of an obstacle."""
+    if isinstance(o, SphereSet):
+        return o.centers, o.radii
+    if isinstance(o, Sphere):
+        return o.center, o.radius
+    if isinstance(o, Capsule):
+        return o.a, o.b, o.radius
+    if isinstance(o, Box):
+        return o.pose[:3], o.size / 2
+    if isinstance(o, Cylinder):
+        return o.pose[:3], o.length / 2, o.radius
+    return o.normal, (o.normal * o.point).sum()
 
 
 class _Points:

@@ -1,7 +1,11 @@
-"""The native search for motions, on one island or several side by side."""
+"""The kernel's search for motions, on one island or several side by side; and a swarm of motions by ask and tell.
+
+An island is a search with a random sequence of its own: RRT-Connect trees, refinement and the swarm take turns on it.
+"""
 
 from __future__ import annotations
 
+import math
 import mmap
 import os
 import threading
@@ -13,28 +17,26 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.core.checks import as_readonly, shown
-from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.checks import as_readonly
+from spacearm.core.errors import ProblemError
 from spacearm.core.native import native
 from spacearm.core.random_seed import Rng, seed_of
-from spacearm.core.records import setting_names
+from spacearm.dynamics.base_models import BaseDemands
 from spacearm.motion import Motion
 from spacearm.motion.limit_margins import as_jerk_limit
 from spacearm.planner.clearance import Margins, margins_within_reach
-from spacearm.planner.goal_reach import tolerances
-from spacearm.planner.goals import ConfigurationGoal, PoseGoal, PositionGoal
-from spacearm.planner.inverse_kinematics import search_bounds
-from spacearm.planner.kernel_model import kernel_model, native_class
+from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
+from spacearm.planner.inverse_kinematics import FAR
+from spacearm.planner.kernel_model import KernelModel, kernel_model, make_kernel_model
 from spacearm.planner.plan_result import Improvement
-from spacearm.planner.planner_settings import PlannerSettings
-from spacearm.planner.problem import Problem, placed_ends, require_searchable
+from spacearm.planner.planner_settings import PlannerSettings, as_planner_settings
+from spacearm.planner.problem import Problem, as_searchable
 from spacearm.robot.unchecked_pairs import require_envelope
 from spacearm.swarm import Swarm
 from spacearm.swarm.swarm_settings import kernel_settings
 
 Array = NDArray[np.float64]
 
-_PRECISION = 32  # the search's; the proof is float64
 _MORE_POINTS = 2  # of control points, where more is asked of a floating base than clearance
 _FINEST = 1e-4  # [m or rad] no nearer to the end of a floating base's motion does float32 come for sure
 _ROOM = 1 << 27  # bytes, for a thread more and its work
@@ -49,49 +51,75 @@ class Islands:
         problem: robot, scene, start and limits.
         goals: (g, n) configurations to end in [rad or m].
         settings: of the planner.
-        seed: of all islands.
-        margins: clearances asked for at the instants looked at.
+        seed: random seed of all islands.
+        margins: clearances asked for at the instants looked at; None: `settings.margin`, less where an end has no room.
     """
 
-    def __init__(self, problem: Problem, goals: Array, settings: PlannerSettings, *, seed: int, margins: Margins) -> None:
+    def __init__(
+        self, problem: Problem, goals: Array, settings: PlannerSettings, *, seed: int, margins: Margins | None = None
+    ) -> None:
         problem = problem.local
-        self._problem, self._goals, self._settings, self.margins = problem, goals, settings, margins
+        self._problem, self._goals, self._settings = problem, goals, settings
+        self.margins = _margins(problem, goals, settings.margin) if margins is None else margins
         self.bounds = search_bounds(problem)
-        self._base = asked_of_the_base(problem)
-        self._free_end = self._base.get("kind", 0) != 0
-        constrained = self._free_end or "attitude" in self._base or problem.base_limits.peak is not None
-        self._more_points = _MORE_POINTS if constrained else 0
-        self._all = [self.search(_PRECISION, seed, island) for island in range(settings.islands)]
+        demands = base_demands(problem)
+        self._free_end = demands.frame is not None
+        self._constrained_end = self._free_end or demands.attitude is not None
+        self._more_points = _MORE_POINTS if self._constrained_end or demands.most_turned > 0 else 0
+        self._model = self._made_model()
+        self._all = [self.search32(seed, island) for island in range(settings.islands)]
 
-    def search(self, precision: int, seed: int, island: int) -> Any:
-        """Return a search of the kernel's, for numbers of 32 or 64 bits."""
+    def search32(self, seed: int, island: int) -> native.MotionSearch32:
+        """Return a search of the kernel's for numbers of 32 bits."""
+        problem = self._request(base_demands(self._problem))
+        scene, settings = self._model.model32, self._search_settings()
+        return native.MotionSearch32(scene=scene, problem=problem, settings=settings, seed=seed, island=island)
+
+    def search64(self) -> native.MotionSearch64:
+        """Return one for numbers of 64 bits, to bring what was found onto its goal."""
+        problem = self._request(base_demands(self._problem, finest=0.0))
+        scene, settings = self._model.model64, self._search_settings()
+        return native.MotionSearch64(scene=scene, problem=problem, settings=settings, seed=0, island=0)
+
+    def _made_model(self) -> KernelModel:
+        problem, margins = self._problem, self.margins
+        masses = problem.base_model.kernel_masses(problem.robot)
+        if masses is None and not len(margins.most):
+            return kernel_model(problem.robot, problem.scene)
+        lowered = native.PairMargins(
+            capsule=margins.capsules, obstacle=margins.obstacles, other=margins.others, most=margins.most
+        )
+        return make_kernel_model(problem.robot, problem.scene, pair_margins=lowered, masses=masses)
+
+    def _request(self, demands: BaseDemands) -> native.MotionProblem:
         problem, settings = self._problem, self._settings
         robot = problem.robot
-        model = kernel_model(robot, problem.scene, precision=precision)
-        jerk = np.zeros(0) if settings.jerk_limit is None else np.array(as_jerk_limit(robot, settings.jerk_limit))
-        weights = {name: float(getattr(settings.weights, name)) for name in setting_names(type(settings.weights))}
-        scene, margins = model.native, self.margins
-        if len(margins.most):
-            scene = scene.eased(margins.capsules, margins.obstacles, margins.others, margins.most)
-        return native_class("MotionSearch", precision)(
-            problem.base_model.kernel_robot(scene, robot),
-            np.array(problem.start),
-            np.ascontiguousarray(self._goals),
-            *(np.array(bound) for bound in self.bounds),
-            np.clip(robot.velocity, *_RATES),
-            np.clip(robot.acceleration, *_RATES),
-            jerk,
-            margins.asked,
-            settings.comfort,
-            model.tip,
-            np.array(model.centres, dtype=np.int32),
-            np.array([weights[name] for name in native.motion_terms]),
-            self._base if precision == _PRECISION else asked_of_the_base(problem, precision),
-            {"interior": [count + self._more_points for count in settings.interior_points]},
-            native.SwarmSettings.make(kernel_settings(settings.swarm)),
-            seed,
-            island,
+        lower, upper = self.bounds
+        weights = native.MotionWeights()
+        for name in native.motion_terms:
+            setattr(weights, name, float(getattr(settings.weights, name)))
+        jerk = None if settings.jerk_limit is None else np.array(as_jerk_limit(robot, settings.jerk_limit), dtype=np.float64)
+        return native.MotionProblem(
+            start=np.array(problem.start),
+            goals=np.ascontiguousarray(self._goals),
+            lower=np.array(lower),
+            upper=np.array(upper),
+            velocity=np.clip(robot.velocity, *_RATES),
+            acceleration=np.clip(robot.acceleration, *_RATES),
+            jerk=jerk,
+            margin=self.margins.asked,
+            comfort=settings.comfort,
+            tip=self._model.tip,
+            centers=np.array(self._model.centres, dtype=np.int32),
+            weights=weights,
+            base=problem.base_model.kernel_base(robot, problem.momentum, problem.duration, demands),
         )
+
+    def _search_settings(self) -> native.SearchSettings:
+        out = native.SearchSettings()
+        out.interior = [count + self._more_points for count in self._settings.interior_points]
+        out.swarm = kernel_settings(self._settings.swarm)
+        return out
 
     def run(
         self, *, evaluations: int, seconds: float, until_first: bool, stall: int, progress: Callable[[int], Any] | None = None
@@ -114,7 +142,7 @@ class Islands:
                     island = waiting.popleft()
                 except IndexError:
                     return
-                island.run(evaluations, share, until_first, stall, go_on)
+                island.run(evaluations=evaluations, seconds=share, until_first=until_first, stall=stall, progress=go_on)
 
         def help_out() -> None:
             nonlocal stopped
@@ -150,14 +178,14 @@ class Islands:
     @property
     def best(self) -> Motion | None:
         """The best free motion, if there is one; of the first island that has it."""
-        found = [island.best for island in self._all if island.best is not None]
-        return self._motion(min(found, key=lambda best: best["fitness"])) if found else None
+        found = [best for island in self._all if (best := island.best) is not None]
+        return self._motion(min(found, key=lambda best: best.fitness)) if found else None
 
     @property
     def fallback(self) -> Motion | None:
         """The motion that is least in collision, if any was looked at."""
-        found = [island.fallback for island in self._all if island.fallback is not None]
-        return self._motion(min(found, key=lambda fallback: fallback["violation"])) if found else None
+        found = [fallback for island in self._all if (fallback := island.fallback) is not None]
+        return self._motion(min(found, key=lambda fallback: fallback.violation)) if found else None
 
     @property
     def evaluations(self) -> int:
@@ -167,31 +195,32 @@ class Islands:
     def motions(self) -> list[Motion]:
         """Return the motions of the history, best first."""
         entries = [entry for island in self._all for entry in island.history]
-        return [self._motion({"goal": e[4], "points": e[5]}) for e in sorted(entries, key=lambda e: e[2])]
+        return [self._motion(entry) for entry in sorted(entries, key=lambda entry: entry.fitness)]
 
     def history(self) -> tuple[Improvement, ...]:
         """Return the improvements in the order of evaluations; each is better than all before it."""
         entries = sorted(
-            ((e[1], number, e) for number, island in enumerate(self._all) for e in island.history), key=lambda row: row[:2]
+            ((number, entry) for number, island in enumerate(self._all) for entry in island.history),
+            key=lambda row: (row[1].evaluations, row[0]),
         )
         out: list[Improvement] = []
-        for _, number, (seconds, evaluations, fitness, by, goal, points) in entries:
-            if out and fitness >= out[-1].fitness:
+        for number, entry in entries:
+            if out and entry.fitness >= out[-1].fitness:
                 continue
             out.append(
                 Improvement(
-                    seconds=seconds,
-                    evaluations=evaluations,
-                    fitness=fitness,
-                    by=by,
-                    goal=goal,
-                    interior_points=len(points) - self._free_end,
+                    seconds=entry.seconds,
+                    evaluations=entry.evaluations,
+                    fitness=entry.fitness,
+                    by=entry.by,
+                    goal=entry.goal,
+                    interior_points=len(entry.points) - self._free_end,
                     island=number,
                 )
             )
         return tuple(out)
 
-    def judge(self, rows: NDArray[np.float32], interior: int, goal: int = 0) -> dict[str, Any]:
+    def judge(self, rows: NDArray[np.float32], interior: int, goal: int = 0) -> native.Judgement32:
         """Return fitness, violation, terms and whether free, of motions given by their interior control points (m, K n)."""
         return self._all[0].judge(rows, interior, goal)
 
@@ -199,21 +228,21 @@ class Islands:
         """Return a motion's fitness term by term; its goal is one of this search's."""
         goal, points = self._goal_of(motion), self._points_of(motion)
         rows = np.ascontiguousarray(points.reshape(1, -1), dtype=np.float32)
-        values = self.judge(rows, motion.interior, goal)["terms"][0]
+        values = self.judge(rows, motion.interior, goal).terms[0]
         return {name: float(value) for name, value in zip(native.motion_terms, values, strict=True)}
 
-    def settled(self, motion: Motion) -> Motion:
-        """Return a motion of a floating base with what is asked of its end met in float64; itself if nothing is.
+    def projected(self, motion: Motion) -> Motion:
+        """Return a motion projected onto the constraints at its end in float64; itself where nothing is asked of the end.
 
-        The search's motions meet it in float32. What cannot be met more exactly stays as it was.
+        The search's motions meet them in float32. What cannot be met more exactly stays as it was.
         """
-        if not self._base.get("kind") and "attitude" not in self._base:
+        if not self._constrained_end:
             return motion
         rows = np.ascontiguousarray(self._points_of(motion).reshape(1, -1))
-        exact, met = self.search(64, 0, 0).settled(rows, motion.interior, self._goal_of(motion))
-        if not met[0]:
+        projected = self.search64().project(rows, motion.interior, self._goal_of(motion))
+        if not projected.met[0]:
             return motion
-        return self._motion({"points": exact.reshape(-1, motion.dof), "goal": self._goal_of(motion)})
+        return self._placed(projected.points.reshape(-1, motion.dof), self._goal_of(motion))
 
     def _goal_of(self, motion: Motion) -> int:
         return int(np.argmin(np.abs(self._goals - motion.control_points[-1]).max(axis=1)))
@@ -222,11 +251,35 @@ class Islands:
         """Return the control points that the search moves."""
         return motion.control_points[1:] if self._free_end else motion.control_points[1:-1]
 
-    def _motion(self, found: dict[str, Any]) -> Motion:
+    def _motion(self, found: native.FoundMotion32 | native.Improvement32) -> Motion:
+        return self._placed(found.points.astype(np.float64), found.goal)
+
+    def _placed(self, points: Array, goal: int) -> Motion:
+        """Return the motion with these control points, as the search has them, and a goal."""
         lower, upper = self.bounds
-        inside = np.clip(np.asarray(found["points"], dtype=np.float64), lower, upper)  # float32 may round a bound outwards
-        ends = [] if self._free_end else [self._goals[found["goal"]]]
+        inside = np.clip(points, lower, upper)  # float32 may round a bound outwards
+        ends = [] if self._free_end else [self._goals[goal]]
         return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), *ends]))
+
+
+def _margins(problem: Problem, goals: Array, margin: float) -> Margins:
+    """Return the margin that can be asked for between the start and the goals (g, n)."""
+    # Where the arm moves its base, nobody knows where the base will be at a goal, and so what is near.
+    ends = problem.start[None] if problem.base_model.follows_arm else np.vstack([problem.start, goals])
+    return margins_within_reach(problem, ends, margin)
+
+
+def search_bounds(problem: Problem) -> tuple[Array, Array]:
+    """Return the box that motions are sought in, (n,) each: the limits; for joints without, a turn about the start."""
+    robot, start, goal = problem.robot, problem.start, problem.goal
+    lower = np.where(robot.lower >= start - FAR, robot.lower, start - math.tau)
+    upper = np.where(robot.upper <= start + FAR, robot.upper, start + math.tau)
+    if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
+        rows = np.atleast_2d(goal.q)
+        low, high = (rows - goal.tolerance).min(axis=0), (rows + goal.tolerance).max(axis=0)
+        lower = np.maximum(np.minimum(lower, low), robot.lower)
+        upper = np.minimum(np.maximum(upper, high), robot.upper)
+    return lower, upper
 
 
 def _started(work: Callable[[], None], count: int) -> list[threading.Thread]:
@@ -244,53 +297,66 @@ def _started(work: Callable[[], None], count: int) -> list[threading.Thread]:
     return out
 
 
-def asked_of_the_base(problem: Problem, precision: int = _PRECISION) -> dict[str, Any]:
-    """Return what the kernel is told of the base and, where the arm moves it, of how the motion is to end.
+def base_demands(problem: Problem, *, finest: float = _FINEST) -> BaseDemands:
+    """Return what is asked of a motion whose base the arm moves: of its end, and of the base.
 
     Args:
         problem: told in the frame of the base as it stands at the beginning.
-        precision: of the kernel's numbers, 32 or 64 bits; the shorter ones cannot come as near as one may ask.
+        finest: [m or rad] tolerances below are taken as this one; float32 cannot come as near as one may ask.
     """
-    out = problem.base_model.kernel_base(problem.robot, problem.momentum, problem.duration)
     if not problem.base_model.follows_arm:
-        return out
-    goal, limits = problem.goal, problem.base_limits
-    finest = _FINEST if precision == _PRECISION else 0.0
-    if isinstance(goal, (PositionGoal, PoseGoal)):
-        frame = problem.robot.frame(goal.frame or problem.robot.tip)
-        pose = goal.pose if isinstance(goal, PoseGoal) else np.eye(4)
-        axis = goal.free_axis if isinstance(goal, PoseGoal) else None
-        near, turned = tolerances(goal)
-        out |= {
-            "kind": 1 if isinstance(goal, PositionGoal) else 3 if axis is None else 2,
-            "joint": frame.joint,
-            "local": frame.T_joint_frame[:3, :3].ravel().tolist(),
-            "offset": frame.T_joint_frame[:3, 3].tolist(),
-            "wanted": pose[:3, :3].ravel().tolist(),
-            "position": goal.position.tolist(),
-            "axis": [0.0, 0.0, 0.0] if axis is None else axis.tolist(),
-            "near": max(_WITHIN * near, finest),
-            "turned": max(_WITHIN * turned, finest),
-        }
-    wanted = problem.base_goal
+        return BaseDemands()
+    limits = problem.base_limits
+    turned, rate, arm = (
+        0.0 if limit is None else _WITHIN_LIMIT * limit for limit in (limits.peak, limits.rate, limits.joint_momentum)
+    )
+    return BaseDemands(
+        frame=_frame_goal(problem, finest),
+        attitude=_attitude_goal(problem, finest),
+        most_turned=turned,
+        most_rate=rate,
+        most_arm_momentum=arm,
+    )
+
+
+def _frame_goal(problem: Problem, finest: float) -> native.FrameGoal | None:
+    goal, kinds = problem.goal, native.FrameGoalKind
+    if not isinstance(goal, (PositionGoal, PoseGoal)):
+        return None
+    frame = problem.robot.frame(goal.frame or problem.robot.tip)
+    pose = goal.pose if isinstance(goal, PoseGoal) else np.eye(4)
+    axis = goal.free_axis if isinstance(goal, PoseGoal) else None
+    near, turned = goal.tolerances
+    return native.FrameGoal(
+        kind=kinds.position if isinstance(goal, PositionGoal) else kinds.pose if axis is None else kinds.axis,
+        joint=frame.joint,
+        local=frame.T_joint_frame[:3, :3].copy(),
+        offset=frame.T_joint_frame[:3, 3].copy(),
+        wanted=pose[:3, :3].copy(),
+        position=np.array(goal.position),
+        axis=np.zeros(3) if axis is None else np.array(axis),
+        position_tolerance=max(_WITHIN * near, finest),
+        angle_tolerance=max(_WITHIN * turned, finest),
+    )
+
+
+def _attitude_goal(problem: Problem, finest: float) -> native.AttitudeGoal | None:
+    wanted, final = problem.base_goal, problem.base_limits.final
     if wanted is not None:
-        out |= {"attitude": wanted.attitude_wxyz.tolist(), "attitude_turned": max(_WITHIN * wanted.tolerance, finest)}
-    elif limits.final is not None:
-        within = max(_WITHIN_LIMIT * limits.final, finest)
-        out |= {"attitude": [1.0, 0.0, 0.0, 0.0], "attitude_turned": within, "attitude_within": True}
-    for key, limit in (("most_turned", limits.peak), ("most_rate", limits.rate), ("most_arm", limits.joint_momentum)):
-        if limit is not None:
-            out[key] = _WITHIN_LIMIT * limit
-    return out
+        tolerance = max(_WITHIN * wanted.tolerance, finest)
+        return native.AttitudeGoal(wxyz=np.array(wanted.attitude_wxyz), tolerance=tolerance, anywhere_within=False)
+    if final is None:
+        return None
+    within = max(_WITHIN_LIMIT * final, finest)
+    return native.AttitudeGoal(wxyz=np.array([1.0, 0.0, 0.0, 0.0]), tolerance=within, anywhere_within=True)
 
 
-# ---- A swarm of motions by hand: for objectives and penalties of one's own -------------------------------------------
+# ---- A swarm of motions by ask and tell, for objectives and penalties of one's own ------------------------------------
 
-
-_MOST_INTERIOR = 32
-_FURTHEST = 1e6  # [rad or m]
+_MOST_INTERIOR = 32  # control points that the kernel takes
+_FURTHEST = 1e6  # [rad or m] of a control point: float32 has no digits behind the point there
 _BETWEEN = 1e-3  # [m] of violation where the 32 instants show none, and finer ones do
-_START = (0.0, 0.1, 0.3, 0.6, 1.0)  # [rad or m] how far from the straight motion the first particles are drawn
+_SPREADS = (0.0, 0.1, 0.3, 0.6, 1.0)  # [rad or m] standard deviations of the first particles from the straight motion, in turn
 
 
 class Judged(NamedTuple):
@@ -332,20 +398,13 @@ class MotionSwarm:
     def __init__(
         self, problem: Problem, settings: PlannerSettings | None = None, *, goal: ArrayLike | None = None, rng: Rng = None
     ) -> None:
-        if not isinstance(problem, Problem):
-            raise ProblemError(f"problem is {shown(problem)}, expected a Problem; make one with Problem(...)")
-        settings = PlannerSettings() if settings is None else settings
-        if not isinstance(settings, PlannerSettings):
-            raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
-        require_searchable(problem)
+        problem, settings = as_searchable(problem), as_planner_settings(settings)
         require_envelope(problem.robot)
         self.problem, self.settings = problem, settings
         self.goal = _configuration(problem, goal)
         self.interior = settings.interior_points[0]
-        ends = placed_ends(problem, self.goal[None])
-        margins = margins_within_reach(problem.local, ends, settings.margin)
         joint_goal = replace(problem, goal=ConfigurationGoal(self.goal))
-        self._islands = Islands(joint_goal, self.goal[None].copy(), settings, seed=0, margins=margins)
+        self._islands = Islands(joint_goal, self.goal[None].copy(), settings, seed=0)
         seed = seed_of(rng)
         lower, upper = (np.tile(bound, self.interior) for bound in self._islands.bounds)
         self._swarm = Swarm(lower, upper, settings.swarm, rng=seed, initial=self._around_straight(seed, lower, upper))
@@ -407,11 +466,11 @@ class MotionSwarm:
             )
         rows = np.ascontiguousarray(points[:, 1:-1].reshape(len(points), interior * n), dtype=np.float32)
         found = self._islands.judge(rows, interior)
-        terms = {name: found["terms"][:, i].astype(np.float64) for i, name in enumerate(native.motion_terms)}
-        violation, free = found["violation"].astype(np.float64), np.array(found["free"], dtype=bool)
+        terms = {name: found.terms[:, i].astype(np.float64) for i, name in enumerate(native.motion_terms)}
+        violation, free = found.violation.astype(np.float64), found.free
         # Else the best motions would be those that slip through between the instants.
         violation = np.where(free, violation, np.where(violation > 0, violation, _BETWEEN))
-        return Judged(found["fitness"].astype(np.float64), violation, free, terms)
+        return Judged(found.fitness.astype(np.float64), violation, free, terms)
 
     def _rows(self, x: Array) -> Array:
         inside = np.asarray(x).reshape(len(x), self.interior, self.problem.robot.dof)
@@ -421,8 +480,8 @@ class MotionSwarm:
 
     def _around_straight(self, seed: int, lower: Array, upper: Array) -> Array:
         line = self.straight.control_points[1:-1].ravel()
-        spread = np.resize(_START, self.settings.swarm.particles)
-        noise: Any = np.random.default_rng(seed).normal(size=(len(spread), len(line)))
+        spread = np.resize(_SPREADS, self.settings.swarm.particles)
+        noise = np.random.default_rng(seed).normal(size=(len(spread), len(line)))
         return np.clip(line + spread[:, None] * noise, lower, upper)
 
 

@@ -6,21 +6,23 @@ another one beats in both are told apart. A sweep of weights finds no plan in a 
 motion to go on from, where a search within a narrow limit on the base often finds none.
 """
 
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
+
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.checks import require_kind
-from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.errors import ProblemError
 from spacearm.core.random_seed import Rng, seed_of
 from spacearm.core.records import one_of, whole
 from spacearm.planner.plan_result import Plan
-from spacearm.planner.planner_settings import PlannerSettings, Weights
+from spacearm.planner.planner_settings import PlannerSettings, Weights, as_planner_settings
 from spacearm.planner.planning import plan
 from spacearm.planner.problem import Problem
 
@@ -66,7 +68,7 @@ def pareto_front(
     points: int = 7,
     measure: Disturbance = "peak",
     rng: Rng = None,
-    progress: Callable[[int, int, str], Any] | None = None,
+    progress: Callable[[int, int, str], object] | None = None,
 ) -> ParetoFront:
     """Plan so many times between the quickest motion and the one that disturbs its base least.
 
@@ -84,19 +86,24 @@ def pareto_front(
     Raises:
         ProblemError: the base is fixed, the duration is given, or a goal attitude already says how the base is to end.
         SettingsError: settings that cannot be.
+        KeyboardInterrupt: Ctrl-C.
     """
     one_of("measure", measure, get_args(Disturbance))
     whole("points", points, at_least=2, at_most=1000)
     require_choice(problem, measure)
-    settings = PlannerSettings() if settings is None else settings
-    require_kind("settings", settings, PlannerSettings, SettingsError)
-    seed, tell = seed_of(rng), progress or (lambda *_: None)
-    found: list[Plan] = []
+    settings = as_planner_settings(settings)
+    seed, found = seed_of(rng), list[Plan]()
+
+    def tell(done: int, what: str) -> None:
+        if progress is not None:
+            progress(done, points, what)
 
     def attempt(number: int, what: str, duration: float, base: float) -> Plan | None:
-        tell(number, points, what)
+        tell(number, what)
         weights = Weights(**{"length": 0.0, "duration": duration, f"base_{measure}": base})
         made = plan(problem, replace(settings, weights=weights), rng=seed)
+        if made.interrupted:
+            raise KeyboardInterrupt
         found.extend([made] if made.found else [])
         return made if made.found else None
 
@@ -108,7 +115,7 @@ def pareto_front(
         less = max(turn - _of(gentlest or quickest, measure), _TIE * turn)
         for number, share in enumerate(np.linspace(0.0, 1.0, points)[1:-1].tolist(), start=2):
             attempt(number, f"a motion between them, {share:.0%} gentle", (1 - share) / longer, share / less)
-    tell(points, points, "")
+    tell(points, "")
     return _front(measure, found, points - len(found))
 
 

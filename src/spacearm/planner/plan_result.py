@@ -1,9 +1,12 @@
-"""What a motion does to its base, and whether it ends as was asked: float64, apart from the search."""
+"""What planning gives back: the plan, how the search came to it, and what the motion does to a base that follows the arm.
+
+The report on the base is computed in float64 from the proof's bounds, apart from the search.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +16,18 @@ from spacearm.core.rotations import angle, conjugate, multiplied, quaternion_of
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.planner.clearance import Margins
 from spacearm.planner.explanations import EndReport
-from spacearm.planner.goal_reach import pose_errors, tolerances
 from spacearm.planner.goals import PoseGoal, PositionGoal
-from spacearm.planner.inverse_kinematics import GoalConfigurations
+from spacearm.planner.inverse_kinematics import GoalConfigurations, pose_errors
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem
 from spacearm.proof import Certificate
-from spacearm.proof.base_setup import base_setup_of, exceeded
-from spacearm.proof.base_track import BaseProof, begun_base_proof
+from spacearm.proof.base_proofs import BaseProof, base_setup_of, begun_base_proof, broken_base_limits
 from spacearm.robot import forward_kinematics
 from spacearm.robot.unchecked_pairs import lacks_envelope, words_on_unchecked
 
-_STEPS = 1e9  # a factor of time is a whole number of shares so small
+Array = NDArray[np.float64]
+
+_STEPS = 1e9  # a factor by which a motion is slowed down is a whole number of 1 / _STEPS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,13 +63,13 @@ def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
     """
     base = _base_of(problem, trajectory)
     figures, T_w_b = base.figures(), base.at_end()
-    missed = list(exceeded(figures, problem.base_limits))
+    missed = list(broken_base_limits(figures, problem.base_limits))
     distance = off = None
     if isinstance(problem.goal, (PositionGoal, PoseGoal)):
         q = trajectory.sample(trajectory.duration).q
         T = T_w_b @ forward_kinematics(problem.robot, q, frame=problem.goal.frame)
         distance, off = (float(error[0]) for error in pose_errors(problem.goal, T[None]))
-        near, turn = tolerances(problem.goal)
+        near, turn = problem.goal.tolerances
         lever = float(np.linalg.norm(T[:3, 3] - base.turns_about_at_end()))
         if distance + figures.error * lever > near or off + figures.error > turn:
             angle_too = f" and {math.degrees(off):.3g} deg" if isinstance(problem.goal, PoseGoal) else ""
@@ -98,7 +101,7 @@ def within_base_limits(problem: Problem, trajectory: Trajectory) -> float:
         if limit is not None
     ]
     factor = max([1.0, *shares])
-    # The proof's figures are other people's arithmetic, whose last digits depend on the processor; a duration's must not.
+    # The proof's figures come from Pinocchio, whose last digits depend on the processor; those of a duration must not.
     return factor if factor == 1 else math.ceil(factor * _STEPS) / _STEPS
 
 
@@ -108,9 +111,7 @@ def _base_of(problem: Problem, trajectory: AnyTrajectory) -> BaseProof:
     return begun_base_proof(problem.robot, trajectory, base_setup_of(problem, problem.robot, who="problem"))
 
 
-# ---- What planning gives back ----------------------------------------------------------------------------------------
-
-Array = NDArray[np.float64]
+# ---- The plan --------------------------------------------------------------------------------------------------------
 
 STATUSES = {
     "found": "a motion was found and proven",
@@ -132,7 +133,7 @@ class Improvement:
         seconds: of searching before it, on its island.
         evaluations: candidate motions looked at before it, on its island.
         fitness: its weighted sum.
-        by: "straight", "rrt_connect", "refine" or "swarm".
+        by: the method that found it: "straight" (the straight motion), "rrt_connect", "refine" or "swarm".
         goal: index into the plan's goal configurations.
         interior_points: its control points.
         island: which search found it.
@@ -155,7 +156,7 @@ class Plan:
         status: a key of `STATUSES`.
         problem: what was planned.
         settings: of the planner.
-        seed: repeats the plan with them.
+        seed: random seed; it repeats the plan with them.
         trajectory: the motion in time; if none was proven, the best that was seen; None if there is no goal configuration.
         certificate: of the trajectory.
         goals: (g, n) the goal configurations planned to, nearest first.
@@ -176,18 +177,18 @@ class Plan:
     problem: Problem
     settings: PlannerSettings
     seed: int
-    trajectory: Trajectory | None
-    certificate: Certificate | None
     goals: Array
-    goal_search: GoalConfigurations | None
     ends: EndReport
-    base: BaseReport | None
-    fitness: dict[str, float]
-    history: tuple[Improvement, ...]
-    proofs: int
-    evaluations: int
-    interrupted: bool
     timings: dict[str, float]
+    trajectory: Trajectory | None = None
+    certificate: Certificate | None = None
+    goal_search: GoalConfigurations | None = None
+    base: BaseReport | None = None
+    fitness: dict[str, float] = field(default_factory=dict[str, float])
+    history: tuple[Improvement, ...] = ()
+    proofs: int = 0
+    evaluations: int = 0
+    interrupted: bool = False
     margins: Margins | None = None
     advice: str = ""
 

@@ -1,27 +1,38 @@
-"""Settings of the planner."""
+"""Settings of the planner: what a user may want to say of the search, with units, ranges and what each does.
+
+What else the search is made of are constants, each with its reason, where they are used: in the kernel's search, in `planning`
+and in `inverse_kinematics`.
+"""
+
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import TypeVar, cast
 
-from spacearm.core.checks import as_number, dimensions_of, shown
+from spacearm.core.checks import as_number, dimensions_of, keep, shown
 from spacearm.core.errors import SettingsError
 from spacearm.core.records import one_of, require_settings, setting_names, settings, whole
 from spacearm.swarm import IPSO, PSO
 from spacearm.swarm.minimizer import MOST_THREADS
 
-# Upper bounds: what counters, float32 and memory can bear, far beyond what is of use.
-_COUNTABLE = 2**62
+# Bounds of the settings: what counters, float32 and memory can bear, far beyond what is of use.
+_COUNTABLE = 2**62  # evaluations, which the kernel counts in 64 bits
 _LONGEST = 1e9  # [s]
 _WIDEST = 1e3  # [m]
-_WEIGHTS = 1e-12, 1e12
-_JERKS = 1e-9, 1e12
-_MOST_GOALS = 256
+_WEIGHTS = 1e-12, 1e12  # of a weight that is not 0: beyond, sums in float32 are of one term alone
+_JERKS = 1e-9, 1e12  # [rad/s^3 or m/s^3]
+_MOST_GOALS = 256  # goal configurations, and islands
 _MOST_PROOFS = 1000
-_MOST_TURNS = 64
+_MOST_TURNS = 64  # numbers of control points that take turns
+_MOST_INTERIOR = 24  # control points of one motion
 _MOST_PARTICLES = 100_000
-_EVALUATIONS = 20_000
+
+_EVALUATIONS = 20_000  # of each island where nothing else limits the search: about 50 ms for seven joints among ten boxes
+T = TypeVar("T")
+
 TIME_LAWS = ("uniform", "time_optimal")
 SWARM = PSO(particles=16, iterations=400, inertia=0.6, cognitive=1.49, social=1.49, neighbours=3, start_velocity=0.02)
 """The swarm of motions: small, on a ring, and slow to start, for it begins near motions that are known to be good."""
@@ -37,7 +48,7 @@ class Weights:
         tip: path length of the end effector [m].
         clearance: mean over the motion of what the clearances lack to `PlannerSettings.comfort`, summed over pairs [m].
         smoothness: mean of |q'''|^2, the third derivative over s in [0, 1] [rad^2 or m^2].
-        f1: the seed's eq. (5), mean over the motion: distances of the joint centres from the obstacles' centres [m].
+        f1: the paper's eq. (5), mean over the motion: distances of the joint centres from the obstacles' centres [m].
         f2: eq. (6): distance of the end effector from where it ends, squared and 1 more, then its root [m].
         f3: eq. (7): that distance [m].
         base_final: of a floating base: the angle that it has turned by at the end [rad].
@@ -123,7 +134,6 @@ class PlannerSettings:
     proofs: int = 30
 
     def __post_init__(self) -> None:
-        keep = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         if self.evaluations is not None:
             whole("evaluations", self.evaluations, at_least=1, at_most=_COUNTABLE)
         if self.time_budget is not None:
@@ -132,14 +142,13 @@ class PlannerSettings:
             whole("convergence", self.convergence, at_least=1, at_most=_COUNTABLE)
         if not isinstance(self.stop_at_first, bool):
             raise SettingsError(f"stop_at_first is {shown(self.stop_at_first)}, expected True or False")
-        keep("weights", _record("weights", self.weights, (Weights,)))
-        keep("swarm", _record("swarm", self.swarm, (PSO, IPSO)))
+        keep(self, weights=_record("weights", self.weights, (Weights,)), swarm=_record("swarm", self.swarm, (PSO, IPSO)))
         whole("particles of the swarm of motions", self.swarm.particles, at_least=1, at_most=_MOST_PARTICLES)
         as_number("margin", self.margin, SettingsError, at_least=0, at_most=_WIDEST, unit="m")
         as_number("comfort", self.comfort, SettingsError, at_least=0, at_most=_WIDEST, unit="m")
-        keep("interior_points", _counts(self.interior_points))
+        keep(self, interior_points=_counts(self.interior_points))
         whole("goal_candidates", self.goal_candidates, at_least=1, at_most=_MOST_GOALS)
-        whole("islands", self.islands, at_least=1, at_most=256)
+        whole("islands", self.islands, at_least=1, at_most=_MOST_GOALS)
         if self.threads is not None:
             whole("threads", self.threads, at_least=1, at_most=MOST_THREADS)
         one_of("time_law", self.time_law, TIME_LAWS)
@@ -155,26 +164,38 @@ class PlannerSettings:
         return self.evaluations
 
 
-def _counts(given: Any) -> tuple[int, ...]:
-    rows = (given,) if dimensions_of(given) == 0 else given
-    try:
-        counts = tuple(rows)
-    except TypeError:
-        raise SettingsError(f"interior_points is {shown(given)}, expected whole numbers from 1 to 24") from None
+def as_planner_settings(given: object) -> PlannerSettings:
+    """Return settings of the planner, or the default ones for None.
+
+    Raises:
+        SettingsError: settings of something else.
+    """
+    if given is None:
+        return PlannerSettings()
+    if not isinstance(given, PlannerSettings):
+        raise SettingsError(f"settings is {shown(given)}, expected PlannerSettings(...)")
+    return given
+
+
+def _counts(given: object) -> tuple[int, ...]:
+    counts: tuple[object, ...] | None = (given,)
+    if dimensions_of(given) != 0:
+        counts = tuple(cast("Iterable[object]", given)) if isinstance(given, Iterable) else None
     if not counts:
-        raise SettingsError("interior_points is empty, expected whole numbers from 1 to 24")
+        what = shown(given) if counts is None else "empty"
+        raise SettingsError(f"interior_points is {what}, expected whole numbers from 1 to {_MOST_INTERIOR}")
     if len(counts) > _MOST_TURNS:
         raise SettingsError(f"interior_points has {len(counts)} numbers, expected at most {_MOST_TURNS}; each is a turn")
-    return tuple(whole("interior_points", count, at_least=1, at_most=24) for count in counts)
+    return tuple(whole("interior_points", count, at_least=1, at_most=_MOST_INTERIOR) for count in counts)
 
 
-def _record(name: str, given: Any, kinds: tuple[type, ...]) -> Any:
+def _record(name: str, given: object, kinds: tuple[type[T], ...]) -> T:
     """Take a record, or the mapping that a file holds for the first of the kinds (or the one that `kind` names)."""
     if isinstance(given, kinds):
         return given
     if not isinstance(given, Mapping):
         raise SettingsError(f"{name} is {shown(given)}, expected {' or '.join(f'{kind.__name__}(...)' for kind in kinds)}")
-    values = dict(given)
+    values = dict(cast("Mapping[str, object]", given))
     kind = values.pop("kind", kinds[0].__name__)
     one_of(f"{name}: kind", kind, tuple(known.__name__ for known in kinds))
     chosen = next(known for known in kinds if known.__name__ == kind)

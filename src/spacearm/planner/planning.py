@@ -1,4 +1,8 @@
-"""The planner: goal configurations, a swarm of splines to them, and a proof of what it finds."""
+"""Planning: goal configurations, a search for motions to them, and a proof of what it finds.
+
+In the order of reading: `plan` checks what it is given; `_planned` goes through the stages; `_Search` searches and proves in
+turn until a proof holds; `_prove` makes a trajectory of a motion, and its certificate.
+"""
 
 from __future__ import annotations
 
@@ -6,38 +10,39 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from spacearm.core.checks import shown
-from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.errors import SettingsError
+from spacearm.core.interrupts import interrupt_taken
 from spacearm.core.random_seed import Rng, seed_of
 from spacearm.core.records import setting_names
 from spacearm.dynamics.base_models import require_known
 from spacearm.motion import Motion, Trajectory, fastest_duration, time_optimal
-from spacearm.planner.clearance import margins_within_reach
 from spacearm.planner.explanations import EndReport, check_ends, explain_goal
 from spacearm.planner.inverse_kinematics import GoalConfigurations, find_goal_configurations
 from spacearm.planner.motion_search import Islands
 from spacearm.planner.plan_result import BaseReport, Plan, report_base, within_base_limits
-from spacearm.planner.planner_settings import PlannerSettings
-from spacearm.planner.problem import Problem, placed_ends, require_searchable
+from spacearm.planner.planner_settings import PlannerSettings, Weights, as_planner_settings
+from spacearm.planner.problem import Problem, as_searchable
 from spacearm.proof import Certificate
 from spacearm.proof import certify as certify
 from spacearm.robot.unchecked_pairs import lacks_envelope
 
-Array = NDArray[np.float64]
-
-_SPREAD = 0.004  # how far around a failed instant the search looks from then on, as a share of the motion
-_AFTERWARDS = 0.25  # of the evaluations: for another motion, where a proof failed
-_KEPT = 0.2  # of the time: for the same
-_INTERRUPTED = 30  # motions given to the proof after Ctrl-C, at most
-_LATE = 1e-6  # relative: so much longer than asked for is rounding
-_LEAST_EVALUATIONS, _LEAST_SECONDS = 500, 0.02  # for the same
-_TRIED_AGAIN = 0.15  # [s] from the beginning: so long a proof that fails may be tried again, however short the time budget
-_AT_ONCE = 1e-6  # [s] a search for so long looks at the straight motions
+# What is tried again where a proof failed. The figures are choices, not measured: enough for another motion, and small against
+# the first search.
+_SPREAD = 0.004  # how far around an instant where a proof failed the search looks from then on, as a share of the motion
+_EVALUATIONS_AGAIN = 0.25  # share of `evaluations` for the search of another motion
+_SECONDS_AGAIN = 0.25  # share of `time_budget` for the same
+_LEAST_EVALUATIONS_AGAIN = 500  # however small the share is
+_LEAST_SECONDS_AGAIN = 0.02  # [s] likewise
+_SECONDS_FOR_PROOFS = 0.2  # share of `time_budget` that the first search leaves for proofs and what follows them
+_ALWAYS_AGAIN = 0.15  # [s] from the beginning: so long another motion may be tried, however short `time_budget` is
+_LEAST_SECONDS = 1e-6  # [s] a search for so long looks at the straight motions and ends; 0 would be no limit
+_PROVEN_AFTER_INTERRUPT = 30  # motions given to the proof after Ctrl-C, at most
+_DURATION_ROUNDING = 1e-6  # relative: a motion that takes so much longer than asked for is as long as asked for
 
 Status = Literal[
     "found", "no_envelope", "start_in_collision", "goal_in_collision", "goal_unreachable", "not_found", "not_proven"
@@ -49,20 +54,24 @@ def plan(
     settings: PlannerSettings | None = None,
     *,
     rng: Rng = None,
-    progress: Callable[[str], Any] | None = None,
+    progress: Callable[[str], object] | None = None,
 ) -> Plan:
     """Plan a motion: collision-free and within the limits at every instant, with a proof.
 
-    The particles are the interior control points of spline motions; less violation beats more, and among collision-free
-    motions the fitness decides. The first motion comes at once and better ones follow until the budget is spent. A motion
-    counts as found only when its certificate holds; where a proof fails the search goes on, and looks at that instant too.
-    Ctrl-C ends the search with the best motion so far. With a time budget, one deadline holds for all of it; done once at
-    least are the first look for goal configurations, one at the straight motions, and the proof of the best motion.
+    The search is a hybrid of three methods that take turns: RRT-Connect trees, local refinement and the particle swarm. The
+    trees find first paths around obstacles. Refinement pulls the best motion towards the straight one. The swarm's particles
+    are interior control points of spline motions; they begin around the motions known, or anywhere while there is none. Less
+    violation beats more, and among collision-free motions the fitness decides. `Plan.history` says what each method found.
+
+    The first motion comes at once, and better ones follow until the budget is spent. A motion counts as found only when its
+    certificate holds; where a proof fails the search goes on, and looks at that instant too. Ctrl-C ends the search with the
+    best motion so far. With a time budget, one deadline holds for all of it; done once at least are the first look for goal
+    configurations, one at the straight motions, and the proof of the best motion.
 
     Args:
         problem: robot, scene, start and goal.
         settings: of the search.
-        rng: seed, generator or None; the plan records the seed.
+        rng: random seed, generator or None; the plan records the seed.
         progress: called with a word on each stage that begins.
 
     Returns:
@@ -74,286 +83,342 @@ def plan(
         SettingsError: settings of something else.
         KeyboardInterrupt: Ctrl-C before there was anything to return.
     """
-    if not isinstance(problem, Problem):
-        raise ProblemError(f"problem is {shown(problem)}, expected a Problem; make one with Problem(...) or load_problem(...)")
-    settings = PlannerSettings() if settings is None else settings
-    if not isinstance(settings, PlannerSettings):
-        raise SettingsError(f"settings is {shown(settings)}, expected PlannerSettings(...)")
-    require_timing(problem, settings)
-    require_searchable(problem)
+    problem, settings = as_searchable(problem), as_planner_settings(settings)
+    require_timing(problem.duration, settings)
     require_known(problem.base_model, problem.robot)
-    run = _Run(problem=problem, settings=settings, seed=seed_of(rng), tell=progress or (lambda _: None))
     try:
-        return run.planned()
+        return _planned(problem, settings, seed_of(rng), progress or (lambda _: None))
     except MemoryError:
         raise SettingsError(
             "planning takes more memory than there is; ask for fewer islands, threads, goal_candidates or particles"
         ) from None
 
 
-def require_timing(problem: Problem, settings: PlannerSettings) -> None:
-    """Check that a problem's timing and the settings' go together.
+def require_timing(duration: float | None, settings: PlannerSettings) -> None:
+    """Check that the duration that a problem states, if it does, and the settings go together.
 
     Raises:
         SettingsError: they do not.
     """
-    if problem.duration is not None and settings.time_law != "uniform":
+    if duration is not None and settings.time_law != "uniform":
         raise SettingsError(
             f"time_law is {shown(settings.time_law)} and the problem states its duration, expected 'uniform' with it; leave "
             "one of them out"
         )
 
 
-@dataclass(kw_only=True)
-class _Run:
-    """One call of `plan`."""
+def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Callable[[str], object]) -> Plan:
+    """Go through the stages: the ends, the goal configurations, the search with its proofs. The first that fails ends it."""
+    clock = _Clock(settings.time_budget)
 
-    problem: Problem
-    settings: PlannerSettings
-    seed: int
-    tell: Callable[[str], Any]
-    ends: EndReport = field(default_factory=lambda: EndReport(status="free"))
-    goal_search: GoalConfigurations | None = None
-    islands: Islands | None = None
-    certificate: Certificate | None = None
-    trajectory: Trajectory | None = None
-    base: BaseReport | None = None
-    proofs: int = 0
-    interrupted: bool = False
-    timings: dict[str, float] = field(default_factory=dict)
-    begun: float = field(default_factory=time.perf_counter)
-    last: float = field(default_factory=time.perf_counter)
+    def without_search(status: Status, ends: EndReport, found: GoalConfigurations | None = None) -> Plan:
+        goals = np.zeros((0, len(problem.start))) if found is None else found.q
+        return Plan(
+            status=status,
+            problem=problem,
+            settings=settings,
+            seed=seed,
+            goals=goals,
+            goal_search=found,
+            ends=ends,
+            timings=clock.total(),
+        )
+
+    ends = EndReport(status="free")
+    if lacks_envelope(problem.robot):
+        return without_search("no_envelope", ends)
+    ends = check_ends(problem.local)
+    if ends.status != "free":
+        return without_search(ends.status, ends)
+    clock.lap("prepare")
+    tell("goal configurations")
+    found = find_goal_configurations(problem.local, settings, seed, late=lambda: clock.left <= 0)
+    clock.lap("goals")
+    if not len(found.q):
+        ends = explain_goal(problem.local, found)
+        unreachable = ends.status != "goal_in_collision"
+        return without_search("goal_unreachable" if unreachable else "goal_in_collision", ends, found)
+
+    islands = Islands(problem, found.q, settings, seed=seed)
+    clock.lap("prepare")
+    tell(f"motions to {len(found.q)} goal configuration{'s' if len(found.q) != 1 else ''}")
+    search = _Search(problem=problem, settings=settings, islands=islands, clock=clock, tell=tell)
+    status = search.run()
+    proof = search.proof or search.of_fallback()
+    return Plan(
+        status=status,
+        problem=problem,
+        settings=settings,
+        seed=seed,
+        trajectory=None if proof is None else proof.trajectory,
+        certificate=None if proof is None else proof.certificate,
+        goals=found.q,
+        goal_search=found,
+        ends=ends,
+        base=None if proof is None else proof.base,
+        fitness={} if proof is None else _fitness(proof.trajectory, islands, settings.weights),
+        history=islands.history(),
+        proofs=search.proofs,
+        evaluations=islands.evaluations,
+        interrupted=search.interrupted,
+        timings=clock.total(),
+        margins=islands.margins,
+        advice=_advice(status, proof, spent=clock.left_again <= 0),
+    )
+
+
+class _Clock:
+    """The time of one call of `plan`: by stage, and what is left of the budget.
+
+    Attributes:
+        budget: of all of it [s]; None: no limit.
+        timings: seconds by stage.
+    """
+
+    def __init__(self, budget: float | None) -> None:
+        self.budget, self.timings = budget, dict[str, float]()
+        self._begun = self._last = time.perf_counter()
 
     def lap(self, stage: str) -> None:
         """Book the time since the last call on a stage."""
         now = time.perf_counter()
-        self.timings[stage] = self.timings.get(stage, 0.0) + now - self.last
-        self.last = now
-
-    def planned(self) -> Plan:
-        problem, settings = self.problem, self.settings
-        if lacks_envelope(problem.robot):
-            return self.ended("no_envelope")
-        self.ends = check_ends(problem.local)
-        if self.ends.status != "free":
-            return self.ended(self.ends.status)
-        self.lap("prepare")
-        self.tell("goal configurations")
-        self.goal_search = find_goal_configurations(problem.local, settings, self.seed, late=lambda: self.left <= 0)
-        self.lap("goals")
-        if not len(self.goal_search.q):
-            self.ends = explain_goal(problem.local, self.goal_search)
-            status: Status = "goal_in_collision" if self.ends.status == "goal_in_collision" else "goal_unreachable"
-            return self.ended(status)
-        return self.search()
+        self.timings[stage] = self.timings.get(stage, 0.0) + now - self._last
+        self._last = now
 
     @property
     def left(self) -> float:
-        """The time that is left [s]; infinite without a time budget."""
-        budget = self.settings.time_budget
-        return math.inf if budget is None else self.begun + budget - time.perf_counter()
+        """The time that is left [s]; infinite without a budget."""
+        return math.inf if self.budget is None else self._begun + self.budget - time.perf_counter()
 
     @property
     def left_again(self) -> float:
-        """The time that is left for what is tried again where a proof failed [s]."""
-        budget = self.settings.time_budget
-        return math.inf if budget is None else self.begun + max(budget, _TRIED_AGAIN) - time.perf_counter()
+        """The time that is left for other motions where a proof failed [s]."""
+        return math.inf if self.budget is None else self._begun + max(self.budget, _ALWAYS_AGAIN) - time.perf_counter()
 
-    def search(self) -> Plan:
-        goals = self.goals
-        ends = placed_ends(self.problem, goals)
-        margins = margins_within_reach(self.problem.local, ends, self.settings.margin)
-        self.islands = Islands(self.problem, goals, self.settings, seed=self.seed, margins=margins)
-        self.lap("prepare")
-        self.tell(f"motions to {len(goals)} goal configuration{'s' if len(goals) != 1 else ''}")
-        budget = self._budget()
+    def total(self) -> dict[str, float]:
+        """Return the timings, with the total."""
+        return {**self.timings, "total": time.perf_counter() - self._begun}
+
+
+# ---- Search and proof in turn ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Budget:
+    """How long the islands search; 0 is no limit."""
+
+    evaluations: int
+    seconds: float
+
+
+@dataclass(kw_only=True)
+class _Search:
+    """A search for a motion whose proof holds. What it has found stays when Ctrl-C ends it.
+
+    Attributes:
+        problem: to be proven.
+        settings: of the planner.
+        islands: that search for motions; they take instants where a proof failed.
+        clock: of this call.
+        tell: called with a word when a proof begins.
+        proof: the last one that was tried.
+        proofs: how many were.
+        interrupted: whether Ctrl-C ended the search.
+    """
+
+    problem: Problem
+    settings: PlannerSettings
+    islands: Islands
+    clock: _Clock
+    tell: Callable[[str], object]
+    proof: _Proof | None = field(default=None, init=False)
+    proofs: int = field(default=0, init=False)
+    interrupted: bool = field(default=False, init=False)
+
+    def run(self) -> Status:
+        """Search until the budget is spent, and prove the best motion; where that fails, look for another."""
+        budget, clock = self.settings.time_budget, self.clock
+        seconds = 0.0 if budget is None else max(_LEAST_SECONDS, clock.left - _SECONDS_FOR_PROOFS * budget)
         try:
-            self._go_on(**budget)
-            status = self._proven(budget)
+            self._go_on(_Budget(evaluations=self.settings.most_evaluations or 0, seconds=seconds))
+            return self._prove_best()
         except KeyboardInterrupt:
-            self.lap("search")
+            interrupt_taken()
+            clock.lap("search")
             self.interrupted = True
-            status = self._best_so_far()
-        return self.ended(status)
+            return self._best_so_far()
 
-    @property
-    def goals(self) -> Array:
-        return np.zeros((0, self.problem.robot.dof)) if self.goal_search is None else self.goal_search.q
-
-    def ended(self, status: Status) -> Plan:
-        islands = self.islands
-        if status == "not_found" and self.trajectory is None and islands is not None and islands.fallback is not None:
-            self.trajectory = self._timed(islands.fallback)  # the best that was seen
-            self.certificate = certify(self.problem, self.trajectory)
-            self._report()
-        self.timings["total"] = time.perf_counter() - self.begun
-        return Plan(
-            status=status,
-            problem=self.problem,
-            settings=self.settings,
-            seed=self.seed,
-            trajectory=self.trajectory,
-            certificate=self.certificate,
-            goals=self.goals,
-            goal_search=self.goal_search,
-            ends=self.ends,
-            base=self.base,
-            fitness=self._fitness(),
-            history=() if islands is None else islands.history(),
-            proofs=self.proofs,
-            evaluations=0 if islands is None else islands.evaluations,
-            interrupted=self.interrupted,
-            timings=self.timings,
-            margins=None if islands is None else islands.margins,
-            advice=self._advice(status),
+    def _go_on(self, budget: _Budget) -> None:
+        self.islands.run(
+            evaluations=budget.evaluations,
+            seconds=budget.seconds,
+            until_first=self.settings.stop_at_first,
+            stall=self.settings.convergence or 0,
         )
+        self.clock.lap("search")
 
-    # ---- the search -------------------------------------------------------------------------------------------------
-    def _budget(self) -> dict[str, Any]:
-        given = self.settings
-        return {
-            "evaluations": given.most_evaluations or 0,
-            "seconds": 0.0 if given.time_budget is None else max(_AT_ONCE, self.left - _KEPT * given.time_budget),
-            "until_first": given.stop_at_first,
-            "stall": given.convergence or 0,
-        }
+    def _go_on_after_failure(self) -> None:
+        """Search a little more, within the time that is left."""
+        evaluations, seconds = self.settings.most_evaluations or 0, self.settings.time_budget or 0.0
+        if evaluations:
+            evaluations = max(_LEAST_EVALUATIONS_AGAIN, int(_EVALUATIONS_AGAIN * evaluations))
+        if seconds:
+            wanted = max(_LEAST_SECONDS_AGAIN, _SECONDS_AGAIN * seconds)
+            seconds = max(_LEAST_SECONDS, min(wanted, self.clock.left_again))
+        self._go_on(_Budget(evaluations=evaluations, seconds=seconds))
 
-    def _go_on(self, *, evaluations: int, seconds: float, until_first: bool, stall: int) -> None:
-        assert self.islands is not None
-        self.islands.run(evaluations=evaluations, seconds=seconds, until_first=until_first, stall=stall)
-        self.lap("search")
-
-    def _again(self, budget: dict[str, Any]) -> None:
-        """After a proof that failed: search a little more, within the time that is left."""
-        if budget["seconds"]:
-            given = self.settings.time_budget or 0.0
-            budget = budget | {"seconds": max(_AT_ONCE, min(max(_LEAST_SECONDS, _AFTERWARDS * given), self.left_again))}
-        self._go_on(**budget)
-
-    def _proven(self, budget: dict[str, Any]) -> Status:
+    def _prove_best(self) -> Status:
         """Prove the best motion; where that fails, look for another."""
-        assert self.islands is not None
-        less = dict(budget)
-        if less["evaluations"]:
-            less["evaluations"] = max(_LEAST_EVALUATIONS, int(_AFTERWARDS * less["evaluations"]))
-        last: Motion | None = None
+        failed: Motion | None = None
         for _ in range(self.settings.proofs):
             motion = self.islands.best
-            if motion is None and self.certificate is None:
+            if motion is None and self.proof is None:
                 return "not_found"
-            if self.certificate is not None and self.left_again <= 0:
+            if self.proof is not None and self.clock.left_again <= 0:
                 return "not_proven"
-            if motion is None:  # none that passes where proofs failed: a little longer
-                self._again(less)
-                continue
-            if motion == last:
-                return "not_proven"  # the search cannot see what the proof does
-            if self._holds(motion):
-                return "found"
-            last = motion
-            if self._proven_but():  # but it is not as asked
-                self._again(less)
-                continue
-            near = self.certificate.closest if self.certificate is not None else None
-            if near is None or not 0 < near.u < 1:
-                if not self.problem.base_model.follows_arm:
-                    return "not_proven"  # no other motion would fare better
-                self._again(less)
-                continue
-            self.islands.add_instant(near.u, _SPREAD)
-            self._again(less)
+            if motion is not None:
+                if motion == failed:
+                    return "not_proven"  # the search cannot see what the proof does
+                proof = self._prove(motion)
+                if proof.as_asked:
+                    return "found"
+                failed = motion
+                near = None if proof.collision_free else proof.certificate.closest
+                if near is not None and 0 < near.u < 1:
+                    self.islands.add_instant(near.u, _SPREAD)
+                elif not proof.collision_free and not self.problem.base_model.follows_arm:
+                    return "not_proven"  # an end is too near: no other motion would fare better
+            self._go_on_after_failure()
         return "not_proven"
 
     def _best_so_far(self) -> Status:
         """After Ctrl-C: the best motion that holds, of those found."""
-        assert self.islands is not None
-        for motion in self.islands.motions()[: min(self.settings.proofs, _INTERRUPTED)]:
-            if self._holds(motion):
+        for motion in self.islands.motions()[: min(self.settings.proofs, _PROVEN_AFTER_INTERRUPT)]:
+            if self._prove(motion).as_asked:
                 return "found"
-        if self.trajectory is None and self.islands.fallback is None:
+        if self.proof is None and self.islands.fallback is None:
             raise KeyboardInterrupt
-        return "not_found" if self.trajectory is None else "not_proven"
+        return "not_found" if self.proof is None else "not_proven"
 
-    def _holds(self, motion: Motion) -> bool:
+    def of_fallback(self) -> _Proof | None:
+        """Return what is known of the motion that is least in collision, if any was looked at."""
+        if self.islands.fallback is None:
+            return None
+        trajectory = _timed(self.problem, self.settings, self.islands.fallback)
+        return _proof(self.problem, trajectory, certify(self.problem, trajectory))
+
+    def _prove(self, motion: Motion) -> _Proof:
         self.tell("proof")
         self.proofs += 1
-        if self.islands is not None:
-            motion = self.islands.settled(motion)
-        self.trajectory = self._trajectory(motion)
-        if self.settings.time_law != "uniform":  # costs more than a proof, and collisions do not depend on it
-            self.certificate = certify(self.problem, self.trajectory, limits=())
-        if self.settings.time_law == "uniform" or (self.certificate is not None and self._proven_but()):
-            self.trajectory = self._timed(motion)
-            self.certificate = certify(self.problem, self.trajectory, jerk_limit=self.settings.jerk_limit)
-        self._report()
-        self.lap("certify")
-        return self.certificate is not None and self.certificate.holds and not self._missed()
+        self.proof = _prove(self.problem, self.settings, self.islands.projected(motion))
+        self.clock.lap("certify")
+        return self.proof
 
-    def _proven_but(self) -> bool:
+
+# ---- A motion in time, and its proof ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Proof:
+    """What is known of a motion in time.
+
+    Attributes:
+        trajectory: the motion in time.
+        certificate: of it.
+        base: what it does to a base that follows the arm; None where it does not.
+        missed: what is not as was asked, a phrase each, beside what the certificate is for.
+    """
+
+    trajectory: Trajectory
+    certificate: Certificate
+    base: BaseReport | None
+    missed: tuple[str, ...]
+
+    @property
+    def collision_free(self) -> bool:
         """Whether the trajectory is proven, though it may not be all that was asked for."""
-        return self.certificate is not None and (self.certificate.holds or self.certificate.fails_by_base_limits)
+        return self.certificate.holds or self.certificate.fails_by_base_limits
 
-    def _missed(self) -> list[str]:
-        """Say what is not as was asked, beside what the certificate is for."""
-        missed = [] if self.base is None else list(self.base.missed)
-        asked = self.problem.duration
-        if asked is not None and self.trajectory is not None and self.trajectory.duration > asked * (1 + _LATE):
-            missed.append(f"the joints' limits let it take no less than {self.trajectory.duration:.4g} s, not {asked:.4g} s")
-        return missed
+    @property
+    def as_asked(self) -> bool:
+        """Whether the trajectory is proven, and all that was asked for."""
+        return self.certificate.holds and not self.missed
 
-    def _report(self) -> None:
-        if self.problem.base_model.follows_arm and self.trajectory is not None:
-            self.base = report_base(self.problem, self.trajectory)
 
-    def _trajectory(self, motion: Motion, duration: float | None = None) -> Trajectory:
-        problem = self.problem
-        if problem.duration is not None:
-            # The search keeps to it by its instants; where the hulls, which bound what is between, say a little more, so be it.
-            duration = max(problem.duration, fastest_duration(problem.robot, motion, jerk_limit=self.settings.jerk_limit))
-        return Trajectory(
-            problem.robot,
-            motion,
-            duration=duration,
-            base=problem.base,
-            base_start=problem.base_start,
-            momentum=problem.momentum,
-        )
+def _prove(problem: Problem, settings: PlannerSettings, motion: Motion) -> _Proof:
+    """Make a trajectory of a motion, and its certificate."""
+    if settings.time_law != "uniform":  # the time-optimal law costs more than a proof, and collisions do not depend on it
+        trajectory = _uniform(problem, motion, jerk_limit=settings.jerk_limit)
+        proof = _proof(problem, trajectory, certify(problem, trajectory, limits=()))
+        if not proof.collision_free:
+            return proof
+    trajectory = _timed(problem, settings, motion)
+    return _proof(problem, trajectory, certify(problem, trajectory, jerk_limit=settings.jerk_limit))
 
-    def _timed(self, motion: Motion) -> Trajectory:
-        problem, jerk = self.problem, self.settings.jerk_limit
-        if self.settings.time_law == "time_optimal":
-            made = time_optimal(problem.robot, motion, jerk_limit=jerk)
-            made = replace(made, base=problem.base, base_start=problem.base_start, momentum=problem.momentum)
-        else:
-            made = self._trajectory(motion, None if jerk is None else fastest_duration(problem.robot, motion, jerk_limit=jerk))
-        limits = problem.base_limits
-        if problem.duration is not None or (limits.rate is None and limits.joint_momentum is None):
-            return made
-        return replace(made, duration=made.duration * within_base_limits(problem, made))
 
-    # ---- what is told -----------------------------------------------------------------------------------------------
-    def _fitness(self) -> dict[str, float]:
-        """The trajectory's terms: length and duration exactly, the others, where they are weighed, as the search has them."""
-        if self.trajectory is None or self.islands is None:
-            return {}
-        terms = self.islands.terms(self.trajectory.motion)
-        weighed = {name for name in setting_names(type(self.settings.weights)) if getattr(self.settings.weights, name) > 0}
-        exact = {"length": self.trajectory.motion.length(), "duration": self.trajectory.duration}
-        return exact | {name: value for name, value in terms.items() if name in weighed and name not in exact}
+def _proof(problem: Problem, trajectory: Trajectory, certificate: Certificate) -> _Proof:
+    base = report_base(problem, trajectory) if problem.base_model.follows_arm else None
+    missed = () if base is None else base.missed
+    asked = problem.duration
+    if asked is not None and trajectory.duration > asked * (1 + _DURATION_ROUNDING):
+        missed = (*missed, f"the joints' limits let it take no less than {trajectory.duration:.4g} s, not {asked:.4g} s")
+    return _Proof(trajectory=trajectory, certificate=certificate, base=base, missed=missed)
 
-    def _advice(self, status: Status) -> str:
-        near, missed = self.certificate.message if self.certificate is not None else "", self._missed()
-        if self.certificate is not None and self.certificate.fails_by_base_limits:
-            near = " and ".join(missed)
-        elif missed:
-            near = f"{near}; {', and '.join(missed)}"
-        if status == "not_found":
-            said = f"the best one: {near}; " if near else ""
-            other = "more interior_points" if missed else "or a smaller margin"
-            return f"{said}allow more evaluations or time_budget, {other}"
-        if status == "not_proven" and missed and self._proven_but():
-            return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
-        if status == "not_proven":
-            more = "a longer time_budget" if self.left_again <= 0 else "more proofs"
-            return f"the last one: {near}; ask for a larger margin, or allow {more}"
-        return ""
+
+def _timed(problem: Problem, settings: PlannerSettings, motion: Motion) -> Trajectory:
+    """Return a motion in the time that settings and problem ask for."""
+    jerk = settings.jerk_limit
+    if settings.time_law == "time_optimal":
+        made = time_optimal(problem.robot, motion, jerk_limit=jerk)
+        made = replace(made, base=problem.base, base_start=problem.base_start, momentum=problem.momentum)
+    else:
+        fastest = None if jerk is None else fastest_duration(problem.robot, motion, jerk_limit=jerk)
+        made = _uniform(problem, motion, fastest, jerk_limit=jerk)
+    limits = problem.base_limits
+    if problem.duration is not None or (limits.rate is None and limits.joint_momentum is None):
+        return made
+    return replace(made, duration=made.duration * within_base_limits(problem, made))
+
+
+def _uniform(problem: Problem, motion: Motion, duration: float | None = None, *, jerk_limit: float | None) -> Trajectory:
+    if problem.duration is not None:
+        # The search keeps to it by its instants; where the hulls, which bound what is between, say a little more, so be it.
+        duration = max(problem.duration, fastest_duration(problem.robot, motion, jerk_limit=jerk_limit))
+    return Trajectory(
+        problem.robot,
+        motion,
+        duration=duration,
+        base=problem.base,
+        base_start=problem.base_start,
+        momentum=problem.momentum,
+    )
+
+
+# ---- What the plan says of the search ---------------------------------------------------------------------------------
+
+
+def _fitness(trajectory: Trajectory, islands: Islands, weights: Weights) -> dict[str, float]:
+    """Return the trajectory's terms: length and duration exactly, the others as the search has them where they are weighed."""
+    terms = islands.terms(trajectory.motion)
+    weighed = {name for name in setting_names(Weights) if getattr(weights, name) > 0}
+    exact = {"length": trajectory.motion.length(), "duration": trajectory.duration}
+    return exact | {name: value for name, value in terms.items() if name in weighed and name not in exact}
+
+
+def _advice(status: Status, proof: _Proof | None, *, spent: bool) -> str:
+    """Return what to do if there is no motion; `spent` says that the time is."""
+    near, missed = ("", ()) if proof is None else (proof.certificate.message, proof.missed)
+    if proof is not None and proof.certificate.fails_by_base_limits:
+        near = " and ".join(missed)
+    elif missed:
+        near = f"{near}; {', and '.join(missed)}"
+    if status == "not_found":
+        said = f"the best one: {near}; " if near else ""
+        other = "more interior_points" if missed else "or a smaller margin"
+        return f"{said}allow more evaluations or time_budget, {other}"
+    if status == "not_proven" and missed and proof is not None and proof.collision_free:
+        return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
+    if status == "not_proven":
+        more = "a longer time_budget" if spent else "more proofs"
+        return f"the last one: {near}; ask for a larger margin, or allow {more}"
+    return ""

@@ -1,4 +1,11 @@
-"""What is to be planned: a robot, a scene, a start and a goal, checked as far as that needs no kinematics."""
+"""The planning problem: a robot, a scene, a start and a goal, and what is asked of a base that moves with its arm.
+
+Everything is checked when a problem is made, as far as that needs no kinematics. `Problem.local` is the same problem told in
+the frame of the base as it stands at the beginning: the search knows only that frame.
+"""
+
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
 
 from __future__ import annotations
 
@@ -18,17 +25,21 @@ from spacearm.dynamics import Momentum, momentum_map, system_mass
 from spacearm.dynamics.base_models import LIMITS, Base, BaseModel, FloatingBase, base_model, checked_base
 from spacearm.geometry import Obstacle, Scene
 from spacearm.geometry.scene import moved_scene
+from spacearm.planner.clearance import ClearanceModel
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.robot.model import Robot
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# What may be asked of a base that moves with its arm: how it is to stand at the end, and how little the arm may
-# disturb it.
-
 Array = NDArray[np.float64]
 
-_LEAST = 1e-9  # [rad, rad/s or N m s]; below, rounding decides
-_MOST = 1e12  # as good as no limit
+_LEAST_LIMIT = 1e-9  # [rad, rad/s or N m s] of the base: below, rounding decides
+_NO_LIMIT = 1e12  # as good as no limit
+_ROUNDING = 1e-5  # [rad or m] beyond a joint's limit: so much is a file's rounding, and is set onto the limit
+_MOST_TURNED = 1e6  # [rad or m] of a joint: beyond, float64 has too few digits to prove anything with
+_MOST_SEARCHED = 1e4  # [rad or m] of a joint: beyond, float32 has too few digits to search with
+_FURTHEST = 1e6  # [m] of the base from the inertial origin, at the beginning and by its drift: likewise for float64
+_SHORTEST, _LONGEST = 1e-6, 1e9  # [s] durations: far beyond any motion, and their squares are numbers in float32
+_MOST_TUMBLING = 18.0  # [rad] that the momentum turns the base by: nearly three turns, the most that the search can follow
+_MOST_ANGULAR = 1e9  # [N m s] of the momentum: no spacecraft has as much
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +62,7 @@ class AttitudeGoal(Frozen):
         def __init__(self, attitude_wxyz: ArrayLike, tolerance: float = ...) -> None: ...
 
     def __post_init__(self) -> None:
-        tolerance = as_number("the base goal's tolerance", self.tolerance, ProblemError, above=0, at_most=_MOST, unit="rad")
+        tolerance = as_number("the base goal's tolerance", self.tolerance, ProblemError, above=0, at_most=_NO_LIMIT, unit="rad")
         unit = as_unit("the base goal's attitude_wxyz", self.attitude_wxyz)
         keep(self, attitude_wxyz=as_readonly("attitude_wxyz", unit, (4,), ProblemError), tolerance=tolerance)
 
@@ -80,12 +91,10 @@ class BaseLimits(Frozen):
 
     def __post_init__(self) -> None:
         for name, unit in (("final", "rad"), ("peak", "rad"), ("rate", "rad/s"), ("joint_momentum", "N m s")):
-            given = getattr(self, name)
+            given, what = getattr(self, name), f"base limit {name}"
             if given is not None:
-                keep(
-                    self,
-                    **{name: as_number(f"base limit {name}", given, ProblemError, at_least=_LEAST, at_most=_MOST, unit=unit)},
-                )
+                value = as_number(what, given, ProblemError, at_least=_LEAST_LIMIT, at_most=_NO_LIMIT, unit=unit)
+                keep(self, **{name: value})
 
     @property
     def asked(self) -> tuple[str, ...]:
@@ -96,19 +105,6 @@ class BaseLimits(Frozen):
     def any(self) -> bool:
         """Whether there is a limit at all."""
         return bool(self.asked)
-
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# What is to be planned: a robot, a scene, a start and a goal, checked as far as that needs no kinematics.
-
-
-_ROUNDING = 1e-5  # [rad or m] this far beyond a limit is a file's rounding, and is set onto the limit
-_FURTHEST = 1e6  # [m]
-_MOST_TURNED = 1e6  # [rad or m] of a joint: beyond, float64 has too few digits to prove anything with
-_MOST_SEARCHED = 1e4  # [rad or m] of a joint: beyond, float32 has too few digits to search with
-_SHORTEST, _LONGEST = 1e-6, 1e9  # [s]
-_MOST_TUMBLING = 18.0  # [rad] nearly three turns
-_MOST_ANGULAR = 1e9  # [N m s]
 
 
 class _WithLocal(Frozen):
@@ -196,6 +192,16 @@ class Problem(_WithLocal):
     def floats(self) -> bool:
         """Whether the base floats."""
         return isinstance(self.base_model, FloatingBase)
+
+    @property
+    def at_start(self) -> ClearanceModel:
+        """What the arm may meet while the base is where it stands at the beginning."""
+        return ClearanceModel(self.robot, self.local.scene)
+
+    @property
+    def at_goal(self) -> ClearanceModel:
+        """What it may meet at a goal configuration: no obstacle where it moves its base, whose place there is not known."""
+        return ClearanceModel(self.robot, Scene([])) if self.base_model.follows_arm else self.at_start
 
     @property
     def local(self) -> Problem:
@@ -328,24 +334,19 @@ def within_limits(
     return as_readonly(name, kept, (robot.dof,), ProblemError)
 
 
-def placed_ends(problem: Problem, goals: Array) -> Array:
-    """Return those of the start and the goals (g, n) at which it is known where the links are, (e, n).
-
-    Where the arm moves its base, nobody knows at a goal where the base will be, and so what is near.
-    """
-    return problem.start[None] if problem.base_model.follows_arm else np.vstack([problem.start, goals])
-
-
-def require_searchable(problem: Problem) -> None:
-    """Check that start and goal are near enough to 0 for the search, which computes in float32.
+def as_searchable(problem: object) -> Problem:
+    """Return a problem whose start and goal are near enough to 0 for the search, which computes in float32.
 
     Raises:
-        ProblemError: a joint is more than 1e4 rad or m from 0.
+        ProblemError: no problem, or a joint is more than 1e4 rad or m from 0.
     """
-    _require_at_most(_MOST_SEARCHED, problem.robot, problem.start, what="start")
-    goal = problem.goal
+    if not isinstance(problem, Problem):
+        raise ProblemError(f"problem is {shown(problem)}, expected a Problem; make one with Problem(...) or load_problem(...)")
+    robot, start, goal = problem.robot, problem.start, problem.goal
+    _require_at_most(_MOST_SEARCHED, robot, start, what="start")
     for q in np.atleast_2d(goal.q) if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) else ():
-        _require_at_most(_MOST_SEARCHED, problem.robot, q, what="goal")
+        _require_at_most(_MOST_SEARCHED, robot, q, what="goal")
+    return problem
 
 
 def _require_at_most(most: float, robot: Robot, q: Array, *, what: str, prefix: str = "") -> None:
@@ -402,36 +403,37 @@ def whole_turns(robot: Robot) -> NDArray[np.bool_]:
     return out
 
 
-def _scene(given: Any) -> Scene:
-    if given is None or not isinstance(given, Iterable):
+def _scene(given: object) -> Scene:
+    if not isinstance(given, Iterable):
         raise ProblemError(f"scene is {shown(given)}, expected a Scene; write Scene([]) for free space")
-    return Scene(given)  # type: ignore[arg-type]
+    return Scene(cast("Iterable[Obstacle]", given))  # which refuses what is no obstacle
 
 
-def _goal(robot: Robot, goal: Any, start: Array, notes: list[str]) -> Goal:
+def _goal(robot: Robot, goal: Goal | ArrayLike, start: Array, notes: list[str]) -> Goal:
     if isinstance(goal, (PositionGoal, PoseGoal)):
         return replace(goal, frame=_goal_frame(robot, goal.frame))
     if not isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
         goal = _configurations(robot, goal)
-    if isinstance(goal.tolerance, np.ndarray):
+    if not isinstance(goal.tolerance, float):
         as_readonly("the goal's tolerance", goal.tolerance, (robot.dof,), ProblemError, advice=_one_per_joint(robot))
     rows = goal.q if isinstance(goal, ConfigurationsGoal) else [goal.q]
-    kept = []
+    each: list[Array] = []
     for i, row in enumerate(rows):
         q = within_limits(robot, row, what="goal", prefix=f"goal {i}: " if len(rows) > 1 else "", notes=notes)
-        kept.append(nearest_turns(robot, q, start) if goal.shortest else q)
-    return replace(goal, q=np.array(kept) if isinstance(goal, ConfigurationsGoal) else kept[0])
+        each.append(nearest_turns(robot, q, start) if goal.shortest else q)
+    return replace(goal, q=np.array(each) if isinstance(goal, ConfigurationsGoal) else each[0])
 
 
-def _configurations(robot: Robot, goal: Any) -> ConfigurationGoal | ConfigurationsGoal:
+def _configurations(robot: Robot, goal: object) -> ConfigurationGoal | ConfigurationsGoal:
     if isinstance(goal, (str, bytes, dict)) or not isinstance(goal, Iterable):
         raise ProblemError(
             f"goal is {shown(goal)}, expected {robot.dof} joint positions, or a ConfigurationGoal, ConfigurationsGoal, "
             "PositionGoal or PoseGoal"
         )
-    given: Any = goal if isinstance(goal, np.ndarray) else list(goal)
-    rows = len(given) > 0 and all(isinstance(row, (list, tuple, np.ndarray)) for row in given)
-    if rows and len(given) == 4 and robot.dof != 4 and all(np.iterable(row) and len(list(row)) == 4 for row in given):
+    entries = list(cast("Iterable[object]", goal))
+    given = cast("ArrayLike", goal if isinstance(cast("object", goal), np.ndarray) else entries)
+    rows = len(entries) > 0 and all(isinstance(row, (list, tuple, np.ndarray)) for row in entries)
+    if rows and len(entries) == 4 and robot.dof != 4 and all(len(list(cast("Iterable[object]", row))) == 4 for row in entries):
         raise ProblemError(f"goal is 4 by 4, expected {robot.dof} joint positions; for a pose in space write PoseGoal(pose)")
     if rows:
         return ConfigurationsGoal(given)

@@ -1,81 +1,97 @@
-"""Where a floating base gets to: its attitude along a path, from the conservation of momentum, and by how much it may be wrong.
+"""The attitude of a floating base along a path, by the conservation of momentum, and a bound of its error.
 
-In base axes, with H and h of the centroidal map (Pinocchio's), joint values v(u), and the angular momentum L, which is constant
-in the inertial frame, the base turns by
+With H and h of Pinocchio's centroidal map in base axes, joint values v(u), and the angular momentum L, which is constant in
+the inertial frame, the base turns at the rate
 
     omega = H^-1 (R^T L dt/du - h dv/du)      per unit of u.
 
-The path is cut into panels. On each, dQ/dxi = Q o omega / 2 is solved by a polynomial Q that fulfils it in n Gauss points: a
-linear system for the quaternions there. With L = 0 omega does not depend on R and one solution is all; otherwise R is put in,
-and it is solved again until nothing changes.
+The path is cut into panels, xi from -1 to 1. On each, dQ/dxi = Q o omega / 2 is solved by a polynomial Q that satisfies it in n
+Gauss points: a linear system for the quaternions there. Without momentum omega does not depend on R, and one solution suffices.
+Otherwise R is inserted, and the system is solved again until nothing changes.
 
-By how much that polynomial misses the equation between the points is bounded, not estimated. What it misses,
+The error between the points is bounded, and not estimated. The residual of the equation,
 
     F = 2 H (Q* o dQ/dxi) + |Q|^2 h dv/dxi - |Q|^2 R^T L dt/dxi,
 
-is an entire function of xi that vanishes in the Gauss points; bounds of it on ellipses around the panel (see `ellipses`) bound
-it on the panel, and |F| / (lambda |Q|^2) is the greatest error of the rate, with lambda the least moment of inertia. Panels are
-halved until all of this adds up to less than the tolerance. docs/certificate.md, section 5, has the proofs.
+is an entire function of xi that vanishes in the Gauss points. Bounds of it on ellipses around the panel (`polynomial_bounds`)
+bound it on the panel, and |F| / (lambda |Q|^2) is the greatest error of the rate, with lambda the least moment of inertia.
+Panels are halved until the sum of all errors is less than the tolerance. docs/certificate.md, section 5, has the proofs.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
 from spacearm.core.errors import ProblemError
+from spacearm.core.rotations import conjugate, matrix_by_parts, product_by_parts, quaternion_of, rate_matrices, running_products
 from spacearm.motion import Curve
 from spacearm.motion.piecewise import weights
-from spacearm.proof.base_setup import BaseSetup
-from spacearm.proof.displacement import JointMap
-from spacearm.proof.moving_bodies import free_model, masses_of
+from spacearm.proof.base_momentum import masses_of
+from spacearm.proof.bodies import JointMap
 from spacearm.proof.polynomial_bounds import (
     Growth,
     PanelPath,
     ellipses_of,
-    factors,
-    factors_of,
+    error_factors,
+    error_factors_by_flow,
     fall,
     flow_of,
     greatest_norm,
     integrated,
     on_ellipses,
 )
-from spacearm.proof.quaternions import CONJUGATE, product, quaternion, rotation, running, times
+from spacearm.proof.witness import free_base_model, pinocchio
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
-"""[rad] of the attitude, everywhere; where more evaluations than there may be are needed for it, `error` is more."""
+"""[rad] The error of the attitude, everywhere. If it needs more evaluations than are allowed, `error` is larger."""
 
-# Gauss points of a panel, how far the joints of a chain may travel on it together [rad or m], what it costs in configurations
-_POINTS = ((5, 0.02, 1.5), (8, 0.3, 2.0), (12, 1.3, 4.0), (16, 2.6, 8.0))
-_HALVINGS, _MOST = 40, 300_000  # configurations
-_MOST_TUMBLE = 600.0  # [rad] about a hundred turns in one motion
-_WINDOW = 1.0  # [rad] by which a tumbling base turns, that is solved for at once
-_SWEEPS, _STEADY = 60, 1e-13
-_LEAST = 1e-300
+
+class _Rule(NamedTuple):
+    """How many Gauss points a panel has, and when.
+
+    Attributes:
+        points: their number.
+        travel: how far the joints of a chain may travel on a panel together, for an error of about the tolerance [rad or m].
+        overhead: what a panel costs besides its points, in evaluations.
+    """
+
+    points: int
+    travel: float
+    overhead: float
+
+
+_RULES = (_Rule(5, 0.02, 1.5), _Rule(8, 0.3, 2.0), _Rule(12, 1.3, 4.0), _Rule(16, 2.6, 8.0))
+_HALVINGS = 40  # of panels, at most
+_MOST_EVALUATIONS = 300_000  # configurations, at most
+_MOST_TUMBLE = 600.0  # [rad] by which the momentum may turn the base in one motion: about a hundred turns
+_WINDOW = 1.0  # [rad] by which a tumbling base turns on the panels that are solved together
+_SWEEPS = 60  # solutions for a tumbling base, at most
+_STEADY = 1e-13  # times the greatest rate: a change of omega up to this ends the sweeps
+_SHORTEST = 1e-300  # in place of a length of 0 in a quotient
 _EPS = float(np.finfo(np.float64).eps)
-_ROUNDING = 64 * _EPS  # [rad] of the attitude, a panel
-_DIGITS = 32  # units in the last place by which a joint's value may be off
-_OUTWARD = 1.001  # of bounds that are sums of some hundred terms
-_BENT = 0.5  # by which |Q|^2 may differ from 1
-_MANY = 4  # panels a piece, above which more points are better
-_PRESUMED = 3.0  # before H is known: |F| is so many times |h v'|
-_GROWS_LITTLE = 1.0  # e to the power of it: what errors of a tumbling base may grow by without a closer look
+_ROUNDING = 64 * _EPS  # [rad] of the attitude, for each panel
+_VALUE_ROUNDING = 32  # units in the last place by which a joint's value may be wrong
+_OUTWARD = 1.001  # times bounds that are sums of some hundred terms: their rounding
+_MOST_BENT = 0.5  # by which |Q|^2 may differ from 1 on a panel; beyond it the panel is halved
+_MANY_PANELS = 4  # for each piece of the path: with more, a rule with more points is better
+_PRESUMED_RESIDUAL = 3.0  # times |h v'| and the tumble: a guess of |F| before H is known, to cut the path in advance
+_LITTLE_GROWTH = 1.0  # exponent: errors of a tumbling base that grow by less than e need no flow
 
 
 class _Cut(NamedTuple):
-    """Panels p of the path, before anything is computed there.
+    """The path cut into p panels.
 
     Attributes:
-        path: the joints' polynomials.
-        growth: bounds on ellipses.
+        path: the joints' polynomials on them.
+        growth: bounds of inertia and momentum on ellipses around them.
     """
 
     path: PanelPath
@@ -83,27 +99,27 @@ class _Cut(NamedTuple):
 
 
 class _Panels(NamedTuple):
-    """Panels p with g Gauss points; rates per unit of xi.
+    """The centroidal map in the g Gauss points of p panels, in base axes; rates per unit of xi.
 
     Attributes:
-        inertia, yielding: (p, g, 3, 3) H and H^-1.
-        carried: (p, g, 3) h v', the arm's own angular momentum.
-        push: (p, g, 3) omega of the arm's motion, in base axes.
+        inertia, inverse: (p, g, 3, 3) H and H^-1.
+        carried: (p, g, 3) h v', the angular momentum of the joints' motion.
+        push: (p, g, 3) omega by the joints' motion.
     """
 
     inertia: Array
-    yielding: Array
+    inverse: Array
     carried: Array
     push: Array
 
 
 class _Turns(NamedTuple):
-    """Solutions on panels p with g Gauss points.
+    """Solutions on p panels with g Gauss points.
 
     Attributes:
-        slope, inside: (p, g, 4) dQ/dxi and Q in the points, Q being 1 where the panel begins.
-        start: (p + 1, 4) the attitudes where they begin, and at the end.
-        missed: (p,) by how much omega in the points is not what it was solved for.
+        slope, inside: (p, g, 4) dQ/dxi and Q in the points; Q is 1 where the panel begins.
+        start: (p + 1, 4) the attitudes where the panels begin, and at the end.
+        missed: (p,) the difference between omega in the points and what the system was solved for.
     """
 
     slope: Array
@@ -113,19 +129,19 @@ class _Turns(NamedTuple):
 
 
 class _Bounds(NamedTuple):
-    """Bounds on panels p.
+    """Bounds on p panels.
 
     Attributes:
-        cut: (p,) [rad] the error of the attitude that is made there, by what is between the points.
-        rounded: (p,) [rad] likewise by rounding.
-        rate: (p,) of omega, per unit of xi.
-        carried: (p,) of the arm's angular momentum, interpolated.
+        cut_off: (p,) the error of the attitude that is made there between the Gauss points [rad].
+        rounded: (p,) the error that is made there by rounding [rad].
+        rate: (p,) the error of omega at any point, per unit of xi [rad].
+        carried: (p,) the error of the interpolated angular momentum of the joints' motion.
         bent: (p,) by how much |Q|^2 differs from 1.
-        tumble: (p,) how far the base turns by its momentum, at most [rad].
-        later: (p,) by what factor errors that are made here may grow until the end.
+        tumble: (p,) how far the momentum turns the base [rad].
+        later: (p,) the factor by which errors that are made here may grow until the end.
     """
 
-    cut: Array
+    cut_off: Array
     rounded: Array
     rate: Array
     carried: Array
@@ -134,72 +150,73 @@ class _Bounds(NamedTuple):
     later: Array
 
 
-class Drift:
+class BaseAttitude:
     """The base's attitude along a path.
 
     Attributes:
-        error: [rad] no attitude is further from the true one.
-        evaluations: configurations at which the centroidal map was asked for.
+        error: no attitude is further from the true one than this [rad].
+        evaluations: configurations at which the centroidal map was computed.
     """
 
-    def __init__(self, robot: Robot, curve: Curve, setup: BaseSetup, *, time_rate: float) -> None:
+    def __init__(self, robot: Robot, curve: Curve, *, start: Array, angular: Array) -> None:
         """Integrate.
 
         Args:
             robot: with masses.
-            curve: its joints' path.
-            setup: where the base starts and with which momentum.
-            time_rate: dt/du [s], constant.
+            curve: the path of its joints.
+            start: T_w_b (4, 4) at the beginning.
+            angular: (3,) the angular momentum L times dt/du, which is constant, in the inertial frame [kg m^2 rad].
 
         Raises:
-            RobotError: masses that cannot be.
-            ProblemError: it tumbles too often to be followed.
+            RobotError: the robot's masses are impossible.
+            ProblemError: the base tumbles too often to be followed.
         """
         self._masses = masses_of(robot)
-        self._model, self._at_q, self._at_v = free_model(robot)
+        self._model, self._at_q, self._at_v = free_base_model(robot)
         self._state = self._model.createData()
-        self._curve, self._joints = curve, JointMap(robot)
-        self._ellipses = ellipses_of(robot)
+        self._joints, self._ellipses = JointMap(robot), ellipses_of(robot)
         own = PanelPath.of(curve, self._joints)
-        self._angular = setup.angular * time_rate
+        self._angular = angular
         self._spin = float(np.linalg.norm(self._angular))
-        self._begin = quaternion(setup.start[:3, :3])
-        self._length = max(float(own.ends[-1, 1] - own.ends[0, 0]), _LEAST)
+        self._begin = quaternion_of(start[:3, :3])
+        self._length = max(float(own.ends[-1, 1] - own.ends[0, 0]), _SHORTEST)
         self.evaluations = 0
         first = self._sampled_at(own.values[:1, :1], own.rates[:1, :1]).inertia[0, 0]
-        self._presumed = max(self._masses.base_least, float(np.linalg.eigvalsh(first)[0]) / 2)  # H's least
+        self._presumed = max(self._masses.base_least, float(np.linalg.eigvalsh(first)[0]) / 2)  # a guess of H's least moment
         self._choose_points(own)
         self._integrate(own)
 
     def _choose_points(self, path: PanelPath) -> None:
-        """Choose how many Gauss points a panel has, by how far joints of a chain, and the base, turn on its pieces."""
+        """Choose the number of Gauss points of a panel, by how far the joints of a chain and the base turn on the pieces."""
         far = (path.travel @ self._masses.beyond).max(axis=1, initial=0.0)
         far += self._spin * np.diff(path.ends, axis=1)[:, 0] / self._presumed
         costs = [
-            (points + more) * np.exp2(np.ceil(np.log2(np.maximum(far / most, 1.0)))).sum() for points, most, more in _POINTS
+            (rule.points + rule.overhead) * np.exp2(np.ceil(np.log2(np.maximum(far / rule.travel, 1.0)))).sum()
+            for rule in _RULES
         ]
-        self._use(_POINTS[int(np.argmin(costs))][0])
+        self._use(_RULES[int(np.argmin(costs))].points)
 
     def _use(self, points: int) -> None:
         self._count = points
-        self._xi, self._weight, self._to_coefficients, self._to_chebyshev, self._reach, self._fall = _rule(points)
+        self._xi, self._weight, self._to_legendre, self._to_chebyshev, self._integrals, self._fall = _gauss(points)
 
-    def attitude(self, u: Array) -> Array:
+    def at(self, u: Array) -> Array:
         """Return R_w_b (r, 3, 3) at parameters u (r,)."""
-        return rotation(self._quaternions(u))
+        return matrix_by_parts(self._quaternions(u))
 
-    # ---- what is greatest ----------------------------------------------------------------------------------------------
+    # ---- bounds for every u --------------------------------------------------------------------------------------------
 
     def final(self) -> float:
-        """Return how far the base is turned from its start at the end [rad]; it may be off by `error`."""
-        turned = product(self._begin * CONJUGATE, self._turns.start[-1])
+        """Return the angle between the last attitude and the first [rad]; it may be wrong by `error`."""
+        turned = product_by_parts(conjugate(self._begin), self._turns.start[-1])
         return float(2 * np.arctan2(np.linalg.norm(turned[1:]), abs(turned[0])))
 
     def peak(self) -> float:
-        """Return a bound of how far the base is turned from its start at any u [rad]."""
-        at_start = product(self._begin * CONJUGATE, self._turns.start[:-1])
+        """Return a bound of the angle to the first attitude, for any u [rad]."""
+        at_start = product_by_parts(conjugate(self._begin), self._turns.start[:-1])
         scale = 1 / np.sqrt(1 - self._bounds.bent)
-        most = greatest_norm(product(at_start[:, None], self._chebyshev_of_turn())[..., 1:], scale, np.zeros_like(scale))
+        vectors = product_by_parts(at_start[:, None], self._chebyshev_of_turn())[..., 1:]
+        most = greatest_norm(vectors, scale, np.zeros_like(scale))
         return min(np.pi, 2 * float(np.arcsin(min(1.0, most))) + self.error)
 
     def rate(self) -> float:
@@ -209,24 +226,24 @@ class Drift:
             return np.inf
         at, to_chebyshev = _products(self._count)
         Q, slope = at @ self._chebyshev_of_turn(), at[:, :-1] @ (self._to_chebyshev @ self._turns.slope)
-        omega = 2 * product(Q * CONJUGATE, slope)[..., 1:]  # |Q|^2 times it
+        omega = 2 * product_by_parts(conjugate(Q), slope)[..., 1:]  # |Q|^2 times it
         extra = (bounds.rate + bounds.tumble / 2 * self.error) / half
         return greatest_norm(to_chebyshev @ omega, 1 / (half * (1 - bounds.bent)), extra)
 
     def _chebyshev_of_turn(self) -> Array:
         """Return the Chebyshev coefficients of Q, (p, g + 1, 4)."""
-        d = self._to_integral(self._turns.slope)
+        d = self._integral_coefficients(self._turns.slope)
         first = np.array([1.0, 0.0, 0.0, 0.0]) - (-1.0) ** np.arange(1, self._count + 1) @ d
         return np.concatenate([first[:, None], d], axis=1)
 
     def joint_momentum(self) -> float:
-        """Return a bound of the arm's angular momentum by its joints' motion alone, per unit of u [N m s]."""
+        """Return a bound of the angular momentum of the joints' motion, per unit of u [kg m^2 rad]."""
         half = self._half
         return greatest_norm(self._to_chebyshev @ self._panels.carried, 1 / half, self._bounds.carried / half)
 
     @property
     def instants(self) -> Array:
-        """Where panels begin, their middles, and the end: parameters (2 p + 1,)."""
+        """The parameters (2 p + 1,) where panels begin, at their centres, and at the end."""
         low, high = self._cut.path.ends.T
         return np.append(np.stack([low, (low + high) / 2], axis=1).ravel(), high[-1])
 
@@ -242,84 +259,83 @@ class Drift:
                     f"the momentum turns the base by some {turned.sum():.3g} rad along the trajectory, expected less than "
                     f"{_MOST_TUMBLE:g} rad; check the units of masses, momentum and duration"
                 )
-            if self.evaluations > _MOST or not (fast := turned > _WINDOW).any():
+            if self.evaluations > _MOST_EVALUATIONS or not (fast := turned > _WINDOW).any():
                 break
             cut, panels = self._halved(cut, panels, fast)
         for halving in range(_HALVINGS):
             self._cut, self._panels = cut, panels
-            self._half = np.maximum(np.diff(cut.path.ends, axis=1)[:, 0] / 2, _LEAST)
+            self._half = np.maximum(np.diff(cut.path.ends, axis=1)[:, 0] / 2, _SHORTEST)
             self._turns = self._solved()
             self._bounds = bounds = self._bounded()
-            made = bounds.cut * bounds.later
-            coarse = (made > self._allowed(cut.path.ends)) & (bounds.cut > bounds.rounded)
+            made = bounds.cut_off * bounds.later
+            coarse = (made > self._allowed(cut.path.ends)) & (bounds.cut_off > bounds.rounded)
             enough = made.sum() <= TOLERANCE or not coarse.any()
-            if enough or self.evaluations > _MOST or halving == _HALVINGS - 1:
-                self.error = float(((bounds.cut + bounds.rounded) * bounds.later).sum())
+            if enough or self.evaluations > _MOST_EVALUATIONS or halving == _HALVINGS - 1:
+                self.error = float(((bounds.cut_off + bounds.rounded) * bounds.later).sum())
                 break
-            if self._count < _POINTS[-1][0] and len(coarse) + coarse.sum() > _MANY * len(own.ends):
-                self._use(_POINTS[-1][0])
+            if self._count < _RULES[-1].points and len(coarse) + coarse.sum() > _MANY_PANELS * len(own.ends):
+                self._use(_RULES[-1].points)
                 cut = self._first_cut(own)
                 panels = self._sampled(cut.path)
             else:
                 cut, panels = self._halved(cut, panels, coarse)
         self._ends, self._start = self._cut.path.ends, self._turns.start[:-1]
-        self._coefficients = self._to_coefficients @ self._turns.slope
+        self._coefficients = self._to_legendre @ self._turns.slope
 
     def _allowed(self, ends: Array) -> Array:
-        """Return what error may be made on each panel: half by their lengths, half by their number."""
+        """Return the error that each panel may make, (p,) [rad]: half by the panels' lengths, half by their number."""
         return TOLERANCE / 2 * (np.diff(ends, axis=1)[:, 0] / self._length + 1 / len(ends))
 
     def _first_cut(self, own: PanelPath) -> _Cut:
-        """Cut the path as will be needed, by what is known without its momentum; where that is often, take more points."""
+        """Cut the path by a guess of the residual, before any evaluation. Take more points if that gives many panels."""
         cut = whole = self._grown(own)
         for _ in range(_HALVINGS):
-            if len(cut.path.ends) > _MANY * len(own.ends) and self._count < _POINTS[-1][0]:
-                self._use(_POINTS[-1][0])
+            if len(cut.path.ends) > _MANY_PANELS * len(own.ends) and self._count < _RULES[-1].points:
+                self._use(_RULES[-1].points)
                 cut = whole
             tumble = self._spin * np.diff(cut.path.ends, axis=1) / 2
-            missed = 4 * self._least_of(_PRESUMED * (cut.growth.carried + tumble)) / self._presumed
+            missed = 4 * self._least_of(_PRESUMED_RESIDUAL * (cut.growth.carried + tumble)) / self._presumed
             coarse = missed > self._allowed(cut.path.ends)
-            if not coarse.any() or len(coarse) * self._count > _MOST:
+            if not coarse.any() or len(coarse) * self._count > _MOST_EVALUATIONS:
                 break
-            cut = _joined(cut, self._grown(_some(cut.path, coarse).halves()), coarse)
+            cut = _joined(cut, self._grown(_some_path(cut.path, coarse).halves()), coarse)
         return cut
 
     def _grown(self, path: PanelPath) -> _Cut:
         return _Cut(path, self._ellipses.growth(path))
 
     def _halved(self, cut: _Cut, panels: _Panels, coarse: NDArray[np.bool_]) -> tuple[_Cut, _Panels]:
-        fine = self._grown(_some(cut.path, coarse).halves())
-        return _joined(cut, fine, coarse), _merged(panels, self._sampled(fine.path), coarse)
+        fine = self._grown(_some_path(cut.path, coarse).halves())
+        return _joined(cut, fine, coarse), _Panels(*_merged(panels, self._sampled(fine.path), coarse))
 
     def _sampled(self, path: PanelPath) -> _Panels:
-        """Ask Pinocchio for the centroidal map in all Gauss points."""
+        """Compute the centroidal map in all Gauss points."""
         share = (1 + self._xi) / 2
         values, rates = (weights(points.shape[1] - 1, share) @ points for points in (path.values, path.rates))
         return self._sampled_at(values, rates)
 
     def _sampled_at(self, values: Array, rates: Array) -> _Panels:
-        """Ask Pinocchio at joint values, with rates, (p, g, j)."""
-        import pinocchio  # pyright: ignore[reportMissingImports]
-
+        """Compute Pinocchio's centroidal map at joint values, with rates, (p, g, j)."""
+        library = pinocchio()
         shape = values.shape[:2]
         count = shape[0] * shape[1]
-        q = np.tile(pinocchio.neutral(self._model), (count, 1))
+        q = np.tile(library.neutral(self._model), (count, 1))
         q[:, self._at_q] = values.reshape(count, -1)
         map_of = np.empty((count, 3, self._model.nv))
-        ask, model, state = pinocchio.computeCentroidalMap, self._model, self._state
+        compute, model, state = library.computeCentroidalMap, self._model, self._state
         for i, row in enumerate(q):
-            map_of[i] = ask(model, state, row)[3:]
+            map_of[i] = compute(model, state, row)[3:]
         self.evaluations += count
         inertia = np.ascontiguousarray(map_of[:, :, 3:6])
         carried = np.einsum("icd,id->ic", map_of[:, :, self._at_v], rates.reshape(count, -1))
-        yielding: Array = np.linalg.inv(inertia).astype(np.float64)
-        push = -np.einsum("icd,id->ic", yielding, carried)
+        inverse: Array = np.linalg.inv(inertia).astype(np.float64)
+        push = -np.einsum("icd,id->ic", inverse, carried)
         matrices, vectors = (*shape, 3, 3), (*shape, 3)
-        return _Panels(inertia.reshape(matrices), yielding.reshape(matrices), carried.reshape(vectors), push.reshape(vectors))
+        return _Panels(inertia.reshape(matrices), inverse.reshape(matrices), carried.reshape(vectors), push.reshape(vectors))
 
     def _tumbles(self, panels: _Panels, path: PanelPath) -> Array:
-        """Return how far the base turns in panels by its angular momentum, more or less, (p,) [rad]."""
-        most = np.linalg.norm(panels.yielding, axis=(2, 3)).max(axis=1)
+        """Estimate how far the angular momentum turns the base on panels, (p,) [rad]."""
+        most = np.linalg.norm(panels.inverse, axis=(2, 3)).max(axis=1)
         return most * np.diff(path.ends, axis=1)[:, 0] * self._spin
 
     # ---- one solution --------------------------------------------------------------------------------------------------
@@ -330,25 +346,28 @@ class Drift:
         if not self._spin:
             return self._turned(panels.push, self._begin, np.zeros(len(panels.push)))
         window = np.floor(np.cumsum(self._tumbles(panels, self._cut.path)) / _WINDOW)
-        parts, begin = [], self._begin
-        for of in np.unique(window):
+        parts: list[_Turns] = []
+        begin = self._begin
+        for of in np.unique(window).tolist():
             rows = window == of
             some = _Panels(*(column[rows] for column in panels))
             parts.append(self._tumbled(some, self._half[rows], begin))
             begin = parts[-1].start[-1]
-        slope, inside, missed = (
-            np.concatenate([getattr(part, name) for part in parts]) for name in ("slope", "inside", "missed")
+        return _Turns(
+            slope=np.concatenate([part.slope for part in parts]),
+            inside=np.concatenate([part.inside for part in parts]),
+            start=np.concatenate([*(part.start[:-1] for part in parts), begin[None]]),
+            missed=np.concatenate([part.missed for part in parts]),
         )
-        return _Turns(slope, inside, np.concatenate([*(part.start[:-1] for part in parts), begin[None]]), missed)
 
     def _tumbled(self, panels: _Panels, half: Array, begin: Array) -> _Turns:
-        """Solve panels in which omega depends on the attitude, again and again until nothing changes."""
+        """Solve panels on which omega depends on the attitude: again and again until nothing changes."""
         omega = panels.push
         for _ in range(_SWEEPS):
             turns = self._turned(omega, begin, np.zeros(len(omega)))
-            R = rotation(product(turns.start[:-1, None], turns.inside))
+            R = matrix_by_parts(product_by_parts(turns.start[:-1, None], turns.inside))
             local = (np.swapaxes(R, -1, -2) @ self._angular)[..., None] * half[:, None, None, None]
-            before, omega = omega, panels.push + (panels.yielding @ local)[..., 0]
+            before, omega = omega, panels.push + (panels.inverse @ local)[..., 0]
             changed = np.abs(omega - before).max(axis=(1, 2))
             if changed.max() <= _STEADY * np.abs(omega).max():
                 return turns._replace(missed=2 * changed)
@@ -358,44 +377,48 @@ class Drift:
 
     def _turned(self, omega: Array, begin: Array, missed: Array) -> _Turns:
         """Solve panels, from an attitude (4,), for rates omega (p, g, 3) given in the Gauss points."""
-        right = times(omega) / 2  # (p, g, 4, 4): Q o omega / 2, as a matrix on Q
+        right = rate_matrices(omega) / 2  # (p, g, 4, 4): Q o omega / 2, as a matrix on Q
         count, points = omega.shape[:2]
-        system = -np.einsum("ij,pjcd->picjd", self._reach, right).reshape(count, 4 * points, 4 * points)
+        system: Array = -np.einsum("ij,pjcd->picjd", self._integrals, right).reshape(count, 4 * points, 4 * points)
         system += np.eye(4 * points)
         one = np.tile([1.0, 0.0, 0.0, 0.0], points)
-        Q = np.linalg.solve(system, np.tile(one[:, None], (count, 1, 1)))[..., 0].reshape(count, points, 4)
+        solution = cast(Array, np.linalg.solve(system, np.tile(one[:, None], (count, 1, 1))))
+        Q = solution[..., 0].reshape(count, points, 4)
         slope = np.einsum("pgcd,pgd->pgc", right, Q)
         end = np.array([1.0, 0.0, 0.0, 0.0]) + self._weight @ slope
-        start = running(np.concatenate([begin[None], end / np.linalg.norm(end, axis=1)[:, None]]))
+        turns = np.concatenate([begin[None], end / np.linalg.norm(end, axis=1)[:, None]])
+        start = running_products(turns, product_by_parts)
         return _Turns(slope, Q, start, missed)
 
-    # ---- by how much it may be wrong -----------------------------------------------------------------------------------
+    # ---- the bound of its error ----------------------------------------------------------------------------------------
 
     def _bounded(self) -> _Bounds:
-        """Bound what the solution misses on each panel."""
+        """Bound the error that the solution makes on each panel."""
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             return self._bounds_of(self._panels, self._turns, self._cut)
 
     def _bounds_of(self, panels: _Panels, turns: _Turns, cut: _Cut) -> _Bounds:
         points, growth, own = self._count, cut.growth, self._spin * self._half
         slope = on_ellipses(np.linalg.norm(self._to_chebyshev @ turns.slope, axis=2))  # (p, r) of |dQ/dxi|
-        way = np.linalg.norm(self._to_integral(turns.slope), axis=2)
-        way = on_ellipses(np.concatenate([way.sum(axis=1)[:, None], way], axis=1))  # of |Q - 1|
-        near = 1 + np.sqrt(2) * way
+        moved = np.linalg.norm(self._integral_coefficients(turns.slope), axis=2)
+        moved = on_ellipses(np.concatenate([moved.sum(axis=1)[:, None], moved], axis=1))  # of |Q - 1|
+        near = 1 + np.sqrt(2) * moved  # g
         missed = near * (2 * growth.inertia * slope + near * (growth.carried + own[:, None]))
         missed = np.where(np.isfinite(missed), missed, np.inf)
         F = _OUTWARD * self._least_of(missed)
         bent = 4 * _OUTWARD * self._least_of(2 * near * slope) + _ROUNDING
-        hopeless = ~(bent < _BENT)
+        hopeless = ~(bent < _MOST_BENT)
         bent = np.where(hopeless, 0.0, bent)
         least, most = self._moments(panels, (1 + points) * _OUTWARD * self._least_of(growth.inertia))
         least = least * (1 - bent)
-        # In the points themselves: rounding, and what a solution for a tumbling base left.
+        # In the points themselves: rounding, and what the last sweep for a tumbling base changed.
         trace = np.trace(panels.inertia, axis1=2, axis2=3).max(axis=1)
-        weight = np.where(self._joints.turns, 1.0, np.sqrt(2 * self._masses.total / trace)[:, None])  # of slides, by lengths
+        weight = np.where(
+            self._joints.revolute, 1.0, np.sqrt(2 * self._masses.total / trace)[:, None]
+        )  # of prismatic joints: 1 over a length
         travel, size = (weight * growth.travel).sum(axis=1), (weight * cut.path.size).sum(axis=1)
-        lost = 4 * cut.path.values.shape[1]  # by sums of so many terms
-        digits = _EPS * (64 + lost + (_DIGITS + lost) * size)
+        lost = 4 * cut.path.values.shape[1]  # units in the last place: sums of as many terms as there are coefficients
+        digits = _EPS * (64 + lost + (_VALUE_ROUNDING + lost) * size)
         there = digits * trace * 2 * (slope[:, 0] + travel) + trace * turns.missed + 64 * _EPS * own
         cut_off, rounded = 4 * F / least, 2 * there / least + _ROUNDING
         rate = ((1 + points) * F + points * there) / least
@@ -408,84 +431,101 @@ class Drift:
         return _Bounds(cut_off, rounded, rate, carried, bent, 2 * own / least, later)
 
     def _grown_later(self, grows: Array, made: Array, inertia: Array, near: Array, least: Array) -> Array:
-        """Return by what factors errors made on panels grow until the end, (p,)."""
-        if grows.sum() < _GROWS_LITTLE or not np.isfinite(made).all():
-            return factors(grows)
+        """Return the factors by which errors made on panels may grow until the end, (p,)."""
+        if grows.sum() < _LITTLE_GROWTH or not np.isfinite(made).all():
+            return error_factors(grows)
         panels, own = self._panels, self._spin * self._half
-        R = rotation(product(self._turns.start[:-1, None], self._turns.inside))
+        R = matrix_by_parts(product_by_parts(self._turns.start[:-1, None], self._turns.inside))
         x, y, z = self._angular
         L = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        A = R @ panels.yielding @ np.swapaxes(R, -1, -2) @ L * self._half[:, None, None, None]
-        flow = flow_of(A, self._reach, self._weight, self._to_chebyshev)
+        A = R @ panels.inverse @ np.swapaxes(R, -1, -2) @ L * self._half[:, None, None, None]
+        flow = flow_of(A, integrals=self._integrals, weight=self._weight, to_chebyshev=self._to_chebyshev)
         missed = near**2 * (inertia * flow.slope + own[:, None] * flow.inside)
         off = np.exp(grows) * 4 * _OUTWARD * self._least_of(np.where(np.isfinite(missed), missed, np.inf)) / least
-        return factors_of(flow, off, grows, made, 2 * own / least)
+        return error_factors_by_flow(flow, off=off, grows=grows, made=made, tumble=2 * own / least)
 
     def _least_of(self, sizes: Array) -> Array:
-        """Return how far interpolation may be off, of functions of these sizes (p, r) on the ellipses: (p,) by the best one."""
+        """Return the error of interpolation (p,) of functions of these sizes (p, r) on the ellipses, by the best ellipse."""
         return (self._fall[1:] * sizes[:, 1:]).min(axis=1)
 
     def _moments(self, panels: _Panels, off: Array) -> tuple[Array, Array]:
-        """Bound the least and the greatest moment of inertia on panels (p,), H being off by so much (p,) between the points.
+        """Bound the least and the greatest moment of inertia on panels (p,); `off` (p,) is the error of interpolating H.
 
-        x.H x is a polynomial of xi for every x, up to that; and a polynomial is stationary in theta where it is least.
+        For every x, x.H x is a polynomial of xi up to this error. A polynomial is stationary in theta where it is least.
         """
         count = 2 * self._count
         theta = (np.arange(count) + 0.5) * np.pi / count
         coefficients = self._to_chebyshev @ panels.inertia.reshape(len(off), self._count, 9)
         j = np.arange(float(self._count))
-        bow = np.linalg.norm(coefficients, axis=2) @ j**2 * (np.pi / count) ** 2 / 8
+        sag = np.linalg.norm(coefficients, axis=2) @ j**2 * (np.pi / count) ** 2 / 8
         moments = np.linalg.eigvalsh((np.cos(np.outer(theta, j)) @ coefficients).reshape(len(off), count, 3, 3))
-        off = off + bow + 64 * _EPS * moments[..., 2].max(axis=1)
+        off = off + sag + 64 * _EPS * moments[..., 2].max(axis=1)
         least, most = moments[..., 0].min(axis=1) - off, moments[..., 2].max(axis=1) + off
         return np.fmax(least, self._masses.base_least), np.where(np.isfinite(most), most, np.inf)
 
-    def _to_integral(self, slope: Array) -> Array:
+    def _integral_coefficients(self, slope: Array) -> Array:
         """Return the Chebyshev coefficients 1 to g of Q (p, g, 4), from dQ/dxi in the points."""
         return integrated(self._to_chebyshev @ slope)
 
     def _quaternions(self, u: Array) -> Array:
         panel = np.clip(np.searchsorted(self._ends[:, 0], u, side="right") - 1, 0, len(self._ends) - 1)
         low, high = self._ends[panel].T
-        xi = np.clip((2 * u - low - high) / np.maximum(high - low, _LEAST), -1.0, 1.0)
+        xi = np.clip((2 * u - low - high) / np.maximum(high - low, _SHORTEST), -1.0, 1.0)
         turned = np.einsum("rg,rgc->rc", _integrals(xi, self._count), self._coefficients[panel])
         turned[:, 0] += 1.0
-        turned = product(self._start[panel], turned)
+        turned = product_by_parts(self._start[panel], turned)
         return turned / np.linalg.norm(turned, axis=1)[:, None]
 
 
-# ---- columns of panels -------------------------------------------------------------------------------------------------
-
-Columns = TypeVar("Columns", PanelPath, Growth, _Panels)
+# ---- panels in place of others ---------------------------------------------------------------------------------------
 
 
-def _some(columns: Columns, which: NDArray[np.bool_]) -> Columns:
-    return type(columns)(*(column[which] for column in columns))
+def _some_path(path: PanelPath, which: NDArray[np.bool_]) -> PanelPath:
+    return PanelPath(*(column[which] for column in path))
 
 
-def _merged(old: Columns, halves: Columns, halved: NDArray[np.bool_]) -> Columns:
-    """Return columns in order, with two halves in place of each panel that is halved."""
-    order = np.argsort(np.concatenate([np.flatnonzero(~halved), np.repeat(np.flatnonzero(halved), 2)]), kind="stable")
-    return type(old)(*(np.concatenate([one[~halved], other])[order] for one, other in zip(old, halves, strict=True)))
+def _order(halved: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return the order in which kept panels, then two halves of each of the others, are along the path."""
+    return np.argsort(np.concatenate([np.flatnonzero(~halved), np.repeat(np.flatnonzero(halved), 2)]), kind="stable")
+
+
+def _merged(old: tuple[Array, ...], halves: tuple[Array, ...], halved: NDArray[np.bool_]) -> tuple[Array, ...]:
+    """Return columns of panels in order, with two halves in place of each panel that is halved."""
+    order = _order(halved)
+    return tuple(np.concatenate([one[~halved], other])[order] for one, other in zip(old, halves, strict=True))
 
 
 def _joined(old: _Cut, halves: _Cut, halved: NDArray[np.bool_]) -> _Cut:
-    return _Cut(_merged(old.path, halves.path, halved), _merged(old.growth, halves.growth, halved))
+    return _Cut(PanelPath(*_merged(old.path, halves.path, halved)), Growth(*_merged(old.growth, halves.growth, halved)))
 
 
 # ---- Gauss points ------------------------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=8)
-def _rule(points: int) -> tuple[Array, ...]:
-    """Return g Gauss points, their weights, maps from values there to the coefficients of Legendre's and Chebyshev's
-    polynomials (g, g), the integrals from -1 to each point (g, g), and how interpolation's error falls on ellipses (r,).
+class _Gauss(NamedTuple):
+    """g Gauss points on [-1, 1].
+
+    Attributes:
+        xi, weight: (g,) the points and their weights.
+        to_legendre, to_chebyshev: (g, g) from values in the points to the coefficients of the polynomials of that name.
+        integrals: (g, g) from values in the points to the integrals from -1 to each point.
+        fall: (r,) the error of interpolation on each ellipse, over the greatest value there.
     """
-    xi, weight = legendre.leggauss(points)
-    to_legendre = np.linalg.inv(legendre.legvander(xi, points - 1))
-    to_chebyshev = np.linalg.inv(chebyshev.chebvander(xi, points - 1))
-    made = xi, weight, to_legendre, to_chebyshev, _integrals(xi, points) @ to_legendre, fall(points)
-    return tuple(np.asarray(array, dtype=np.float64) for array in made)
+
+    xi: Array
+    weight: Array
+    to_legendre: Array
+    to_chebyshev: Array
+    integrals: Array
+    fall: Array
+
+
+@lru_cache(maxsize=8)
+def _gauss(points: int) -> _Gauss:
+    xi, weight = (np.asarray(column, dtype=np.float64) for column in legendre.leggauss(points))
+    to_legendre: Array = np.linalg.inv(legendre.legvander(xi, points - 1)).astype(np.float64)
+    to_chebyshev: Array = np.linalg.inv(chebyshev.chebvander(xi, points - 1)).astype(np.float64)
+    return _Gauss(xi, weight, to_legendre, to_chebyshev, _integrals(xi, points) @ to_legendre, fall(points))
 
 
 @lru_cache(maxsize=8)

@@ -1,4 +1,4 @@
-"""What a proof says."""
+"""The certificate: what a proof states about a trajectory, in words and as plain values, with hashes of what it is about."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,74 +15,26 @@ from spacearm.geometry import Scene
 from spacearm.geometry.scene import scene_as_list
 from spacearm.motion import AnyTrajectory, LimitMargins
 from spacearm.motion.trajectory_values import trajectory_as_dict
-from spacearm.proof.base_setup import LOST, BaseFindings, BaseSetup
+from spacearm.proof.base_proofs import LOST, BaseFindings, BaseSetup
 from spacearm.robot import Robot
 from spacearm.robot.model import robot_as_dict
 from spacearm.robot.unchecked_pairs import REASONS, UncheckedPair, lacks_envelope, words_on_unchecked
-
-# ---- Hashes that tell whether two problems, or two trajectories, are the same ----------------------------------------
-
-_PROVENANCE = ("source", "notes", "apart", "unchecked", "collision", "solid", "unweighed")
-"""What a robot tells of where it is from, and of what follows from the rest: it is no part of what a hash is about."""
-
-
-def digest(values: Any) -> str:
-    """Return the SHA-256 of plain values, in hexadecimal; the order of keys does not matter.
-
-    Every hash in our files is this one. A number counts with all its digits, as JSON writes it.
-    """
-    return hashlib.sha256(json.dumps(values, sort_keys=True, allow_nan=False).encode()).hexdigest()
-
-
-def canonical(robot: Robot, scene: Scene) -> dict[str, Any]:
-    """Return a robot and a scene as the plain values that every hash is made of.
-
-    Left out are notes, where the robot was read from, and how its file says that its base is held: the problem says that.
-    """
-    values = robot_as_dict(robot)
-    for key in ("base", *_PROVENANCE):
-        values.pop(key, None)
-    return {"robot": values, "obstacles": scene_as_list(scene, notes=False)}
-
-
-def problem_digest(robot: Robot, scene: Scene, setup: BaseSetup) -> str:
-    """Return the SHA-256 of what a certificate is about: a robot, a scene and a base; start and goal do not matter.
-
-    The hash of a whole problem, `planner.files.plans.problem_hash`, is of the same values and of start, goal and what is asked
-    of the base. A base that is fixed at the origin adds nothing here, so that certificates from before bases could float keep
-    their hashes.
-    """
-    held: dict[str, Any] = {}
-    if setup.base != "fixed" or not setup.at_origin:
-        held = {"base": setup.base, "base_start": setup.start.tolist()}
-    if setup.drifting:
-        held["momentum"] = [setup.linear.tolist(), setup.angular.tolist()]
-    return digest({**canonical(robot, scene), **held})
-
-
-def trajectory_digest(trajectory: AnyTrajectory) -> str:
-    """Return the SHA-256 of a trajectory's path and time law."""
-    values = trajectory_as_dict(trajectory)
-    for provenance in ("notes", "joints"):
-        values.pop(provenance, None)
-    return digest(values)
-
-
-# ---- What a proof says -----------------------------------------------------------------------------------------------
 
 Limit = Literal["position", "velocity", "acceleration", "jerk"]
 
 CERTIFICATE_KEY = "spacearm-certificate"
 CERTIFICATE_VERSION = 1
-"""Of the format of `Certificate.as_dict`; certificates from before it was written are of version 1, too."""
-
-_DIGITS = 9  # of what is measured, where it is recorded
-_TOLD = 1e-9  # [rad] a smaller error of the attitude is recorded as this: it depends on the processor's rounding
-_NOISE = 1e-12  # a smaller share of the momentum, likewise
-_TELLS = 1e-7  # [rad] less is of no account
+"""The version of the format of `Certificate.as_dict`. Certificates without this key have version 1, too."""
 
 ROUNDING = 1e-12
-"""[rad or m] this far beyond a position limit is rounding."""
+"""[rad or m] An excess of a position limit up to this is rounding."""
+
+_DIGITS = 9  # decimals of recorded measurements [m, rad, s]
+_LEAST_ERROR = 1e-9  # [rad] a smaller error of the attitude is recorded as this, for it depends on the processor's rounding
+_LEAST_RESIDUAL = 1e-12  # a smaller residual momentum is recorded as this, for the same reason
+_NOTABLE_ERROR = 1e-7  # [rad] a message mentions larger errors of the attitude
+_PROVENANCE = ("source", "notes", "apart", "unchecked", "collision", "solid", "unweighed")
+# Keys of a robot that are left out of hashes: where it comes from, and what follows from the other keys.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,10 +45,10 @@ class ClosestApproach:
         link: name of the robot's link.
         other: what it is closest to, as in "obstacle 'shelf'", "obstacle 3" or "link 'forearm'".
         obstacle: index in the scene of the obstacle; None if it is a link.
-        time: when [s].
-        u: where on the trajectory's curve.
-        clearance: [m]; negative is penetration.
-        points: (2, 3) the nearest points of the two, or those that penetrate deepest, in the inertial frame [m]: the scene's.
+        time: the instant [s].
+        u: the parameter of the trajectory's curve.
+        clearance: [m]; negative for a penetration.
+        points: (2, 3) the nearest points of the two, or those that penetrate deepest, in the inertial frame [m].
     """
 
     link: str
@@ -110,29 +62,29 @@ class ClosestApproach:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Certificate:
-    """Whether a trajectory is free of collision and within the limits, of joints and of a floating base, at every instant.
+    """Whether a trajectory is free of collisions, and within the limits of joints and of a floating base, at every instant.
 
     Attributes:
-        status: "holds", "fails" (a collision or a broken limit was found), or "undecided" (the arm comes too close to be
-            told from contact at the stated resolution, or it is not known well enough where the base turns to).
-        clear: whether all of it is proven but for limits and what the trajectory tells of its base.
-        clearance: proven: the clearance is at least this for all t [m]; None unless it holds; infinite without obstacles.
-            Of obstacles and `robot.self_pairs`; of pairs that cannot meet (`robot.apart`) it is only proven that they do not.
-        minimum_clearance: more than this was asked for [m], of the same.
-        closest: the least clearance measured at an instant, of the same; None without obstacles or links. Where the pairs that
-            cannot meet are why it does not hold, theirs.
+        status: "holds"; "fails": a collision or a broken limit was found; "undecided": a pair is too close to be distinguished
+            from contact at the stated resolution, or the base's attitude is not known well enough.
+        clear: whether the clearance is proven, whatever is found about limits and about what the trajectory states.
+        clearance: proven: the clearance is at least this for all t [m]; None unless the certificate holds; infinite if nothing
+            is in the way. It is about obstacles and `robot.self_pairs`. Pairs that cannot meet (`robot.apart`) do not touch.
+        minimum_clearance: the clearance that must be exceeded [m].
+        closest: the least clearance measured at an instant; None without obstacles or links. If the certificate does not hold
+            because of pairs that cannot meet, it is theirs.
         limits: margins of the joint limits, for all t.
         checked: the limits that were asked for: "position", "velocity", "acceleration", "jerk".
-        resolution: the shortest interval looked at, as a share of the curve, all its pieces counting alike.
-        evaluations: configurations looked at.
-        seconds: it took.
-        witness: whose kinematics and distances were used.
+        resolution: the shortest interval evaluated, as a share of the curve, all its pieces counting alike.
+        evaluations: configurations evaluated.
+        seconds: the time that the proof took.
+        witness: the libraries for kinematics and distances.
         robot, scene, trajectory: what it is about.
-        base_setup: how the base was taken to be held, from where, and with which momentum.
-        base_findings: what was found about a base that is moved; None if it is fixed, or nobody knows where it goes.
+        base_setup: how the base is held, its start pose, and the momentum.
+        base_findings: what was found about a base that the arm moves; None if the base is fixed, or its motion unknown.
         unchecked: the pairs of links that are not part of the claim, each with the reason.
         bare: links without an envelope: nothing is claimed of them.
-        notes: what else is to be known, a sentence each.
+        notes: further remarks, a sentence each.
     """
 
     status: Literal["holds", "fails", "undecided"]
@@ -157,7 +109,7 @@ class Certificate:
 
     @property
     def base(self) -> str:
-        """How the base was taken to be held, as in "fixed" or "floating"."""
+        """The name of the base model, as in "fixed" or "floating"."""
         return self.base_setup.base
 
     @property
@@ -167,22 +119,22 @@ class Certificate:
 
     @property
     def residual_momentum(self) -> float | None:
-        """By how much its own base motion misses the momentum, over the greatest of a link's; None: the base is fixed."""
+        """`base_findings.residual_momentum`; None if the base is fixed."""
         return None if self.base_findings is None else self.base_findings.residual_momentum
 
     @property
     def base_error(self) -> float | None:
-        """No attitude of the base in the proof is further off than this, which it allows for [rad]; None: it is fixed."""
+        """No attitude of the base in the proof is wrong by more than this [rad]; None if the base is fixed."""
         return None if self.base_findings is None else self.base_findings.error
 
     @property
     def base_rotation_final(self) -> float | None:
-        """The angle between the base's first and last attitude [rad]; None: it is fixed."""
+        """The angle between the base's first and last attitude [rad]; None if the base is fixed."""
         return None if self.base_findings is None else self.base_findings.rotation_final
 
     @property
     def base_rotation_peak(self) -> float | None:
-        """No angle to the first attitude is greater, at any t [rad]; None: it is fixed."""
+        """No angle to the first attitude is greater, at any t [rad]; None if the base is fixed."""
         return None if self.base_findings is None else self.base_findings.rotation_peak
 
     @property
@@ -192,34 +144,34 @@ class Certificate:
 
     @property
     def problem_hash(self) -> str:
-        """SHA-256 of the robot's, the scene's and the base's values."""
+        """The SHA-256 of robot, scene and base setup."""
         return problem_digest(self.robot, self.scene, self.base_setup)
 
     @property
     def trajectory_hash(self) -> str:
-        """SHA-256 of the trajectory's values."""
+        """The SHA-256 of the trajectory."""
         return trajectory_digest(self.trajectory)
 
     @property
     def contradictions(self) -> tuple[str, ...]:
-        """What the trajectory's file states that is not so, a sentence each."""
+        """What the trajectory's file states and its joints do not do, a sentence each."""
         return getattr(self.trajectory, "contradictions", ())
 
     @property
     def broken_limits(self) -> tuple[str, ...]:
-        """The limits among those checked that may be broken, each in words, the worst first."""
+        """The checked limits of joints that may be broken, a sentence each, the worst first."""
         return broken_limits(self.robot, self.limits, self.checked)
 
     @property
     def fails_by_base_limits(self) -> bool:
-        """Whether it fails by limits of the base alone: all else is proven."""
+        """Whether it fails only because of limits of the base."""
         base = self.base_findings
         others = self.broken_limits or self.contradictions
         return self.status == "fails" and self.clear and not others and base is not None and not base.broken
 
     @property
     def message(self) -> str:
-        """The finding in a sentence, with what is not part of it."""
+        """The result in a sentence, with what is not part of the claim."""
         said = [self._finding, *self.notes]
         if self.status == "holds":
             said.insert(1, words_on_unchecked(self.unchecked, self.bare))
@@ -227,25 +179,29 @@ class Certificate:
 
     @property
     def _finding(self) -> str:
-        near = self.closest
-        base = self.base_findings
-        broken = (*self.broken_limits, *(base.broken_limits if base is not None and base.followed else ()))
+        near, base = self.closest, self.base_findings
         if near is not None and near.clearance <= self.minimum_clearance and self.status == "fails":
             return _too_close(near, self.minimum_clearance)
         for sentence in self.contradictions[:1]:
             return sentence
-        if self.base_findings is not None and self.base_findings.broken:
-            return self.base_findings.broken
+        if base is not None and base.broken:
+            return base.broken
+        broken = (*self.broken_limits, *(base.broken_limits if base is not None and base.followed else ()))
         for sentence in broken[:1]:
             return f"{sentence} (and {len(broken) - 1} more)" if len(broken) > 1 else sentence
         lacking = self.base_setup.model.lacking(self.robot) or lacks_envelope(self.robot)
         if lacking:
             return lacking
-        if self.base_findings is not None and not self.base_findings.followed:
+        if base is not None and not base.followed:
             return (
-                f"where the base turns to is known to {self.base_findings.error:.2g} rad only, expected {LOST:g} at most: the "
+                f"where the base turns to is known to {base.error:.2g} rad only, expected {LOST:g} at most: the "
                 "path bends too much, or the base tumbles too much; prove it in shorter parts"
             )
+        return self._clearance_finding
+
+    @property
+    def _clearance_finding(self) -> str:
+        near = self.closest
         if near is None:
             kept = f"{', '.join(self.checked)} limits hold for all t" if self.checked else "limits were not looked at"
             free = "nothing is in the way" if self.robot.capsules else "the robot is meant to have no envelope"
@@ -253,52 +209,26 @@ class Certificate:
         where = f"link '{near.link}' and {near.other} at t = {near.time:.4g} s"
         if self.status == "undecided":
             than = f"{self.minimum_clearance * 1e3:.4g} mm" if self.minimum_clearance else "contact"
-            off = "" if (self.base_error or 0.0) < _TELLS else f" (the base's attitude is known to {self.base_error:.2g} rad)"
-            return f"{where} come within {near.clearance * 1e3:.3g} mm, too close to be told from {than}{off}"
+            error = self.base_error or 0.0
+            known = "" if error < _NOTABLE_ERROR else f" (the base's attitude is known to {error:.2g} rad)"
+            return f"{where} come within {near.clearance * 1e3:.3g} mm, too close to be told from {than}{known}"
         return f"clearance is at least {(self.clearance or 0) * 1e3:.4g} mm for all t; closest measured: {where}"
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return the certificate as plain values, None for what is infinite.
 
-        The time it took is left out, and measured numbers are rounded, for Pinocchio, Coal and the C library differ in the last
-        digits from processor to processor: lengths, angles and times to 1e-9, the proven clearance down, errors up to two
-        digits. So the same proof gives the same values.
+        The time that the proof took is left out. Measured numbers are rounded, because Pinocchio, Coal and the C library differ
+        in the last digits from processor to processor: lengths, angles and times to 1e-9, the proven clearance down, errors up
+        to one digit, bounds of the base up to eight digits. So the same proof gives the same values.
         """
         near, limits = self.closest, self.limits
-        own = self.base_findings
-        base = (
-            {}
-            if own is None
-            else {
-                "base": {
-                    "residual_momentum": _rounded_up(max(own.residual_momentum, _NOISE), digits=1),
-                    "attitude_error_at_most_rad": _rounded_up(max(own.error, _TOLD), digits=1),
-                    "rotation_final_rad": round(own.rotation_final, _DIGITS),
-                    "rotation_peak_at_most_rad": _rounded_up(own.rotation_peak, digits=8),
-                    "rate_at_most_rad_s": _rounded_up(own.rate, digits=8),
-                    "joint_momentum_at_most_n_m_s": _rounded_up(own.joint_momentum, digits=8),
-                    "limits_checked": list(own.checked),
-                    "limits_broken": list(own.broken_limits),
-                }
-            }
-        )
         return {
             CERTIFICATE_KEY: CERTIFICATE_VERSION,
             "status": self.status,
             "message": self.message,
             "clearance_m": None if self.clearance is None or math.isinf(self.clearance) else _rounded_down(self.clearance),
             "minimum_clearance_m": self.minimum_clearance,
-            "closest": None
-            if near is None
-            else {
-                "link": near.link,
-                "other": near.other,
-                "obstacle": near.obstacle,
-                "time_s": round(near.time, _DIGITS),
-                "u": round(near.u, _DIGITS),
-                "clearance_m": round(near.clearance, _DIGITS),
-                "points_m": [[round(x, _DIGITS) for x in point] for point in near.points.tolist()],
-            },
+            "closest": None if near is None else _closest_as_dict(near),
             "limits": {
                 "checked": list(self.checked),
                 "position_margin": _finite(limits.position),
@@ -306,7 +236,7 @@ class Certificate:
                 "acceleration_share": _finite(limits.acceleration),
                 "jerk_share": None if limits.jerk is None else _finite(limits.jerk),
             },
-            **base,
+            **({} if self.base_findings is None else {"base": _findings_as_dict(self.base_findings)}),
             "not_checked": {
                 "pairs": [{"links": list(one.links), "reason": REASONS[one.reason]} for one in self.unchecked],
                 "links_without_envelope": list(self.bare),
@@ -320,11 +250,36 @@ class Certificate:
         }
 
 
-def broken_limits(robot: Robot, margins: LimitMargins, checked: tuple[Limit, ...]) -> tuple[str, ...]:
-    """Return a sentence for each joint's limit, of those checked, that is not kept for all t.
+def _closest_as_dict(near: ClosestApproach) -> dict[str, object]:
+    return {
+        "link": near.link,
+        "other": near.other,
+        "obstacle": near.obstacle,
+        "time_s": round(near.time, _DIGITS),
+        "u": round(near.u, _DIGITS),
+        "clearance_m": round(near.clearance, _DIGITS),
+        "points_m": [[round(x, _DIGITS) for x in point] for point in near.points.tolist()],
+    }
 
-    The worst comes first: that which is exceeded by the greatest share of itself, of a position limit by that of half the way
-    between the joint's two limits, or of 1 rad or m where one of them is infinite.
+
+def _findings_as_dict(base: BaseFindings) -> dict[str, object]:
+    return {
+        "residual_momentum": _rounded_up(max(base.residual_momentum, _LEAST_RESIDUAL), digits=1),
+        "attitude_error_at_most_rad": _rounded_up(max(base.error, _LEAST_ERROR), digits=1),
+        "rotation_final_rad": round(base.rotation_final, _DIGITS),
+        "rotation_peak_at_most_rad": _rounded_up(base.rotation_peak, digits=8),
+        "rate_at_most_rad_s": _rounded_up(base.rate, digits=8),
+        "joint_momentum_at_most_n_m_s": _rounded_up(base.joint_momentum, digits=8),
+        "limits_checked": list(base.checked),
+        "limits_broken": list(base.broken_limits),
+    }
+
+
+def broken_limits(robot: Robot, margins: LimitMargins, checked: tuple[Limit, ...]) -> tuple[str, ...]:
+    """Return a sentence for each checked limit of a joint that is not kept for all t.
+
+    The worst comes first: the limit that is exceeded by the greatest share of itself. For a position limit it is the share of
+    half the range between the joint's two limits, or of 1 rad or m if one of them is infinite.
     """
     out: list[tuple[float, str]] = []
     if "position" in checked:
@@ -360,8 +315,8 @@ def _rounded_down(length: float) -> float:
     return down / scale if down / scale <= length else (down - 1) / scale
 
 
-def _rounded_up(bound: float, *, digits: int = 2) -> float | None:
-    """Return a number of few digits that is not below a bound of 0 or more; None where there is none."""
+def _rounded_up(bound: float, *, digits: int) -> float | None:
+    """Return a number with a few digits that is not below a bound of 0 or more; None for an infinite one."""
     if not math.isfinite(bound):
         return None
     if bound <= 0:
@@ -370,6 +325,50 @@ def _rounded_up(bound: float, *, digits: int = 2) -> float | None:
     return up if up >= bound else float(f"{up + 10.0 ** (math.floor(math.log10(up)) - digits + 1):.{digits - 1}e}")
 
 
-def _finite(values: NDArray[Any]) -> list[float | None]:
-    """Return numbers as JSON knows them: a joint that turns without end has no margin."""
+def _finite(values: NDArray[np.float64]) -> list[float | None]:
+    """Return numbers with None in place of those that JSON does not know: a continuous joint has an infinite margin."""
     return [value if math.isfinite(value) else None for value in values.tolist()]
+
+
+# ---- Hashes ----------------------------------------------------------------------------------------------------------
+
+
+def digest(values: object) -> str:
+    """Return the SHA-256 of plain values, in hexadecimal. The order of keys does not matter.
+
+    All hashes in files of spacearm are made by this function. A number counts with all its digits, as JSON writes it.
+    """
+    return hashlib.sha256(json.dumps(values, sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+
+def canonical(robot: Robot, scene: Scene) -> dict[str, object]:
+    """Return a robot and a scene as the plain values that all hashes are made of.
+
+    Notes, the robot's source, and the base model in the robot's file are left out. The problem states the base model.
+    """
+    values: dict[str, object] = robot_as_dict(robot)
+    for key in ("base", *_PROVENANCE):
+        values.pop(key, None)
+    return {"robot": values, "obstacles": scene_as_list(scene, notes=False)}
+
+
+def problem_digest(robot: Robot, scene: Scene, setup: BaseSetup) -> str:
+    """Return the SHA-256 of what a certificate is about: robot, scene and base setup. Start and goal do not matter.
+
+    The hash of a whole problem, `files.plan_file.problem_hash`, is made of the same values, of start and goal, and of what is
+    asked of the base. A base that is fixed at the identity adds nothing.
+    """
+    held: dict[str, object] = {}
+    if setup.base != "fixed" or not setup.at_origin:
+        held = {"base": setup.base, "base_start": setup.start.tolist()}
+    if setup.drifting:
+        held["momentum"] = [setup.linear.tolist(), setup.angular.tolist()]
+    return digest({**canonical(robot, scene), **held})
+
+
+def trajectory_digest(trajectory: AnyTrajectory) -> str:
+    """Return the SHA-256 of a trajectory's path and time law."""
+    values: dict[str, object] = trajectory_as_dict(trajectory)
+    for provenance in ("notes", "joints"):
+        values.pop(provenance, None)
+    return digest(values)

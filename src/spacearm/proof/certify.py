@@ -1,4 +1,8 @@
-"""The proof of a trajectory, from outside."""
+"""The proof of a trajectory: `certify` checks its input, proves clearance, checks the limits, and states the result.
+
+Nothing of the search is used. The steps are in the other modules of this room: where the base goes (`base_proofs`), whether all
+pairs of bodies keep apart (`interval_search`), and what is stated about it (`certificate`).
+"""
 
 from __future__ import annotations
 
@@ -12,39 +16,48 @@ from numpy.typing import ArrayLike
 
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import ProblemError, nearest
-from spacearm.core.identity_cache import kept
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.dynamics.base_models import BASE_MODELS
 from spacearm.geometry import Scene
-from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
+from spacearm.motion import AnyTrajectory, LimitMargins, RecordedTrajectory, Trajectory
 from spacearm.motion.recorded import for_robot
-from spacearm.proof.base_setup import BaseFindings, BaseSetup, base_setup_of, require_same
-from spacearm.proof.base_track import BaseProof, FixedBaseProof, base_proof, own_parameter, time_at
+from spacearm.proof.base_proofs import (
+    BaseFindings,
+    BaseProof,
+    BaseSetup,
+    FixedBaseProof,
+    base_proof,
+    base_setup_of,
+    own_parameter,
+    require_same,
+    time_at,
+)
 from spacearm.proof.certificate import Certificate, ClosestApproach, Limit, broken_limits
-from spacearm.proof.intervals import Proof, Status
-from spacearm.proof.separation import Near
+from spacearm.proof.interval_search import ClearanceProof, Status
+from spacearm.proof.separation import NearestPair
 from spacearm.robot import Robot
 from spacearm.robot.unchecked_pairs import UncheckedPair, bare_links, lacks_envelope, unchecked_pairs
 
 LIMITS: tuple[Limit, ...] = ("position", "velocity", "acceleration")
 RESOLUTION = 1e-7
-_LARGEST = 1e6
+_LARGEST = 1e6  # [m or rad] the rounding of larger numbers, 1e-10 of them, is larger than a clearance worth proving
 
 
 class HasScene(Protocol):
-    """Whatever has a robot and a scene; a Problem does.
+    """An object with a robot and a scene, such as a Problem.
 
-    It may also have `base`, `base_start` and `momentum`: by default the base is as the robot says, at the origin, without. And
-    `base_limits`, which a floating base has to keep at every instant.
+    It may also have `base`, `base_start` and `momentum`. Defaults: the robot's base model, the identity, no momentum. It may
+    have `base_limits`, which a floating base has to keep at every instant.
     """
 
     @property
     def robot(self) -> Robot:
-        """What moves."""
+        """The robot that moves."""
         ...
 
     @property
     def scene(self) -> Scene:
-        """What is in the way."""
+        """The obstacles."""
         ...
 
 
@@ -57,30 +70,30 @@ def certify(
     minimum_clearance: float = 0.0,
     resolution: float = RESOLUTION,
 ) -> Certificate:
-    """Prove that a trajectory keeps clear of the obstacles, of the robot itself, and within the limits for all t.
+    """Prove that a trajectory keeps clear of the obstacles and of the robot itself, and within the limits, for all t.
 
     Args:
-        problem: the robot, the pairs of its links that must keep clear, the scene, how the base is held, and how little a
-            floating one may be disturbed.
-        trajectory: of that robot and that base, ours or anybody's. Its joints go by their names: another order is put right,
-            and noted. Where the base floats its motion is integrated anew, from the masses and the joints' path; what the
-            trajectory itself says of it is compared.
+        problem: the robot, the pairs of its links that must keep clear, the scene, how the base is held, and how much a
+            floating base may be disturbed.
+        trajectory: of that robot and that base, of spacearm or of another program. Its joints are matched by their names:
+            another order is corrected, and noted. The motion of a floating base is integrated anew, from the masses and the
+            joints' path. What the trajectory itself states of its base is compared.
         limits: those to be kept, of "position", "velocity" and "acceleration". A path with corners has no acceleration.
-        jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: jerk is not looked at.
-        minimum_clearance: the clearance must be more than this [m]; of pairs that cannot meet (`robot.apart`) more than 0.
-        resolution: intervals shorter than this share of the curve, all its pieces counting alike, are not halved again;
-            "undecided" is said then.
+        jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: jerk is not checked.
+        minimum_clearance: the clearance must be more than this [m]; for pairs that cannot meet (`robot.apart`) more than 0.
+        resolution: intervals shorter than this share of the curve, all its pieces counting alike, are not halved. The
+            certificate is undecided then.
 
     Returns:
-        The certificate. It never says that a motion holds when it does not; it may be undecided. docs/certificate.md says
-        why.
+        The certificate. It never says that a motion holds when it does not; it may be undecided. docs/certificate.md has the
+        proofs.
 
     Raises:
         ProblemError: no trajectory, one of another robot (other joints, or joints elsewhere) or for another base, a setting
-            out of its range, or numbers so large that their rounding outweighs any clearance.
-        RobotError: a floating base of a robot whose masses cannot be.
+            out of its range, or numbers so large that their rounding is larger than any clearance.
+        RobotError: a floating base of a robot whose masses are impossible.
     """
-    if not isinstance(trajectory, (Trajectory, RecordedTrajectory)):
+    if not isinstance(trajectory, (Trajectory, RecordedTrajectory)):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(f"trajectory is {shown(trajectory)}, expected a Trajectory; make one with Trajectory(robot, motion)")
     if not (isinstance(getattr(problem, "robot", None), Robot) and isinstance(getattr(problem, "scene", None), Scene)):
         raise ProblemError(f"problem is {shown(problem)}, expected a Problem, or what else has a robot and a scene")
@@ -92,111 +105,144 @@ def certify(
     minimum = as_number("minimum_clearance", minimum_clearance, ProblemError, at_least=0, unit="m")
     finest = as_number("resolution", resolution, ProblemError, above=0)
     begun = time.perf_counter()
-    with np.errstate(over="ignore", invalid="ignore"):  # numbers without measure are told, not computed with
-        base = base_proof(robot, trajectory, setup)
-        proof = Proof(robot, problem.scene, base, minimum=minimum, resolution=finest)
-        largest = proof.largest()
-    if not largest <= _LARGEST:
-        raise ProblemError(
-            f"the robot, the scene or the path has a number of {largest:.4g}, expected at most {_LARGEST:g} [m or rad]: beyond "
-            "it rounding outweighs any clearance"
-        )
+    base, proof = _prepared(problem, trajectory, setup, minimum=minimum, finest=finest)
     margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
     checked = checked if jerk_limit is None else (*checked, "jerk")
-    found: BaseFindings | None = None
-    status: Status = "undecided"
-    near: Near | None = None
-    if not setup.model.lacking(robot):
-        proof.begin()
-        found = base.findings(getattr(problem, "base_limits", None), proof.frames_at)
-        if found is None or found.followed:
-            status, near = proof.judged()
-    closest = None if near is None else _closest(near, robot, problem.scene, base)
-    evaluations, shortest = proof.evaluations, proof.resolution
-    if status == "holds" and robot.apart is not None:
-        apart = _apart(robot, trajectory, finest)
-        evaluations, shortest = evaluations + apart.evaluations, min(shortest, apart.resolution)
-        if apart.status != "holds":
-            status, closest = apart.status, apart.closest
-        elif closest is not None and apart.closest is not None and apart.closest.clearance < proof.proven:
-            notes = (*notes, _nearer(apart.closest))
-    if status == "holds" and lacks_envelope(robot):
-        status = "undecided"
-    clear = status == "holds"
-    disturbed = found is not None and found.followed and bool(found.broken_limits)
-    if broken_limits(robot, margins, checked) or disturbed or (found is not None and found.broken):
-        status = "fails"
-    if getattr(trajectory, "contradictions", ()):  # its file states what is not so, and may be run by that
-        status = "fails"
+    found = _clearance(problem, trajectory, base, proof, finest=finest)
+    clear = found.status == "holds"
+    kept = _limits_kept(robot, trajectory, margins, checked, found.base)
     return Certificate(
-        status=status,
+        status=found.status if kept else "fails",
         clear=clear,
-        clearance=proof.proven if status == "holds" else None,
+        clearance=proof.proven if clear and kept else None,
         minimum_clearance=minimum,
-        closest=closest,
+        closest=found.closest,
         limits=margins,
         checked=checked,
-        resolution=shortest,
-        evaluations=evaluations,
+        resolution=found.resolution,
+        evaluations=found.evaluations,
         seconds=time.perf_counter() - begun,
         witness=proof.witness.name,
         robot=robot,
         scene=problem.scene,
         trajectory=trajectory,
         base_setup=setup,
-        base_findings=found,
+        base_findings=found.base,
         unchecked=_unchecked(robot),
         bare=bare_links(robot),
-        notes=notes,
+        notes=(*notes, *found.notes),
     )
 
 
-class _Apart(NamedTuple):
-    """What became of the pairs of links that cannot meet within the limits."""
+def _prepared(
+    problem: HasScene, trajectory: AnyTrajectory, setup: BaseSetup, *, minimum: float, finest: float
+) -> tuple[BaseProof, ClearanceProof]:
+    """Return the proofs of base and clearance, with nothing computed yet.
+
+    Raises:
+        ProblemError: a number is too large.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):  # such numbers are refused below
+        base = base_proof(problem.robot, trajectory, setup)
+        proof = ClearanceProof(problem.robot, problem.scene, base, minimum=minimum, resolution=finest)
+        largest = proof.largest_number()
+    if not largest <= _LARGEST:
+        raise ProblemError(
+            f"the robot, the scene or the path has a number of {largest:.4g}, expected at most {_LARGEST:g} [m or rad]: beyond "
+            "it rounding outweighs any clearance"
+        )
+    return base, proof
+
+
+class _Clearance(NamedTuple):
+    """The result of the clearance proofs.
+
+    Attributes:
+        status: of all pairs of bodies.
+        closest: the closest approach.
+        base: what was found about the base.
+        evaluations, resolution: as in `ClearanceProof`.
+        notes: to be added to the certificate's.
+    """
 
     status: Status
     closest: ClosestApproach | None
+    base: BaseFindings | None
     evaluations: int
     resolution: float
+    notes: tuple[str, ...] = ()
 
 
-def _apart(robot: Robot, trajectory: AnyTrajectory, finest: float) -> _Apart:
-    """Prove that they do not meet, wherever the trajectory goes; how far they stay apart does not depend on the planner.
+def _clearance(
+    problem: HasScene, trajectory: AnyTrajectory, base: BaseProof, proof: ClearanceProof, *, finest: float
+) -> _Clearance:
+    """Prove that all pairs of bodies keep apart: those with a clearance, then those that cannot meet."""
+    robot, scene = problem.robot, problem.scene
+    found: BaseFindings | None = None
+    status: Status = "undecided"
+    near: NearestPair | None = None
+    if not base.setup.model.lacking(robot):
+        proof.integrate_base()
+        found = base.findings(getattr(problem, "base_limits", None), proof.frames_at)
+        if found is None or found.followed:
+            status, near = proof.result()
+    closest = None if near is None else _closest(near, robot, scene, base)
+    result = _Clearance(status, closest, found, proof.evaluations, proof.resolution)
+    if status == "holds" and robot.apart is not None:
+        result = _with_apart(result, proof.proven, _apart(robot, trajectory, finest=finest))
+    if result.status == "holds" and lacks_envelope(robot):
+        result = result._replace(status="undecided")
+    return result
 
-    Where the base goes does not matter to them.
+
+def _apart(robot: Robot, trajectory: AnyTrajectory, *, finest: float) -> _Clearance:
+    """Prove that the pairs of links that cannot meet within the limits do not meet on the trajectory.
+
+    Only contact matters for them, since their distance does not depend on the planner. The motion of the base does not matter.
     """
-    bones = _with_apart_only(robot)
-    still = BaseSetup(model=BASE_MODELS["fixed"], start=np.eye(4), linear=np.zeros(3), angular=np.zeros(3))
-    base = FixedBaseProof(bones, trajectory, still)
-    proof = Proof(bones, Scene(), base, minimum=0.0, resolution=finest, worth=0.0)
-    proof.begin()
-    status, near = proof.judged()
-    closest = None if near is None else _closest(near, bones, Scene(), base)
-    return _Apart(status, closest, proof.evaluations, proof.resolution)
+    links = _with_apart_only(robot)
+    at_rest = BaseSetup(model=BASE_MODELS["fixed"], start=np.eye(4), linear=np.zeros(3), angular=np.zeros(3))
+    base = FixedBaseProof(links, trajectory, at_rest)
+    proof = ClearanceProof(links, Scene(), base, minimum=0.0, resolution=finest, proven_share=0.0)
+    proof.integrate_base()
+    status, near = proof.result()
+    closest = None if near is None else _closest(near, links, Scene(), base)
+    return _Clearance(status, closest, None, proof.evaluations, proof.resolution)
 
 
-def _nearer(near: ClosestApproach) -> str:
-    """Say that pairs of which no clearance is claimed come nearer than the clearance that is."""
-    return (
+def _with_apart(result: _Clearance, proven: float, apart: _Clearance) -> _Clearance:
+    """Return the result of the pairs with a clearance (`proven`), with that of the pairs that cannot meet."""
+    result = result._replace(
+        evaluations=result.evaluations + apart.evaluations, resolution=min(result.resolution, apart.resolution)
+    )
+    if apart.status != "holds":
+        return result._replace(status=apart.status, closest=apart.closest)
+    near = apart.closest
+    if result.closest is None or near is None or near.clearance >= proven:
+        return result
+    note = (
         f"link '{near.link}' and {near.other} come nearer, {near.clearance * 1e3:.3g} mm as measured: they cannot meet within "
         "the limits, and of such links it is only proven that they do not"
     )
+    return result._replace(notes=(note,))
 
 
-@kept
+@cached_by_identity
 def _with_apart_only(robot: Robot) -> Robot:
+    """Return the robot with only the links that cannot meet, and with their pairs as those that must keep clear."""
     assert robot.apart is not None
     links = {link for pair in robot.apart.pairs for link in pair}
     capsules = tuple(capsule for capsule in robot.capsules if capsule.name in links)
     return replace(robot, capsules=capsules, self_pairs=robot.apart.pairs, apart=None)
 
 
-@kept
+@cached_by_identity
 def _unchecked(robot: Robot) -> tuple[UncheckedPair, ...]:
     return unchecked_pairs(robot)
 
 
-def _closest(near: Near, robot: Robot, scene: Scene, base: BaseProof) -> ClosestApproach:
+def _closest(near: NearestPair, robot: Robot, scene: Scene, base: BaseProof) -> ClosestApproach:
+    """Return a closest approach with names, time, and the parameter of the trajectory's own curve."""
     obstacle = near.obstacle
     return ClosestApproach(
         link=robot.capsules[near.capsule].name,
@@ -209,8 +255,22 @@ def _closest(near: Near, robot: Robot, scene: Scene, base: BaseProof) -> Closest
     )
 
 
+def _limits_kept(
+    robot: Robot, trajectory: AnyTrajectory, margins: LimitMargins, checked: tuple[Limit, ...], base: BaseFindings | None
+) -> bool:
+    """Return whether the limits of joints and base are kept, and what the trajectory states of itself is true."""
+    if broken_limits(robot, margins, checked) or getattr(trajectory, "contradictions", ()):
+        return False
+    return base is None or not (base.broken or (base.followed and base.broken_limits))
+
+
 def _checked_limits(limits: Sequence[Limit]) -> tuple[Limit, ...]:
-    if isinstance(limits, str) or not isinstance(limits, Sequence):
+    """Return the limits to be checked, in our order.
+
+    Raises:
+        ProblemError: no sequence, or an unknown name.
+    """
+    if isinstance(limits, str) or not isinstance(limits, Sequence):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(f"limits is {shown(limits)}, expected some of {', '.join(LIMITS)}, as in limits=('position',)")
     for limit in limits:
         if limit not in LIMITS:

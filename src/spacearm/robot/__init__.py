@@ -1,6 +1,6 @@
 """What moves: robots, as data; from URDF, from spacearm's own files, or built in."""
 
-from spacearm.robot.envelope_report import LinkEnvelope, envelope_report
+from spacearm.robot.envelope import LinkEnvelope, envelope_report
 from spacearm.robot.kinematics import forward_kinematics, joint_centres, joint_frames
 from spacearm.robot.load_robot import builtin_robots, load_robot
 from spacearm.robot.model import Body, Frame, Joint, LinkCapsule, NamedConfiguration, Robot

@@ -1,4 +1,8 @@
-"""From a described tree of links to a Robot: what moves, what is held, which links must keep clear."""
+"""From a described tree of links to a Robot: joints that move or are locked, the tip, the links that must keep clear.
+
+`assemble` does that once for what a user chooses; `locked_elsewhere` does it again with joints locked at other values. A locked
+joint is folded away, as if the file had fixed it there.
+"""
 
 from __future__ import annotations
 
@@ -11,253 +15,28 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.checks import as_number, shown
+from spacearm.core.checks import as_number, shown, value_fields
 from spacearm.core.errors import RobotError, nearest
 from spacearm.core.exact import product, sines
 from spacearm.core.reading import located
-from spacearm.robot.build_robot import build_robot, require_tree, turned_onto_z
+from spacearm.robot.build_robot import build_robot, choose_base, notes_on_base, require_tree, rooted, turned_onto_z
 from spacearm.robot.joint_limits import narrowed, with_joint_limits_file
-from spacearm.robot.link_tree import LinkJoint, LinkTree, default_tip, ends_of, leader_of
+from spacearm.robot.kinematics import base_and_joint_frames
+from spacearm.robot.link_tree import LinkJoint, LinkTree, Mimic, default_tip, ends_of, leader_of
 from spacearm.robot.model import NamedConfiguration, Robot, require_base
-from spacearm.robot.srdf import (
-    GroupState,
-    Members,
-    Srdf,
-    VirtualJoint,
-    group_members,
-    load_srdf,
-    require_same_robot,
-    what_does_not_fit,
-)
-from spacearm.robot.unchecked_pairs import lacks_masses, notes_on_envelope
-
-# ---- How a robot's base is held: fixed, or free to float -------------------------------------------------------------
-
-
-def held_base(tree: LinkTree, choice: Literal["fixed", "floating"] | None, srdf: Srdf | None) -> LinkTree:
-    """Say in a tree how its root is held.
-
-    A base floats only where it is asked to: by the user, or by spacearm's own robot file. MoveIt's setups of ordinary arms
-    often have a floating virtual joint, so that an SRDF's is told in a note and frees nothing; a fixed one holds the base.
-
-    Args:
-        tree: links and joints that form one tree.
-        choice: what the user says, or None.
-        srdf: the SRDF, if there is one.
-    """
-    base, notes = tree.base, []
-    for joint in _of_the_root(tree, srdf):
-        if joint.kind == "fixed":
-            base = "fixed"
-        elif choice is None and base == "fixed":
-            advice = "; give base='floating' to let it float" if joint.kind == "floating" else ""
-            notes.append(
-                f"the SRDF's virtual joint '{joint.name}' is {joint.kind}, which is not followed: the base is fixed{advice}"
-            )
-    if choice is None and base != tree.base:
-        notes.append("the base is fixed, as the SRDF's virtual joint says; the robot file would let it float")
-    return replace(tree, base=base if choice is None else choice, notes=(*tree.notes, *notes))
-
-
-def rooted(tree: LinkTree, choice: Literal["fixed", "floating"] | None) -> LinkTree:
-    """Take the meaning of a floating or planar joint between the root, as "world", and the base.
-
-    With a base that floats, the joint and what is above it go: the base is the root. With a base that is fixed, the joint stays
-    at its origin. Such joints elsewhere in the tree are left as they are.
-
-    Args:
-        tree: links and joints that form one tree.
-        choice: what the user says of the base, or None.
-
-    Raises:
-        RobotError: the base is to float, but the joint is planar, or what is above it is not empty.
-    """
-    above = _rigid_with(_root(tree), tree)
-    leaving = [joint for joint in tree.joints if joint.kind != "fixed" and joint.parent in above]
-    free = [joint for joint in leaving if joint.kind in ("floating", "planar")]
-    if len(free) != 1:
-        return tree
-    joint = free[0]
-    if choice != "floating":
-        held = replace(joint, kind="fixed", axis=None)
-        joints = tuple(held if other is joint else other for other in tree.joints)
-        advice = "; give base='floating' to let the base float" if joint.kind == "floating" else ""
-        note = f"joint '{joint.name}' between the root and '{joint.child}' is {joint.kind}, and held at its origin{advice}"
-        return replace(tree, joints=joints, notes=(*tree.notes, note))
-    full = {link for link, *_ in tree.capsules} | {mass.link for mass in tree.masses if mass.mass > 0}
-    if joint.kind == "planar" or len(leaving) > 1 or full & above:
-        why = (
-            "is planar"
-            if joint.kind == "planar"
-            else f"hangs on '{joint.parent}', which carries shapes, masses or other joints"
-        )
-        raise RobotError(
-            f"base is 'floating', but joint '{joint.name}' above '{joint.child}' {why}; expected a floating joint from an "
-            "empty root, or none; cut the base off there"
-        )
-    T = np.asarray(joint.T_parent_child)
-    moved = "" if np.array_equal(T, np.eye(4)) else f", its origin {np.round(T[:3, 3], 6).tolist()} left out"
-    note = f"the base is '{joint.child}', which floating joint '{joint.name}' frees{moved}"
-    gone = {other.name for other in tree.joints if other.child in above} | {joint.name}
-    return replace(
-        tree,
-        links=tuple(link for link in tree.links if link not in above),
-        joints=tuple(other for other in tree.joints if other.name not in gone),
-        masses=tuple(mass for mass in tree.masses if mass.link not in above),
-        notes=(*tree.notes, note),
-    )
-
-
-def _rigid_with(link: str, tree: LinkTree) -> set[str]:
-    """Return the links that fixed joints tie to one, itself included."""
-    found, waiting = {link}, [link]
-    while waiting:
-        at = waiting.pop()
-        below = [joint.child for joint in tree.joints if joint.kind == "fixed" and joint.parent == at]
-        waiting += [child for child in below if child not in found]
-        found.update(below)
-    return found
-
-
-def _of_the_root(tree: LinkTree, srdf: Srdf | None) -> tuple[VirtualJoint, ...]:
-    return () if srdf is None else tuple(joint for joint in srdf.virtual_joints if joint.child == _root(tree))
-
-
-def _root(tree: LinkTree) -> str:
-    children = {joint.child for joint in tree.joints}
-    return next((link for link in tree.links if link not in children), "")
-
-
-def notes_on_base(robot: Robot) -> tuple[str, ...]:
-    """Say in a note that a floating base, or a link, has no mass, so that nobody can tell how the base moves."""
-    if robot.base == "fixed":
-        return ()
-    if any(body.joint < 0 and body.mass > 0 for body in robot.bodies):
-        lacking = lacks_masses(robot)
-        return (lacking,) if lacking else ()
-    root = next((frame.name for frame in robot.frames if frame.joint < 0), "base")
-    return (
-        f"the base floats, but no link fixed to '{root}' has a mass: its motion cannot be computed; "
-        "state that mass, or give base='fixed'",
-    )
-
-
-# ---- Joints held at a value: folded away, as if the file had fixed them there ----------------------------------------
+from spacearm.robot.srdf import GroupState, Members, Srdf, group_members, load_srdf, require_same_robot, what_does_not_fit
+from spacearm.robot.unchecked_pairs import notes_on_envelope
 
 Array = NDArray[np.float64]
 
-_ROUNDING = 1e-6  # [rad or m] limits and held values are often rounded, each in a file of its own
-
-
-def hold_joints(tree: LinkTree, values: Mapping[str, float]) -> LinkTree:
-    """Fix joints at given values; those that mimic one of them are fixed with it.
-
-    Args:
-        tree: links and joints.
-        values: [rad or m] by joint. A joint that mimics another sets that one, too; a joint that the file has
-            fixed already stays as it is, which a note tells.
-
-    Raises:
-        RobotError: no such joint, a value out of its limits, or two that contradict each other.
-    """
-    held = _by_leader(tree, values)
-    joints, notes, useless = [], list(tree.notes), []
-    for joint in tree.joints:
-        if joint.kind == "fixed":
-            if joint.name in values:
-                useless.append(joint.name)
-        elif joint.kind not in ("floating", "planar"):
-            lead = leader_of(joint, tree)
-            if lead.leader in held:
-                joint = _fixed(joint, lead.multiplier * held[lead.leader] + lead.offset)
-        joints.append(joint)
-    if useless:
-        notes.append(f"fixed= names {', '.join(useless)}, which the file itself has fixed: it stays where it is there")
-    if held:
-        notes.append("held: " + ", ".join(f"{name} at {value:g}" for name, value in held.items()))
-    return replace(tree, joints=tuple(joints), notes=tuple(notes))
-
-
-def _by_leader(tree: LinkTree, values: Mapping[str, float]) -> dict[str, float]:
-    """Turn the values given into those of the joints that lead."""
-    if not isinstance(values, Mapping):
-        raise RobotError(f"fixed is {shown(values)}, expected a mapping from joint to value, as in {{'finger': 0.02}}")
-    joints = {joint.name: joint for joint in tree.joints}
-    held: dict[str, float] = {}
-    said: dict[str, str] = {}
-    for name, given in values.items():
-        if name not in joints:
-            raise RobotError(f"fixed names joint {shown(name)}, which does not exist; {nearest(str(name), joints)}")
-        joint = joints[name]
-        value = as_number(f"fixed['{name}']", given, RobotError, unit="m" if joint.kind == "prismatic" else "rad")
-        if joint.kind == "fixed":
-            continue
-        if joint.kind in ("floating", "planar"):
-            raise RobotError(f"fixed names joint '{name}', which is {joint.kind} and has no single value; leave it out")
-        lead = leader_of(joint, tree)
-        _require_within(joint, value, f"fixed['{name}']")
-        if lead.multiplier == 0.0:
-            continue  # it does not move, and _require_within has seen its value
-        value = (value - lead.offset) / lead.multiplier
-        if abs(held.setdefault(lead.leader, value) - value) > _ROUNDING:
-            raise RobotError(
-                f"fixed puts joint '{lead.leader}' at {held[lead.leader]:g} by '{said[lead.leader]}' and at {value:g} by "
-                f"'{name}', which move together; drop one of them"
-            )
-        said.setdefault(lead.leader, name)
-    for joint in tree.joints:
-        if joint.kind in ("revolute", "prismatic", "continuous"):
-            lead = leader_of(joint, tree)
-            if lead.leader in held:
-                _require_within(joint, lead.multiplier * held[lead.leader] + lead.offset, f"joint '{joint.name}'")
-    return held
-
-
-def rest_value(joint: LinkJoint, tree: LinkTree) -> float:
-    """Return the value nearest to 0 that a joint may have, and those that follow it with it [rad or m]."""
-    low, high = -math.inf, math.inf
-    for other in tree.joints:
-        if other.kind not in ("revolute", "prismatic") or other.lower is None or other.upper is None:
-            continue
-        lead = leader_of(other, tree)
-        if lead.leader == joint.name and lead.multiplier != 0.0:
-            ends = sorted((end - lead.offset) / lead.multiplier for end in (other.lower, other.upper))
-            low, high = max(low, ends[0]), min(high, ends[1])
-    return min(max(0.0, low), max(high, low))
-
-
-def _require_within(joint: LinkJoint, value: float, what: str) -> None:
-    if joint.kind == "continuous" or joint.lower is None or joint.upper is None or joint.upper < joint.lower:
-        return
-    if not joint.lower - _ROUNDING <= value <= joint.upper + _ROUNDING:
-        raise RobotError(
-            f"{what} is {value:g}, expected {joint.lower:g} to {joint.upper:g}, its limits; change the value or the limits"
-        )
-
-
-def _fixed(joint: LinkJoint, value: float) -> LinkJoint:
-    return replace(
-        joint, kind="fixed", axis=None, mimic=None, T_parent_child=product(joint.T_parent_child, moved(joint, value))
-    )
-
-
-def moved(joint: LinkJoint, value: Any) -> Array:
-    """Return the transform (4, 4) of a joint's child at a value, in the child's frame at value 0."""
-    T_child_axis = turned_onto_z(joint.name, joint.axis if joint.axis is not None else (0, 0, 0))
-    T = np.eye(4)
-    if joint.kind == "prismatic":
-        T[2, 3] = value
-    else:
-        s, c = (float(part) for part in sines(value))
-        T[:2, :2] = [[c, -s], [s, c]]
-    return product(product(T_child_axis, T), T_child_axis.T)  # a pure rotation: its transpose is its inverse
-
-
-# ---- From a described tree of links to a Robot: what moves, what is held, which links must keep clear ----------------
-
 SelfCollision = Literal["auto", "srdf", "computed", "none"]
-_FEW = 4  # joints that are all named
+
 _SELF_COLLISION = ("auto", "srdf", "computed", "none")
+_MOVING = ("revolute", "continuous", "prismatic")
+_SHAPES = ("joints", "capsules", "frames", "bodies")  # what a change of which cannot be repeated with joints elsewhere
+
+_ROUNDING = 1e-6  # [rad or m] limits and locked values are often rounded, each in a file of its own
+_FEW = 4  # joints that are all named
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -313,11 +92,11 @@ def assemble(tree: LinkTree, choices: Assembly, *, srdf: Srdf | None = None) -> 
         tree = _with_spheres(replace(tree, notes=(*tree.notes, *srdf.notes)), srdf)
         if choices.group is not None:
             members = group_members(srdf, choices.group, tree)
-    tree = held_base(tree, choices.base, srdf)
+    tree = choose_base(tree, choices.base, srdf)
     with located(tree.source):
         tree = narrowed(tree, choices.position_limits)
-        tree = hold_joints(tree, {} if choices.fixed is None else choices.fixed)
-        tree = _hold_the_others(tree, choices.group, srdf, members)
+        tree = lock_joints(tree, {} if choices.fixed is None else choices.fixed)
+        tree = _lock_the_others(tree, choices.group, srdf, members)
     tree = _with_tip(tree, choices, srdf, members)
     with located(tree.source):
         limits = {"velocity_limit": choices.velocity_limit, "acceleration_limit": choices.acceleration_limit}
@@ -387,10 +166,10 @@ def _note_on_tip(robot: Robot) -> tuple[str, ...]:
     return (f"no joint moves the tip '{robot.tip}': a goal of its pose cannot be planned; give tip= a link further on",)
 
 
-def _hold_the_others(tree: LinkTree, group: str | None, srdf: Srdf | None, members: Members | None) -> LinkTree:
-    """Hold the joints that are not in the group, and follow none that is, and those that have no motor."""
+def _lock_the_others(tree: LinkTree, group: str | None, srdf: Srdf | None, members: Members | None) -> LinkTree:
+    """Lock the joints that are not in the group, and follow none that is, and those that have no motor."""
     passive = () if srdf is None else srdf.passive_joints
-    held: dict[str, dict[str, float]] = {f"not in group '{group}'": {}, "passive in the SRDF": {}}
+    locked: dict[str, dict[str, float]] = {f"not in group '{group}'": {}, "passive in the SRDF": {}}
     rigid = []
     for joint in tree.joints:
         outside = members is not None and joint.name not in members.joints
@@ -399,13 +178,13 @@ def _hold_the_others(tree: LinkTree, group: str | None, srdf: Srdf | None, membe
         if joint.kind in ("floating", "planar"):
             rigid.append(joint.name)
         elif leader_of(joint, tree).leader == joint.name:
-            held[f"not in group '{group}'" if outside else "passive in the SRDF"][joint.name] = rest_value(joint, tree)
+            locked[f"not in group '{group}'" if outside else "passive in the SRDF"][joint.name] = rest_value(joint, tree)
     notes = list(tree.notes)
-    for why, values in held.items():
+    for why, values in locked.items():
         said = [f"{name} at {value:g}" for name, value in values.items()]
         if said:
-            notes.append(f"{why} and therefore held: {', '.join(said)}; give fixed= to hold them elsewhere")
-        tree = hold_joints(tree, values)
+            notes.append(f"{why} and therefore locked: {', '.join(said)}; give fixed= to lock them elsewhere")
+        tree = lock_joints(tree, values)
     if rigid:
         notes.append(f"{', '.join(rigid)} can float or slide in a plane, and stays where the file has it")
     joints = tuple(replace(joint, kind="fixed", axis=None) if joint.name in rigid else joint for joint in tree.joints)
@@ -487,3 +266,234 @@ def _with_self_pairs(robot: Robot, tree: LinkTree, srdf: Srdf | None, choice: Se
     found = find_self_pairs(robot)
     robot = found.applied_to(robot)
     return replace(robot, notes=(*robot.notes, *found.notes))
+
+
+def lock_joints(tree: LinkTree, values: Mapping[str, float]) -> LinkTree:
+    """Fix joints at given values; those that mimic one of them are fixed with it.
+
+    Args:
+        tree: links and joints.
+        values: [rad or m] by joint. A joint that mimics another sets that one, too; a joint that the file has
+            fixed already stays as it is, which a note tells.
+
+    Raises:
+        RobotError: no such joint, a value out of its limits, or two that contradict each other.
+    """
+    locked = _by_leader(tree, values)
+    joints, notes, useless = [], list(tree.notes), []
+    for joint in tree.joints:
+        if joint.kind == "fixed":
+            if joint.name in values:
+                useless.append(joint.name)
+        elif joint.kind not in ("floating", "planar"):
+            lead = leader_of(joint, tree)
+            if lead.leader in locked:
+                joint = _fixed(joint, lead.multiplier * locked[lead.leader] + lead.offset)
+        joints.append(joint)
+    if useless:
+        notes.append(f"fixed= names {', '.join(useless)}, which the file itself has fixed: it stays where it is there")
+    if locked:
+        notes.append("locked: " + ", ".join(f"{name} at {value:g}" for name, value in locked.items()))
+    return replace(tree, joints=tuple(joints), notes=tuple(notes))
+
+
+def _by_leader(tree: LinkTree, values: Mapping[str, float]) -> dict[str, float]:
+    """Turn the values given into those of the joints that lead."""
+    if not isinstance(values, Mapping):
+        raise RobotError(f"fixed is {shown(values)}, expected a mapping from joint to value, as in {{'finger': 0.02}}")
+    joints = {joint.name: joint for joint in tree.joints}
+    locked: dict[str, float] = {}
+    said: dict[str, str] = {}
+    for name, given in values.items():
+        if name not in joints:
+            raise RobotError(f"fixed names joint {shown(name)}, which does not exist; {nearest(str(name), joints)}")
+        joint = joints[name]
+        value = as_number(f"fixed['{name}']", given, RobotError, unit="m" if joint.kind == "prismatic" else "rad")
+        if joint.kind == "fixed":
+            continue
+        if joint.kind in ("floating", "planar"):
+            raise RobotError(f"fixed names joint '{name}', which is {joint.kind} and has no single value; leave it out")
+        lead = leader_of(joint, tree)
+        _require_within(joint, value, f"fixed['{name}']")
+        if lead.multiplier == 0.0:
+            continue  # it does not move, and _require_within has seen its value
+        value = (value - lead.offset) / lead.multiplier
+        if abs(locked.setdefault(lead.leader, value) - value) > _ROUNDING:
+            raise RobotError(
+                f"fixed puts joint '{lead.leader}' at {locked[lead.leader]:g} by '{said[lead.leader]}' and at {value:g} by "
+                f"'{name}', which move together; drop one of them"
+            )
+        said.setdefault(lead.leader, name)
+    for joint in tree.joints:
+        if joint.kind in ("revolute", "prismatic", "continuous"):
+            lead = leader_of(joint, tree)
+            if lead.leader in locked:
+                _require_within(joint, lead.multiplier * locked[lead.leader] + lead.offset, f"joint '{joint.name}'")
+    return locked
+
+
+def rest_value(joint: LinkJoint, tree: LinkTree) -> float:
+    """Return the value nearest to 0 that a joint may have, and those that follow it with it [rad or m]."""
+    low, high = -math.inf, math.inf
+    for other in tree.joints:
+        if other.kind not in ("revolute", "prismatic") or other.lower is None or other.upper is None:
+            continue
+        lead = leader_of(other, tree)
+        if lead.leader == joint.name and lead.multiplier != 0.0:
+            ends = sorted((end - lead.offset) / lead.multiplier for end in (other.lower, other.upper))
+            low, high = max(low, ends[0]), min(high, ends[1])
+    return min(max(0.0, low), max(high, low))
+
+
+def _require_within(joint: LinkJoint, value: float, what: str) -> None:
+    if joint.kind == "continuous" or joint.lower is None or joint.upper is None or joint.upper < joint.lower:
+        return
+    if not joint.lower - _ROUNDING <= value <= joint.upper + _ROUNDING:
+        raise RobotError(
+            f"{what} is {value:g}, expected {joint.lower:g} to {joint.upper:g}, its limits; change the value or the limits"
+        )
+
+
+def _fixed(joint: LinkJoint, value: float) -> LinkJoint:
+    return replace(
+        joint, kind="fixed", axis=None, mimic=None, T_parent_child=product(joint.T_parent_child, moved(joint, value))
+    )
+
+
+def moved(joint: LinkJoint, value: Any) -> Array:
+    """Return the transform (4, 4) of a joint's child at a value, in the child's frame at value 0."""
+    T_child_axis = turned_onto_z(joint.name, joint.axis if joint.axis is not None else (0, 0, 0))
+    T = np.eye(4)
+    if joint.kind == "prismatic":
+        T[2, 3] = value
+    else:
+        s, c = (float(part) for part in sines(value))
+        T[:2, :2] = [[c, -s], [s, c]]
+    return product(product(T_child_axis, T), T_child_axis.T)  # a pure rotation: its transpose is its inverse
+
+
+def locked_leaders(robot: Robot) -> dict[str, Mimic]:
+    """Name the joints of the file that are locked, by the joint that leads each; none of a robot without a file."""
+    origin: Origin | None = robot.origin
+    if origin is None:
+        return {}
+    plans_for = {joint.name for joint in robot.joints}
+    return {
+        joint.name: leader_of(joint, origin.tree)
+        for joint in origin.tree.joints
+        if joint.kind in _MOVING and joint.name not in plans_for
+    }
+
+
+def joint_limits_in_file(robot: Robot, name: str) -> tuple[float | None, float | None]:
+    """Return a joint's limits as its file states them [rad or m]; None where it states none."""
+    joint = next(joint for joint in robot.origin.tree.joints if joint.name == name)
+    return (None, None) if joint.kind == "continuous" else (joint.lower, joint.upper)
+
+
+def locked_values(robot: Robot) -> dict[str, float]:
+    """Return where joints of the file are locked, by the names of those that lead others or none [rad or m]."""
+    leaders = {lead.leader for lead in locked_leaders(robot).values()}
+    values = _fixed_by_user(robot.origin) if leaders else {}
+    return {
+        joint.name: values.get(joint.name, rest_value(joint, robot.origin.tree))
+        for joint in (robot.origin.tree.joints if leaders else ())
+        if joint.name in leaders
+    }
+
+
+def _fixed_by_user(origin: Origin) -> dict[str, float]:
+    joints = {joint.name: joint for joint in origin.tree.joints}
+    values = {}
+    for name, value in (origin.choices.fixed or {}).items():
+        if joints[name].kind in _MOVING:
+            lead = leader_of(joints[name], origin.tree)
+            values[lead.leader] = (float(value) - lead.offset) / (lead.multiplier or 1.0)
+    return values
+
+
+def locked_elsewhere(robot: Robot, values: Mapping[str, float]) -> Robot:
+    """Return the robot with locked joints at other values, as if it had been loaded with `fixed` so.
+
+    The values need not be within the joints' limits: a joint that does not move breaks none. What was changed since the
+    robot was loaded (limits, tip, configurations, pairs of links) stays changed.
+
+    Args:
+        robot: read from a file.
+        values: [rad or m] by the names of joints that lead others or none, of `locked_leaders`.
+
+    Raises:
+        RobotError: the robot's shape was changed since it was loaded, as by `hold`.
+    """
+    origin: Origin = robot.origin
+    if any(getattr(robot, name) != getattr(origin.made, name) for name in _SHAPES):
+        said = ", ".join(f"'{name}': {value:g}" for name, value in values.items())
+        raise RobotError(
+            f"robot '{robot.name}' has been changed since it was loaded, as by hold(), and its locked joints are to stand "
+            f"elsewhere; give load_robot fixed={{{said}}} and change it then"
+        )
+    fixed = {**(origin.choices.fixed or {}), **values}
+    tree = _without_limits(origin.tree, values)
+    made = assemble(tree, replace(origin.choices, fixed=_leading(fixed, values, tree)), srdf=origin.srdf)
+    own: dict[str, Any] = {
+        name: getattr(robot, name)
+        for name in value_fields(robot)
+        if name not in (*_SHAPES, "notes") and not np.array_equal(getattr(origin.made, name), getattr(robot, name))
+    }
+    notes = [note for note in robot.notes if note not in origin.made.notes]
+    made_so = replace(made, origin=replace(made.origin, tree=origin.tree))
+    return replace(made_so, **own, notes=(*made.notes, *notes))
+
+
+def _leading(fixed: Mapping[str, float], values: Mapping[str, float], tree: LinkTree) -> dict[str, float]:
+    """Leave out what the user said of joints that follow one of those given: these come from the one that leads."""
+    followers = {
+        joint.name
+        for joint in tree.joints
+        if joint.kind in _MOVING and joint.name not in values and leader_of(joint, tree).leader in values
+    }
+    return {name: value for name, value in fixed.items() if name not in followers}
+
+
+def _without_limits(tree: LinkTree, values: Mapping[str, float]) -> LinkTree:
+    def freed(joint: LinkJoint) -> LinkJoint:
+        moves = joint.kind in _MOVING
+        locked = moves and leader_of(joint, tree).leader in values
+        return replace(joint, lower=None, upper=None) if locked else joint
+
+    return replace(tree, joints=tuple(freed(joint) for joint in tree.joints))
+
+
+def frame_poses(robot: Robot, values: Mapping[str, float]) -> dict[str, Array]:
+    """Return where every frame of the robot is, (4, 4) T_base_frame [m], with its joints at given values.
+
+    Locked joints stand there, too, if they are given a value; else where they are locked.
+
+    Args:
+        robot: the robot.
+        values: [rad or m] by joint; of a joint that follows another, that one's counts. Joints without one are at 0, or
+            the nearest to it that their limits allow.
+    """
+    rest = np.clip(np.zeros(robot.dof), robot.lower, robot.upper)
+    q = np.array([values.get(name, at) for name, at in zip(robot.dof_names, rest, strict=True)])
+    joints = base_and_joint_frames(robot, q[None])[0]
+    poses = {frame.name: joints[frame.joint + 1] @ frame.T_joint_frame for frame in robot.frames}
+    locked = {name: lead for name, lead in locked_leaders(robot).items() if lead.leader in values}
+    return poses if not locked else {**poses, **_tree_poses(robot, {**dict(zip(robot.dof_names, q, strict=True)), **values})}
+
+
+def _tree_poses(robot: Robot, values: Mapping[str, float]) -> dict[str, Array]:
+    """Walk the file's own links, by its own joints."""
+    origin: Origin = robot.origin
+    tree, ordered, fixed = origin.tree, require_tree(origin.tree), _fixed_by_user(origin)
+    children = {joint.child for joint in ordered}
+    poses = {link: np.eye(4) for link in tree.links if link not in children}
+    by_name = {joint.name: joint for joint in tree.joints}
+    for joint in ordered:
+        T = np.asarray(joint.T_parent_child)
+        if joint.kind in _MOVING:
+            lead = leader_of(joint, tree)
+            at = values.get(lead.leader, fixed.get(lead.leader, rest_value(by_name[lead.leader], tree)))
+            T = T @ moved(joint, lead.multiplier * float(at) + lead.offset)
+        poses[joint.child] = poses[joint.parent] @ T
+    return poses

@@ -1,14 +1,16 @@
-"""The smallest capsule around points.
+"""Capsules around points and around boxes: the smallest one, or those that stand out least.
 
-For a direction of the axis, the points seen along it have a smallest enclosing circle, and its middle is where
-the axis goes. The radius is that of the circle or larger: the larger it is, the further the ends may be pulled
-in, and the volume decides. Directions are tried all over the half sphere, and the best are refined.
+The smallest capsule around points: for a direction of the axis, the points seen along it have a smallest enclosing circle, and
+its middle is where the axis goes. The radius is that of the circle or larger: the larger it is, the further the ends may be
+pulled in, and the volume decides. Directions are tried all over the half sphere, and the best are refined.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
@@ -265,21 +267,16 @@ def _hemisphere(count: int) -> Array:
     return np.column_stack([r * np.cos(turn), r * np.sin(turn), z])
 
 
-# ---- Capsules that stand out as little as their number allows, rather than those of least volume ---------------------
-#
-# A capsule of more radius may be shorter, so that its ends stand out less; and one that lies across its piece may
-# stand out less than one along it. For each piece in turn the axis and the radius are chosen by how far the capsule
-# stands out where no other one is.
-
-
-_GROWTH_CAPSULE_CLOSER = np.array(
-    [0.0, 0.01, 0.03, 0.06, 0.1, 0.15, 0.21, 0.28, 0.36, 0.45]
-)  # by how much of itself a radius may grow
+_CLOSER_GROWTH = np.array([0.0, 0.01, 0.03, 0.06, 0.1, 0.15, 0.21, 0.28, 0.36, 0.45])  # by how much of itself a radius may grow
 _ON_SURFACE = 150  # points of each capsule that is tried
 
 
 def closer(pieces: Sequence[Array], capsules: Sequence[Segment], away: Callable[[Array], Array]) -> list[Segment]:
-    """Fit capsules to pieces anew, each so that it stands out least.
+    """Fit capsules to pieces anew, each so that it stands out least, rather than with the least volume.
+
+    A capsule of more radius may be shorter, so that its ends stand out less; and one that lies across its piece may stand out
+    less than one along it. For each piece in turn the axis and the radius are chosen by how far the capsule stands out where no
+    other one is.
 
     Args:
         pieces: triangles (k, 3, 3) of each [m].
@@ -306,7 +303,7 @@ def _candidates(points: Array) -> list[Segment]:
         flat = few @ np.column_stack([x, y])
         middle = smallest_circle(flat)
         distance = np.linalg.norm(flat - middle, axis=1)
-        first, last, _ = axis_ends(few @ direction, distance, float(distance.max()) * (1 + _GROWTH_CAPSULE_CLOSER))
+        first, last, _ = axis_ends(few @ direction, distance, float(distance.max()) * (1 + _CLOSER_GROWTH))
         origin = middle[0] * x + middle[1] * y
         for a, b in zip(first.tolist(), last.tolist(), strict=True):
             low, high = (a, b) if a < b else ((a + b) / 2, (a + b) / 2)
@@ -340,3 +337,61 @@ def surface_points(capsule: Segment, count: int) -> Array:
     radius = np.sqrt(np.maximum(capsule.radius**2 - past**2, 0.0))
     around = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y
     return (capsule.a + capsule.b) / 2 + height[:, None] * z + radius[:, None] * around
+
+
+_ROUNDING = 1e-12  # share of the radius, so that the corners are inside
+
+
+@dataclass(frozen=True, slots=True)
+class _Grid:
+    """Columns along the edge `along`, so many of them across in each of the other directions."""
+
+    along: int
+    numbers: tuple[int, int, int]
+    inset: float
+    radius: float
+
+    @property
+    def excess(self) -> float:
+        return self.radius - self.inset
+
+
+def box_capsules(size: tuple[float, float, float], count: int) -> list[Segment]:
+    """Enclose a box about the origin in at most `count` parallel capsules, which stand out as little as that allows.
+
+    The box is cut into columns along one of its edges, a grid of them across, and each column gets a capsule. Where the box is
+    w across a column, by v, and the capsule's ends lie d inside the box, the radius is that of the column's corners,
+    r^2 = (w/2)^2 + (v/2)^2 + d^2. The capsule stands out by r - min(w/2, v/2, d) at most, along a face's normal: to any other
+    side there is more box around it. The least of that over d is at d = min(w, v)/2.
+
+    Of the grids that stand out equally little, the one with the fewest capsules is taken.
+
+    Args:
+        size: the three edges [m].
+        count: 1 or more.
+
+    Returns:
+        The capsules, parallel to one edge of the box, in the box's frame.
+    """
+    grid = min((_grid(size, numbers) for numbers in _numbers(count)), key=lambda g: (g.excess, math.prod(g.numbers)))
+    widths = np.array(size) / grid.numbers
+    half = np.zeros(3)
+    half[grid.along] = size[grid.along] / 2 - grid.inset
+    capsules = []
+    for place in itertools.product(*(range(number) for number in grid.numbers)):
+        center = (np.array(place) + 0.5) * widths - np.array(size) / 2
+        capsules.append(Segment(center - half, center + half, grid.radius * (1 + _ROUNDING)))
+    return capsules
+
+
+def _numbers(count: int) -> list[tuple[int, int, int]]:
+    """List how many columns lie in each direction; along one of them, one."""
+    pairs = [(i, k) for i in range(1, count + 1) for k in range(1, count // i + 1)]
+    return [tuple(np.insert(pair, along, 1).tolist()) for along in range(3) for pair in pairs]  # type: ignore[misc]
+
+
+def _grid(size: tuple[float, float, float], numbers: tuple[int, int, int]) -> _Grid:
+    along = numbers.index(1) if numbers.count(1) == 1 else int(np.argmax(np.where(np.array(numbers) == 1, size, -1.0)))
+    halves = [size[i] / numbers[i] / 2 for i in range(3) if i != along]
+    inset = min(*halves, size[along] / 2)
+    return _Grid(along, numbers, inset, math.hypot(*halves, inset))

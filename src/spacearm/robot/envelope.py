@@ -1,4 +1,8 @@
-"""Few capsules around a surface: cut it by planes where that pays, and enclose each piece.
+"""The envelope of a link: capsules that enclose its collision shapes, and how closely they do.
+
+A sphere is exact, and so is a cylinder whose ends carry spheres of its radius. Any other cylinder, box or mesh is enclosed in
+one capsule, or in a few: its surface is cut by planes where that pays, and each piece is enclosed. Capsules that lie inside
+another one of the same link are removed.
 
 A capsule is convex, so it holds a piece of a triangle if it holds its corners. The solid behind the surface
 lies inside as well, not only its skin: where the planes have one or two normals, a line through any point of
@@ -15,19 +19,17 @@ import hashlib
 import itertools
 import math
 import os
-import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.checks import as_whole
 from spacearm.core.errors import RobotError
-from spacearm.geometry.meshes import Mesh, read_mesh
+from spacearm.core.reading import located
 from spacearm.robot.capsule_fit import (
     Segment,
     across,
@@ -40,12 +42,7 @@ from spacearm.robot.capsule_fit import (
     union_volume,
 )
 from spacearm.robot.capsules import point_segment_distance
-from spacearm.robot.link_tree import LONGEST
-
-if TYPE_CHECKING:
-    import yourdfpy
-
-# ---- How far capsules stand out of the shapes that they enclose, by points spread over each capsule ------------------
+from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE, Shape, link_shapes, parsed_urdf
 
 Array = NDArray[np.float64]
 
@@ -135,9 +132,6 @@ def _distance_to_mesh(triangles: Array) -> Callable[[Array], Array]:
         return np.maximum(out, 0.0)
 
     return distance
-
-
-# ---- Few capsules around a surface: cut it by planes where that pays, and enclose each piece -------------------------
 
 
 _PRICE = 0.2  # share of the volume that each further capsule must save, since each costs time in every check;
@@ -383,82 +377,9 @@ def _selection(triangles: Array) -> Array:
     return np.repeat(np.concatenate([outermost(points, 300), spread])[:, None], 3, axis=1)
 
 
-# ---- Capsules that enclose a URDF's collision shapes -----------------------------------------------------------------
-#
-# A sphere is exact, and so is a cylinder whose ends carry spheres of its radius. Any other cylinder, box or mesh is
-# enclosed in one capsule, or in a few where that pays (`capsule_split`). Capsules that lie inside another one of the
-# same link are left out.
-
-
-_OTHERWISE = 'or load with collision="none"'
-_URI = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://|file:(?=/)", re.IGNORECASE)  # file:/a/b is one, too
 _SIDES = 32  # of the prism around a cylinder that is cut into pieces
 _REMEMBERED = 256  # shapes, so that a robot that is loaded again need not be enclosed again
-_SMALLEST = 1e-9  # [m] the least size of a mesh
 _SAME = 1e-6  # [m] and as a share: by so much a sphere may miss the end of its cylinder
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Shape:
-    """A collision shape.
-
-    Attributes:
-        kind: "sphere", "cylinder", "box" or "mesh".
-        size: (radius), (radius, length), the three edges, or nothing for a mesh [m].
-        T_link_shape: (4, 4) [m].
-        triangles: (k, 3, 3) corners of a mesh in its own frame [m]; else None.
-        notes: what was assumed or applied in reading the mesh's file.
-    """
-
-    kind: str
-    size: tuple[float, ...]
-    T_link_shape: Array
-    triangles: Array | None = None
-    notes: tuple[str, ...] = ()
-
-
-def link_shapes(link: yourdfpy.Link, directory: Path) -> list[Shape]:
-    """Return the collision shapes of a link.
-
-    Args:
-        link: as yourdfpy read it.
-        directory: of the URDF, where the search for meshes begins.
-
-    Raises:
-        RobotError: a mesh that is missing, cannot be read, or has no extent.
-    """
-    shapes = []
-    for collision in link.collisions:
-        T = np.eye(4) if collision.origin is None else np.asarray(collision.origin)
-        geometry: Any = collision.geometry
-        if geometry.sphere is not None:
-            shapes.append(Shape("sphere", (float(geometry.sphere.radius),), T))
-        elif geometry.cylinder is not None:
-            shapes.append(Shape("cylinder", (float(geometry.cylinder.radius), float(geometry.cylinder.length)), T))
-        elif geometry.box is not None:
-            shapes.append(Shape("box", tuple(float(edge) for edge in geometry.box.size), T))
-        else:
-            scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
-            mesh = _mesh(geometry.mesh.filename, link.name, directory)
-            shapes.append(
-                Shape("mesh", (), T, _with_extent(mesh.triangles * scale, geometry.mesh.filename, link.name), mesh.notes)
-            )
-    for shape in shapes:
-        _require_within_reach(shape, link.name)
-    return shapes
-
-
-def _require_within_reach(shape: Shape, link: str) -> None:
-    """Refuse lengths whose squares and cubes would no longer be numbers."""
-    lengths = [*shape.size, *shape.T_link_shape[:3, 3]]
-    if shape.triangles is not None:
-        lengths += [shape.triangles.min(), shape.triangles.max()]
-    largest = max(abs(float(length)) for length in lengths)
-    if largest > LONGEST:
-        raise RobotError(
-            f"link '{link}' has a {shape.kind} with a length of {largest:g} m, expected {LONGEST:g} m or less; "
-            f"check its units, {_OTHERWISE}"
-        )
 
 
 def enclosed(shapes: list[Shape], count: int) -> list[Segment]:
@@ -565,52 +486,74 @@ def _carried(T: Array, capsule: Segment) -> Segment:
     return Segment(T[:3, :3] @ capsule.a + T[:3, 3], T[:3, :3] @ capsule.b + T[:3, 3], capsule.radius)
 
 
-def _with_extent(triangles: Array, filename: str, link: str) -> Array:
-    """Refuse a mesh that is one point: nothing would be kept clear of it."""
-    size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
-    if size < _SMALLEST:
-        raise RobotError(
-            f"link '{link}' has the collision mesh '{filename}' with a size of {size:g} m, expected a surface; "
-            f"check its scale, {_OTHERWISE}"
-        )
-    return triangles
+_IN_VOLUME = 60_000  # points in the box around all of them
 
 
-def _mesh(filename: str, link: str, directory: Path) -> Mesh:
-    path = found_mesh(filename, directory)
-    if path is None:
-        raise RobotError(
-            f"link '{link}' has the collision mesh '{filename}', which is not there; put the file there, {_OTHERWISE}"
-        )
-    try:
-        return read_mesh(path)
-    except (OSError, ValueError) as error:
-        raise RobotError(
-            f"link '{link}' has the collision mesh '{filename}', which cannot be read ({error}); repair the file, {_OTHERWISE}"
-        ) from None
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkEnvelope:
+    """The envelope of one link.
 
-
-def found_mesh(filename: str, directory: Path) -> Path | None:
-    """Look for a mesh: beside the URDF, and for package:// in the directories above it as well.
-
-    In a URI %20 may stand for a blank, and so on; a file of exactly that name goes first. Nothing is fetched from the web.
+    Attributes:
+        link: its name.
+        shapes: the kinds of its collision shapes: "sphere", "cylinder", "box" or "mesh".
+        capsules: how many capsules enclose them.
+        excess: how far the envelope stands out of the shapes, at most [m].
+        volume: of the envelope [m^3].
+        ratio: of that volume to the sum of the shapes' own [-]; inf if they have none.
     """
-    for name in dict.fromkeys((filename, unquote(filename) if _URI.match(filename) else filename)):
-        for path in _candidates(name, directory):
-            if os.path.isfile(path):  # which, unlike Path.is_file, answers False to a name that is too long
-                return path
-    return None
+
+    link: str
+    shapes: tuple[str, ...]
+    capsules: int
+    excess: float
+    volume: float
+    ratio: float
 
 
-def _candidates(filename: str, directory: Path) -> Iterator[Path]:
-    uri = _URI.match(filename)
-    scheme, rest = (filename.partition(":")[0].lower(), filename[uri.end() :]) if uri else ("file", filename)
-    if scheme in ("http", "https"):
-        return  # a file here that only has the same name may be another one
-    if scheme == "file":
-        yield directory / (rest[len("localhost") :] if uri and rest.startswith("localhost/") else rest)
-        return
-    inside_package = Path(*Path(rest).parts[1:])
-    for base in (directory, *directory.resolve().parents):
-        yield base / rest
-        yield base / inside_package
+def envelope_report(urdf: str | os.PathLike[str], *, capsules_per_shape: int = CAPSULES_PER_SHAPE) -> tuple[LinkEnvelope, ...]:
+    """Measure the envelope that `load_robot` gives to the links of a URDF file.
+
+    The excess is the greatest found among 1500 points on each capsule, and the volume is that of 60,000 points
+    spread evenly: both are good to about two percent.
+
+    Args:
+        urdf: path of the file.
+        capsules_per_shape: as in `load_robot`.
+
+    Returns:
+        One record for each link with collision shapes.
+
+    Raises:
+        FileFormatError: no such file, or no URDF.
+        RobotError: a mesh that cannot be read, or `capsules_per_shape` below 1.
+    """
+    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1, at_most=MOST_CAPSULES_PER_SHAPE)
+    links = parsed_urdf(urdf).links
+    with located(urdf):
+        found = [(link.name, link_shapes(link, Path(urdf).parent)) for link in links]
+    return tuple(_measured(name, shapes, enclosed(shapes, count)) for name, shapes in found if shapes)
+
+
+def _measured(link: str, shapes: list[Shape], capsules: list[Segment]) -> LinkEnvelope:
+    volume = union_volume(capsules, _IN_VOLUME)
+    own = sum(_shape_volume(shape) for shape in shapes)
+    return LinkEnvelope(
+        link=link,
+        shapes=tuple(shape.kind for shape in shapes),
+        capsules=len(capsules),
+        excess=greatest_excess(shapes, capsules),
+        volume=volume,
+        ratio=volume / own if own > 0 else math.inf,
+    )
+
+
+def _shape_volume(shape: Shape) -> float:
+    if shape.kind == "sphere":
+        return 4 / 3 * math.pi * shape.size[0] ** 3
+    if shape.kind == "cylinder":
+        return math.pi * shape.size[0] ** 2 * shape.size[1]
+    if shape.kind == "box":
+        return math.prod(shape.size)
+    assert shape.triangles is not None
+    a, b, c = np.moveaxis(shape.triangles - shape.triangles.mean(axis=(0, 1)), 1, 0)
+    return abs(float(np.einsum("ki,ki->", a, np.cross(b, c)))) / 6

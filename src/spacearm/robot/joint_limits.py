@@ -1,8 +1,9 @@
 """The limits of each degree of freedom, from those that every source states for its joints.
 
-A joint's own limits are the narrowest of what the file, a `joint_limits` file and the user say of it. Joints that move together
-share an entry of q: with the value m q + offset, limits of position become (limit - offset) / m, those of rate and
-acceleration limit / |m|, and the narrowest of them all holds. `joint_limits` is the one place where that is done.
+A joint's own limits are the narrowest of what the robot's file, MoveIt's joint_limits.yaml and the user say of it. MoveIt lets
+that file replace what the URDF says; here the narrower of the two holds, and a note names the joints for which it asks for
+more. Joints that move together share an entry of q: with the value m q + offset, limits of position become (limit - offset) /
+m, those of rate and acceleration limit / |m|, and the narrowest of them all holds.
 """
 
 from __future__ import annotations
@@ -11,14 +12,15 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from functools import cache
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.checks import as_number, as_readonly, shown
 from spacearm.core.errors import FileFormatError, RobotError, nearest
-from spacearm.core.reading import YamlFile, read_text, yaml_of_others
+from spacearm.core.reading import YamlFile, complaint, read_text, yaml_of_others
 from spacearm.robot.link_tree import LinkJoint, LinkTree, Mimic
 from spacearm.robot.model import Robot
 
@@ -219,7 +221,7 @@ def _range(joint: LinkJoint, follows: bool) -> tuple[float, float]:
         raise RobotError(
             f"joint '{joint.name}' slides from {joint.lower:g} to {joint.upper:g} m, which means without limit, expected less "
             f"than {MEANS_NONE:g} m; state the true range, or give position_limits={{'{joint.name}': (lower, upper)}}, or "
-            "fixed= to hold it"
+            "fixed= to lock it"
         )
     return lower, upper
 
@@ -301,13 +303,8 @@ def _said(ceiling: Any, leaders: list[str]) -> str:
     return ", ".join(f"{v:g} ({k})" for k, v in ceiling.items()) if isinstance(ceiling, Mapping) else f"{ceiling:g}"
 
 
-# ---- MoveIt's joint_limits.yaml: limits of rate, acceleration and position beside those of the URDF ------------------
-#
-# MoveIt lets the file replace what the URDF says. Here the narrower of the two holds, and a note names the joints for
-# which the file asks for more: a motor does not grow stronger in a file. Read for each joint: `max_velocity`,
-# `max_acceleration`, `min_position`, `max_position`, and the `has_..._limits` that switch them off.
-
 _WHAT = "MoveIt's joint limits"
+_USED = ("max_velocity", "max_acceleration", "min_position", "max_position")
 _NOT_USED = ("max_jerk", "max_deceleration", "max_effort")
 
 
@@ -332,17 +329,15 @@ def with_joint_limits_file(tree: LinkTree, path: str | os.PathLike[str]) -> Link
     unused: set[str] = set()
     for name, entry in given.items():
         with file.at(*place, name):
-            entry = {} if entry is None else entry
-            if not isinstance(entry, dict):
-                raise FileFormatError(f"joint_limits.{name} is {shown(entry)}, expected a mapping as {{max_velocity: 1.0}}")
+            entry = _entry(name, entry)
             if name in joints and joints[name].kind in ("revolute", "continuous", "prismatic"):
                 joints[name] = _narrowed(joints[name], entry, wider)
-                unused |= {key for key in _NOT_USED if _stated(entry, key, flag=f"has_{key[4:]}_limits") is not None}
+                unused |= {key for key in _NOT_USED if _stated(entry, key) is not None}
     notes = [*tree.notes, f"limits of joints were narrowed to those of {path}"]
     if wider:
         notes.append(f"{path} allows more than the robot's file, whose limits hold, for {', '.join(wider)}")
     if unknown:
-        notes.append(f"{path} names joints that the robot does not have and were left out: {', '.join(unknown)}")
+        notes.append(f"{path} names joints that the robot does not have and were ignored: {', '.join(unknown)}")
     if unused:
         notes.append(f"{path} states {', '.join(sorted(unused))}, which is not used; a limit of jerk is given to the planner")
     scaling = _scaling(file, place)
@@ -382,9 +377,9 @@ def _located(path: str | os.PathLike[str]) -> tuple[YamlFile, tuple[str, ...]]:
     raise FileFormatError(f"{path} has no joint_limits, expected {_WHAT}: a mapping from joints to limits")
 
 
-def _narrowed(joint: LinkJoint, entry: dict[str, Any], wider: list[str]) -> LinkJoint:
+def _narrowed(joint: LinkJoint, entry: Any, wider: list[str]) -> LinkJoint:
     where = f"joint_limits.{joint.name}"
-    lower, upper = (_stated(entry, key, flag="has_position_limits") for key in ("min_position", "max_position"))
+    lower, upper = (_stated(entry, key) for key in ("min_position", "max_position"))
     if lower is not None and upper is not None and not (is_none(lower) and is_none(upper)):
         if lower > upper:
             raise RobotError(f"{where} has min_position {lower:g} above max_position {upper:g}; exchange them")
@@ -392,8 +387,8 @@ def _narrowed(joint: LinkJoint, entry: dict[str, Any], wider: list[str]) -> Link
         if more and (lower < (joint.lower or 0.0) or upper > (joint.upper or 0.0)):
             wider.append(f"{joint.name} (position)")
         joint = with_range(joint, lower, upper, where)
-    velocity = usable_velocity(_stated(entry, "max_velocity", flag="has_velocity_limits"))
-    acceleration = _stated(entry, "max_acceleration", flag="has_acceleration_limits")
+    velocity = usable_velocity(_stated(entry, "max_velocity"))
+    acceleration = _stated(entry, "max_acceleration")
     acceleration = acceleration if acceleration is not None and 0 < acceleration < math.inf else None
     for field, value, known in (
         ("velocity", velocity, usable_velocity(joint.velocity)),
@@ -406,11 +401,44 @@ def _narrowed(joint: LinkJoint, entry: dict[str, Any], wider: list[str]) -> Link
     return joint
 
 
-def _stated(entry: dict[str, Any], key: str, *, flag: str = "") -> float | None:
+def _stated(entry: Any, key: str) -> float | None:
     """Return a limit that the file states and does not switch off."""
-    value = entry.get(key)
-    if value is None or entry.get(flag, True) is False:
-        return None
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
-        raise FileFormatError(f"{key} is {shown(value)}, expected a number")
-    return float(value)
+    return None if getattr(entry, _switch_of(key)) is False else getattr(entry, key)
+
+
+def _switch_of(key: str) -> str:
+    """Return the key that switches a limit off, as has_velocity_limits does max_velocity."""
+    return f"has_{key[4:]}_limits"
+
+
+def _entry(name: object, given: Any) -> Any:
+    """Check what the file states of a joint; null states nothing.
+
+    Raises:
+        FileFormatError: no mapping, or a limit that is no number.
+    """
+    from pydantic import ValidationError
+
+    try:
+        return _entry_model().model_validate({} if given is None else given)
+    except ValidationError as error:
+        raise FileFormatError(complaint(error, f"joint_limits.{name}")[1]) from None
+
+
+@cache
+def _entry_model() -> Any:
+    """Return the pydantic model of an entry; made when it is first needed, for pydantic takes long to import."""
+    from pydantic import AfterValidator, Strict, create_model
+
+    from spacearm.core.strict_model import wrong_form
+
+    def no_nan(number: float) -> float:
+        if math.isnan(number):
+            raise wrong_form("a number")
+        return number
+
+    limit: Any = Annotated[float, Strict(), AfterValidator(no_nan)]
+    keys = (*_USED, *_NOT_USED)
+    limits: Any = dict.fromkeys(keys, (limit | None, None))
+    switches: Any = dict.fromkeys(map(_switch_of, keys), (Any, True))
+    return create_model("JointLimits", **limits, **switches)

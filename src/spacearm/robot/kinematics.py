@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,26 +12,26 @@ from spacearm.core.checks import as_readonly, shown
 from spacearm.core.errors import RobotError
 from spacearm.core.exact import product
 from spacearm.core.native import native
-from spacearm.robot.model import JOINT_KINDS, Robot, require_robot
+from spacearm.robot.model import Robot, require_robot
 
 Array = NDArray[np.float64]
 
 _FURTHEST = 1e9  # [rad or m] beyond, sines have no digit left
 
 
-def tree_arrays(robot: Robot) -> dict[str, Any]:
-    """Return the joints as the flat arrays that the kernel's models are made of."""
+def kernel_joints(robot: Robot) -> native.Joints:
+    """Return the joints as the kernel takes them."""
     joints = robot.joints
-    return {
-        "parent": np.array([joint.parent for joint in joints], dtype=np.int32),
-        "kind": np.array([JOINT_KINDS.index(joint.kind) for joint in joints], dtype=np.int32),
-        "dof": np.array([joint.dof for joint in joints], dtype=np.int32),
-        "multiplier": np.array([joint.multiplier for joint in joints], dtype=np.float64),
-        "offset": np.array([joint.offset for joint in joints], dtype=np.float64),
-        "rotation": np.array([joint.T_parent_joint[:3, :3] for joint in joints], dtype=np.float64),
-        "translation": np.array([joint.T_parent_joint[:3, 3] for joint in joints], dtype=np.float64),
-        "dofs": robot.dof,
-    }
+    return native.Joints(
+        parent=np.array([joint.parent for joint in joints], dtype=np.int32),
+        prismatic=np.array([joint.kind == "prismatic" for joint in joints], dtype=bool),
+        dof=np.array([joint.dof for joint in joints], dtype=np.int32),
+        multiplier=np.array([joint.multiplier for joint in joints], dtype=np.float64),
+        offset=np.array([joint.offset for joint in joints], dtype=np.float64),
+        rotation=np.array([joint.T_parent_joint[:3, :3] for joint in joints], dtype=np.float64).reshape(-1, 3, 3),
+        translation=np.array([joint.T_parent_joint[:3, 3] for joint in joints], dtype=np.float64).reshape(-1, 3),
+        dofs=robot.dof,
+    )
 
 
 def as_configurations(robot: Robot, q: ArrayLike) -> Array:
@@ -58,19 +57,9 @@ def as_configurations(robot: Robot, q: ArrayLike) -> Array:
 
 
 @lru_cache(maxsize=32)
-def tree_model(robot: Robot) -> Any:
+def tree_model(robot: Robot) -> native.Model64:
     """Return the kernel's model of a robot's joints alone; for those who ask for many small batches of `joint_frames`."""
-    none = np.zeros(0, dtype=np.int32)
-    return native.Model64.make(
-        **tree_arrays(robot),
-        point_joint=none,
-        point_local=np.zeros((0, 3)),
-        capsule_a=none,
-        capsule_b=none,
-        capsule_radius=np.zeros(0),
-        sphere_center=np.zeros((0, 3)),
-        sphere_radius=np.zeros(0),
-    )
+    return native.Model64(native.World(joints=kernel_joints(robot)))
 
 
 def joint_frames(robot: Robot, q: ArrayLike) -> Array:
@@ -129,14 +118,11 @@ def forward_kinematics(robot: Robot, q: ArrayLike, *, frame: str | None = None) 
     return product(frames[..., wanted.joint, :, :], wanted.T_joint_frame)
 
 
-# ---- Joint centres: the seed's fixed control points ------------------------------------------------------------------
-
-
 _COINCIDENT = 1e-9  # [m] origins nearer than this are one joint centre
 
 
 def joint_centres(robot: Robot) -> tuple[tuple[int, Array], ...]:
-    """List the distinct joint centres and the tip: the seed's fixed control points.
+    """List the distinct joint centres and the tip: the fixed control points of the paper.
 
     Returns:
         Pairs (joint, point): a joint's index, -1 for the base, and a point (3,) [m] in its moving frame. A

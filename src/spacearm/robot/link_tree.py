@@ -1,9 +1,10 @@
-"""The end effector, where nobody names it: the end of the only chain that joints move.
+"""Links and joints as files describe them, which every reader hands to `assemble`; and where the chains of such a tree end.
 
-Many links have nothing behind them and are no end: a frame of the controller fixed to the base, a camera on an upper arm. An
-end is on the last body of a chain, which joints move and from which no joint goes on. Where several frames are fixed to that
-body, a name that everybody uses (tool0, tcp, ...) decides, if only one has it, or that the others are sensors or fingers;
-where chains fork, as into fingers that move, a name on the body at which they do.
+Where nobody names the end effector, it is the end of the only chain that joints move. Many links have nothing behind them and
+are no end: a frame of the controller fixed to the base, a camera on an upper arm. An end is on the last body of a chain, which
+joints move and from which no joint goes on. Where several frames are fixed to that body, a name that everybody uses (tool0,
+tcp, ...) decides, if only one has it, or that the others are sensors or fingers; where chains fork, as into fingers that move,
+a name on the body at which they do.
 """
 
 from __future__ import annotations
@@ -16,8 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.errors import RobotError, nearest
-
-# ---- Links and joints as files describe them: what the URDF and the YAML reader hand to `tree` -----------------------
 
 Array = NDArray[np.float64]
 
@@ -83,7 +82,7 @@ class LinkTree:
         masses: of the links that have one.
         shaped: links of a URDF with a shape, drawn or for collision.
         unreadable: links whose mass the file states so that it cannot be used, each with what is wrong.
-        base: how the root is held: "fixed" or "floating".
+        base: "fixed" or "floating".
         configurations: named ones, each with the value of some joints [rad or m].
         with_envelope: False if the user wants none.
         self_collision: what the file asks for: "none", "computed", or pairs of links that must keep clear.
@@ -128,8 +127,6 @@ def leader_of(joint: LinkJoint, tree: LinkTree) -> Mimic:
         passed.append(at.name)
     return Mimic(leader=at.name, multiplier=multiplier, offset=offset)
 
-
-# ---- The end effector, where nobody names it: the end of the only chain that joints move -----------------------------
 
 _NAMES = (
     frozenset(["tcp", "tool", "ee", "eef", "effector", "endeffector", "toolframe"]),

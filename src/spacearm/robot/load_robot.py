@@ -18,7 +18,6 @@ from spacearm.robot.assembly import Assembly, SelfCollision, assemble
 from spacearm.robot.build_robot import require_collision
 from spacearm.robot.link_tree import LinkTree
 from spacearm.robot.model import Robot
-from spacearm.robot.robot_yaml import tree_from_yaml
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE, urdf_tree
 
 _BUILTIN = resources.files("spacearm.robot") / "builtin"
@@ -48,12 +47,12 @@ def load_robot(
     """Load a robot that comes with spacearm, or one from a file.
 
     Args:
-        source: a built-in robot's name, or the path of a URDF file or of a robot file (`yaml_robot` has its
+        source: a built-in robot's name, or the path of a URDF file or of a robot file (`robot_yaml` has its
             format).
         srdf: path of an SRDF file about the same robot: groups, named configurations, links that may touch.
         group: name of a group in it; only its joints move. Others stay where `fixed` puts them, else at 0 or
             the nearest to it that their limits allow, and the robot's notes say so.
-        fixed: joints that are held at a value [rad or m], by name; they are no part of q.
+        fixed: joints that are locked at a value [rad or m], by name; they are no part of q.
         tip: name of the link that is the end effector; by default the end of the group's chain, or of the
             robot's, of those that joints move; needed where there are several.
         velocity_limit: no joint is to be faster [rad/s or m/s]; needed where the file states no limit, or what means none: 0, a
@@ -74,7 +73,7 @@ def load_robot(
         self_collision: which links must keep clear of each other. "srdf": all but those that the SRDF allows to
             touch, and those that meet in every configuration; "computed": those that `find_self_pairs` finds;
             "none". "auto" is the SRDF where there is one, else computed for a URDF and none for other robots.
-        base: "fixed" or "floating": how the base is held, unless a problem says otherwise. By default as spacearm's own
+        base: "fixed" or "floating", unless a problem says otherwise. By default as spacearm's own
             robot file says; else fixed, whatever an SRDF's virtual joint would allow, which a note tells.
 
     Raises:
@@ -108,6 +107,8 @@ def load_robot(
 
 
 def _tree_of_robot_file(path: str | os.PathLike[str], source: str, collision: str, count: int) -> LinkTree:
+    from spacearm.robot.robot_yaml import tree_from_yaml
+
     file = read_yaml(path, key="spacearm-robot", what="a robot file")
     tree = tree_from_yaml(file, source=source, capsules_per_shape=count)
     return replace(tree, capsules=(), with_envelope=False) if collision == "none" else tree

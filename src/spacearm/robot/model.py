@@ -21,11 +21,13 @@ from spacearm.core.errors import RobotError, nearest
 from spacearm.core.records import record_as_dict, record_from_dict
 from spacearm.robot.unchecked_pairs import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
 
-# ---- The masses of a robot's links -----------------------------------------------------------------------------------
-
 Array = NDArray[np.float64]
 
 _SKEW = 1e-9  # share of its largest entry by which an inertia may miss symmetry
+
+INERTIA_ROUNDING = 1e-9
+"""Share of the largest principal moment by which the moments may miss what those of a body satisfy. Files state six digits or
+more, and the moments of a matrix (3, 3) are computed to 1e-15."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,6 +66,40 @@ class Body(Frozen):
         )
 
 
+def inertia_fault(inertia: Array, *, rounding: float = INERTIA_ROUNDING, scale: float = 0.0) -> str:
+    """Say why no body can have an inertia.
+
+    A body's principal moments are integrals over its mass: none is below 0, and none is above the sum of the other two.
+
+    Args:
+        inertia: (3, 3), symmetric [kg m^2].
+        rounding: by which share of the largest moment the others may miss that.
+        scale: a number that the inertia was computed from and whose rounding it has, if that is larger [kg m^2].
+
+    Returns:
+        "" for an inertia that a body can have, else "negative" or "triangle".
+    """
+    moments = np.linalg.eigvalsh(inertia)  # ascending
+    slack = rounding * max(float(np.abs(moments).max()), scale)
+    if moments[0] < -slack:
+        return "negative"
+    return "triangle" if moments[2] - moments[1] - moments[0] > slack else ""
+
+
+def require_possible_inertia(where: str, inertia: Array) -> None:
+    """Refuse an inertia (3, 3) that no body can have.
+
+    Raises:
+        RobotError: it is one.
+    """
+    if inertia_fault(inertia):
+        least, middle, largest = np.linalg.eigvalsh(inertia)
+        raise RobotError(
+            f"{where}: inertia has the principal moments {least:g}, {middle:g} and {largest:g}, expected none below 0 and none "
+            "above the sum of the other two; correct it"
+        )
+
+
 def as_index(name: str, value: Any) -> int:
     """Check the index of a joint; -1 is the base.
 
@@ -71,9 +107,6 @@ def as_index(name: str, value: Any) -> int:
         RobotError: none.
     """
     return as_whole(name, value, RobotError, at_least=-1, wanted="an index, or -1")
-
-
-# ---- What moves: a tree of joints, capsules around the links, named frames, and each joint's limits ------------------
 
 
 JOINT_KINDS = ("revolute", "prismatic")
@@ -218,13 +251,13 @@ class Robot(Frozen):
         lower, upper: (n,) limits of q [rad or m]; -inf and inf where a joint turns without end.
         velocity: (n,) limits of |dq| [rad/s or m/s], above 0.
         acceleration: (n,) limits of |ddq| [rad/s^2 or m/s^2], above 0.
-        base: how the base is held unless a problem says otherwise: "fixed", or "floating" (free to drift and turn).
+        base: "fixed" or "floating" (free to drift and turn), unless a problem says otherwise.
         bodies: the masses of the links, as far as the file states them; empty if it states none. Those on joint -1
             are the base's.
         self_pairs: names of links that must keep clear of each other, two by two; empty if none need to.
         apart: pairs that must keep clear as well, but cannot meet within the limits: a search does not look at them, a
             certificate does. Where shapes, joints or limits change, they become `self_pairs`.
-        unchecked: pairs that were left out, and why. `unchecked_pairs(robot)` lists all that are not checked.
+        unchecked: pairs that are not checked, and why. `unchecked_pairs(robot)` lists all that are not checked.
         collision: "none" says that the robot is meant to have no envelope; one without is refused otherwise.
         solid: links that are more than frames: those with a shape, drawn or for collision, or a mass in their file. Those of
             them without an envelope are kept clear of nothing, which is told.
@@ -232,7 +265,7 @@ class Robot(Frozen):
         configurations: named ones.
         source: the file or built-in name it came from.
         notes: what was assumed in reading it, a sentence each.
-        origin: of a robot from a file, what it was put together from, so that joints can be held elsewhere afterwards; no
+        origin: of a robot from a file, what it was put together from, so that joints can be locked elsewhere afterwards; no
             part of its value, and kept neither by pickle nor in files.
 
     Raises:
@@ -336,7 +369,7 @@ class Robot(Frozen):
 
 
 def require_base(base: Any) -> None:
-    """Check how a base is held.
+    """Check whether a base is fixed or floats.
 
     Raises:
         RobotError: anything but "fixed" and "floating".
@@ -459,9 +492,6 @@ def require_robot(robot: Any) -> None:
         RobotError: it is none.
     """
     require_kind("robot", robot, Robot, RobotError, advice="make one with load_robot(...)")
-
-
-# ---- Robots as plain values, so that a file may hold one in full -----------------------------------------------------
 
 
 def robot_as_dict(robot: Robot) -> dict[str, Any]:

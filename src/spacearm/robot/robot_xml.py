@@ -1,8 +1,9 @@
-"""XML that is not well formed, but that urdfdom, and so ROS and Pinocchio, reads: made well formed, with the same meaning.
+"""XML from outside: the root of a URDF or an SRDF, read without fetching or expanding anything.
 
-urdfdom reads with tinyxml2, which knows no namespaces, expands no entities of its own, and takes for text what it does not
-know. What it takes is put right here, piece by piece, and each repair is written down with its line; what it refuses, such as
-tags that do not match, is left as it is, for the strict parser to refuse. Line numbers stay.
+urdfdom, and so ROS and Pinocchio, reads files that are not well formed. It uses tinyxml2, which knows no namespaces, expands no
+entities of its own, and takes for text what it does not know. What it takes is made well formed here with the same meaning,
+piece by piece, and each repair is recorded with its line. What it refuses, such as tags that do not match, is left for the
+strict parser to refuse. Line numbers stay.
 """
 
 from __future__ import annotations
@@ -373,9 +374,6 @@ def _without_controls(scan: _Scan, text: str, at: int) -> str:
         return text
     scan.mended("xml-control", at, "control characters", "left out")
     return _CONTROL.sub("", text)
-
-
-# ---- XML from outside, read without fetching or expanding anything: the root of a URDF or an SRDF --------------------
 
 
 def xml_root(content: bytes, *, what: str, root: str, comments: bool = False) -> Any:

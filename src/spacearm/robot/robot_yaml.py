@@ -5,7 +5,7 @@ Key by key::
     spacearm-robot: 1          # format and version
     name: my_arm               # for people
     notes: [...]               # optional sentences: where the numbers are from, what was assumed
-    base: floating             # how the base is held, unless a problem says otherwise: fixed (default) or floating
+    base: floating             # the base, unless a problem says otherwise: fixed (default) or floating
     tip: hand                  # the link that is the end effector; optional where there is one chain
     link_radius: 0.05          # optional: the radius of capsules that state none [m]
     joints:
@@ -38,34 +38,123 @@ Key by key::
       - {name: out, q_deg: [0, 90]}      #   or in degrees where all of them turn
     self_collision: none       # optional: computed, or the pairs of links that must keep clear: [[base, forearm], ...]
 
-A link's frame is that of the joint whose child it is.
+A link's frame is that of the joint whose child it is. Imported only when such a file is read.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, Strict, field_validator
 
 from spacearm.core.checks import as_number, as_readonly, as_whole, shown
 from spacearm.core.errors import RobotError, nearest
 from spacearm.core.reading import YamlFile
 from spacearm.core.rotations import rotation_from_rpy
-from spacearm.robot.envelope_report import box_capsules
+from spacearm.core.strict_model import Number, StrictModel, wrong_form
+from spacearm.robot.capsule_fit import box_capsules
 from spacearm.robot.link_tree import LONGEST, LinkJoint, LinkMass, LinkTree, Mimic
-
-if TYPE_CHECKING:
-    from spacearm.robot.robot_schema import BoxModel, CapsuleModel, ConfigurationModel, JointModel, MassModel, RobotModel
-
-# ---- Boxes, masses and configurations of a robot file; `yaml_robot` explains the keys --------------------------------
+from spacearm.robot.model import require_possible_inertia
 
 Array = NDArray[np.float64]
 
+Text = Annotated[str, Strict()]
+
+
+class MimicModel(StrictModel):
+    """A joint that follows another."""
+
+    joint: Text
+    multiplier: Number = 1.0
+    offset: Number = 0.0
+
+
+class JointModel(StrictModel):
+    """A joint between two links."""
+
+    name: Text
+    kind: Literal["revolute", "continuous", "prismatic", "fixed"]
+    parent: Text
+    child: Text
+    xyz: list[Number] = [0.0, 0.0, 0.0]  # noqa: RUF012 (pydantic copies defaults)
+    rpy: list[Number] | None = None
+    rpy_deg: list[Number] | None = None
+    axis: list[Number] | None = None
+    lower: Number | None = None
+    upper: Number | None = None
+    lower_deg: Number | None = None
+    upper_deg: Number | None = None
+    velocity: Number | None = None
+    acceleration: Number | None = None
+    mimic: MimicModel | None = None
+
+
+class CapsuleModel(StrictModel):
+    """A capsule on a link."""
+
+    link: Text
+    start: list[Number] = Field(alias="from")
+    end: list[Number] = Field(alias="to")
+    radius: Number | None = None
+
+
+class BoxModel(StrictModel):
+    """A box on a link, to be enclosed in capsules."""
+
+    link: Text
+    size: list[Number]
+    xyz: list[Number] = [0.0, 0.0, 0.0]  # noqa: RUF012
+    rpy: list[Number] | None = None
+    rpy_deg: list[Number] | None = None
+    count: int | None = Field(default=None, alias="capsules", strict=True)
+
+
+class MassModel(StrictModel):
+    """The mass of a link."""
+
+    link: Text
+    mass: Number
+    com: list[Number] = [0.0, 0.0, 0.0]  # noqa: RUF012
+    inertia: list[Number]
+
+
+class ConfigurationModel(StrictModel):
+    """A configuration with a name."""
+
+    name: Text
+    q: list[Number] | None = None
+    q_deg: list[Number] | None = None
+
+
+class RobotModel(StrictModel):
+    """A robot file."""
+
+    version: int = Field(alias="spacearm-robot")
+    name: Text
+    notes: list[Text] = []  # noqa: RUF012
+    tip: Text | None = None
+    base: Literal["fixed", "floating"] = "fixed"
+    link_radius: Number | None = None
+    joints: list[JointModel]
+    capsules: list[CapsuleModel] = []  # noqa: RUF012
+    boxes: list[BoxModel] = []  # noqa: RUF012
+    masses: list[MassModel] = []  # noqa: RUF012
+    configurations: list[ConfigurationModel] = []  # noqa: RUF012
+    self_collision: Literal["none", "computed"] | list[list[Text]] = "none"
+
+    @field_validator("self_collision", mode="before")
+    @classmethod
+    def _word_or_pairs(cls, given: Any) -> Any:
+        if not isinstance(given, list) and given not in ("none", "computed"):
+            raise wrong_form("none, computed, or a list of pairs of links")
+        return given
+
+
 _MOST = 1000  # capsules around one box
-_ROUNDING = 1e-9  # share of the largest moment
 
 Stated = tuple[str, tuple[tuple[str, float], ...]]
 """A configuration: its name, and the value of each joint that it names [rad or m]."""
@@ -108,28 +197,13 @@ def link_mass(mass: MassModel, links: Sequence[str], earlier: Sequence[str]) -> 
         f"{where}: inertia", mass.inertia, (6,), RobotError, advice="give the entries xx, yy, zz, xy, xz, yz"
     )
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    require_of_a_body(where, inertia)
+    require_possible_inertia(where, inertia)
     return LinkMass(
         mass.link,
         as_number(f"{where}: mass", mass.mass, RobotError, above=0, unit="kg"),
         as_readonly(f"{where}: com", mass.com, (3,), RobotError),
         inertia,
     )
-
-
-def require_of_a_body(where: str, inertia: Array) -> None:
-    """Refuse an inertia (3, 3) with a principal moment below 0, or one above the sum of the other two.
-
-    Raises:
-        RobotError: it is one.
-    """
-    least, middle, largest = np.linalg.eigvalsh(inertia)
-    slack = _ROUNDING * max(abs(least), abs(largest))
-    if least < -slack or largest > least + middle + slack:
-        raise RobotError(
-            f"{where}: inertia has the principal moments {least:g}, {middle:g} and {largest:g}, expected none below 0 and none "
-            "above the sum of the other two; correct it"
-        )
 
 
 def stated_configuration(given: ConfigurationModel, joints: Sequence[LinkJoint], earlier: Sequence[str]) -> Stated:
@@ -190,9 +264,6 @@ def require_link(where: str, link: str, links: Sequence[str]) -> None:
         raise RobotError(f"{where}: no joint names that link; {nearest(link, links)}")
 
 
-# ---- Robots as YAML: the format of the built-in ones, and of any other arm -------------------------------------------
-
-
 def tree_from_yaml(file: YamlFile, *, source: str, capsules_per_shape: int) -> LinkTree:
     """Make a tree of links from a robot file.
 
@@ -205,8 +276,6 @@ def tree_from_yaml(file: YamlFile, *, source: str, capsules_per_shape: int) -> L
         FileFormatError: keys or values that are not those of the format.
         RobotError: numbers that make no joint, capsule, box, mass or configuration.
     """
-    from spacearm.robot.robot_schema import RobotModel
-
     model = file.parsed(RobotModel)
     joints = []
     for i, joint in enumerate(model.joints):

@@ -1,10 +1,10 @@
 """Which links of a robot must keep clear of each other, found from its envelope and its joints.
 
-Sampling alone proves nothing, so a pair is left out only for a reason that holds: no joint moves the two
-against each other; they are neighbours, and the limits of the joint between them must keep them apart; or
-their envelopes meet nearly always, so that they say nothing. Each is recorded in `Robot.unchecked`. A pair that
-is proven never to meet (`never_meet`) is left out of the search only, and recorded in `Robot.apart`: a
-certificate proves it like any other. A pair that is merely never seen to meet stays in.
+Sampling alone proves nothing, so a pair is unchecked only for a reason that holds: no joint moves the two against each other;
+they are neighbours, and the limits of the joint between them must keep them apart; or their envelopes meet nearly always, so
+that they say nothing. Each is recorded in `Robot.unchecked`. A pair that is proven never to meet (`never_meet`) is left to the
+certificate, which proves it like any other; the search skips it, and `Robot.apart` records it. A pair that is merely never seen
+to meet is checked.
 """
 
 from __future__ import annotations
@@ -25,13 +25,6 @@ from spacearm.robot.capsules import CONTACT, Axes, PlacedAxes, clearance, least_
 from spacearm.robot.kinematics import base_and_joint_frames, skeleton
 from spacearm.robot.model import Robot, require_robot
 from spacearm.robot.unchecked_pairs import UncheckedPair, always_meets, apart_pairs, called, is_rigid, ways_to_links
-
-# ---- Proof that two links of a robot cannot meet, whatever the configuration -----------------------------------------
-#
-# The distance of two links changes at most as fast as their points move against each other: per radian of a joint
-# between them by the reach of the points beyond it from its axis, per metre of a sliding joint by a metre. So where,
-# in the middle of a box of joint values, the clearance is more than the half edges of the box allow, the whole box is
-# clear; other boxes are halved.
 
 Array = NDArray[np.float64]
 
@@ -146,9 +139,6 @@ def _reach_of(robot: Robot, joint: int, axes: Axes) -> float:
         if at == joint:
             furthest = max(furthest, across)
     return furthest
-
-
-# ---- Which links of a robot must keep clear of each other, found from its envelope and its joints --------------------
 
 
 Reason = Literal["checked", "rigid", "adjacent", "always", "cannot meet"]

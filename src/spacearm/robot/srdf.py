@@ -1,7 +1,8 @@
 """SRDF files: what MoveIt adds to a URDF. Groups of joints, named states, and pairs of links that may touch.
 
-Read here: group, group_state, end_effector, virtual_joint, passive_joint, disable_collisions,
-disable_default_collisions, enable_collisions and link_sphere_approximation; anything else is left alone.
+Read are group, group_state, end_effector, virtual_joint, passive_joint, disable_collisions, disable_default_collisions,
+enable_collisions and link_sphere_approximation; anything else is ignored. `group_members` finds what a group moves, and
+`what_does_not_fit` tells the names that the robot does not have.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ class GroupState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualJoint:
-    """How the robot's root, the child, is held in the world, the parent frame: "fixed", "floating" or "planar"."""
+    """How the robot's root, the child, moves in the world, the parent frame: "fixed", "floating" or "planar"."""
 
     name: str
     kind: str
@@ -223,8 +224,6 @@ def _at(element: Any) -> Any:
     return located(f"line {element.sourceline}")
 
 
-# ---- Whether an SRDF is about a robot, and what in it is not: names that the robot does not have ---------------------
-
 _LISTED = 5  # in one note
 
 
@@ -248,9 +247,9 @@ def what_does_not_fit(srdf: Srdf, tree: LinkTree) -> tuple[str, ...]:
     links, joints = set(tree.links), {joint.name for joint in tree.joints}
     joints |= {joint.name for joint in srdf.virtual_joints}
     unknown = _of_pairs(srdf) | {link for link, _ in srdf.spheres} | set(srdf.mounts)
-    notes = list(_left_out("link", unknown - links, tree.links))
+    notes = list(_ignored("link", unknown - links, tree.links))
     stated = {name for state in srdf.states for name, _ in state.values} | set(srdf.passive_joints)
-    notes += _left_out("joint", stated - joints, [joint.name for joint in tree.joints])
+    notes += _ignored("joint", stated - joints, [joint.name for joint in tree.joints])
     return tuple(notes)
 
 
@@ -258,14 +257,11 @@ def _of_pairs(srdf: Srdf) -> set[str]:
     return {link for both in srdf.disabled | srdf.enabled for link in both} | set(srdf.silent_links)
 
 
-def _left_out(what: str, unknown: Iterable[str], known: Iterable[str]) -> Iterable[str]:
+def _ignored(what: str, unknown: Iterable[str], known: Iterable[str]) -> Iterable[str]:
     names = sorted(unknown)
     if names:
         listed = ", ".join(repr(name) for name in names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
-        yield f"the SRDF names {what}s that the robot does not have and were left out: {listed} ({nearest(names[0], known)})"
-
-
-# ---- Which joints an SRDF's group moves, which of its states are configurations, and where its tip is ----------------
+        yield f"the SRDF names {what}s that the robot does not have and were ignored: {listed} ({nearest(names[0], known)})"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

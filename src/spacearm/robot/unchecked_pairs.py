@@ -23,7 +23,7 @@ REASONS = {
     "always": "always in contact",
     "changed": "in contact before the robot was changed",
     "allowed": "allowed to touch",
-    "touching": "held, and allowed to touch",
+    "touching": "attached, and allowed to touch",
     "not asked for": "not asked for",
 }
 """Why a pair of links is not checked, and how that is said."""
@@ -100,7 +100,6 @@ def called(links: Pair) -> str:
     return f"'{links[0]}' and '{links[1]}'"
 
 
-# ---- what was found for a robot that has changed since -----------------------------------------------------------------
 def fingerprint(robot: Robot, links: Iterable[str], *, limits: bool = True) -> str:
     """Return the SHA-256 of all that decides whether some links can meet: their capsules, the joints, and the limits."""
     wanted, hashed = set(links), hashlib.sha256()
@@ -162,7 +161,6 @@ def settled_pairs(robot: Robot) -> dict[str, Any]:
     return {"self_pairs": pairs, "apart": apart, "unchecked": tuple(unchecked[links] for links in sorted(unchecked))}
 
 
-# ---- what is not checked ---------------------------------------------------------------------------------------------------
 def unchecked_pairs(robot: Robot) -> tuple[UncheckedPair, ...]:
     """List every pair of links with an envelope that is not kept clear of each other, with the reason, by name."""
     checked = {*robot.self_pairs, *(() if robot.apart is None else robot.apart.pairs)}
@@ -244,7 +242,6 @@ def _some(words: Sequence[str]) -> str:
     return ", ".join(words[:_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
-# ---- robots without an envelope, or without masses -------------------------------------------------------------------------
 def lacks_envelope(robot: Robot) -> str:
     """Say that a robot has no envelope, unless none is meant; "" if all is well."""
     if robot.collision == "none" or robot.capsules:
@@ -322,11 +319,11 @@ def lacks_masses(robot: Robot) -> str:
     lacking = without_mass(robot)
     if not lacking:
         return ""
-    held = [name for name, why in lacking if why == NOT_SAID]
+    payloads = [name for name, why in lacking if why == NOT_SAID]
     advice = []
-    if held:
-        advice.append("give hold(..., mass=...), in a problem file `mass` beside the shape that is held")
-    if len(held) < len(lacking):
+    if payloads:
+        advice.append("give hold(..., mass=...), in a problem file `mass` beside the shape of the payload")
+    if len(payloads) < len(lacking):
         advice.append("give each link an <inertial> with mass and inertia (mass 0 if a link that is fixed to it has it)")
     listed = _some([f"'{name}' ({why})" for name, why in lacking])
     return (
@@ -347,7 +344,7 @@ def require_all_masses(robot: Robot) -> None:
 
 
 NOT_SAID = "held, and nothing says what it weighs"
-"""Why what is held has no mass."""
+"""Why a payload has no mass."""
 
 
 def known_unweighed(robot: Robot) -> tuple[tuple[str, str], ...]:

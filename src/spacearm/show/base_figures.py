@@ -14,8 +14,8 @@ from spacearm.core.rotations import conjugate, multiplied
 from spacearm.dynamics import center_of_mass
 from spacearm.motion import AnyTrajectory
 from spacearm.planner.problem import BaseLimits
-from spacearm.proof.displacement import JointMap
-from spacearm.proof.moving_bodies import free_model
+from spacearm.proof.bodies import JointMap
+from spacearm.proof.witness import free_base_model, pinocchio
 from spacearm.show.drawing import RED, base_frames
 from spacearm.show.figure_style import (
     BLACK,
@@ -68,9 +68,7 @@ def residual_momentum(trajectory: AnyTrajectory, t: Array) -> Residual:
         trajectory: with masses.
         t: (m,) instants [s].
     """
-    import pinocchio  # pyright: ignore[reportMissingImports]
-
-    model, at_q, at_v = free_model(trajectory.robot)
+    library, (model, at_q, at_v) = pinocchio(), free_base_model(trajectory.robot)
     state, joints = model.createData(), JointMap(trajectory.robot)
     moved = trajectory.sample(t)
     position, wxyz = trajectory.base_pose(t)
@@ -82,12 +80,12 @@ def residual_momentum(trajectory: AnyTrajectory, t: Array) -> Residual:
     given = np.concatenate([trajectory.momentum.linear, trajectory.momentum.angular])
     missed, by_poses, links = np.empty((len(t), 6)), np.empty((len(t), 3)), np.empty((len(t), model.njoints - 1, 6))
     for i, (row, rate) in enumerate(zip(q, v, strict=True)):
-        R = pinocchio.Quaternion(row[3:7]).toRotationMatrix()
+        R = library.Quaternion(row[3:7]).toRotationMatrix()
         rate[:3] = R.T @ velocity[i]
         rate[3:6] = differenced[i]
-        by_poses[i] = pinocchio.computeCentroidalMomentum(model, state, row, rate).angular - given[3:]
+        by_poses[i] = library.computeCentroidalMomentum(model, state, row, rate).angular - given[3:]
         rate[3:6] = omega[i]
-        missed[i] = pinocchio.computeCentroidalMomentum(model, state, row, rate).vector - given
+        missed[i] = library.computeCentroidalMomentum(model, state, row, rate).vector - given
         for k in range(1, model.njoints):
             own = state.oMi[k].act(model.inertias[k] * state.v[k])  # about the world's origin
             links[i, k - 1, :3], links[i, k - 1, 3:] = own.linear, own.angular - np.cross(state.com[0], own.linear)

@@ -265,7 +265,7 @@ def _length_table(benchmark: Benchmark) -> Table:
             cells += [f"{s.lengths[i].solved}/{s.runs}", number(s.lengths[i].mean, 3), number(s.lengths[i].all, 3)]
         rows.append(tuple(cells))
     title = (
-        "joint path length [rad] after so many ms of search on the reference core; mean: of those solved by then; all: later "
+        "joint path length [rad] after a time of search on the reference core; mean: of those solved by then; all: later "
         "ones with their first motion"
     )
     return Table(title, header, rows)

@@ -105,7 +105,7 @@ class OtherChecker:
     def look(self, item: Item, q: Array) -> Recheck:
         """Look at configurations (m, n) of a problem, as `dense_configurations` gives them.
 
-        Bodies that no joint moves are not held against obstacles.
+        Bodies that no joint moves are not checked against obstacles.
         """
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 

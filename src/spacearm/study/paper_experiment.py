@@ -37,7 +37,7 @@ from spacearm.swarm.ask_tell import SwarmHistory
 
 PENALTY_WEIGHT = 100.0  # of the weighted penalty option
 _BLOCK = 20  # runs a task: about 0.05 s on one core
-_PATH_STEPS = 1_000_000  # a planned path takes about as long as so many evaluations; for the progress only
+_PATH_STEPS = 1_000_000  # evaluations that take about as long as a planned path; for the progress only
 
 
 # ---- the runs ----------------------------------------------------------------------------------------------------------

@@ -1,20 +1,24 @@
-"""The problem of the paper (Zhang et al. 2022): settings of its experiment, robot, scene, fitness, and best known values."""
+"""The problem of the paper (Zhang et al. 2022): settings of its experiment, robot, scene, fitness, best known values.
+
+At the end stand the readings: where the paper is silent, and what is taken there.
+"""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import SettingsError
+from spacearm.core.native import native
 from spacearm.core.records import one_of, settings, whole
 from spacearm.geometry import Scene, Sphere
-from spacearm.planner.kernel_model import make_kernel_model, native_class
+from spacearm.planner.kernel_model import make_kernel_model
 from spacearm.robot import Robot, load_robot
 from spacearm.robot.kinematics import as_configurations
 from spacearm.swarm import NAMED_SETTINGS
@@ -139,7 +143,17 @@ def paper_scene(radius: float = 0.10) -> Scene:
     return Scene([Sphere(center, radius) for center in OBSTACLE_CENTERS])
 
 
-def paper_objective(settings: PaperSettings, mode: str, radius: float, *, precision: int = 64) -> Any:
+@overload
+def paper_objective(
+    settings: PaperSettings, mode: str, radius: float, *, precision: Literal[64] = 64
+) -> native.PaperObjective64: ...
+@overload
+def paper_objective(
+    settings: PaperSettings, mode: str, radius: float, *, precision: int
+) -> native.PaperObjective32 | native.PaperObjective64: ...
+def paper_objective(
+    settings: PaperSettings, mode: str, radius: float, *, precision: int = 64
+) -> native.PaperObjective32 | native.PaperObjective64:
     """Return the kernel's objective: fitness eq. (4), violation eqs. (1)-(3), (10), (11), and the goal in that mode.
 
     Args:
@@ -153,15 +167,27 @@ def paper_objective(settings: PaperSettings, mode: str, radius: float, *, precis
         SceneError: a radius that is not above 0.
     """
     one_of("mode", mode, MODES)
-    model = make_kernel_model(paper_robot(settings.link_radius), paper_scene(radius), precision=precision)
-    return native_class("SeedObjective", precision)(
-        model.native,
-        np.array(model.centres, dtype=np.int32),
-        model.tip,
-        np.array(GOAL_POSITION),
-        np.array(settings.weights, dtype=np.float64),
-        mode == "goal",
-        settings.tolerance,
+    model = make_kernel_model(paper_robot(settings.link_radius), paper_scene(radius))
+    centers, weights = np.array(model.centres, dtype=np.int32), np.array(settings.weights, dtype=np.float64)
+    goal, must_reach, tolerance = np.array(GOAL_POSITION, dtype=np.float64), mode == "goal", settings.tolerance
+    if precision == 32:
+        return native.PaperObjective32(
+            scene=model.model32,
+            centers=centers,
+            tip=model.tip,
+            goal=goal,
+            weights=weights,
+            must_reach=must_reach,
+            tolerance=tolerance,
+        )
+    return native.PaperObjective64(
+        scene=model.model64,
+        centers=centers,
+        tip=model.tip,
+        goal=goal,
+        weights=weights,
+        must_reach=must_reach,
+        tolerance=tolerance,
     )
 
 
@@ -229,3 +255,117 @@ def best_known_value(settings: PaperSettings, mode: str, radius: float, feasible
     if feasible and min(feasible) < recorded:
         return min(feasible), "the best of these runs, better than the recorded one"
     return recorded, _FOUND_BY
+
+
+# ---- readings --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """A declared reading.
+
+    Attributes:
+        open: what the paper leaves open.
+        reading: what we take.
+        why: the reason.
+    """
+
+    open: str
+    reading: str
+    why: str
+
+
+READINGS: tuple[Reading, ...] = (
+    Reading(
+        open="robot",
+        reading="S-R-S arm: spherical shoulder at the origin, elbow, spherical wrist; links 0.668, 0.4128, 0.2552 m along "
+        "+y at q = 0",
+        why="the start (0, 1.336, 0) is then the stretched arm",
+    ),
+    Reading(
+        open="joint axes at q = 0",
+        reading="z, x, y, z, y, x, z",
+        why="consecutive axes perpendicular; joints 1, 4, 7 move the arm in the plane z = 0",
+    ),
+    Reading(
+        open="joint limits",
+        reading="[deg] max 160, 20, 180, 170, 20, 20, 180; min -160, -20, -180, -150, -180, -46, -80",
+        why="the most economical repair of the printed lines, whose signs are lost",
+    ),
+    Reading(
+        open="obstacle radius A_R",
+        reading="0.10 m; 0.06 and 0.15 on request",
+        why="disjoint spheres need less than 0.112; the straight way is blocked above 0.054",
+    ),
+    Reading(open="radius of the links' cylinders", reading="0 m, a setting", why="no value is given"),
+    Reading(
+        open="control points in eq. (5)",
+        reading="distinct joint centres: shoulder, elbow, wrist, end effector",
+        why="seven centres with three at the origin give F >= 5.1 at the goal, above the paper's worst 4.33",
+    ),
+    Reading(open="third coordinate in eq. (6)", reading="z joins x and y", why="the goal is a point in space"),
+    Reading(
+        open="is the goal reached?",
+        reading="mode 'goal': reaching it within 1 mm is a constraint; mode 'literal': only eq. (4)",
+        why="f1 is minimised and pulls the arm towards the obstacles: with eq. (4) alone the optimum stops short of the goal",
+    ),
+    Reading(
+        open="constraint handling",
+        reading="feasible first; the weighted penalty as an option",
+        why="not stated",
+    ),
+    Reading(
+        open="reference [19], population 3",
+        reading="variant M (symbiotic, after Niu et al. 2007) and variant S (cooperative, after Zhang and Ding 2011)",
+        why="the two published three-population PSOs that fit the text",
+    ),
+    Reading(
+        open="v1, v2, v3 in variant S",
+        reading="the velocities before the update, G1 and G2 the fitness of the current positions",
+        why="all three at the same time step",
+    ),
+    Reading(open="split of 300 particles", reading="100 / 100 / 100", why="both sources use equal populations"),
+    Reading(open="c3 of variant M", reading="2, as c1 and c2", why="not stated"),
+    Reading(
+        open="velocity clamp",
+        reading="0.2 of the joint range for IPSO; PSO unclamped as in Table 1",
+        why="both sources of IPSO clamp",
+    ),
+    Reading(
+        open="initial velocities",
+        reading="uniform within +- 0.2 of the joint range",
+        why="'stochastic under constraints'",
+    ),
+    Reading(
+        open="particles beyond the joint limits",
+        reading="set onto the limit, that component of the velocity to 0",
+        why="not stated",
+    ),
+    Reading(
+        open="what an iteration is",
+        reading="one evaluation of every particle, the initial random one included: 100 iterations are 30,000 evaluations",
+        why="Table 1 gives 300 particles and 100 iterations",
+    ),
+    Reading(
+        open="inertia weight in eq. (14)",
+        reading="w (printed v), falling linearly over the evaluations",
+        why="the printed v is a misprint",
+    ),
+    Reading(
+        open="r1, r2",
+        reading="drawn for every particle, dimension and iteration",
+        why="the usual reading",
+    ),
+    Reading(
+        open="the path",
+        reading="the motion that the planner finds from the start configuration to the swarm's best configuration, with its "
+        "certificate; beside it, as the paper draws it, the trace of the best end effector over the iterations",
+        why="the paper's particle is one configuration, not a path",
+    ),
+    Reading(
+        open="base attitude",
+        reading="Q_b0 = Q_bd = (1, 0, 0, 0): the base is held fixed",
+        why="they are given as equal",
+    ),
+)
+"""All declared readings."""

@@ -53,7 +53,7 @@ class Draft:
 
     Attributes:
         robot: what moves.
-        obstacles: what is in the way.
+        obstacles: of the scene.
         start: where the arm's tip, or each arm's, begins.
         goal: where it ends.
         in_joints: whether the goal is told as joint positions that reach it with the base at rest, rather than in space.
@@ -73,12 +73,12 @@ class Draft:
 Family: TypeAlias = Callable[[np.random.Generator], Draft]
 """Draws a problem."""
 
-Asked: TypeAlias = tuple[float | None, BaseLimits]
+Requirements: TypeAlias = tuple[float | None, BaseLimits]
 """Within what angle the base is to end as it began, and how little it may be disturbed."""
 
 
-def asked_of_the_base(rng: np.random.Generator, *, in_joints: bool, peak: tuple[float, float]) -> Asked:
-    """Draw what is asked of the base: nothing, to end as it began, or to turn little.
+def base_requirements(rng: np.random.Generator, *, in_joints: bool, peak: tuple[float, float]) -> Requirements:
+    """Draw the requirements on the base: none, to end as it began, or to turn little.
 
     Args:
         rng: of the problem.
@@ -174,11 +174,11 @@ def draw_truss(rng: np.random.Generator) -> Draft:
         across = rng.uniform(-0.25, 0.25, 2) * (bay, width)
         return _placed(site, T, (number * bay + across[0], across[1], rng.uniform(0.06, 0.2)))
 
-    # From the middle bay the way is short; half of the motions begin outside.
+    # From the middle bay the motion is short; half of the motions begin outside.
     begin = inside(start_bay) if rng.random() < 0.5 else _placed(site, T, (start_bay * bay, 0.0, -rng.uniform(0.1, 0.25)))
     end = inside(goal_bay)
     in_joints = bool(rng.random() < 0.4)
-    keep, limits = asked_of_the_base(rng, in_joints=in_joints, peak=(8, 20))
+    keep, limits = base_requirements(rng, in_joints=in_joints, peak=(8, 20))
     goal = tip_at(site, end) if rng.random() < 0.5 else hand_at(site, end, T[:3, 2] + rng.normal(0, 0.2, 3))
     return Draft(
         robot=site.robot,
@@ -252,7 +252,7 @@ def draw_panel(rng: np.random.Generator) -> Draft:
     side = int(rng.choice([-1, 1]))
     begin, end = beside(side), beside(-side)
     in_joints = bool(rng.random() < 0.4)
-    keep, limits = asked_of_the_base(rng, in_joints=in_joints, peak=(5, 15))
+    keep, limits = base_requirements(rng, in_joints=in_joints, peak=(5, 15))
     goal = tip_at(site, end) if rng.random() < 0.4 else hand_at(site, end, side * face + rng.normal(0, 0.3, 3))
     return Draft(
         robot=site.robot,
@@ -294,7 +294,7 @@ def draw_module(rng: np.random.Generator) -> Draft:
     inward = lambda: away + rng.normal(0, 0.15, 3)  # noqa: E731
     begin, end = close(places[0]), close(places[1])
     in_joints = bool(rng.random() < 0.35)
-    keep, limits = asked_of_the_base(rng, in_joints=in_joints, peak=(6, 15))
+    keep, limits = base_requirements(rng, in_joints=in_joints, peak=(6, 15))
     wide = math.radians(20)
     return Draft(
         robot=site.robot,
@@ -350,7 +350,7 @@ def draw_grapple(rng: np.random.Generator) -> Draft:
     aside, turn = rng.uniform(0.2, 0.45), rng.uniform(0, math.tau)
     begin = on_face(aside * math.cos(turn), aside * math.sin(turn), rng.uniform(0.08, 0.3))
     in_joints = bool(rng.random() < 0.3)
-    keep, limits = asked_of_the_base(rng, in_joints=in_joints, peak=(4, 12))
+    keep, limits = base_requirements(rng, in_joints=in_joints, peak=(4, 12))
     return Draft(
         robot=site.robot,
         obstacles=tuple(obstacles),
@@ -399,10 +399,10 @@ def draw_arms(rng: np.random.Generator) -> Draft:
     begin = (aside(-0.6, front * 0.4), aside(0.6, front * 0.4))
     if both:  # the tips change places in depth, and come to the middle one above the other
         end = (aside(-0.15, -front * 0.3), aside(0.35, front * rng.choice([-0.35, 0.1])))
-        keep, limits = asked_of_the_base(rng, in_joints=True, peak=(8, 20))
+        keep, limits = base_requirements(rng, in_joints=True, peak=(8, 20))
         goal = tuple(tip_at(site, point, frame=tip) for point, tip in zip(end, _TIPS, strict=True))
     else:
-        keep, limits = (math.radians(0.5), asked_of_the_base(rng, in_joints=True, peak=(3, 10))[1])
+        keep, limits = (math.radians(0.5), base_requirements(rng, in_joints=True, peak=(3, 10))[1])
         goal = (tip_at(site, aside(rng.uniform(-0.35, 0.1), -front * 0.35), frame=_TIPS[0]),)
     return Draft(
         robot=site.robot,

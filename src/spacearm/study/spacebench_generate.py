@@ -60,7 +60,7 @@ class Drawn:
 def generate(
     family: str, *, seed: int = SEED, number: int = PROBLEMS, progress: Callable[[int, int], object] | None = None
 ) -> Drawn:
-    """Draw problems of a family until so many are kept.
+    """Draw problems of a family until a number of them are kept.
 
     Kept is a problem whose ends are free of collision, that the straight motion to a goal configuration does not solve, and
     that `plan` solves with a certificate; the shortest motion that it finds in a little time is the known solution. The same

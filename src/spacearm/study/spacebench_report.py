@@ -19,7 +19,7 @@ from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, 
 from spacearm.study.reference_core import REFERENCE, load_note, machine, machine_note, speed_note
 from spacearm.study.spacebench import PUBLISHED_ROTATION, SpaceProblem
 from spacearm.study.spacebench_families import FAMILIES
-from spacearm.study.spacebench_runs import LEAST_PEAK, PAPERS_SCENE, SERVICER, LetGo, PublishedRun, Run, SpaceBench
+from spacearm.study.spacebench_runs import LEAST_PEAK, PAPERS_SCENE, SERVICER, Outcome, PublishedRun, Run, SpaceBench
 from spacearm.study.statistics import Spread, Target, mean, median, share, target_table
 from spacearm.study.study_tables import Table, degrees, listed, markdown, milliseconds, number, percent, plain
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _MANY = 8  # failures listed before it would no longer be read
 
-OUTCOMES: tuple[LetGo, ...] = ("collides", "misses its goal", "disturbs the base", "holds")
+OUTCOMES: tuple[Outcome, ...] = ("collides", "misses its goal", "disturbs the base", "holds")
 """What may become of a fixed-base planner's motion, in the order of the reports."""
 
 SERVICER_LIMIT = 2.0
@@ -50,7 +50,8 @@ class SpaceSummary:
         straight: mean of the straight lines between their ends [rad].
         known_length: mean of the known solutions [rad].
         peak: of the base's greatest angle [rad].
-        let_go: share of the fixed-base planner's motions, by what became of them when the base was let go; nan without any.
+        let_go: share of the motions planned for a fixed base, by what becomes of them when the base is free to move; NaN
+            without any.
         fixed: how many such motions there are.
         missed_by: median of what the tip misses its goal by then, of goals in space [m].
     """
@@ -199,7 +200,7 @@ def _let_go_table(bench: SpaceBench) -> Table:
         )
         for name, s in sorted_outcomes(grouped(bench))
     ]
-    title = "planned and proven for a fixed base, then the base is let go: share of the motions that then"
+    title = "planned and proven for a fixed base, then certified for a floating base: share of the motions that then"
     return Table(title, header, rows)
 
 
@@ -242,7 +243,7 @@ def _draw_let_go(ax: Axes, bench: SpaceBench) -> None:
                 pale = what in ("disturbs the base", "misses its goal")
                 ax.text(i, base + height / 2, f"{height:.0f}", ha="center", va="center", color=BLACK if pale else "white")
         below += share
-    ax.set(ylim=(0, 100), ylabel="motions planned for a fixed base [%]", title="when the base is let go, the motion")
+    ax.set(ylim=(0, 100), ylabel="motions planned for a fixed base [%]", title="on a floating base, the motion")
     tidy(ax)
     ax.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.12))
 

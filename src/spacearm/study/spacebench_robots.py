@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.errors import RobotError
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, forward_kinematics, load_robot
-from spacearm.robot.envelope_report import box_capsules
+from spacearm.robot.capsule_fit import box_capsules
 from spacearm.robot.model import Body
 from spacearm.robot.self_collision import find_self_pairs
 

@@ -1,7 +1,7 @@
 """SpaceBench measured: each problem with each seed is a task, and so is each seed of the published problems.
 
-A task plans a problem with its base free; then it plans the same as if the base were fixed, lets the base of that motion go,
-and sees what becomes of the motion.
+A task plans a problem with its base free to move. Then it plans the same problem as if the base were fixed, and judges that
+motion on the free base.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from itertools import groupby
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from spacearm.motion import Trajectory
 from spacearm.planner import PlannerSettings, Problem, Weights, plan, report_base
@@ -30,8 +30,8 @@ SERVICER, LEAST_PEAK, PAPERS_SCENE = "servicer", "servicer, least peak", "the pa
 _CALM = Weights(length=1e-3, base_peak=10.0)
 _INTERIOR = 4  # control points where the least peak is looked for
 
-LetGo = Literal["holds", "collides", "misses its goal", "disturbs the base", "no motion"]
-"""What becomes of a fixed-base planner's motion when the base is let go; the first that applies of the failures."""
+Outcome = Literal["holds", "collides", "misses its goal", "disturbs the base", "no motion"]
+"""What becomes of a motion that was planned for a fixed base when the base is free to move; the first failure that applies."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +70,7 @@ class Run:
         final: the angle that it has turned by at the end [rad].
         known_length: of the known solution [rad].
         fixed: status of the plan for the fixed base.
-        let_go: what became of that motion when the base was let go.
+        let_go: what becomes of that motion when the base is free to move.
         deepest: how deep it collides then, at the instant that the certificate found [m]; None where it does not.
         missed_by: by how much its tip misses the goal then [m]; None for goals in joint space.
     """
@@ -92,7 +92,7 @@ class Run:
     final: float | None
     known_length: float
     fixed: str
-    let_go: LetGo
+    let_go: Outcome
     deepest: float | None
     missed_by: float | None
     load: float | None = None
@@ -127,7 +127,7 @@ def measure(item: SpaceProblem, seed: int, protocol: SpaceProtocol, speed: CoreS
     fixed = plan(_for_a_fixed_base(item.problem), settings, rng=seed)
     if found.interrupted or fixed.interrupted:
         raise KeyboardInterrupt
-    let_go: LetGo = "no motion"
+    let_go: Outcome = "no motion"
     deepest = missed_by = None
     if fixed.found and fixed.trajectory is not None:
         let_go, deepest, missed_by = released(item.problem, fixed.trajectory)
@@ -158,8 +158,8 @@ def measure(item: SpaceProblem, seed: int, protocol: SpaceProtocol, speed: CoreS
     )
 
 
-def released(problem: Problem, trajectory: Trajectory) -> tuple[LetGo, float | None, float | None]:
-    """Let the base go that a trajectory was planned to be fixed for.
+def released(problem: Problem, trajectory: Trajectory) -> tuple[Outcome, float | None, float | None]:
+    """Judge a trajectory that was planned for a fixed base on a base that is free to move.
 
     Args:
         problem: with a base that floats.
@@ -203,7 +203,7 @@ class PublishedRun:
         goal_distance: by which the end effector misses its goal [m]; None where there is no motion.
         goal_angle: likewise [rad].
         base_final: by how much the base is turned at the end [rad].
-        base_peak: the most that it is turned by on the way [rad].
+        base_peak: the greatest angle by which it is turned during the motion [rad].
     """
 
     what: str
@@ -257,7 +257,9 @@ class PublishedTask:
 def run_space_task(task: SpaceTask) -> Run:
     """Measure a task. In each process, the first one is measured twice: what is imported on the way is not timed."""
     speed = speed_for(f"SpaceBench, {task.item.family}")
-    _warm(measure, task.item, 0, task.protocol, speed)
+    if not _measured:
+        measure(task.item, 0, task.protocol, speed)
+        _measured.append(True)
     return measure(task.item, task.seed, task.protocol, speed)
 
 
@@ -295,13 +297,7 @@ def _published(what: str) -> Problem:
     return servicer_problem(restore=what == SERVICER)
 
 
-_measured: list[bool] = []  # whether this process has measured anything
-
-
-def _warm(first: Any, *arguments: Any) -> None:
-    if not _measured:
-        first(*arguments)
-        _measured.append(True)
+_measured: list[bool] = []  # not empty once this process has measured a task
 
 
 @cache

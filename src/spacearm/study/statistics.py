@@ -57,7 +57,7 @@ class Target:
 
 
 def target_table(title: str, targets: Iterable[Target], *, digits: int) -> Table:
-    """Return a table of targets, the measured numbers with so many digits that count."""
+    """Return a table of targets; the measured numbers have this number of significant digits."""
     rows = [
         (
             target.what,

@@ -191,6 +191,8 @@ def _reason(error: Exception) -> str:
 
     if isinstance(error, ValidationError):
         first = error.errors(include_url=False)[0]
+        if first["type"] == "missing":
+            return f"{'.'.join(map(str, first['loc']))} is missing"
         return f"{'.'.join(map(str, first['loc']))} is {shown(first['input'])}: {first['msg']}"
     return f"{type(error).__name__} {error}"
 

@@ -31,7 +31,7 @@ def markdown(tables: Iterable[Table], notes: Iterable[str]) -> str:
 
 
 def number(value: float, digits: int) -> str:
-    """Return a number with so many digits after the point; - for NaN."""
+    """Return a number as text with `digits` decimals; - for NaN."""
     return "-" if math.isnan(value) else f"{value:.{digits}f}"
 
 

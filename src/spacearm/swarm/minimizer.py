@@ -1,4 +1,7 @@
-"""Minimise any Python function with a swarm."""
+"""Runs of a swarm from beginning to end: over any Python function (`minimize`), or inside the kernel (`run_trials`)."""
+
+# pyright: reportUnnecessaryIsInstance=false
+# What callers pass is checked at run time too.
 
 from __future__ import annotations
 
@@ -6,20 +9,23 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal, TypeAlias, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import as_number, dimensions_of, shown
 from spacearm.core.errors import OutputError, SettingsError, SwarmError
+from spacearm.core.interrupts import interrupt_taken
 from spacearm.core.native import native
 from spacearm.core.random_seed import Rng
 from spacearm.core.records import as_dict, one_of, whole
 from spacearm.swarm.ask_tell import Swarm, SwarmHistory, SwarmResult
 from spacearm.swarm.swarm_settings import SwarmSettings, kernel_settings
 
-Objective = Callable[[Any], Any]
+Array = NDArray[np.float64]
+
+Objective = Callable[[Array], object]
 """(particles, d) -> (particles,), or -> ((particles,), (particles,)): fitness and violation."""
 
 
@@ -35,7 +41,7 @@ def minimize(
     target: float | None = None,
     stall_iterations: int | None = None,
     max_seconds: float | None = None,
-    callback: Callable[[Swarm], Any] | None = None,
+    callback: Callable[[Swarm], object] | None = None,
     history: Literal["best", "positions"] = "best",
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: int = 10,
@@ -89,7 +95,7 @@ def minimize(
     try:
         while status == "budget" and not swarm.done:
             x = swarm.ask()
-            swarm.tell(*_told(evaluate(x), len(x), swarm.dims))
+            swarm.tell(*_fitness_and_violation(evaluate(x), len(x)))
             if checkpoint is not None and swarm.iteration % checkpoint_every == 0:
                 swarm.save(checkpoint)
             stopped = callback is not None and _asks_to_stop(callback, swarm)
@@ -97,6 +103,7 @@ def minimize(
     except KeyboardInterrupt:
         if swarm.iteration == 0:
             raise
+        interrupt_taken()
         return swarm.result("interrupted")
     if checkpoint is not None:
         swarm.save(checkpoint)
@@ -144,44 +151,49 @@ class _Stop:
         return "time" if self.deadline is not None and time.perf_counter() > self.deadline else None
 
 
-def _told(returned: Any, n: int, dims: int) -> tuple[Any, ...]:
+def _fitness_and_violation(returned: object, n: int) -> tuple[ArrayLike, ArrayLike | None]:
+    """Take apart what a function of n positions returned."""
+    parts = _parts(returned)
     if not isinstance(returned, tuple):
-        return (returned,)
-    if len(returned) != 2:
+        return parts[0], None
+    if len(parts) != 2:
         raise SwarmError(
-            f"f returned {len(returned)} values, expected the fitness ({n},), or a pair: fitness and violation, each ({n},)"
+            f"f returned {len(parts)} values, expected the fitness ({n},), or a pair: fitness and violation, each ({n},)"
         )
-    return returned
+    return parts[0], parts[1]
 
 
 def _row_by_row(f: Objective) -> Objective:
-    def evaluate(x: Any) -> Any:
-        values = [f(row) for row in x]
-        pairs = isinstance(values[0], tuple)
-        for value in values:
-            if isinstance(value, tuple) is not pairs or (pairs and len(value) != 2) or not all(map(_is_number, _parts(value))):
+    """Return a function of all positions (n, d), made of one that takes a single position (d,)."""
+
+    def evaluate(x: Array) -> object:
+        returned = [f(row) for row in x]
+        pairs = isinstance(returned[0], tuple)
+        for value in returned:
+            parts = _parts(value)
+            if isinstance(value, tuple) is not pairs or len(parts) != 1 + pairs or not all(map(_is_number, parts)):
                 raise SwarmError(
                     f"f returned {shown(value)} for a single position, expected a number, or always a pair of numbers: "
                     "fitness and violation"
                 )
-        columns = np.array([_parts(value) for value in values], dtype=np.float64).T
+        columns = np.array([_parts(value) for value in returned], dtype=np.float64).T
         return tuple(columns) if pairs else columns[0]
 
     return evaluate
 
 
-def _parts(value: Any) -> tuple[Any, ...]:
-    return value if isinstance(value, tuple) else (value,)
+def _parts(value: object) -> tuple[ArrayLike, ...]:
+    return cast("tuple[ArrayLike, ...]", value if isinstance(value, tuple) else (value,))
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: ArrayLike) -> bool:
     return dimensions_of(value) == 0 and np.asarray(value).dtype.kind in "biuf"
 
 
-def _asks_to_stop(callback: Callable[[Swarm], Any], swarm: Swarm) -> bool:
+def _asks_to_stop(callback: Callable[[Swarm], object], swarm: Swarm) -> bool:
     try:
         answer = callback(swarm)
-        return isinstance(answer, (bool, np.bool_)) and bool(answer)
+        return isinstance(answer, (bool, np.bool_)) and bool(cast("bool", answer))
     except StopIteration:
         return True
 
@@ -195,8 +207,8 @@ def _opened(path: str | os.PathLike[str], fresh: Swarm, *, resume: bool, rng: Rn
     if not resume:
         raise OutputError(f"{path} exists, expected a new file for the checkpoint; pass resume=True to go on from it")
     saved = Swarm.load(path)
-    given, kept = as_dict(fresh.settings), as_dict(saved.settings)
-    differing = [name for name in given if given[name] != kept.get(name)]
+    given, stored = as_dict(fresh.settings), as_dict(saved.settings)
+    differing = [name for name in given if given[name] != stored.get(name)]
     if type(fresh.settings) is not type(saved.settings) or differing:
         raise SettingsError(
             f"{path} was made with other settings ({', '.join(differing) or 'another swarm'}), expected the same"
@@ -205,21 +217,31 @@ def _opened(path: str | os.PathLike[str], fresh: Swarm, *, resume: bool, rng: Rn
         raise SettingsError(f"{path} was made with other bounds, expected the same; resume with those it was begun with")
     if isinstance(rng, (int, np.integer)) and saved.seed != rng:
         raise SettingsError(f"{path} was made with seed {saved.seed}, not {rng}; resume with the same rng, or with None")
-    if initial is not None and not np.array_equal(fresh._initial, saved._initial):  # type: ignore[arg-type]
+    if initial is not None and not _equal(fresh.initial, saved.initial):
         raise SettingsError(f"{path} was made with another `initial`, expected the same; resume with it, or with None")
-    if fresh._keep_positions != saved._keep_positions:
+    if fresh.keep_positions != saved.keep_positions:
         raise SettingsError(f"{path} was made with another `history`, expected the same")
     return saved
 
 
-# ---- Whole runs inside the kernel, for objectives that the kernel knows ----------------------------------------------
+def _equal(one: Array | None, other: Array | None) -> bool:
+    return one is other if one is None or other is None else np.array_equal(one, other)
+
+
+# ---- Runs inside the kernel, for objectives that the kernel knows ----------------------------------------------------
 
 MOST_THREADS = 1024
 """More cost memory and win nothing."""
 
 
+KernelObjective: TypeAlias = (
+    native.PaperObjective32 | native.PaperObjective64 | native.ReachObjective32 | native.ReachObjective64
+)
+"""What the kernel can evaluate by itself."""
+
+
 def run_trials(
-    objective: Any,
+    objective: KernelObjective,
     lower: ArrayLike,
     upper: ArrayLike,
     settings: SwarmSettings,
@@ -232,7 +254,7 @@ def run_trials(
     stop_when_feasible: bool = False,
     max_seconds: float | None = None,
     initial: np.ndarray | None = None,
-    progress: Callable[[int], Any] | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> list[SwarmResult]:
     """Run independent trials of a swarm on a kernel objective, spread over threads.
 
@@ -261,56 +283,66 @@ def run_trials(
     """
     begun = time.perf_counter()
     found = objective.search(
-        np.ascontiguousarray(lower, dtype=np.float64),
-        np.ascontiguousarray(upper, dtype=np.float64),
-        native.SwarmSettings.make(kernel_settings(settings)),
-        seed,
-        first_trial,
-        trials,
-        whole("threads", threads if threads is not None else os.cpu_count() or 1, at_least=1, at_most=MOST_THREADS),
-        keep_positions,
-        stop_when_feasible,
-        float(max_seconds or 0.0),
-        initial,
-        progress,
+        lower=np.ascontiguousarray(lower, dtype=np.float64),
+        upper=np.ascontiguousarray(upper, dtype=np.float64),
+        settings=kernel_settings(settings),
+        seed=seed,
+        first_trial=first_trial,
+        trials=trials,
+        threads=whole("threads", threads if threads is not None else os.cpu_count() or 1, at_least=1, at_most=MOST_THREADS),
+        keep_positions=keep_positions,
+        stop_when_feasible=stop_when_feasible,
+        seconds=float(max_seconds or 0.0),
+        initial=initial,
+        progress=progress,
     )
     seconds = time.perf_counter() - begun
     return [
-        _result(run, settings, seed, first_trial + i, seconds / max(trials, 1), stop_when_feasible, bool(max_seconds))
+        _result(
+            run,
+            settings,
+            seed,
+            first_trial + i,
+            seconds / max(trials, 1),
+            keep_positions=keep_positions,
+            stop_when_feasible=stop_when_feasible,
+            timed=bool(max_seconds),
+        )
         for i, run in enumerate(found)
-        if run["rounds"]
+        if run.rounds
     ]
 
 
 def _result(
-    run: dict[str, Any],
+    run: native.TrialResult32 | native.TrialResult64,
     settings: SwarmSettings,
     seed: int,
     trial: int,
     seconds: float,
+    *,
+    keep_positions: bool,
     stop_when_feasible: bool,
     timed: bool,
 ) -> SwarmResult:
     budget = settings.particles * settings.iterations
-    spent = run["evaluations"] + settings.particles > budget
-    feasible = stop_when_feasible and run["first_feasible_round"] >= 0
-    positions = run.get("position_history")
+    spent = run.evaluations + settings.particles > budget
+    feasible = stop_when_feasible and run.first_feasible_round >= 0
     return SwarmResult(
-        x=run["position"].astype(np.float64),
-        fitness=run["fitness"],
-        violation=run["violation"],
+        x=run.position.astype(np.float64),
+        fitness=run.fitness,
+        violation=run.violation,
         status="feasible" if feasible else "budget" if spent else "time" if timed else "callback",
-        iterations=run["rounds"],
-        evaluations=run["evaluations"],
+        iterations=run.rounds,
+        evaluations=run.evaluations,
         failed_evaluations=0,
         seed=seed,
         trial=trial,
         settings=settings,
         history=SwarmHistory(
-            fitness=run["fitness_history"].astype(np.float64),
-            violation=run["violation_history"].astype(np.float64),
-            evaluations=run["evaluation_history"],
-            positions=None if positions is None else positions.astype(np.float64),
+            fitness=run.fitness_history.astype(np.float64),
+            violation=run.violation_history.astype(np.float64),
+            evaluations=run.evaluation_history,
+            positions=run.position_history.astype(np.float64) if keep_positions else None,
         ),
         seconds=seconds,
     )

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "checks.hpp"
+
 namespace SPACEARM_NAMESPACE {
 
 enum class swarm_variant { pso, symbiotic, cooperative, evolving };
@@ -12,7 +14,6 @@ enum class constraint_rule { feasible_first, penalty };
 // What the counters below, and the memory for a swarm's numbers, can bear.
 inline constexpr int most_particles = 10'000'000, most_rounds = 1 << 30, most_power = 1000, most_entries = 1'000'000;
 inline constexpr std::int64_t most_evaluations = std::int64_t(1) << 62;
-inline constexpr double most_weight = 1e12;  // of anything that is multiplied
 
 struct swarm_settings {
     int particles = 300;
@@ -35,6 +36,21 @@ struct swarm_settings {
     int memory = 20;            // evolving: entries in the success history
     int shrink_to = 0;          // evolving: population 3 shrinks to this many as the budget is spent; 0: it stays
 };
+
+inline void require_sound(const swarm_settings& s) {
+    constexpr const char* out = "settings of a swarm out of range";
+    require(s.particles >= 1 && s.particles <= most_particles && s.memory >= 1 && s.memory <= most_entries, out);
+    require(s.evaluations >= 1 && s.evaluations <= most_evaluations, "a budget out of range");
+    for (double x : {s.inertia_start, s.inertia_end, s.cognitive, s.social, s.cooperation, s.velocity_clamp,
+                     s.start_velocity, s.penalty_start, s.penalty_end, s.penalty_rise}) {
+        require(within(x, most_weight), "a setting that is no number, or too large");
+    }
+    require(s.tolerance_power >= 0 && s.tolerance_power <= most_power && s.ring >= 0 && s.ring <= most_particles
+                && s.shrink_to >= 0 && s.shrink_to <= most_particles,
+            out);
+    require(s.evolving_share > 0 && s.evolving_share <= 1 && s.elite_share > 0 && s.elite_share <= 1, out);
+    require(s.tolerance_share >= 0 && s.tolerance_share <= 1 && s.tolerance_until > 0, out);
+}
 
 // A candidate's worth. Feasible first: less violation wins, then less fitness.
 template <class T> struct merit {

@@ -6,14 +6,12 @@
 #pragma once
 
 #include "lanes/trig.hpp"
-#include "python/model.hpp"
+#include "python/arrays.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
-using in3c = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
-
 // Matrices (p, m, k) by matrices (p or 1, k, n).
-inline nb::object matrix_product(in3c a, in3c b) {
+inline out_array<double, 3> matrix_product(in3c a, in3c b) {
     const std::size_t count = a.shape(0), rows = a.shape(1), inner = a.shape(2), columns = b.shape(2);
     require(b.shape(1) == inner && (b.shape(0) == count || b.shape(0) == 1), "the matrices do not fit");
     std::vector<double> out(count * rows * columns, 0.0);
@@ -38,12 +36,12 @@ inline nb::object matrix_product(in3c a, in3c b) {
             }
         }
     }
-    return array_of(std::move(out), {count, rows, columns});
+    return array_of<double, 3>(std::move(out), {count, rows, columns});
 }
 
 // Solves A x = b for matrices (p, m, m) that are not singular and vectors (p, m), by elimination with the largest
 // pivot.
-inline nb::object solved_rows(in3c a, in2c<double> b) {
+inline out_array<double, 2> solved_rows(in3c a, in2c<double> b) {
     const std::size_t count = a.shape(0), m = a.shape(1);
     require(a.shape(2) == m && b.shape(0) == count && b.shape(1) == m, "the matrices do not fit");
     std::vector<double> out(count * m), A(m * m);
@@ -74,7 +72,7 @@ inline nb::object solved_rows(in3c a, in2c<double> b) {
             }
         }
     }
-    return array_of(std::move(out), {count, m});
+    return array_of<double, 2>(std::move(out), {count, m});
 }
 
 template <class F> std::vector<double> each(std::size_t n, F&& f) {
@@ -84,21 +82,27 @@ template <class F> std::vector<double> each(std::size_t n, F&& f) {
 }
 
 inline void bind_exact(nb::module_& m) {
-    m.def("product", &matrix_product);
-    m.def("solved", &solved_rows);
-    m.def("sines", [](in1<double> x) {
-        const std::size_t n = x.shape(0);
-        std::vector<double> s(n), c(n);
-        for (std::size_t i = 0; i < n; ++i) sincos(x(i), s[i], c[i]);
-        return nb::make_tuple(array_of(std::move(s), {n}), array_of(std::move(c), {n}));
-    });
-    m.def("angles", [](in1<double> y, in1<double> x) {
-        require(y.shape(0) == x.shape(0), "coordinates of different numbers");
-        return array_of(each(x.shape(0), [&](std::size_t i) { return angle_of(y(i), x(i)); }), {x.shape(0)});
-    });
-    m.def("cube_roots", [](in1<double> x) {
-        return array_of(each(x.shape(0), [&](std::size_t i) { return cube_root(x(i)); }), {x.shape(0)});
-    });
+    m.def("product", &matrix_product, "a"_a, "b"_a, "Matrices (p, m, k) by matrices (p or 1, k, n).");
+    m.def("solved", &solved_rows, "a"_a, "b"_a, "x of a x = b, for matrices (p, m, m) and vectors (p, m).");
+    m.def(
+        "sines",
+        [](in1<double> x) {
+            const std::size_t n = x.shape(0);
+            std::vector<double> s(n), c(n);
+            for (std::size_t i = 0; i < n; ++i) sincos(x(i), s[i], c[i]);
+            return std::pair(row_of(std::move(s)), row_of(std::move(c)));
+        },
+        "x"_a, "Sines and cosines.");
+    m.def(
+        "angles",
+        [](in1<double> y, in1<double> x) {
+            require(y.shape(0) == x.shape(0), "coordinates of different numbers");
+            return row_of(each(x.shape(0), [&](std::size_t i) { return angle_of(y(i), x(i)); }));
+        },
+        "y"_a, "x"_a, "The angles of vectors (x, y) [rad].");
+    m.def(
+        "cube_roots",
+        [](in1<double> x) { return row_of(each(x.shape(0), [&](std::size_t i) { return cube_root(x(i)); })); }, "x"_a);
 }
 
 }  // namespace SPACEARM_NAMESPACE

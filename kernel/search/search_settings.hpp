@@ -6,6 +6,8 @@
 
 namespace SPACEARM_NAMESPACE {
 
+inline constexpr int most_interior = 32;  // control points
+
 struct motion_search_settings {
     swarm_settings swarm;  // evaluations: of one turn
     rrt_connect_settings trees;
@@ -20,6 +22,23 @@ struct motion_search_settings {
     double shake = 0.3;         // first deviation of refining [rad or m]
     double swarm_spread = 0.4;  // of the particles around the motions known
 };
+
+inline void require_sound(const motion_search_settings& s) {
+    constexpr const char* out = "settings of a search out of range";
+    require_sound(s.swarm);
+    require(!s.interior.empty() && !s.ladder.empty(), "no number of control points");
+    for (const auto* list : {&s.interior, &s.ladder}) {
+        require(list->size() <= 1000, "too many numbers of control points");
+        for (int k : *list) require(k >= 1 && k <= most_interior, "a number of control points out of range");
+    }
+    constexpr int often = 1'000'000;
+    const auto counted = [](int n, int least) { return n >= least && n <= often; };
+    require(s.trees.step >= 1e-3 && s.trees.step <= 1e3 && counted(s.patience, 0) && counted(s.swarm_turn, 0)
+                && counted(s.swarm_stall, 0) && counted(s.refine_stall, 1),
+            out);
+    for (double x : {s.trees.near_line, s.trees.spread, s.give_up, s.detour, s.shake, s.swarm_spread})
+        require(x >= 0 && x <= 1e6, out);
+}
 
 struct motion_budget {
     std::int64_t evaluations = 0;  // 0: no limit

@@ -1,0 +1,283 @@
+"""The search for a proof: intervals of the motion are halved until every pair is proven to be apart on each of them.
+
+Links are first enclosed in balls, and many balls of a scene in cells. Pairs that these do not settle are evaluated capsule by
+capsule and ball by ball. A pair that is still open is evaluated again on both halves of its interval; settled pairs are not.
+Halving goes on until half of the least measured clearance is proven. So the proven clearance does not depend on where the
+intervals happen to end.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import deque
+from itertools import accumulate
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.geometry import Scene
+from spacearm.proof.base_proofs import BaseProof
+from spacearm.proof.bodies import JointMap, Solids, lengths
+from spacearm.proof.displacement import IntervalMidpoints, Intervals, LinearBounds, PathIntervals
+from spacearm.proof.separation import (
+    DISAGREEMENT,
+    GUARD,
+    ClearanceBounds,
+    Measurements,
+    NearestPair,
+    ObstacleGroup,
+    OpenPairs,
+    capsule_pairs,
+    clearance_bounds,
+    halved,
+    link_pairs,
+    link_solids,
+    obstacle_groups,
+    out_of_cells,
+)
+from spacearm.proof.witness import Witness
+from spacearm.robot import Robot
+
+Array = NDArray[np.float64]
+Status = Literal["holds", "fails", "undecided"]
+
+_PROVEN_SHARE = 0.5  # times the least measured clearance (less the minimum): what is to be proven
+_BATCH = 128  # intervals evaluated at once
+_ROWS = 100_000  # pairs evaluated at once, which bounds the memory
+_MOST_INTERVALS = 100_000  # evaluated before the search gives up
+_LIKELY = 24  # pairs of links and solids that are evaluated first, to find the least clearance early
+_CLOSE = 2.0  # times the least clearance (less the minimum): pairs that seem closer are measured
+_CONTACTS = 8  # pairs measured at once of those that seem to touch
+_LOOSE = 1e-7  # [m] Coal is asked about a pair if its bounds at the midpoint are further apart than this
+
+
+class ClearanceProof:
+    """A search for a proof that a robot keeps more than a clearance from a scene and from itself along a trajectory.
+
+    Attributes:
+        witness: kinematics and distances.
+        measured: the measurements, with the closest approach.
+        proven: the clearance is at least this for all pairs that are settled so far [m]; infinite if nothing is in the way.
+        evaluations: configurations evaluated.
+        resolution: the shortest interval evaluated, as a share of the curve, all its pieces counting alike.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        scene: Scene,
+        base: BaseProof,
+        *,
+        minimum: float,
+        resolution: float,
+        proven_share: float = _PROVEN_SHARE,
+    ) -> None:
+        """Prepare the search; nothing is computed yet.
+
+        Args:
+            robot, scene: what must keep clear.
+            base: the base along the trajectory.
+            minimum: the clearance that must be exceeded [m].
+            resolution: intervals shorter than this share of the curve are not halved.
+            proven_share: of the least measured clearance, above the minimum, that is to be proven.
+        """
+        self._bodies, self._relative_bodies = base.bodies()
+        self._joints, self._groups = JointMap(robot), obstacle_groups(scene, self._relative_bodies)
+        self._base, self._curve, self._minimum, self._finest = base, base.curve, minimum, resolution
+        self.witness = Witness(robot, self._bodies)
+        self.measured = Measurements(self.witness, self._groups, self._bodies, self._relative_bodies)
+        self._links: Solids | None = None  # the robot's own bodies, at the midpoints of the present intervals
+        self.proven = self._least = np.inf
+        self._proven_share = proven_share
+        self.evaluations, self.resolution = 0, 1.0
+
+    def largest_number(self) -> float:
+        """Return the largest length and joint value that the proof computes with [m or rad]; NaN if one of them is NaN."""
+        _, low, high = self._curve.hulls(0, bisections=0)
+        numbers = [low, high, self._joints.offset, self._joints.multiplier, self._joints.parent_offset]
+        numbers += [self._bodies.ends, self._bodies.radius, self._base.setup.start]
+        numbers += [array for group in self._groups if group.solids is not None for array in lengths(group.solids)]
+        return float(np.max([np.abs(array).max(initial=0.0) for array in numbers]))
+
+    def integrate_base(self) -> None:
+        """Compute where the base goes; `largest_number` alone may be asked for before."""
+        self._base.begin(self.witness.frames(self._joints.values(self._curve.sample(np.array(self._curve.domain[:1]))))[0])
+
+    def frames_at(self, u: Array) -> Array:
+        """Return T_w_joint (r, j + 1, 4, 4) at parameters (r,); the last is the base."""
+        return self._frames(u, self._joints.values(self._curve.sample(u)))
+
+    def result(self) -> tuple[Status, NearestPair | None]:
+        """Search, then measure around the closest approach; these measurements count, too.
+
+        Returns:
+            The status, and the closest approach; None if nothing is in the way.
+        """
+        status = self._search()
+        begin, end = self._curve.domain
+        nearest = self.measured.closest((begin, end), self.frames_at, (end - begin) * min(self.resolution, 0.1))
+        if nearest is not None and nearest.clearance <= self._minimum:
+            return "fails", nearest
+        if nearest is not None and status == "holds" and nearest.clearance < self.proven - DISAGREEMENT:
+            return "undecided", nearest
+        return status, nearest
+
+    def _search(self) -> Status:
+        """Halve intervals until the proof holds, a collision is found, or the two cannot be distinguished."""
+        if not self._groups:
+            return "holds"
+        path = PathIntervals(self._curve)
+        waiting: deque[tuple[Intervals, list[OpenPairs] | None]] = deque([(path.first(), None)])
+        while waiting:
+            intervals, pairs = waiting.popleft()
+            midpoints = self._midpoints(path.linear_bounds(intervals))
+            self.evaluations += len(intervals)
+            self.resolution = min(self.resolution, float(intervals.share.min()))
+            left = self._settle(midpoints, pairs)
+            if self.measured.clearance <= self._minimum:
+                return "fails"
+            which = np.unique(np.concatenate([of_group.interval for of_group in left]))
+            open_intervals = intervals.select(which)
+            hopeless = (open_intervals.share / 2 < self._finest).any() or (which.size and self.evaluations > _MOST_INTERVALS)
+            if self.measured.contradicted or hopeless or self._least <= self._minimum + GUARD:
+                return "undecided"
+            if not which.size:
+                continue
+            halves, pairs = path.halved(open_intervals), [halved(of_group, which) for of_group in left]
+            for i in range(0, len(halves), _BATCH):
+                batch = halves.select(np.arange(i, min(i + _BATCH, len(halves))))
+                waiting.append((batch, [_in_batch(of_group, i) for of_group in pairs]))
+        return "holds"
+
+    def _frames(self, u: Array, values: Array) -> Array:
+        return self._base.placed(u, self.witness.frames(values))
+
+    def _midpoints(self, linear: LinearBounds) -> IntervalMidpoints:
+        return IntervalMidpoints(
+            self._bodies, self._relative_bodies, self._joints, self._frames, linear, self._base.motion_bounds
+        )
+
+    # ---- one evaluation of some intervals ------------------------------------------------------------------------------
+
+    def _settle(self, midpoints: IntervalMidpoints, pairs: list[OpenPairs] | None) -> list[OpenPairs]:
+        """Settle what can be settled, and return the pairs that are still open, by group. None: all pairs are open."""
+        if self._groups[-1].solids is None:
+            self._links = link_solids(self._bodies, midpoints)
+        if pairs is None:
+            midpoints.bound(np.arange(len(self._relative_bodies.body)))
+            pairs = self._close_pairs(midpoints)
+        else:
+            midpoints.bound(np.unique(np.concatenate([of_group.relative for of_group in pairs])))
+        found = [self._sharpened(midpoints, group, of_group) for group, of_group in enumerate(pairs)]
+        self._measure_nearest(midpoints, pairs, found)
+        return [of_group.select(~self._settled(known)) for of_group, known in zip(pairs, found, strict=True)]
+
+    def _target(self) -> float:
+        """Return the clearance that is to be proven [m]."""
+        return self._minimum + self._proven_share * max(0.0, self._least - self._minimum)
+
+    def _settled(self, known: ClearanceBounds) -> NDArray[np.bool_]:
+        """Return which pairs are proven to be apart, and remember how far."""
+        settled = known.on_interval > self._target()
+        self.proven = min(self.proven, float(known.on_interval[settled].min(initial=np.inf)))
+        return settled
+
+    def _bounds(
+        self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, *, enough: float, n: Array | None = None
+    ) -> ClearanceBounds:
+        """Bound the clearance of pairs of a group; see `clearance_bounds`."""
+        solids = self._groups[group].solids
+        if solids is None:
+            assert self._links is not None
+            solids = self._links
+            pairs = pairs._replace(solid=pairs.interval * len(self._bodies.radius) + pairs.solid)
+        return self._bounds_to(solids, midpoints, pairs, enough=enough, n=n)
+
+    def _bounds_to(
+        self, solids: Solids, midpoints: IntervalMidpoints, pairs: OpenPairs, *, enough: float, n: Array | None = None
+    ) -> ClearanceBounds:
+        parts: list[ClearanceBounds] = []
+        for i in range(0, max(1, len(pairs.interval)), _ROWS):
+            rows = slice(i, i + _ROWS)
+            some, directions = pairs.select(rows), None if n is None else n[rows]
+            of_rows = clearance_bounds(
+                midpoints, self._bodies, self._relative_bodies, some, solids, enough=enough, n=directions
+            )
+            parts.append(of_rows)
+        return ClearanceBounds(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+    def _close_pairs(self, midpoints: IntervalMidpoints) -> list[OpenPairs]:
+        """Return the pairs of capsules and solids that their links' balls and their cells do not settle, by group."""
+        coarse: list[tuple[ObstacleGroup, OpenPairs, ClearanceBounds]] = []
+        for i, group in enumerate(self._groups):
+            pairs = link_pairs(group, self._relative_bodies, len(midpoints.half))
+            if group.cells is None:
+                known = self._bounds(midpoints, i, pairs, enough=self._minimum)
+            else:
+                known = self._bounds_to(group.cells, midpoints, pairs, enough=self._minimum)
+            coarse.append((group, pairs, known))
+        for i, (group, pairs, known) in enumerate(coarse):
+            self._find_least(midpoints, i, group, pairs, known)
+        out: list[OpenPairs] = []
+        for i, (group, pairs, known) in enumerate(coarse):
+            left = pairs.select(~self._settled(known))
+            if group.cells is not None:
+                left = out_of_cells(group.cells, left)
+                left = left.select(~self._settled(self._bounds(midpoints, i, left, enough=self._target())))
+            out.append(capsule_pairs(group, self._bodies, self._relative_bodies, left))
+        return out
+
+    def _find_least(
+        self, midpoints: IntervalMidpoints, i: int, group: ObstacleGroup, pairs: OpenPairs, known: ClearanceBounds
+    ) -> None:
+        """Look for the least clearance to group i among the capsules of the links that seem closest, and measure one pair."""
+        likely = np.argpartition(known.at_midpoint, min(_LIKELY, len(known.at_midpoint)) - 1)[:_LIKELY]
+        close = pairs.select(likely) if group.cells is None else out_of_cells(group.cells, pairs.select(likely))
+        close = capsule_pairs(group, self._bodies, self._relative_bodies, close)
+        known = self._bounds(midpoints, i, close, enough=-np.inf)
+        row = int(np.argmin(known.at_most))
+        self.measured.measure(i, close, row, midpoints, proven=float(known.at_midpoint[row]))
+        self._least = min(self._least, float(known.at_most[row]), self.measured.clearance)
+
+    def _sharpened(self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs) -> ClearanceBounds:
+        """Bound the clearance of pairs; where a better direction may settle a pair, ask Coal for one."""
+        target = self._target()
+        known = self._bounds(midpoints, group, pairs, enough=target)
+        ask = np.flatnonzero((known.on_interval <= target) & (known.at_most > target))
+        loose = known.at_most[ask] - known.at_midpoint[ask]
+        ask = ask[(loose > _LOOSE) & (known.on_interval[ask] + loose > target)]
+        if not ask.size:
+            return known
+        measured = [
+            self.measured.measure(group, pairs, row, midpoints, proven=float(known.at_midpoint[row])) for row in ask.tolist()
+        ]
+        n = np.array([direction for _, direction in measured])
+        better = self._bounds(midpoints, group, pairs.select(ask), enough=target, n=n)
+        known.on_interval[ask] = np.fmax(known.on_interval[ask], better.on_interval)
+        known.at_midpoint[ask] = np.fmax(known.at_midpoint[ask], better.at_midpoint)
+        known.at_most[ask] = np.fmin(known.at_most[ask], [clearance for clearance, _ in measured])
+        return known
+
+    def _measure_nearest(self, midpoints: IntervalMidpoints, pairs: list[OpenPairs], found: list[ClearanceBounds]) -> None:
+        """Measure what seems close: on every interval the pair that seems closest, and some of those that seem to touch."""
+        most = np.concatenate([known.at_most for known in found])
+        self._least = min(self._least, float(most.min(initial=np.inf)))
+        close = np.flatnonzero(most <= self._minimum + _CLOSE * max(self._least - self._minimum, GUARD))
+        close = close[np.argsort(most[close], kind="stable")]
+        interval = np.concatenate([of_group.interval for of_group in pairs])[close]
+        _, nearest = np.unique(interval, return_index=True)
+        touching = np.flatnonzero(most[close[:_CONTACTS]] <= self._minimum + GUARD)
+        first = list(accumulate((len(of_group.interval) for of_group in pairs), initial=0))
+        for i in close[np.union1d(nearest, touching)].tolist():
+            group = bisect_right(first, i) - 1
+            row = i - first[group]
+            self.measured.measure(group, pairs[group], row, midpoints, proven=float(found[group].at_midpoint[row]))
+        self._least = min(self._least, self.measured.clearance)
+
+
+def _in_batch(pairs: OpenPairs, first: int) -> OpenPairs:
+    """Return the pairs on a batch of intervals, numbered from its first."""
+    within = (pairs.interval >= first) & (pairs.interval < first + _BATCH)
+    some = pairs.select(within)
+    return some._replace(interval=some.interval - first)
