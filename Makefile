@@ -29,9 +29,10 @@ demo: $(STAMPS)/package ## everything from nothing: environment, build, the pape
 	@out=$$(sh tools/fresh_folder.sh out/paper) && echo "Running the paper's experiment into $$out." && \
 	  $(VENV)/bin/spacearm paper -o "$$out"
 
+# With compiled modules kept, whatever the user's shell says of them: many tests start programs.
 test: $(STAMPS)/package $(STAMPS)/test ## environment, build, and all tests
 	@echo 'Running the tests.'
-	@$(PY) -m pytest -n $(WORKERS) --dist loadfile
+	@PYTHONDONTWRITEBYTECODE= $(PY) -m pytest -n $(WORKERS) --dist loadfile
 
 lint: $(STAMPS)/package $(STAMPS)/lint ## format check, lint, and types
 	@failed=; \

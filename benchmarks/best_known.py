@@ -46,7 +46,7 @@ class Descent:
         """Fitness, clearances [m] and, in the goal mode, the squared distance, at q and at its neighbours, (15, m)."""
         if q.tobytes() != self._at:
             rows = q + self.around
-            native = self.instance.model.native
+            native = self.instance.model.model64
             columns = [self.instance.objective.evaluate(rows)[0][:, None], native.clearances(rows).reshape(15, -1)]
             if self.goal is not None:
                 left = native.points(rows)[:, self.instance.model.tip] - self.goal
@@ -179,7 +179,7 @@ def best_of(instance: Instance, ends: list[End]) -> BestKnown:
     fitness, q = min(polished, key=lambda pair: pair[0])
     good = [q for f, q in kept if f <= fitness + SAME_VALUE]
     poses: list[np.ndarray] = []
-    for points in descent.instance.model.native.points(np.array([q, *good])):
+    for points in descent.instance.model.model64.points(np.array([q, *good])):
         if all(np.abs(points - other).max() > SAME_POSE for other in poses):
             poses.append(points)
     return BestKnown(fitness=fitness, q=q, starts=len(ends), kept=len(kept), reached=len(good), poses=len(poses))

@@ -98,10 +98,10 @@ def drawn_instances(count: int, *, seed: int = 2022) -> list[Instance]:
             radii=tuple(radii.tolist()),
             goal=(0.0, 0.0, 0.0),
         )
-        native = drawn.model.native
-        if native.clearances(q).min() < 0.01:
+        model = drawn.model.model64
+        if model.clearances(q).min() < 0.01:
             continue
-        goal = native.points(q)[0, drawn.model.tip]
+        goal = model.points(q)[0, drawn.model.tip]
         instances.append(
             Instance(name=drawn.name, mode="goal", centers=drawn.centers, radii=drawn.radii, goal=tuple(goal.tolist()))
         )

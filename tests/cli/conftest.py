@@ -23,6 +23,12 @@ Told = Callable[[Sequence[object]], tuple[int, str, str]]
 Refused = Callable[..., None]
 
 
+@pytest.fixture(autouse=True)
+def few_dots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the figures of commands in this process have few dots: tests/show looks at the figures."""
+    monkeypatch.setattr("spacearm.show.figure_style.DPI", 40)
+
+
 @pytest.fixture
 def told(capsys: pytest.CaptureFixture[str]) -> Told:
     """Run a command; return its exit code, stdout and stderr."""

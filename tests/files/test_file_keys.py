@@ -99,7 +99,7 @@ def test_orientations_are_those_of_scipy(shape: str, turn: str, folder: Path) ->
 
 
 @given(st.tuples(*[st.floats(-1e4, 1e4)] * 3))
-@settings(max_examples=40)
+@settings(max_examples=25)
 def test_any_turns_about_the_axes_are_those_of_scipy(rpy_deg: tuple[float, float, float]) -> None:
     class Turned:
         position, q_wxyz = None, None

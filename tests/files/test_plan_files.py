@@ -120,7 +120,7 @@ def test_settings_in_numpys_numbers_are_written(tmp_path: Path) -> None:
     save_plan(plan(turn(scene=[]), replace(SMALL, islands=np.int64(1)), rng=0), tmp_path / "plan.json")
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(st.data())
 def test_a_problem_is_the_same_after_json_whatever_is_in_it(data: st.DataObject) -> None:
     robot = data.draw(arms(self_pairs=True))
@@ -347,7 +347,7 @@ def _places(value: Any, place: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [place, *(deeper for key, entry in inside for deeper in _places(entry, (*place, key)))]
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_file_is_refused_in_a_sentence_or_judged(data: st.DataObject, found: Plan, tmp_path: Path) -> None:
     content = json.loads(json.dumps(plan_as_dict(found)))
@@ -371,7 +371,7 @@ def test_a_damaged_file_is_refused_in_a_sentence_or_judged(data: st.DataObject, 
     assert len(sentence) < 1000
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(at=st.floats(0, 1), cut=st.integers(0, 40), junk=st.binary(max_size=5))
 def test_damaged_bytes_are_refused_in_a_sentence(at: float, cut: int, junk: bytes, saved: Path, tmp_path: Path) -> None:
     content = saved.read_bytes()

@@ -63,7 +63,7 @@ def test_lines_have_infinite_accelerations_at_corners_only_where_a_joint_has_one
     assert jerk[1] == np.inf
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.data())
 def test_margins_are_those_of_dense_samples(data: st.DataObject) -> None:
     robot = two_link()
@@ -343,14 +343,14 @@ def read_or_refused(content: bytes, robot: Robot) -> RecordedTrajectory | None:
             return None
 
 
-@settings(max_examples=90)
+@settings(max_examples=40)
 @given(st.one_of(st.binary(max_size=80), st.lists(FRAGMENTS, max_size=60).map(lambda parts: "".join(parts).encode())))
 def test_whatever_a_file_holds_it_is_read_or_refused_in_a_sentence(content: bytes) -> None:
     trajectory = read_or_refused(content, TURNER)
     assert trajectory is None or np.isfinite(trajectory.limits.velocity).all()
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.integers(0, len(TABLE) - 1), st.one_of(FRAGMENTS, st.characters(codec="utf-8")), st.booleans())
 def test_a_file_with_one_wrong_character_is_read_or_refused_in_a_sentence(at: int, new: str, instead: bool) -> None:
     read_or_refused((TABLE[:at] + new + TABLE[at + instead :]).encode(), two_link())

@@ -26,7 +26,7 @@ from support import strategies
 from support.messages import assert_refused
 
 COORDINATE = st.floats(-1.0, 1.0, allow_subnormal=False)
-QUICK = hypothesis_settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = hypothesis_settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 CLOSED: dict[str, Callable[[], trimesh.Trimesh]] = {
     "cube": lambda: trimesh.creation.box((1, 1, 1)),

@@ -230,7 +230,7 @@ def test_what_progress_raises_reaches_the_caller(threads: int) -> None:
         endless(trials=threads, threads=threads, progress=progress)
     assert raised.value.args[0] > 0
     # And the kernel is as good as new.
-    assert endless(seconds=0.01)[0]["rounds"] > 0
+    assert endless(seconds=0.01)[0].rounds > 0
 
 
 def test_a_time_limit_ends_each_trial() -> None:

@@ -108,7 +108,7 @@ def test_hulls_of_the_quintic_are_within_half_a_percent_of_its_extremes(derivati
     assert extremes[1] - 1e-12 <= high.max() <= extremes[1] + 0.005 * span
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(motions(), st.integers(0, 2))
 def test_the_excess_of_the_hulls_falls_with_the_square_of_the_pieces_length(motion: Motion, derivative: int) -> None:
     """A polynomial's Bernstein coefficients are within c h^2 max |p''| of it: Nairn, Peters and Lutterkort, 1999."""

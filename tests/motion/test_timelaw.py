@@ -23,7 +23,7 @@ from support.drawn_motions import is_continuous, motions, motions_of, scipy_spli
 from support.messages import assert_refused
 from support.small_robots import two_link
 
-FEWER = settings(max_examples=30)
+FEWER = settings(max_examples=20)
 SMOOTHSTEP = TimeLaw([0, 1], [[0, 0, 1, 1]])
 BANG_BANG = TimeLaw([0, 0.5, 1], [[0, 0, 0.5], [0.5, 1, 1]])
 

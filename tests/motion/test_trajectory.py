@@ -22,7 +22,7 @@ from support.small_robots import two_link
 
 ARM = load_robot("zhang2022")
 STRAIGHT = Motion([np.zeros(7), np.full(7, 0.1)])
-FEWER = settings(max_examples=40)  # robots take their time to draw
+FEWER = settings(max_examples=25)  # robots take their time to draw
 SHAPES = pytest.mark.parametrize("shape", [(), (1,), (3, 2), (0,)])
 
 

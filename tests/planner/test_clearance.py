@@ -41,7 +41,7 @@ def sphere_sets(draw: st.DrawFn) -> SphereSet:
 OBSTACLES: st.SearchStrategy[list[Obstacle]] = st.lists(st.one_of(drawn.obstacles(), sphere_sets()), max_size=5)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data(), OBSTACLES)
 def test_clearances_are_those_of_the_definition_and_coals(data: st.DataObject, obstacles: list[Obstacle]) -> None:
     robot = data.draw(arms(self_pairs=True))
@@ -64,7 +64,7 @@ def test_clearances_are_those_of_the_definition_and_coals(data: st.DataObject, o
     np.testing.assert_array_equal(ClearanceModel(problem.robot, problem.scene).least(q), least)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_self_clearances_are_coals(data: st.DataObject) -> None:
     robot = data.draw(arms(self_pairs=True))
@@ -82,7 +82,7 @@ def test_self_clearances_are_coals(data: st.DataObject) -> None:
         np.testing.assert_allclose(found[:, p], distance - radii, rtol=0, atol=1e-6)
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(st.data(), OBSTACLES, st.sampled_from([0.0, 0.1]))
 def test_the_products_own_model_sums_the_same_shortfalls(data: st.DataObject, obstacles: list[Obstacle], margin: float) -> None:
     """As the planner makes it, link by link, from robots whose capsules stand in any order."""
@@ -149,7 +149,7 @@ def pair_margins(margins: Margins) -> dict[str, np.ndarray]:
     return {"capsule": margins.capsules, "obstacle": margins.obstacles, "other": margins.others, "most": margins.most}
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data(), OBSTACLES, st.sampled_from([0.002, 0.05, 0.5]), st.sampled_from([32, 64]))
 def test_only_pairs_that_are_near_at_an_end_are_asked_for_less(
     data: st.DataObject, obstacles: list[Obstacle], margin: float, precision: int

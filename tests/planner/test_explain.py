@@ -114,7 +114,7 @@ def test_the_depth_is_the_distance_that_is_missing() -> None:
     np.testing.assert_allclose([c.depth for c in report.contacts], [0.15, 0.05], rtol=0, atol=1e-12)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.data())
 def test_contacts_are_coals(data: st.DataObject) -> None:
     """Every pair of names that Coal finds penetrating is listed with its greatest depth, and no other."""

@@ -248,7 +248,7 @@ def test_beside_a_configuration_in_collision_the_nearest_free_one_within_its_tol
 # ---- the way onto the goal -------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(st.data(), st.sampled_from(["position", "pose", "free axis"]))
 def test_errors_are_pinocchios_and_polishing_never_makes_them_worse(data: st.DataObject, kind: str) -> None:
     robot = data.draw(arms())

@@ -74,7 +74,7 @@ def curves(draw: st.DrawFn, robot: Robot) -> Curve:
     return make(np.arange(count) / 2, q)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_no_end_gets_further_than_its_two_bounds_allow(data: st.DataObject) -> None:
     robot = data.draw(arms(self_pairs=True))

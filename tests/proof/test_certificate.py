@@ -26,7 +26,7 @@ from support.oracles.pinocchio_points import joint_frames
 INSTANTS = 20_000
 ROUNDING = 1e-7  # [m] Coal's and Pinocchio's, of arms a few metres long
 TOO_CLOSE = 1e-5  # [m] further apart than this, nothing of a few metres is undecided
-DRAWN = settings(max_examples=60)
+DRAWN = settings(max_examples=30)
 
 
 def exact_clearances(setting: Setting, q: np.ndarray) -> np.ndarray:

@@ -207,8 +207,9 @@ def test_the_greatest_norm_of_a_polynomial_is_bounded_closely(seed: int, count: 
     assert reached <= greatest_norm(c, scale, extra) <= reached * (1 + 1e-5)
 
 
-def test_a_path_that_cannot_be_followed_is_said_to_be_so() -> None:
+def test_a_path_that_cannot_be_followed_is_said_to_be_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """The arm goes to and fro a thousand turns in a piece: no number of panels that there may be will do."""
+    monkeypatch.setattr("spacearm.proof.base_attitude._MOST", 20_000)
     found = attitude_of(lander(), PiecewisePath([0, 1], [np.outer((-1.0) ** np.arange(40), [1e5, 1e5])]))
     assert found.error > LOST
 
@@ -216,7 +217,7 @@ def test_a_path_that_cannot_be_followed_is_said_to_be_so() -> None:
 # ---- how far it gets -------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_no_end_of_a_drifting_robot_gets_further_than_its_two_bounds_allow(
     data: st.DataObject,
@@ -362,7 +363,7 @@ def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:
     assert 1 / 8 < max(shares) < 1
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(floating_arms(), st.integers(0, 2**32 - 1))
 def test_the_rates_and_their_derivatives_are_those_of_the_momentum_form(robot: Robot, seed: int) -> None:
     robot = Robot(**{**{n: getattr(robot, n) for n in robot.__dataclass_fields__}})

@@ -60,7 +60,7 @@ THIN: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("case", THIN)
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(at=ANGLES)
 def test_what_is_1_mm_thin_is_hit_wherever_it_stands(case: str, at: float) -> None:
     robot = planar()
@@ -93,7 +93,7 @@ SHAPES: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@settings(max_examples=40)
+@settings(max_examples=25)
 @example(at=0.20792066761153616)  # the first look falls within a nanometre of where they begin to touch
 @given(at=ANGLES)
 def test_touching_never_holds_nor_does_a_graze(shape: str, at: float) -> None:

@@ -46,7 +46,7 @@ def looked(robot: Robot, obstacle: Obstacle, n: np.ndarray | None = None) -> Cle
     return clearance_bounds(midpoints, body, relative_bodies, pairs, solids, enough=np.inf, n=directed)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(strategies.points(2.0), strategies.points(2.0), st.booleans(), st.sampled_from([0.0, 0.05]), obstacles())
 def test_what_is_proven_is_less_than_coals_distance_and_a_balls_gap_is_it(
     a: np.ndarray, b: np.ndarray, ball: bool, radius: float, obstacle: Obstacle
@@ -64,7 +64,7 @@ def test_what_is_proven_is_less_than_coals_distance_and_a_balls_gap_is_it(
         assert known.at_most.min() == pytest.approx(true, abs=1e-8)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(strategies.points(2.0), strategies.points(2.0), obstacles(), directions())
 def test_no_direction_proves_more_than_there_is(a: np.ndarray, b: np.ndarray, obstacle: Obstacle, n: np.ndarray) -> None:
     known = looked(resting(a, b, 0.05), obstacle, n / np.linalg.norm(n))
@@ -73,7 +73,7 @@ def test_no_direction_proves_more_than_there_is(a: np.ndarray, b: np.ndarray, ob
     assert known.on_interval.min() <= max(0.0, true) + COALS
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(strategies.points(2.0), strategies.points(2.0), obstacles(), directions(), st.floats(-300, 300))
 def test_a_direction_of_any_length_proves_no_more_than_that_of_length_1(
     a: np.ndarray, b: np.ndarray, obstacle: Obstacle, n: np.ndarray, size: float

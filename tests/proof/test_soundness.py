@@ -38,7 +38,7 @@ def clearances_at(setting: Setting, trajectory: AnyTrajectory, u: np.ndarray) ->
     return least_distances(setting.robot, setting.scene, joint_frames(setting.robot, trajectory.curve.sample(u)))
 
 
-@settings(max_examples=80)
+@settings(max_examples=40)
 @given(st.data(), st.integers(0, 2**32 - 1))
 def test_a_certificate_is_true_of_any_robot_scene_and_trajectory(data: st.DataObject, seed: int) -> None:
     robot = data.draw(arms(self_pairs=True))

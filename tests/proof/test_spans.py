@@ -13,7 +13,7 @@ from spacearm.proof.displacement import PathIntervals
 from support.dense_samples import planar
 
 
-@settings(max_examples=80)
+@settings(max_examples=40)
 @given(st.data(), st.integers(0, 2**32 - 1))
 def test_the_deviation_bounds_how_far_a_curve_is_from_its_lines(data: st.DataObject, seed: int) -> None:
     curve = data.draw(curves(planar()))

@@ -121,7 +121,7 @@ def test_what_is_there_is_not_written_over(name: str, found: Plan, tmp_path: Pat
 DIES = """
 import os, signal, sys
 from pathlib import Path
-from spacearm import output
+from spacearm.core import output
 
 def die(*_, **__):
     os.kill(os.getpid(), signal.SIGKILL)

@@ -51,7 +51,7 @@ def total(robot: Robot, q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     return mass, com, inertia
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.data())
 def test_masses_are_read_as_pinocchio_reads_them(data: st.DataObject) -> None:
     text = data.draw(urdf_text.urdfs(max_joints=6))

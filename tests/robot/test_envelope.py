@@ -110,7 +110,7 @@ def test_many_triangles_lie_in_their_capsules_too() -> None:
         assert outside(ball.sample(5000, seed=1), capsules) <= ROUNDING
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(hnp.arrays(float, st.tuples(st.integers(1, 30), st.just(3)), elements=strategies.lengths(2.0)))
 def test_points_lie_in_their_capsule_and_touch_it(points: np.ndarray) -> None:
     capsule = fit_capsule(points)
@@ -127,7 +127,7 @@ def test_the_points_of_a_capsule_give_that_capsule_however_it_is_turned(T: np.nd
     assert fit_capsule(np.asarray(fine.vertices)).volume <= 1.02 * true
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(hnp.arrays(float, st.tuples(st.integers(1, 12), st.just(2)), elements=strategies.lengths(2.0)))
 def test_the_smallest_circle_is_the_smallest(points: np.ndarray) -> None:
     radius = np.linalg.norm(points - smallest_circle(points), axis=1).max()
@@ -407,7 +407,7 @@ def test_more_capsules_never_stand_out_more_and_hold_all(name: str) -> None:
     shape = SQUAT[name]
     points = drum(*shape.size) if shape.kind == "cylinder" else lattice(shape.size)  # type: ignore[arg-type]
     excess = []
-    for count in (1, 3, 4, 6, 8):
+    for count in (1, 3, 8):
         capsules = enclosed([shape], count)
         assert len(capsules) <= count
         assert outside(points, capsules) <= ROUNDING

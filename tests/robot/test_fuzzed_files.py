@@ -87,7 +87,7 @@ def broken(draw: st.DrawFn, text: str) -> str:
     return text
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(broken(URDF), broken(SRDF), st.sampled_from(OPTIONS))
 def test_broken_files_give_a_robot_or_one_sentence(urdf: str, srdf: str, options: dict[str, object]) -> None:
     with TemporaryDirectory() as directory:

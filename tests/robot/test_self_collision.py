@@ -48,7 +48,7 @@ def link_clearance(robot: Robot, q: np.ndarray, first: str, second: str) -> floa
 nearby = st.one_of(strategies.points(1.0), st.sampled_from([np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 1e-9, 0])]))
 
 
-@settings(max_examples=90)
+@settings(max_examples=40)
 @given(nearby, nearby, nearby, nearby, st.sampled_from(["free", "parallel", "crossing", "same"]))
 def test_the_distance_of_segments_is_that_of_their_nearest_points(
     a1: np.ndarray, b1: np.ndarray, a2: np.ndarray, b2: np.ndarray, how: str
@@ -71,7 +71,7 @@ def test_the_distance_of_segments_takes_batches() -> None:
         assert grid[i, k] == pytest.approx(exact_distance(ends[0][i], ends[1][i], ends[2][k], ends[3][k]), abs=1e-9)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_links_proven_never_to_meet_do_not_meet_in_any_sample(data: st.DataObject) -> None:
     robot = data.draw(strategies.robots(max_joints=5))

@@ -93,7 +93,7 @@ def test_a_mimic_outside_the_group_follows_its_leader_inside_and_the_other_way_r
     assert follower.dof_names == ("left_elbow",)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.data())
 def test_holding_joints_is_fixing_them_in_q(data: st.DataObject) -> None:
     text = data.draw(urdf_text.urdfs())

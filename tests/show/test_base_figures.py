@@ -110,7 +110,7 @@ def test_of_a_base_with_long_panels_what_is_near_the_arm_is_drawn() -> None:
             assert (seen[:, :2] <= high[:2] + radius + 1e-9).all()
 
 
-@hypothesis_settings(max_examples=60, deadline=None)
+@hypothesis_settings(max_examples=30, deadline=None)
 @given(st.lists(st.floats(-3, 3), min_size=6, max_size=6), st.floats(0.05, 0.5))
 def test_what_is_cut_off_is_the_part_whose_axis_is_inside(numbers: list[float], radius: float) -> None:
     a, b = np.array(numbers[:3]), np.array(numbers[3:])

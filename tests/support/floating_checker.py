@@ -15,7 +15,7 @@ from spacearm.geometry import Capsule, HalfSpace, Scene, Sphere
 from spacearm.motion import AnyTrajectory, RecordedTrajectory
 from spacearm.planner import BaseLimits
 from spacearm.proof import Certificate
-from spacearm.proof.base_proofs import base_setup_of, begun_base_proof
+from spacearm.proof.base_proofs import FloatingBaseProof, base_setup_of, begun_base_proof
 from spacearm.robot import Robot
 
 STEPS = 500  # of the integration, over all pieces
@@ -300,11 +300,11 @@ def complaints(case: Case, trajectory: AnyTrajectory, way: Motions, certificate:
     assert found is not None
     size = float(np.abs(way.ends - way.at[:, None, None]).max()) + 1e-6
     reach = size + float(np.abs(way.at).max())
-    drift = begun_base_proof(case.robot, trajectory, base_setup_of(case, case.robot, who="problem")).drift
-    assert drift is not None
-    begin, end = drift._curve.domain  # as far along as the checker is, whether that is time or not
+    proof = begun_base_proof(case.robot, trajectory, base_setup_of(case, case.robot, who="problem"))
+    assert isinstance(proof, FloatingBaseProof)
+    begin, end = proof.curve.domain  # as far along as the checker is, whether that is time or not
     inner = np.clip(begin + (way.u - way.u[0]) * ((end - begin) / (way.u[-1] - way.u[0])), begin, end)
-    missed = float(np.linalg.norm(drift.attitude(inner) - way.R, axis=(1, 2)).max() / np.sqrt(2))
+    missed = float(np.linalg.norm(proof.attitude.at(inner) - way.R, axis=(1, 2)).max() / np.sqrt(2))
     if not missed <= found.error + way.off + ROUNDING:
         out.append(
             f"the attitude is off by {missed:.3g} rad, said to be at most {found.error:.3g}; the checker's {way.off:.2g}"

@@ -32,7 +32,7 @@ def test_the_constrained_optimum_is_found(name: str) -> None:
     assert sum(run.fitness <= 4.015 for run in runs) >= 54
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(boxes(), swarms(), SEEDS)
 def test_no_evaluated_position_beats_the_result_feasible_first(box: Box, chosen: SwarmSettings, seed: int) -> None:
     f = Hills(*box, constrained=True)
@@ -42,7 +42,7 @@ def test_no_evaluated_position_beats_the_result_feasible_first(box: Box, chosen:
     assert run.success == bool((violation <= 0).any())
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(boxes(), swarms(), SEEDS)
 def test_where_nothing_is_feasible_the_least_violation_is_kept(box: Box, chosen: SwarmSettings, seed: int) -> None:
     told = []

@@ -16,7 +16,7 @@ BOX = np.array([3.0, -9.0]), np.array([5.0, -8.5])
 NAMES = pytest.mark.parametrize("name", SMALL_NAMED)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(boxes(), swarms(), SEEDS, st.sampled_from([np.nan, np.inf]), st.booleans())
 def test_what_fails_here_and_there_is_stepped_over(
     box: Box, chosen: SwarmSettings, seed: int, failure: float, in_violation: bool
@@ -129,7 +129,7 @@ def test_minus_infinity_is_no_best_and_is_told(name: str) -> None:
 MIXED = [np.nan, np.inf, -np.inf]
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(boxes(), swarms(), SEEDS, st.lists(st.sampled_from(MIXED), min_size=1, max_size=4), st.sampled_from([0.1, 0.5, 1.0]))
 def test_whatever_mixture_fails_the_finite_ones_count(
     box: Box, chosen: SwarmSettings, seed: int, failures: list[float], share: float

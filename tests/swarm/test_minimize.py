@@ -16,7 +16,7 @@ from support.swarm_boxes import SEEDS, SMALL_NAMED, Box, Hills, assert_same_run,
 
 PLAIN = PSO(particles=20, iterations=15)
 BOX = np.array([3.0, -9.0]), np.array([5.0, -8.5])
-DRAWN = settings(max_examples=60)
+DRAWN = settings(max_examples=30)
 
 
 @DRAWN

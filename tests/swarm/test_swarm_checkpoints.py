@@ -23,7 +23,7 @@ from support.swarm_boxes import SEEDS, SMALL_NAMED, Box, Hills, assert_same_run,
 
 BOX = np.array([3.0, -9.0]), np.array([5.0, -8.5])
 PLAIN = PSO(particles=10, iterations=20)
-WITH_FILES = settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+WITH_FILES = settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 class Crash(Exception):
@@ -273,7 +273,7 @@ def test_a_truncated_checkpoint_is_refused(written: Path, tmp_path: Path, data: 
         Swarm.load(path)
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_checkpoint_with_a_wrong_byte_is_refused_or_harmless(written: Path, tmp_path: Path, data: st.DataObject) -> None:
     content = bytearray(written.read_bytes())

@@ -26,7 +26,7 @@ def assert_is_the_beginning(run: Any, whole: Any) -> None:
     assert (run.fitness, run.evaluations) == (whole.history.fitness[n - 1], whole.history.evaluations[n - 1])
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(boxes(), swarms(), SEEDS)
 def test_a_target_stops_the_run_at_the_first_iteration_that_reaches_it(box: Box, chosen: SwarmSettings, seed: int) -> None:
     whole = minimize(Hills(*box), *box, chosen, rng=seed)
@@ -44,7 +44,7 @@ def test_a_target_counts_only_without_violation() -> None:
     assert run.status == "budget"
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(boxes(), swarms(), SEEDS)
 def test_a_stall_is_so_many_iterations_without_improvement(box: Box, chosen: SwarmSettings, seed: int) -> None:
     whole = minimize(Hills(*box), *box, chosen, rng=seed)

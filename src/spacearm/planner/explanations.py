@@ -133,7 +133,7 @@ def contacts(model: ClearanceModel, q: Array) -> tuple[Contact, ...]:
         hit = names[capsule], model.scene.called(obstacle), "obstacle"
         deepest[hit] = max(deepest.get(hit, 0.0), float(-to_obstacles[capsule, obstacle]))
     for pair in np.flatnonzero(between_links <= 0).tolist():
-        one, other = (names[i] for i in model.pairs[pair].tolist())
+        one, other = (names[int(i)] for i in model.pairs[pair])
         deepest[one, other, "link"] = max(deepest.get((one, other, "link"), 0.0), float(-between_links[pair]))
     made = [Contact(link=link, other=other, kind=kind, depth=depth) for (link, other, kind), depth in deepest.items()]
     return tuple(sorted(made, key=lambda contact: (-contact.depth, contact.link, contact.other)))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -250,7 +250,7 @@ def _require_near(position: Array) -> None:
 def _yes_or_no(name: str, value: object) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise ProblemError(f"{name} is {shown(value)}, expected True or False")
-    return bool(value)
+    return bool(cast("bool", value))
 
 
 def _joint_tolerance(value: Any, dof: int) -> float | Array:

@@ -1,4 +1,7 @@
-"""The native search for motions, on one island or several side by side."""
+"""The kernel's search for motions, on one island or several side by side; and a swarm of motions by ask and tell.
+
+An island is a search with a random sequence of its own: RRT-Connect trees, refinement and the swarm take turns on it.
+"""
 
 from __future__ import annotations
 
@@ -228,10 +231,10 @@ class Islands:
         values = self.judge(rows, motion.interior, goal).terms[0]
         return {name: float(value) for name, value in zip(native.motion_terms, values, strict=True)}
 
-    def settled(self, motion: Motion) -> Motion:
-        """Return a motion of a floating base with what is asked of its end met in float64; itself if nothing is.
+    def projected(self, motion: Motion) -> Motion:
+        """Return a motion projected onto the constraints at its end in float64; itself where nothing is asked of the end.
 
-        The search's motions meet it in float32. What cannot be met more exactly stays as it was.
+        The search's motions meet them in float32. What cannot be met more exactly stays as it was.
         """
         if not self._constrained_end:
             return motion
@@ -348,13 +351,12 @@ def _attitude_goal(problem: Problem, finest: float) -> native.AttitudeGoal | Non
     return native.AttitudeGoal(wxyz=np.array([1.0, 0.0, 0.0, 0.0]), tolerance=within, anywhere_within=True)
 
 
-# ---- A swarm of motions by hand: for objectives and penalties of one's own -------------------------------------------
+# ---- A swarm of motions by ask and tell, for objectives and penalties of one's own ------------------------------------
 
-
-_MOST_INTERIOR = 32
-_FURTHEST = 1e6  # [rad or m]
+_MOST_INTERIOR = 32  # control points that the kernel takes
+_FURTHEST = 1e6  # [rad or m] of a control point: float32 has no digits behind the point there
 _BETWEEN = 1e-3  # [m] of violation where the 32 instants show none, and finer ones do
-_START = (0.0, 0.1, 0.3, 0.6, 1.0)  # [rad or m] how far from the straight motion the first particles are drawn
+_SPREADS = (0.0, 0.1, 0.3, 0.6, 1.0)  # [rad or m] standard deviations of the first particles from the straight motion, in turn
 
 
 class Judged(NamedTuple):
@@ -478,8 +480,8 @@ class MotionSwarm:
 
     def _around_straight(self, seed: int, lower: Array, upper: Array) -> Array:
         line = self.straight.control_points[1:-1].ravel()
-        spread = np.resize(_START, self.settings.swarm.particles)
-        noise: Any = np.random.default_rng(seed).normal(size=(len(spread), len(line)))
+        spread = np.resize(_SPREADS, self.settings.swarm.particles)
+        noise = np.random.default_rng(seed).normal(size=(len(spread), len(line)))
         return np.clip(line + spread[:, None] * noise, lower, upper)
 
 

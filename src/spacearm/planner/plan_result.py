@@ -1,4 +1,7 @@
-"""What a motion does to its base, and whether it ends as was asked: float64, apart from the search."""
+"""What planning gives back: the plan, how the search came to it, and what the motion does to a base that follows the arm.
+
+The report on the base is computed in float64 from the proof's bounds, apart from the search.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,9 @@ from spacearm.proof.base_proofs import BaseProof, base_setup_of, begun_base_proo
 from spacearm.robot import forward_kinematics
 from spacearm.robot.unchecked_pairs import lacks_envelope, words_on_unchecked
 
-_STEPS = 1e9  # a factor of time is a whole number of shares so small
+Array = NDArray[np.float64]
+
+_STEPS = 1e9  # a factor by which a motion is slowed down is a whole number of 1 / _STEPS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +101,7 @@ def within_base_limits(problem: Problem, trajectory: Trajectory) -> float:
         if limit is not None
     ]
     factor = max([1.0, *shares])
-    # The proof's figures are other people's arithmetic, whose last digits depend on the processor; a duration's must not.
+    # The proof's figures come from Pinocchio, whose last digits depend on the processor; those of a duration must not.
     return factor if factor == 1 else math.ceil(factor * _STEPS) / _STEPS
 
 
@@ -106,9 +111,7 @@ def _base_of(problem: Problem, trajectory: AnyTrajectory) -> BaseProof:
     return begun_base_proof(problem.robot, trajectory, base_setup_of(problem, problem.robot, who="problem"))
 
 
-# ---- What planning gives back ----------------------------------------------------------------------------------------
-
-Array = NDArray[np.float64]
+# ---- The plan --------------------------------------------------------------------------------------------------------
 
 STATUSES = {
     "found": "a motion was found and proven",
@@ -130,7 +133,7 @@ class Improvement:
         seconds: of searching before it, on its island.
         evaluations: candidate motions looked at before it, on its island.
         fitness: its weighted sum.
-        by: "straight", "rrt_connect", "refine" or "swarm".
+        by: the method that found it: "straight" (the straight motion), "rrt_connect", "refine" or "swarm".
         goal: index into the plan's goal configurations.
         interior_points: its control points.
         island: which search found it.
@@ -153,7 +156,7 @@ class Plan:
         status: a key of `STATUSES`.
         problem: what was planned.
         settings: of the planner.
-        seed: repeats the plan with them.
+        seed: random seed; it repeats the plan with them.
         trajectory: the motion in time; if none was proven, the best that was seen; None if there is no goal configuration.
         certificate: of the trajectory.
         goals: (g, n) the goal configurations planned to, nearest first.

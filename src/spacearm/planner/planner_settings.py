@@ -30,7 +30,7 @@ _MOST_TURNS = 64  # numbers of control points that take turns
 _MOST_INTERIOR = 24  # control points of one motion
 _MOST_PARTICLES = 100_000
 
-_EVALUATIONS = 20_000  # of each island where nothing limits the search: about 1 s, after which motions hardly get better
+_EVALUATIONS = 20_000  # of each island where nothing else limits the search: about 50 ms for seven joints among ten boxes
 T = TypeVar("T")
 
 TIME_LAWS = ("uniform", "time_optimal")

@@ -31,7 +31,8 @@ from spacearm.proof import Certificate
 from spacearm.proof import certify as certify
 from spacearm.robot.unchecked_pairs import lacks_envelope
 
-# What follows a proof that failed was set on the problems of docs/benchmarks.md. It is as much as changes the motion there.
+# What is tried again where a proof failed. The figures are choices, not measured: enough for another motion, and small against
+# the first search.
 _SPREAD = 0.004  # how far around an instant where a proof failed the search looks from then on, as a share of the motion
 _EVALUATIONS_AGAIN = 0.25  # share of `evaluations` for the search of another motion
 _SECONDS_AGAIN = 0.25  # share of `time_budget` for the same
@@ -309,7 +310,7 @@ class _Search:
     def _prove(self, motion: Motion) -> _Proof:
         self.tell("proof")
         self.proofs += 1
-        self.proof = _prove(self.problem, self.settings, self.islands.settled(motion))
+        self.proof = _prove(self.problem, self.settings, self.islands.projected(motion))
         self.clock.lap("certify")
         return self.proof
 

@@ -1,4 +1,8 @@
-"""What is to be planned: a robot, a scene, a start and a goal, checked as far as that needs no kinematics."""
+"""The planning problem: a robot, a scene, a start and a goal, and what is asked of a base that moves with its arm.
+
+Everything is checked when a problem is made, as far as that needs no kinematics. `Problem.local` is the same problem told in
+the frame of the base as it stands at the beginning: the search knows only that frame.
+"""
 
 # pyright: reportUnnecessaryIsInstance=false
 # What callers pass is checked at run time too.
@@ -25,14 +29,17 @@ from spacearm.planner.clearance import ClearanceModel
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.robot.model import Robot
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# What may be asked of a base that moves with its arm: how it is to stand at the end, and how little the arm may
-# disturb it.
-
 Array = NDArray[np.float64]
 
-_LEAST = 1e-9  # [rad, rad/s or N m s]; below, rounding decides
-_MOST = 1e12  # as good as no limit
+_LEAST_LIMIT = 1e-9  # [rad, rad/s or N m s] of the base: below, rounding decides
+_NO_LIMIT = 1e12  # as good as no limit
+_ROUNDING = 1e-5  # [rad or m] beyond a joint's limit: so much is a file's rounding, and is set onto the limit
+_MOST_TURNED = 1e6  # [rad or m] of a joint: beyond, float64 has too few digits to prove anything with
+_MOST_SEARCHED = 1e4  # [rad or m] of a joint: beyond, float32 has too few digits to search with
+_FURTHEST = 1e6  # [m] of the base from the inertial origin, at the beginning and by its drift: likewise for float64
+_SHORTEST, _LONGEST = 1e-6, 1e9  # [s] durations: far beyond any motion, and their squares are numbers in float32
+_MOST_TUMBLING = 18.0  # [rad] that the momentum turns the base by: nearly three turns, the most that the search can follow
+_MOST_ANGULAR = 1e9  # [N m s] of the momentum: no spacecraft has as much
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +62,7 @@ class AttitudeGoal(Frozen):
         def __init__(self, attitude_wxyz: ArrayLike, tolerance: float = ...) -> None: ...
 
     def __post_init__(self) -> None:
-        tolerance = as_number("the base goal's tolerance", self.tolerance, ProblemError, above=0, at_most=_MOST, unit="rad")
+        tolerance = as_number("the base goal's tolerance", self.tolerance, ProblemError, above=0, at_most=_NO_LIMIT, unit="rad")
         unit = as_unit("the base goal's attitude_wxyz", self.attitude_wxyz)
         keep(self, attitude_wxyz=as_readonly("attitude_wxyz", unit, (4,), ProblemError), tolerance=tolerance)
 
@@ -84,12 +91,10 @@ class BaseLimits(Frozen):
 
     def __post_init__(self) -> None:
         for name, unit in (("final", "rad"), ("peak", "rad"), ("rate", "rad/s"), ("joint_momentum", "N m s")):
-            given = getattr(self, name)
+            given, what = getattr(self, name), f"base limit {name}"
             if given is not None:
-                keep(
-                    self,
-                    **{name: as_number(f"base limit {name}", given, ProblemError, at_least=_LEAST, at_most=_MOST, unit=unit)},
-                )
+                value = as_number(what, given, ProblemError, at_least=_LEAST_LIMIT, at_most=_NO_LIMIT, unit=unit)
+                keep(self, **{name: value})
 
     @property
     def asked(self) -> tuple[str, ...]:
@@ -100,19 +105,6 @@ class BaseLimits(Frozen):
     def any(self) -> bool:
         """Whether there is a limit at all."""
         return bool(self.asked)
-
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# What is to be planned: a robot, a scene, a start and a goal, checked as far as that needs no kinematics.
-
-
-_ROUNDING = 1e-5  # [rad or m] this far beyond a limit is a file's rounding, and is set onto the limit
-_FURTHEST = 1e6  # [m]
-_MOST_TURNED = 1e6  # [rad or m] of a joint: beyond, float64 has too few digits to prove anything with
-_MOST_SEARCHED = 1e4  # [rad or m] of a joint: beyond, float32 has too few digits to search with
-_SHORTEST, _LONGEST = 1e-6, 1e9  # [s]
-_MOST_TUMBLING = 18.0  # [rad] nearly three turns
-_MOST_ANGULAR = 1e9  # [N m s]
 
 
 class _WithLocal(Frozen):
@@ -438,9 +430,10 @@ def _configurations(robot: Robot, goal: object) -> ConfigurationGoal | Configura
             f"goal is {shown(goal)}, expected {robot.dof} joint positions, or a ConfigurationGoal, ConfigurationsGoal, "
             "PositionGoal or PoseGoal"
         )
-    given: Any = goal if isinstance(goal, np.ndarray) else list(cast("Iterable[object]", goal))
-    rows = len(given) > 0 and all(isinstance(row, (list, tuple, np.ndarray)) for row in given)
-    if rows and len(given) == 4 and robot.dof != 4 and all(np.iterable(row) and len(list(row)) == 4 for row in given):
+    entries = list(cast("Iterable[object]", goal))
+    given = cast("ArrayLike", goal if isinstance(cast("object", goal), np.ndarray) else entries)
+    rows = len(entries) > 0 and all(isinstance(row, (list, tuple, np.ndarray)) for row in entries)
+    if rows and len(entries) == 4 and robot.dof != 4 and all(len(list(cast("Iterable[object]", row))) == 4 for row in entries):
         raise ProblemError(f"goal is 4 by 4, expected {robot.dof} joint positions; for a pose in space write PoseGoal(pose)")
     if rows:
         return ConfigurationsGoal(given)

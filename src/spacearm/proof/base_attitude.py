@@ -21,7 +21,7 @@ Panels are halved until the sum of all errors is less than the tolerance. docs/c
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
@@ -379,10 +379,11 @@ class BaseAttitude:
         """Solve panels, from an attitude (4,), for rates omega (p, g, 3) given in the Gauss points."""
         right = rate_matrices(omega) / 2  # (p, g, 4, 4): Q o omega / 2, as a matrix on Q
         count, points = omega.shape[:2]
-        system = -np.einsum("ij,pjcd->picjd", self._integrals, right).reshape(count, 4 * points, 4 * points)
+        system: Array = -np.einsum("ij,pjcd->picjd", self._integrals, right).reshape(count, 4 * points, 4 * points)
         system += np.eye(4 * points)
         one = np.tile([1.0, 0.0, 0.0, 0.0], points)
-        Q = np.linalg.solve(system, np.tile(one[:, None], (count, 1, 1)))[..., 0].reshape(count, points, 4)
+        solution = cast(Array, np.linalg.solve(system, np.tile(one[:, None], (count, 1, 1))))
+        Q = solution[..., 0].reshape(count, points, 4)
         slope = np.einsum("pgcd,pgd->pgc", right, Q)
         end = np.array([1.0, 0.0, 0.0, 0.0]) + self._weight @ slope
         turns = np.concatenate([begin[None], end / np.linalg.norm(end, axis=1)[:, None]])

@@ -108,7 +108,8 @@ def masses_of(robot: Robot) -> Masses:
         )
     require_all_masses(robot)
     beyond = np.zeros((len(robot.joints), len(mass)))
-    for b, on in enumerate(joint.tolist()):
+    for b, body in enumerate(robot.bodies):
+        on: int = body.joint
         while on >= 0:
             beyond[on, b] = 1.0
             on = robot.joints[on].parent
@@ -267,19 +268,19 @@ class Reaction:
         r_2, r_3 = r[..., None], r[..., None, None]
         A_2 = 2 * self._pair.of(self._spread) + 2 * _pairs(G) + 2 * r_2 * G_2
         B_2 = L_2 + _pairs(G) + r_2 * G_2
-        B_3 = 2 * L_3 + G_2[:, None] * G[:, :, None, None] + r_3 * G_3
-        B_3 = B_3 + G_2[:, :, None] * G[:, None, :, None] + G_2[..., None] * G[:, None, None]
-        W_1 = y * (self._greatest + r * G)
-        slope = y[..., None] * (B_2 + A[:, None] * W_1[..., None])
-        W_1 = np.minimum(W_1, np.linalg.norm(W, axis=-1) + np.einsum("rki,ri->rk", slope, step))
-        slope = y[..., None] * (B_2 + A[:, None] * W_1[..., None])  # |dW_k / dv_i| at most
-        curve = B_3 + A_2[:, None] * W_1[..., None, None] + A[:, None, :, None] * slope[:, :, None]
+        b_3 = 2 * L_3 + G_2[:, None] * G[:, :, None, None] + r_3 * G_3
+        b_3 = b_3 + G_2[:, :, None] * G[:, None, :, None] + G_2[..., None] * G[:, None, None]
+        rate = y * (self._greatest + r * G)  # |W_k| at most
+        slope = y[..., None] * (B_2 + A[:, None] * rate[..., None])
+        rate = np.minimum(rate, np.linalg.norm(W, axis=-1) + np.einsum("rki,ri->rk", slope, step))
+        slope = y[..., None] * (B_2 + A[:, None] * rate[..., None])  # |dW_k / dv_i| at most
+        curve = b_3 + A_2[:, None] * rate[..., None, None] + A[:, None, :, None] * slope[:, :, None]
         curve = y[..., None, None] * (curve + A[:, None, None] * slope[..., None])  # |d2W_k / dv_i dv_l| at most
         both = np.maximum(curve, np.swapaxes(curve, 1, 2))
         curve = np.maximum(both, np.swapaxes(curve, 1, 3))
         second = np.einsum("rki,rk,ri->r", np.maximum(slope, np.swapaxes(slope, 1, 2)), step, step) / 2
         third = np.einsum("rkil,rk,ri,rl->r", curve, step, step, step) / 6
-        return _Bounds(W=W_1, A=A, inverse=inverse, second=second, third=third)
+        return _Bounds(W=rate, A=A, inverse=inverse, second=second, third=third)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -339,14 +340,14 @@ class _PlacedMasses:
         self.z, self.origin = frames[:, :-1, :3, 2], frames[:, :-1, :3, 3] - self.com[:, None]
         self.mass = beyond @ m
         self.share = self.mass / masses.total
-        self.arm = np.einsum("jb,rbc->rjc", beyond * m, com) / np.maximum(self.mass, _LEAST)[:, None]
-        self.arm = np.where(self.mass[:, None] > 0, self.arm, self.origin)
+        arm: Array = np.einsum("jb,rbc->rjc", beyond * m, com) / np.maximum(self.mass, _LEAST)[:, None]
+        self.arm = np.where(self.mass[:, None] > 0, arm, self.origin)
         lever = self.arm - self.origin
         self.push = np.where(revolute[:, None], cross(self.z, lever), self.z)
         self.com_lever = self.share[:, None] * lever
         self.inertia = np.einsum("jb,rbcd->rjcd", beyond, whole) - _point_inertia(self.mass, self.arm)
         H = whole.sum(axis=1)
-        self._inverse = np.linalg.inv(H)
+        self._inverse: Array = np.linalg.inv(H)
         self.least = np.linalg.eigvalsh(H)[:, 0]
         self.size = np.sqrt(np.einsum("b,rbc,rbc->r", m, com, com)) * _OUTWARD
         away = com[:, None] - self.origin[:, :, None]  # (r, j, b, 3)

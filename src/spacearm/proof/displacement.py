@@ -118,7 +118,9 @@ class PathIntervals:
         """Return two for each: a run of pieces is divided between two of them, a part of a piece at its midpoint."""
         run = of.last - of.first > 1
         between = (of.first + of.last) // 2
-        middle = np.where(run, self._ends[np.minimum(between, len(self._ends) - 1), 0], of.ends.mean(axis=1))
+        parted: Indices = np.minimum(between, len(self._ends) - 1)
+        center: Array = of.ends.mean(axis=1)
+        middle = np.where(run, self._ends[parted, 0], center)
         first = np.stack([of.first, np.where(run, between, of.first)], axis=1).ravel()
         last = np.stack([np.where(run, between, of.last), of.last], axis=1).ravel()
         return Intervals(

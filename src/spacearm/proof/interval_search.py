@@ -8,7 +8,9 @@ intervals happen to end.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import deque
+from itertools import accumulate
 from typing import Literal
 
 import numpy as np
@@ -266,10 +268,10 @@ class ClearanceProof:
         interval = np.concatenate([of_group.interval for of_group in pairs])[close]
         _, nearest = np.unique(interval, return_index=True)
         touching = np.flatnonzero(most[close[:_CONTACTS]] <= self._minimum + GUARD)
-        first = np.cumsum([0, *(len(of_group.interval) for of_group in pairs)])
+        first = list(accumulate((len(of_group.interval) for of_group in pairs), initial=0))
         for i in close[np.union1d(nearest, touching)].tolist():
-            group = int(np.searchsorted(first, i, side="right")) - 1
-            row = i - int(first[group])
+            group = bisect_right(first, i) - 1
+            row = i - first[group]
             self.measured.measure(group, pairs[group], row, midpoints, proven=float(found[group].at_midpoint[row]))
         self._least = min(self._least, self.measured.clearance)
 

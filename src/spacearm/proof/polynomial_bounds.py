@@ -33,10 +33,10 @@ _OUTWARD = 1 + 1e-12  # times the greatest norm, for its rounding
 _STEEP = 80.0  # exponent beyond which a bound on an ellipse is taken to be infinite
 _HIGH_DEGREE = 8  # of a path's derivative: above it, coefficients that are rounding would count times rho to this power
 _AT_ONCE = 128  # panels computed at once, so that the arrays stay in the processor's cache
-_WIDER = 2.0 ** np.arange(1, 13)  # ellipses s around a panel, for pieces of a high degree
+_WIDER = np.array([2.0**k for k in range(1, 13)])  # ellipses s around a panel, for pieces of a high degree
 _SECOND_ORDER = 3.0  # times |phi|^2 and the tumble: the terms of second order of an error phi below _SMALL_ERROR
 _SMALL_ERROR = 1e-3  # [rad]
-_FIRST_ORDER = 1.01  # times the sum of errors: the difference between a rotation vector and its sine, below _SMALL_ERROR
+_FIRST_ORDER = 1.01  # times the sum of errors, which covers what is neglected for rotation vectors below _SMALL_ERROR
 _FLOW_ROUNDING = 1e-12  # of the flow over a panel
 _MOST_PANELS = 1500  # whose flows are multiplied, which takes the square of their number; for more, exponents are added
 _STEEPEST = 300.0  # exponent of the factor by which errors grow, at most: e^300 is hopeless, and still a number
@@ -250,14 +250,15 @@ class Ellipses:
         A polynomial of degree e that is at most B on a piece is at most B R^e on the ellipse R around it (Bernstein). A panel's
         own ellipse s lies in one of these. For high degrees that bounds coefficients whose true size is hidden by rounding.
         """
-        degree = path.rates.shape[1] - 1
+        degree = int(path.rates.shape[1]) - 1
         found = np.abs(_from_bernstein(degree) @ path.rates)
         found += (_EPS * (8 + 4 * degree) * path.coarse)[:, None]
         if degree <= _HIGH_DEGREE:
             return found
         away = path.share[:, None] * (_WIDER - 1 / _WIDER) / 2  # (p, s)
-        wide = 1 + away + np.sqrt(2 * away + away**2)
-        power = 2 * wide[:, None] ** degree * _WIDER ** -np.arange(degree + 1.0)[:, None]
+        wide: Array = 1 + away + np.sqrt(2 * away + away**2)
+        j = np.arange(degree + 1.0)[:, None]
+        power = 2 * np.power(wide[:, None], degree) * np.power(_WIDER, -j)
         return np.minimum(found, power.min(axis=-1)[..., None] * path.coarse[:, None])
 
 
@@ -277,7 +278,7 @@ def integrated(coefficients: Array) -> Array:
     """Return the Chebyshev coefficients 1 to d + 1 of the integral, (p, d + 1, ...)."""
     count = coefficients.shape[1]
     out = np.zeros_like(coefficients)
-    j = np.arange(1, count + 1).reshape(-1, *[1] * (coefficients.ndim - 2))
+    j = np.expand_dims(np.arange(1.0, count + 1), tuple(range(1, coefficients.ndim - 1)))
     out[:] = coefficients / (2 * j)
     out[:, 0] = coefficients[:, 0]
     out[:, : count - 2] -= coefficients[:, 2:] / (2 * j[: count - 2])
@@ -288,7 +289,7 @@ def _integrated(sizes: Array) -> Array:
     """Bound the Chebyshev coefficients of integrals, (p, d + 2, j), by those of the integrands; the first is taken as 0."""
     count = sizes.shape[1]
     out = np.zeros((sizes.shape[0], count + 1, sizes.shape[2]))
-    j = np.arange(1, count + 1)[:, None]
+    j = np.arange(1.0, count + 1)[:, None]
     out[:, 1:] = sizes / (2 * j)
     out[:, 1] = sizes[:, 0]
     out[:, 1 : count - 1] += sizes[:, 2:] / (2 * j[: count - 2])
@@ -348,8 +349,9 @@ def flow_of(A: Array, *, integrals: Array, weight: Array, to_chebyshev: Array) -
             point, to the integral from -1 to 1, and to Chebyshev's coefficients.
     """
     count, points = A.shape[:2]
-    system = -np.einsum("ij,pjcd->picjd", integrals, A).reshape(count, 3 * points, 3 * points) + np.eye(3 * points)
-    X = np.linalg.solve(system, np.tile(np.eye(3), (count, points, 1))).reshape(count, points, 3, 3)
+    system: Array = -np.einsum("ij,pjcd->picjd", integrals, A).reshape(count, 3 * points, 3 * points) + np.eye(3 * points)
+    solution = np.linalg.solve(system, np.tile(np.eye(3), (count, points, 1)))
+    X = solution.reshape(count, points, 3, 3)
     rates = A @ X
     slope = (to_chebyshev @ rates.reshape(count, points, 9)).reshape(count, points, 9)
     moved = np.linalg.norm(integrated(slope), axis=2)

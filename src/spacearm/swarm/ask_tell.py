@@ -1,4 +1,4 @@
-"""The swarm by hand: ask for positions, tell what they are worth."""
+"""The swarm by ask and tell: it gives positions to evaluate, and is told what they are worth; and the result of a run."""
 
 # pyright: reportUnnecessaryIsInstance=false
 # What callers pass is checked at run time too.
@@ -17,10 +17,8 @@ from spacearm.core.checks import as_readonly, shown
 from spacearm.core.errors import SettingsError, SwarmError
 from spacearm.core.native import native
 from spacearm.core.random_seed import Rng, seed_of
-from spacearm.swarm import checkpoint as checkpoint
+from spacearm.swarm.checkpoint import broken_checkpoint, read_checkpoint, write_checkpoint
 from spacearm.swarm.swarm_settings import IPSO, PSO, SwarmSettings, kernel_settings
-
-# ---- What a swarm's run gives back -----------------------------------------------------------------------------------
 
 Array = NDArray[np.float64]
 
@@ -65,8 +63,8 @@ class SwarmResult:
         iterations: rounds done.
         evaluations: positions evaluated, exactly.
         failed_evaluations: those where f gave NaN or minus infinity; they counted as the worst there is.
-        seed: repeats the run together with the settings and the trial.
-        trial: which of the seed's independent runs this is.
+        seed: random seed; repeats the run together with the settings and the trial.
+        trial: which of the independent runs with this random seed it is.
         settings: of the swarm.
         history: over the iterations.
         seconds: wall time; for one of several native trials, an even share of what all took.
@@ -115,10 +113,7 @@ class SwarmResult:
         return text
 
 
-# ---- The swarm by hand: ask for positions, tell what they are worth --------------------------------------------------
-
-
-_MOST_NUMBERS = 10**8  # of particles times dimensions
+_MOST_NUMBERS = 10**8  # particles times dimensions: the kernel takes about 60 bytes for each
 
 
 class Swarm:
@@ -134,6 +129,14 @@ class Swarm:
         rng: seed, generator or None.
         initial: (k, d) positions to begin with, k up to the number of particles; the others are drawn.
         keep_positions: also keep the best position of every iteration in the history.
+
+    Attributes:
+        lower: (d,) the bounds, read-only.
+        upper: (d,) likewise.
+        settings: of the swarm.
+        seed: the random seed.
+        initial: (k, d) the positions to begin with, or None.
+        keep_positions: whether the history has positions.
 
     Raises:
         SettingsError: bounds that are not finite or not in order, or initial positions outside them.
@@ -157,7 +160,7 @@ class Swarm:
         self.seed = seed_of(rng)
         self._begun = time.perf_counter()
         self._asked = False
-        self._keep_positions = keep_positions
+        self.keep_positions = keep_positions
         self._infinite = self._minus_infinite = 0  # evaluations
         self._rows: list[tuple[float, float, int]] = []
         self._positions: list[Array] = []
@@ -167,7 +170,7 @@ class Swarm:
             self._native = native.Swarm64(kernel, self.lower, self.upper, self.seed, 0)
         except MemoryError:
             raise SettingsError(f"particles is {settings.particles}, more than there is memory for; ask for fewer") from None
-        self._initial = None if initial is None else self._checked_initial(initial)
+        self.initial = None if initial is None else self._checked_initial(initial)
 
     @property
     def dims(self) -> int:
@@ -213,8 +216,8 @@ class Swarm:
         if self._asked:
             raise SwarmError("ask() was called twice, expected tell() in between; tell the last positions' fitness first")
         self._native.ask()
-        if self._native.round == 0 and self._initial is not None:
-            self._native.place_first(self._initial)
+        if self._native.round == 0 and self.initial is not None:
+            self._native.place_first(self.initial)
         self._asked = True
         return self._native.positions()
 
@@ -246,13 +249,13 @@ class Swarm:
         self._minus_infinite += int(np.count_nonzero(bottomless & ~np.isnan(c)))
         self._infinite += int(np.count_nonzero(((f == np.inf) | (c == np.inf)) & ~np.isnan(f) & ~np.isnan(c)))
         self._rows.append((self.best_fitness, self.best_violation, self.evaluations))
-        if self._keep_positions:
+        if self.keep_positions:
             self._positions.append(self.best_x)
 
     def result(self, status: str = "budget") -> SwarmResult:
         """Return the best so far, as a run that stopped for this reason."""
         rows = np.array(self._rows, dtype=np.float64).reshape(-1, 3)
-        positions = np.array(self._positions).reshape(-1, self.dims) if self._keep_positions else None
+        positions = np.array(self._positions).reshape(-1, self.dims) if self.keep_positions else None
         return SwarmResult(
             x=self.best_x,
             fitness=self.best_fitness,
@@ -284,7 +287,7 @@ class Swarm:
         """
         if self._asked:
             raise SwarmError("save() was called between ask() and tell(), expected after tell(); tell the fitness first")
-        checkpoint.write(
+        write_checkpoint(
             path,
             settings=self.settings,
             seed=self.seed,
@@ -292,8 +295,8 @@ class Swarm:
             upper=self.upper,
             state=self._native.state(),
             rows=np.array(self._rows, dtype=np.float64).reshape(-1, 3),
-            positions=np.array(self._positions).reshape(-1, self.dims) if self._keep_positions else None,
-            initial=self._initial,
+            positions=np.array(self._positions).reshape(-1, self.dims) if self.keep_positions else None,
+            initial=self.initial,
             infinite=(self._minus_infinite, self._infinite),
         )
 
@@ -304,7 +307,7 @@ class Swarm:
         Raises:
             FileFormatError: the file is missing, broken, or no checkpoint of ours.
         """
-        saved = checkpoint.read(path)
+        saved = read_checkpoint(path)
         try:
             swarm = cls(
                 saved.lower,
@@ -315,14 +318,14 @@ class Swarm:
                 keep_positions=saved.positions is not None,
             )
             if saved.state.keys() != swarm._native.state().keys():
-                raise checkpoint.broken(path)
+                raise broken_checkpoint(path)
             swarm._native.restore(saved.state)
         except (SettingsError, ValueError, TypeError, KeyError):  # the kernel's own for a state of another shape
-            raise checkpoint.broken(path) from None
+            raise broken_checkpoint(path) from None
         n = swarm.iteration
         counted = saved.rows.shape == (n, 3) and saved.rows.dtype == np.float64 and bool(np.isfinite(saved.rows[:, 2]).all())
         if not counted or (saved.positions is not None and saved.positions.shape != (n, swarm.dims)):
-            raise checkpoint.broken(path)
+            raise broken_checkpoint(path)
         swarm._minus_infinite, swarm._infinite = saved.infinite
         swarm._rows = [(float(f), float(c), int(n)) for f, c, n in saved.rows]
         swarm._positions = [] if saved.positions is None else list(saved.positions)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import io
 import json
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +21,13 @@ from spacearm.core.records import as_dict
 from spacearm.swarm.swarm_settings import IPSO, PSO, FeasibleFirst, Penalty, SwarmSettings
 
 Array = NDArray[np.float64]
+State: TypeAlias = dict[str, NDArray[np.float64 | np.float32 | np.int64]]
+"""The kernel's arrays of a swarm, by name."""
 
 _FORMAT = "spacearm swarm checkpoint"
 _VERSION = 1
-_KINDS: dict[str, Any] = {kind.__name__: kind for kind in (PSO, IPSO, FeasibleFirst, Penalty)}
+_Record: TypeAlias = PSO | IPSO | FeasibleFirst | Penalty
+_KINDS: dict[str, Callable[..., _Record]] = {kind.__name__: kind for kind in (PSO, IPSO, FeasibleFirst, Penalty)}
 _WHAT = "a swarm's checkpoint"
 
 
@@ -35,7 +39,7 @@ class Checkpoint:
     seed: int
     lower: Array
     upper: Array
-    state: dict[str, Any]
+    state: State
     rows: Array
     positions: Array | None
     initial: Array | None
@@ -43,14 +47,14 @@ class Checkpoint:
     """Evaluations that gave minus infinity, and infinity."""
 
 
-def write(
+def write_checkpoint(
     path: str | os.PathLike[str],
     *,
     settings: SwarmSettings,
     seed: int,
     lower: Array,
     upper: Array,
-    state: dict[str, Any],
+    state: State,
     rows: Array,
     positions: Array | None,
     initial: Array | None,
@@ -60,7 +64,7 @@ def write(
     require_path(path)
     if Path(path).exists():
         try:
-            read(path)
+            read_checkpoint(path)
         except SpacearmError:
             raise OutputError(f"{path} exists and is not {_WHAT}, expected a new file; choose another name") from None
     header: dict[str, Any] = {"format": _FORMAT, "version": _VERSION, "seed": seed, "infinite": list(infinite)}
@@ -76,7 +80,7 @@ def write(
     write_atomically(path, buffer.getvalue())
 
 
-def read(path: str | os.PathLike[str]) -> Checkpoint:
+def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
     """Read a checkpoint; see `Swarm.load`."""
     content = read_bytes(path, what=_WHAT)
     try:
@@ -86,9 +90,12 @@ def read(path: str | os.PathLike[str]) -> Checkpoint:
         if header["format"] != _FORMAT:
             raise FileFormatError(f"{path} is of format {shown(header['format'])}, expected {_WHAT}; check the path")
         require_version(header["version"], _VERSION, path, key="version")
+        settings = _record(header["settings"])
+        if not isinstance(settings, (PSO, IPSO)):
+            raise broken_checkpoint(path)
         minus, plus = header.get("infinite", (0, 0))  # files of version 0.1 do not tell
         return Checkpoint(
-            settings=_settings(header["settings"]),
+            settings=settings,
             seed=int(header["seed"]),
             lower=arrays.pop("lower"),
             upper=arrays.pop("upper"),
@@ -101,16 +108,20 @@ def read(path: str | os.PathLike[str]) -> Checkpoint:
     except FileFormatError:
         raise
     except Exception:  # zipfile, NumPy's and our own readers have many for what is broken
-        raise broken(path) from None
+        raise broken_checkpoint(path) from None
 
 
-def broken(path: str | os.PathLike[str]) -> FileFormatError:
+def broken_checkpoint(path: str | os.PathLike[str]) -> FileFormatError:
     """Return the error for a file that cannot be used."""
     return FileFormatError(f"{path} cannot be read, expected {_WHAT}; it is broken or something else")
 
 
-def _settings(saved: dict[str, Any]) -> Any:
-    given = {name: _settings(value) if isinstance(value, dict) else value for name, value in saved.items()}
-    kind = _KINDS[given.pop("kind")]
-    # JSON has no tuples.
-    return kind(**{name: tuple(value) if isinstance(value, list) else value for name, value in given.items()})
+def _record(saved: dict[str, object]) -> _Record:
+    given = {name: _value(value) for name, value in saved.items()}
+    return _KINDS[str(given.pop("kind"))](**given)
+
+
+def _value(saved: object) -> object:
+    if isinstance(saved, dict):
+        return _record(cast("dict[str, object]", saved))
+    return tuple(cast("list[object]", saved)) if isinstance(saved, list) else saved  # JSON has no tuples

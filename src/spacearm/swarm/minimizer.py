@@ -1,4 +1,4 @@
-"""Minimise any Python function with a swarm."""
+"""Runs of a swarm from beginning to end: over any Python function (`minimize`), or inside the kernel (`run_trials`)."""
 
 # pyright: reportUnnecessaryIsInstance=false
 # What callers pass is checked at run time too.
@@ -9,10 +9,10 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import as_number, dimensions_of, shown
 from spacearm.core.errors import OutputError, SettingsError, SwarmError
@@ -23,7 +23,9 @@ from spacearm.core.records import as_dict, one_of, whole
 from spacearm.swarm.ask_tell import Swarm, SwarmHistory, SwarmResult
 from spacearm.swarm.swarm_settings import SwarmSettings, kernel_settings
 
-Objective = Callable[[Any], Any]
+Array = NDArray[np.float64]
+
+Objective = Callable[[Array], object]
 """(particles, d) -> (particles,), or -> ((particles,), (particles,)): fitness and violation."""
 
 
@@ -39,7 +41,7 @@ def minimize(
     target: float | None = None,
     stall_iterations: int | None = None,
     max_seconds: float | None = None,
-    callback: Callable[[Swarm], Any] | None = None,
+    callback: Callable[[Swarm], object] | None = None,
     history: Literal["best", "positions"] = "best",
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: int = 10,
@@ -93,7 +95,7 @@ def minimize(
     try:
         while status == "budget" and not swarm.done:
             x = swarm.ask()
-            swarm.tell(*_told(evaluate(x), len(x), swarm.dims))
+            swarm.tell(*_fitness_and_violation(evaluate(x), len(x)))
             if checkpoint is not None and swarm.iteration % checkpoint_every == 0:
                 swarm.save(checkpoint)
             stopped = callback is not None and _asks_to_stop(callback, swarm)
@@ -149,44 +151,49 @@ class _Stop:
         return "time" if self.deadline is not None and time.perf_counter() > self.deadline else None
 
 
-def _told(returned: Any, n: int, dims: int) -> tuple[Any, ...]:
+def _fitness_and_violation(returned: object, n: int) -> tuple[ArrayLike, ArrayLike | None]:
+    """Take apart what a function of n positions returned."""
+    parts = _parts(returned)
     if not isinstance(returned, tuple):
-        return (returned,)
-    if len(returned) != 2:
+        return parts[0], None
+    if len(parts) != 2:
         raise SwarmError(
-            f"f returned {len(returned)} values, expected the fitness ({n},), or a pair: fitness and violation, each ({n},)"
+            f"f returned {len(parts)} values, expected the fitness ({n},), or a pair: fitness and violation, each ({n},)"
         )
-    return returned
+    return parts[0], parts[1]
 
 
 def _row_by_row(f: Objective) -> Objective:
-    def evaluate(x: Any) -> Any:
-        values = [f(row) for row in x]
-        pairs = isinstance(values[0], tuple)
-        for value in values:
-            if isinstance(value, tuple) is not pairs or (pairs and len(value) != 2) or not all(map(_is_number, _parts(value))):
+    """Return a function of all positions (n, d), made of one that takes a single position (d,)."""
+
+    def evaluate(x: Array) -> object:
+        returned = [f(row) for row in x]
+        pairs = isinstance(returned[0], tuple)
+        for value in returned:
+            parts = _parts(value)
+            if isinstance(value, tuple) is not pairs or len(parts) != 1 + pairs or not all(map(_is_number, parts)):
                 raise SwarmError(
                     f"f returned {shown(value)} for a single position, expected a number, or always a pair of numbers: "
                     "fitness and violation"
                 )
-        columns = np.array([_parts(value) for value in values], dtype=np.float64).T
+        columns = np.array([_parts(value) for value in returned], dtype=np.float64).T
         return tuple(columns) if pairs else columns[0]
 
     return evaluate
 
 
-def _parts(value: Any) -> tuple[Any, ...]:
-    return value if isinstance(value, tuple) else (value,)
+def _parts(value: object) -> tuple[ArrayLike, ...]:
+    return cast("tuple[ArrayLike, ...]", value if isinstance(value, tuple) else (value,))
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: ArrayLike) -> bool:
     return dimensions_of(value) == 0 and np.asarray(value).dtype.kind in "biuf"
 
 
-def _asks_to_stop(callback: Callable[[Swarm], Any], swarm: Swarm) -> bool:
+def _asks_to_stop(callback: Callable[[Swarm], object], swarm: Swarm) -> bool:
     try:
         answer = callback(swarm)
-        return isinstance(answer, (bool, np.bool_)) and bool(answer)
+        return isinstance(answer, (bool, np.bool_)) and bool(cast("bool", answer))
     except StopIteration:
         return True
 
@@ -200,8 +207,8 @@ def _opened(path: str | os.PathLike[str], fresh: Swarm, *, resume: bool, rng: Rn
     if not resume:
         raise OutputError(f"{path} exists, expected a new file for the checkpoint; pass resume=True to go on from it")
     saved = Swarm.load(path)
-    given, kept = as_dict(fresh.settings), as_dict(saved.settings)
-    differing = [name for name in given if given[name] != kept.get(name)]
+    given, stored = as_dict(fresh.settings), as_dict(saved.settings)
+    differing = [name for name in given if given[name] != stored.get(name)]
     if type(fresh.settings) is not type(saved.settings) or differing:
         raise SettingsError(
             f"{path} was made with other settings ({', '.join(differing) or 'another swarm'}), expected the same"
@@ -210,14 +217,18 @@ def _opened(path: str | os.PathLike[str], fresh: Swarm, *, resume: bool, rng: Rn
         raise SettingsError(f"{path} was made with other bounds, expected the same; resume with those it was begun with")
     if isinstance(rng, (int, np.integer)) and saved.seed != rng:
         raise SettingsError(f"{path} was made with seed {saved.seed}, not {rng}; resume with the same rng, or with None")
-    if initial is not None and not np.array_equal(fresh._initial, saved._initial):  # type: ignore[arg-type]
+    if initial is not None and not _equal(fresh.initial, saved.initial):
         raise SettingsError(f"{path} was made with another `initial`, expected the same; resume with it, or with None")
-    if fresh._keep_positions != saved._keep_positions:
+    if fresh.keep_positions != saved.keep_positions:
         raise SettingsError(f"{path} was made with another `history`, expected the same")
     return saved
 
 
-# ---- Whole runs inside the kernel, for objectives that the kernel knows ----------------------------------------------
+def _equal(one: Array | None, other: Array | None) -> bool:
+    return one is other if one is None or other is None else np.array_equal(one, other)
+
+
+# ---- Runs inside the kernel, for objectives that the kernel knows ----------------------------------------------------
 
 MOST_THREADS = 1024
 """More cost memory and win nothing."""
@@ -243,7 +254,7 @@ def run_trials(
     stop_when_feasible: bool = False,
     max_seconds: float | None = None,
     initial: np.ndarray | None = None,
-    progress: Callable[[int], Any] | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> list[SwarmResult]:
     """Run independent trials of a swarm on a kernel objective, spread over threads.
 

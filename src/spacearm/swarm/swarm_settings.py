@@ -1,4 +1,4 @@
-"""Settings of the swarm: PSO as in Table 1 of the paper, IPSO as in Table 2, and what can be varied about them."""
+"""Settings of the swarm: PSO as in Table 1 of the paper, IPSO as in Table 2, what can be varied, and named settings."""
 
 # pyright: reportUnnecessaryIsInstance=false
 # What callers pass is checked at run time too.
@@ -12,12 +12,13 @@ from spacearm.core.errors import SettingsError, nearest
 from spacearm.core.native import native
 from spacearm.core.records import one_of, settings, share, whole
 
+# Bounds of the settings: what memory and float32 can bear, far beyond what is of use.
 _MOST_PARTICLES = 10**7
 _MOST_ITERATIONS = 10**8  # their history has 24 bytes each
 _MOST_POWER = 1000
-_MOST_ENTRIES = 10**6
-_MOST_FACTOR = 1000.0  # of what velocities are multiplied by: they are to stay numbers
-_MOST_WEIGHT = 1e12  # likewise of violations
+_MOST_ENTRIES = 10**6  # of the success history
+_MOST_FACTOR = 1000.0  # that velocities are multiplied by: they stay numbers
+_MOST_WEIGHT = 1e12  # that violations are multiplied by: likewise
 
 BOUNDS = ("absorb", "reflect", "periodic")
 VARIANTS = ("symbiotic", "cooperative", "evolving")
@@ -106,7 +107,7 @@ class PSO:
 class IPSO:
     """Improved particle swarm optimisation with three populations, Section 3.2; the defaults are Table 2.
 
-    Populations 1 and 2 fly as in PSO with eq. (14); population 3 depends on both:
+    Populations 1 and 2 move as in PSO with eq. (14); population 3 depends on both:
 
     - "symbiotic" (variant M, after Niu et al. 2007): a master that follows its own best and the slaves' best;
     - "cooperative" (variant S, after Zhang and Ding 2011): driven by the velocities of populations 1 and 2, with one
@@ -223,12 +224,12 @@ def _check_common(record: SwarmSettings) -> None:
 
 # ---- Named settings: the paper's, those between, and ours; what each adds is measured in docs/benchmarks.md ----------
 #
-# The numbers of the rising penalty are for an objective like the seed's, whose fitness changes by about one per metre
-# of violation: it begins where violating still pays a little, so that the swarm crosses obstacles and walks along the
-# goal, and ends where it never does.
+# The numbers of the rising penalty are for an objective like the paper's, whose fitness changes by about one per metre
+# of violation. It begins where a violation still pays a little, so that the swarm crosses obstacles, and ends where it
+# never does.
 
 _CONSTRICTION: dict[str, Any] = {"inertia": 0.7298, "cognitive": 1.49618, "social": 1.49618}  # Clerc and Kennedy 2002
-_KEPT_INSIDE: dict[str, Any] = {"velocity_clamp": 0.2, "bounds": "reflect"}
+_INSIDE: dict[str, Any] = {"velocity_clamp": 0.2, "bounds": "reflect"}
 _RISING = Penalty(weight=1.5, final_weight=100.0, rise_from=0.5)
 
 NAMED_SETTINGS: dict[str, SwarmSettings] = {
@@ -242,7 +243,7 @@ NAMED_SETTINGS: dict[str, SwarmSettings] = {
         **_CONSTRICTION, neighbours=3, particles=100, iterations=300, constraints=FeasibleFirst(forgiven=0.1)
     ),
     "ring-unclamped": PSO(**_CONSTRICTION, neighbours=3, particles=100, iterations=300, constraints=_RISING),
-    "ring-rising": PSO(**_CONSTRICTION, **_KEPT_INSIDE, neighbours=3, particles=100, iterations=300, constraints=_RISING),
+    "ring-rising": PSO(**_CONSTRICTION, **_INSIDE, neighbours=3, particles=100, iterations=300, constraints=_RISING),
     "evolving-rising": IPSO(
         variant="evolving",
         evolving_share=1.0,
@@ -254,7 +255,7 @@ NAMED_SETTINGS: dict[str, SwarmSettings] = {
     "ipso-e": IPSO(
         variant="evolving",
         **_CONSTRICTION,
-        **_KEPT_INSIDE,
+        **_INSIDE,
         neighbours=3,
         shrink_to=4,
         particles=100,
