@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
@@ -211,7 +211,7 @@ def goal_as_dict(goal: Goal) -> dict[str, Any]:
     return {key: goal.q.tolist(), "tolerance": tolerance, "shortest": goal.shortest}
 
 
-def goal_from_dict(values: dict[str, Any]) -> Goal:
+def goal_from_dict(values: Mapping[str, Any]) -> Goal:
     """Make a goal of plain values; see `goal_as_dict` for the keys. Only the first, the kind's own, is needed.
 
     Raises:
@@ -253,7 +253,7 @@ def _yes_or_no(name: str, value: object) -> bool:
     return bool(cast("bool", value))
 
 
-def _joint_tolerance(value: Any, dof: int) -> float | Array:
+def _joint_tolerance(value: ArrayLike, dof: int) -> float | Array:
     name = "the goal's tolerance"
     if not _is_table(value):
         return as_number(name, value, ProblemError, at_least=0, at_most=_MOST_TURNED, unit="rad or m")
@@ -269,7 +269,7 @@ def _is_table(value: object) -> bool:
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
-def _axis(value: Any) -> Array:
+def _axis(value: str | ArrayLike) -> Array:
     if isinstance(value, str):
         if value not in _AXES:
             raise ProblemError(f"free_axis is {shown(value)}, expected 'x', 'y', 'z' or a direction (3,) in the frame")

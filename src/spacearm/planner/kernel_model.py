@@ -6,7 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,10 @@ from spacearm.geometry import Box, Capsule, Cylinder, Obstacle, Scene, Sphere, S
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import kernel_joints
 
-_WIDEST = 1e9  # [m, or what a joint multiplies by]
+Made = TypeVar("Made")
+
+_CACHED = 8  # robots, and pairs of a robot and a scene, of which the models are kept
+_WIDEST = 1e9  # [m, or what a joint multiplies by]: beyond, squares overflow in float32
 
 
 class KernelModel:
@@ -51,22 +54,19 @@ class KernelModel:
         return native.Model32(self.world)
 
 
-class _Kept:
+class _IdentityCache(Generic[Made]):
     """What was made for the objects seen last: the same objects, not equal ones, for comparing large ones takes longer."""
 
     def __init__(self, most: int) -> None:
-        self._most, self._made = most, OrderedDict[tuple[Any, ...], tuple[Any, Any]]()
+        self._most, self._made = most, OrderedDict[tuple[object, ...], tuple[tuple[object, ...], Made]]()
 
-    def get(self, objects: tuple[Any, ...], rest: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+    def get(self, objects: tuple[object, ...], rest: tuple[object, ...], make: Callable[[], Made]) -> Made:
         key = (*map(id, objects), *rest)
         if key not in self._made:
             self._made[key] = objects, make()  # kept alive with what was made, so that no other object gets its id
             while len(self._made) > self._most:
                 self._made.popitem(last=False)
         return self._made[key][1]
-
-
-_models, _arms = _Kept(8), _Kept(8)
 
 
 def kernel_model(robot: Robot, scene: Scene) -> KernelModel:
@@ -124,6 +124,10 @@ class _Arm:
     centres: tuple[int, ...]
     tip: int
     points: tuple[int, ...]
+
+
+_models = _IdentityCache[KernelModel](_CACHED)
+_arms = _IdentityCache[_Arm](_CACHED)
 
 
 def _arm(robot: Robot, frame: str | None, further: tuple[tuple[int, NDArray[np.float64]], ...]) -> _Arm:

@@ -12,7 +12,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -122,7 +122,13 @@ class Islands:
         return out
 
     def run(
-        self, *, evaluations: int, seconds: float, until_first: bool, stall: int, progress: Callable[[int], Any] | None = None
+        self,
+        *,
+        evaluations: int,
+        seconds: float,
+        until_first: bool,
+        stall: int,
+        progress: Callable[[int], object] | None = None,
     ) -> None:
         """Go on searching; 0 is no limit. Interrupted by Ctrl-C, all islands stop and keep what they have.
 

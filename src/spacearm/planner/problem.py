@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -177,7 +177,8 @@ class Problem(_WithLocal):
         if not isinstance(self.scene, Scene):
             keep(self, scene=_scene(self.scene))
         keep(self, **checked_base(self.robot, self.base, self.base_start, self.momentum))
-        keep(self, **_asked_of_the_base(self))
+        goal, limits, duration = _asked_of_the_base(self)
+        keep(self, base_goal=goal, base_limits=limits, duration=duration)
         notes = list(as_sentences("notes", self.notes, ProblemError))
         keep(self, start=within_limits(self.robot, self.start, what="start", notes=notes))
         keep(self, goal=_goal(self.robot, self.goal, self.start, notes), notes=tuple(dict.fromkeys(notes)), _local=None)
@@ -232,10 +233,9 @@ def _told_from_the_base(problem: Problem) -> Problem:
     )
 
 
-def _asked_of_the_base(problem: Problem) -> dict[str, Any]:
+def _asked_of_the_base(problem: Problem) -> tuple[AttitudeGoal | None, BaseLimits, float | None]:
     """Return `base_goal`, `base_limits` and `duration`, checked."""
-    goal: Any = problem.base_goal
-    limits: Any = problem.base_limits
+    goal, limits = problem.base_goal, cast("BaseLimits | None", problem.base_limits)
     limits = BaseLimits() if limits is None else limits
     if goal is not None and not isinstance(goal, AttitudeGoal):
         goal = AttitudeGoal(goal)
@@ -259,7 +259,7 @@ def _asked_of_the_base(problem: Problem) -> dict[str, Any]:
             "momentum is given without a duration, expected both: how far the spacecraft tumbles depends on time"
         )
     _require_within_reason(problem, duration)
-    return {"base_goal": goal, "base_limits": limits, "duration": duration}
+    return goal, limits, duration
 
 
 def _require_within_reason(problem: Problem, duration: float | None) -> None:
@@ -362,7 +362,7 @@ def _one_per_joint(robot: Robot) -> str:
     return f"give one number per joint of robot '{robot.name}': {', '.join(robot.dof_names)}"
 
 
-def _beyond_limit(robot: Robot, q: Array, beyond: NDArray[Any], what: str) -> str:
+def _beyond_limit(robot: Robot, q: Array, beyond: NDArray[np.intp], what: str) -> str:
     i = int(beyond[0])
     above = q[i] > robot.upper[i]
     limit = robot.upper[i] if above else robot.lower[i]

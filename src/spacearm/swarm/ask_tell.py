@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import time
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -376,7 +375,7 @@ def as_bounds(lower: ArrayLike, upper: ArrayLike) -> tuple[Array, Array]:
     return low, high
 
 
-def as_values(name: str, values: Any, n: int, dims: int) -> Array:
+def as_values(name: str, values: object, n: int, dims: int) -> Array:
     """Check what an objective returned: one number a particle.
 
     Raises:

@@ -67,7 +67,7 @@ def write_checkpoint(
             read_checkpoint(path)
         except SpacearmError:
             raise OutputError(f"{path} exists and is not {_WHAT}, expected a new file; choose another name") from None
-    header: dict[str, Any] = {"format": _FORMAT, "version": _VERSION, "seed": seed, "infinite": list(infinite)}
+    header: dict[str, object] = {"format": _FORMAT, "version": _VERSION, "seed": seed, "infinite": list(infinite)}
     header["settings"] = {"kind": type(settings).__name__, **as_dict(settings)}
     arrays: dict[str, Any] = {"lower": lower, "upper": upper, "rows": rows}
     arrays |= {f"state_{name}": value for name, value in state.items()}
