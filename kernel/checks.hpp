@@ -18,7 +18,7 @@ inline bool within(double x, double most) { return std::abs(x) <= most; }
 template <class Numbers> bool all_within(const Numbers& numbers, double most) {
     return std::all_of(std::begin(numbers), std::end(numbers), [&](auto x) { return within(double(x), most); });
 }
-inline constexpr double widest = 1e9;        // [m] of robots and scenes: what is squared twice on the way stays a float
+inline constexpr double widest = 1e9;        // [m] of robots and scenes: a square of a square of it is a float still
 inline constexpr double most_weight = 1e12;  // of anything that is multiplied
 
 }  // namespace SPACEARM_NAMESPACE

@@ -1,4 +1,4 @@
-// The shapes that may be in the way, and how far a point is from each.
+// The shapes of obstacles, and the signed distance of a point and of a segment from each.
 //
 // All are convex, so their signed distance is convex along a line: the least over a link's axis is found by halving on
 // the sign of the slope. In float the last stretch is a 1024th of the link: where an axis grazes or enters a box or a
@@ -81,28 +81,29 @@ template <class T> SPACEARM_INLINE pack<T> distance_to(const cylinder_obstacle<T
 template <class T>
 SPACEARM_INLINE pack<T> slope_at(const box_obstacle<T>& o, const vec3<T>& p, const vec3<T>& direction) {
     const vec3<T> d = p - constant(o.center);
-    pack<T> beyond[3], way[3];
+    pack<T> beyond[3], slope[3];
     for (int k = 0; k < 3; ++k) {
         const pack<T> x = dot(d, o.axis[k]);
         beyond[k] = abs(x) - o.half[k];
-        way[k] = with_sign_of(dot(direction, o.axis[k]), x);
+        slope[k] = with_sign_of(dot(direction, o.axis[k]), x);
     }
     const pack<T> zero(T(0)), most = max(max(beyond[0], beyond[1]), beyond[2]);
-    const pack<T> out = max(beyond[0], zero) * way[0] + max(beyond[1], zero) * way[1] + max(beyond[2], zero) * way[2];
-    const pack<T> in = select(most <= beyond[0], way[0], select(most <= beyond[1], way[1], way[2]));
+    const pack<T> out =
+        max(beyond[0], zero) * slope[0] + max(beyond[1], zero) * slope[1] + max(beyond[2], zero) * slope[2];
+    const pack<T> in = select(most <= beyond[0], slope[0], select(most <= beyond[1], slope[1], slope[2]));
     return select(zero < most, out, in);
 }
 template <class T>
 SPACEARM_INLINE pack<T> slope_at(const cylinder_obstacle<T>& o, const vec3<T>& p, const vec3<T>& direction) {
     const vec3<T> d = p - constant(o.center);
-    const pack<T> along = dot(d, o.axis), along_way = dot(direction, o.axis);
+    const pack<T> along = dot(d, o.axis), along_slope = dot(direction, o.axis);
     const vec3<T> across{d.x - along * o.axis[0], d.y - along * o.axis[1], d.z - along * o.axis[2]};
     const pack<T> zero(T(0)), tiny(std::numeric_limits<T>::min()), from_axis = sqrt(dot(across, across));
     const pack<T> radial = from_axis - o.radius, axial = abs(along) - o.half_length;
-    const pack<T> radial_way = dot(across, direction) / max(from_axis, tiny),
-                  axial_way = with_sign_of(along_way, along);
-    const pack<T> out = max(radial, zero) * radial_way + max(axial, zero) * axial_way;
-    return select(zero < max(radial, axial), out, select(axial <= radial, radial_way, axial_way));
+    const pack<T> radial_slope = dot(across, direction) / max(from_axis, tiny),
+                  axial_slope = with_sign_of(along_slope, along);
+    const pack<T> out = max(radial, zero) * radial_slope + max(axial, zero) * axial_slope;
+    return select(zero < max(radial, axial), out, select(axial <= radial, radial_slope, axial_slope));
 }
 
 // Squared distance from a sphere's centre to a capsule's axis: with the projection clamped to the segment this is the

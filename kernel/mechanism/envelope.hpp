@@ -1,8 +1,8 @@
-// A robot's envelope among obstacles, arranged so that what is far apart costs next to nothing.
+// The envelope of a robot, its capsules, among obstacles, arranged so that pairs far apart cost next to nothing.
 //
-// The capsules of a link make a cluster with a ball around it. Obstacles stand in a tree of boxes along the axes.
-// Cluster against tree, then ball against shape, then capsule against shape: only pairs that are near in some lane go
-// on.
+// The capsules of a link make a cluster with a bounding sphere. Obstacles stand in a tree of boxes along the axes.
+// Cluster against tree, then bounding sphere against shape, then capsule against shape: only pairs that are near in
+// some lane go on.
 #pragma once
 
 #include <algorithm>
@@ -16,13 +16,13 @@ template <class T> struct link_capsule {
     T a[3], ab[3];             // in the joint's frame
     T inverse_squared_length;  // 0 for a sphere
     T radius;
-    T middle[3], reach;  // the ball around it
+    T middle[3], reach;  // its bounding sphere
     int index;           // its place in the robot's own list
 };
 template <class T> struct cluster {
     int joint;            // -1 for the base
     int first, last;      // its capsules
-    T center[3], radius;  // the ball around them
+    T center[3], radius;  // their bounding sphere
 };
 template <class T> struct pair_margin {
     int cluster, other;  // and a node of the obstacles' tree; or -1 and the number of a pair of clusters
@@ -44,7 +44,7 @@ template <class T> struct link_envelope {
 
 // ---- the envelope of one pack of configurations ---------------------------------------------------------------------
 template <class T> struct envelope_memory {
-    std::vector<vec3<T>> centers;        // of the clusters' balls
+    std::vector<vec3<T>> centers;        // of the clusters' bounding spheres
     std::vector<vec3<T>> a, ab, middle;  // of the capsules, once their cluster is capsules_placed
     std::vector<char> capsules_placed;
     const frame<T>* base = nullptr;  // where the base is; none: where it was at the beginning
@@ -94,15 +94,15 @@ SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* fr
     place_capsules(b, frames, i, w);
     for (int k = c.first; k < c.last; ++k) {
         const link_capsule<T>& capsule = b.capsules[k];
-        const pack<T> from_ball = distance_to(o, w.middle[k]);
-        if (all(pack<T>(capsule.reach + margin) <= from_ball)) continue;
-        pack<T> d = from_ball;
+        const pack<T> from_middle = distance_to(o, w.middle[k]);
+        if (all(pack<T>(capsule.reach + margin) <= from_middle)) continue;
+        pack<T> d = from_middle;
         if (capsule.inverse_squared_length != T(0)) {
-            // Distances change by no more than the way: between the middle and an end no point is nearer than half of
-            // both distances less a quarter of the length.
+            // A distance changes by no more than the displacement: between the middle and an end no point is nearer
+            // than half of both distances less a quarter of the length.
             const pack<T> nearest_end = min(distance_to(o, w.a[k]), distance_to(o, w.a[k] + w.ab[k]));
             const T quarter = (capsule.reach - capsule.radius) * T(0.5);
-            if (all(pack<T>(capsule.radius + margin + quarter) <= (from_ball + nearest_end) * T(0.5))) continue;
+            if (all(pack<T>(capsule.radius + margin + quarter) <= (from_middle + nearest_end) * T(0.5))) continue;
             d = axis_distance(o, w.a[k], w.ab[k], capsule.inverse_squared_length);
         }
         sum += above_zero(pack<T>(capsule.radius + margin) - d);
@@ -113,7 +113,7 @@ template <class T>
 inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles,
                                    T margin, envelope_memory<T>& w, pack<T>& sum, bool stop_early, bool by_pair) {
     const int nodes = static_cast<int>(obstacles.tree.size());
-    for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {  // the hand first: it is what collides most
+    for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {  // the last link first: it collides most
         const cluster<T>& c = b.clusters[i];
         if (c.joint < 0 && !w.base) continue;  // the base and the obstacles stand still
         for (int k = 0; k < nodes;) {
@@ -194,9 +194,10 @@ inline pack<T> shortfall(const link_envelope<T>& b, const frame<T>* frames, cons
 }
 
 // ---- building -------------------------------------------------------------------------------------------------------
-// The ball around some capsules: the centre creeps towards whatever reaches furthest (Badoiu and Clarkson, 2003).
+// The bounding sphere of some capsules: its centre moves towards the capsule that reaches furthest (Badoiu and
+// Clarkson, 2003).
 template <class T>
-void ball_around(const link_envelope<T>& b, int first, int last, double (&center)[3], double& radius) {
+void bounding_sphere(const link_envelope<T>& b, int first, int last, double (&center)[3], double& radius) {
     for (int k = 0; k < 3; ++k) {
         center[k] = 0;
         for (int i = first; i < last; ++i) center[k] += double(b.capsules[i].middle[k]) / (last - first);
@@ -223,9 +224,9 @@ void ball_around(const link_envelope<T>& b, int first, int last, double (&center
 template <class T> void make_clusters(link_envelope<T>& b, int joint, int first, int last, std::vector<int>& made) {
     constexpr int few = 4;
     constexpr double worth =
-        0.8;  // a split must shrink the balls to this share; measured, as is `few`: docs/benchmarks.md
+        0.8;  // a split must shrink the bounding spheres to this share; measured, as is `few`: docs/benchmarks.md
     double center[3], radius;
-    ball_around(b, first, last, center, radius);
+    bounding_sphere(b, first, last, center, radius);
     if (last - first > few) {
         int longest = 0;
         double extent = -1;
@@ -242,8 +243,8 @@ template <class T> void make_clusters(link_envelope<T>& b, int joint, int first,
                          [&](const auto& x, const auto& y) { return x.middle[longest] < y.middle[longest]; });
         const int middle = (first + last) / 2;
         double c[3], one, two;
-        ball_around(b, first, middle, c, one);
-        ball_around(b, middle, last, c, two);
+        bounding_sphere(b, first, middle, c, one);
+        bounding_sphere(b, middle, last, c, two);
         if (std::max(one, two) < worth * radius) {
             make_clusters(b, joint, first, middle, made);
             make_clusters(b, joint, middle, last, made);

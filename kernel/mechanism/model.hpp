@@ -24,7 +24,7 @@ template <class T> struct model {
     tree<T> robot;
     std::vector<point<T>> points;
     std::vector<point_capsule<T>> capsules;
-    std::vector<sphere<T>> spheres;                     // the seed's obstacles: none where there are other shapes
+    std::vector<sphere<T>> spheres;                     // the paper's obstacles
     link_envelope<T> envelope;                          // the same capsules, arranged
     obstacle_set<T> obstacles;                          // all of them, arranged
     std::vector<std::pair<shape, int>> obstacle_order;  // as they were given
@@ -63,20 +63,20 @@ template <class T> SPACEARM_INLINE void place(const model<T>& m, const pack<T>* 
 // Clearance [m] of capsule and sphere, negative when they penetrate.
 template <class T>
 SPACEARM_INLINE pack<T> capsule_sphere_clearance(const vec3<T>& a, const vec3<T>& b, const point_capsule<T>& link,
-                                                 const sphere<T>& ball) {
-    const vec3<T> c{pack<T>(ball.center[0]), pack<T>(ball.center[1]), pack<T>(ball.center[2])};
+                                                 const sphere<T>& obstacle) {
+    const vec3<T> c{pack<T>(obstacle.center[0]), pack<T>(obstacle.center[1]), pack<T>(obstacle.center[2])};
     const pack<T> d2 = squared_distance_to_axis(c - a, b - a, pack<T>(link.inverse_squared_length));
-    return sqrt(d2) - (link.radius + ball.radius);
+    return sqrt(d2) - (link.radius + obstacle.radius);
 }
 
 // Sum over capsules and obstacles of how far the clearance falls short of the margin [m]; 0 when none does. Pairs that
 // are far apart in every lane, nearly all, cost no square root.
 template <class T>
-SPACEARM_INLINE pack<T> shortfall_to(const model<T>& m, const sphere<T>& ball, T margin, const workspace<T>& w) {
+SPACEARM_INLINE pack<T> shortfall_to(const model<T>& m, const sphere<T>& obstacle, T margin, const workspace<T>& w) {
     pack<T> sum(T(0));
     for (std::size_t i = 0; i < m.capsules.size(); ++i) {
         const point_capsule<T>& link = m.capsules[i];
-        const T reach = link.radius + ball.radius + margin;
+        const T reach = link.radius + obstacle.radius + margin;
         const pack<T> d2 =
             squared_distance_to_axis(w.to_center[link.a], w.axis[i], pack<T>(link.inverse_squared_length));
         if (!all(pack<T>(reach * reach) <= d2)) sum += above_zero(reach - sqrt(d2));
@@ -84,8 +84,8 @@ SPACEARM_INLINE pack<T> shortfall_to(const model<T>& m, const sphere<T>& ball, T
     return sum;
 }
 
-template <class T> SPACEARM_INLINE void point_to(const model<T>& m, const sphere<T>& ball, workspace<T>& w) {
-    const vec3<T> c = constant(ball.center);
+template <class T> SPACEARM_INLINE void point_to(const model<T>& m, const sphere<T>& obstacle, workspace<T>& w) {
+    const vec3<T> c = constant(obstacle.center);
     for (std::size_t i = 0; i < m.points.size(); ++i) w.to_center[i] = c - w.points[i];
 }
 

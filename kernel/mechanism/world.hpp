@@ -58,7 +58,7 @@ struct world {
     std::vector<joint_description> joints;
     std::vector<point_description> points;
     std::vector<point_capsule_description> point_capsules;
-    std::vector<sphere<double>> point_spheres;  // the paper's obstacles: what the point capsules are kept clear of
+    std::vector<sphere<double>> point_spheres;  // the paper's obstacles, for the point capsules
     std::vector<link_capsule_description> link_capsules;
     std::vector<std::pair<int, int>> link_pairs;  // links that must keep clear of each other
     std::vector<obstacle_description> obstacles;

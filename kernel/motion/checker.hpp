@@ -49,8 +49,8 @@ template <class T> class motion_checker {
         return sum;
     }
 
-    // Sum over the coarse instants of the clearance's shortfall [m], and of what else is not kept; given up beyond
-    // `limit`. With limit 0 it says only whether there is any. Infinite for numbers that are none.
+    // Sum over the coarse instants of the clearance's shortfall [m], and of the other constraints' violations; given up
+    // beyond `limit`. With limit 0 it says only whether there is any. Infinite for numbers that are none.
     T violation(const motion<T>& m, T limit) {
         if (!sane(m)) return infinity;
         base_->follow(m, sampling::coarse, true);
@@ -130,7 +130,8 @@ template <class T> class motion_checker {
   private:
     static constexpr int W = lanes_of<T>;
     static constexpr T infinity = std::numeric_limits<T>::infinity();
-    // Of a duration asked for: the bound over the hulls, which is kept, is a little longer than what instants say.
+    // Of a duration asked for: the bound over the hulls, which the proof uses, is a little longer than what instants
+    // say.
     static constexpr T in_time = T(0.98);
 
     // By how much the clearance falls short of a margin, with the frames in place.

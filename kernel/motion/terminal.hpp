@@ -17,7 +17,7 @@ namespace SPACEARM_NAMESPACE {
 enum class frame_goal : std::uint8_t { none, position, axis, pose };
 
 struct terminal_constraints {
-    static constexpr double lever = 0.2;  // [m]: an error of 1 rad of the frame weighs as one of so many metres
+    static constexpr double lever = 0.2;  // [m]: an error of 1 rad of the frame counts as much as one of `lever` metres
     frame_goal kind = frame_goal::none;
     int joint = 0;                // that carries the frame
     rotation3 local{};            // the frame's axes ...
@@ -173,8 +173,8 @@ template <class T> class terminal_solver {
         const terminal_residual now = look(x, true);
         const T reach = sizeof(T) == 4 ? T(4e-3) : T(1e-6);
         for (std::size_t d = 0; d < x.size(); ++d) {
-            const T before = x[d], way = before + reach <= upper[d] || before - reach < lower[d] ? reach : -reach;
-            x[d] = before + way;
+            const T before = x[d], move = before + reach <= upper[d] || before - reach < lower[d] ? reach : -reach;
+            x[d] = before + move;
             const double moved = double(x[d]) - double(before);
             const terminal_residual there = look(x, true);
             x[d] = before;

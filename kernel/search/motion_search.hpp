@@ -48,11 +48,11 @@ template <class T> class motion_search {
     void add_instant(double s, double spread) {
         checker_.add_instant(s, spread);
         optimal_ = false;
-        std::vector<known> kept;
+        std::vector<known> still_free;
         for (known& k : pool_) {
-            if (checker_.finely_free(k.at)) kept.push_back(std::move(k));
+            if (checker_.finely_free(k.at)) still_free.push_back(std::move(k));
         }
-        pool_ = std::move(kept);
+        pool_ = std::move(still_free);
         std::erase_if(history_, [&](const motion_record<T>& r) { return !checker_.finely_free(r.found); });
         best_.clear();
         for (const known& k : pool_) {
@@ -189,7 +189,7 @@ template <class T> class motion_search {
         else if (!over()) swarm_turn(false);
     }
     void follow_a_path() {
-        if (p_.base.constrained() && turn_ % 2 == 1) {  // as when hunting: elsewhere there may be better ones
+        if (p_.base.constrained() && turn_ % 2 == 1) {  // as in find_first: elsewhere there may be better ones
             swarm_turn(false);
             return;
         }
@@ -383,7 +383,7 @@ template <class T> class motion_search {
         std::vector<T> fitness(stride), violation(stride);
         T least = infinity;
         int since = 0;
-        const bool hunting = best_.empty(), scouting = !hunting && known_motions.empty();
+        const bool none_known = best_.empty(), scouting = !none_known && known_motions.empty();
         known seen{infinity, {}};
         T nearest = infinity;  // the least violation
         const int patience = p_.base.constrained() ? s_.swarm_stall : 8 * s_.swarm_stall;
@@ -407,14 +407,14 @@ template <class T> class motion_search {
                 if (violation[i] <= T(0)) least = std::min(least, fitness[i]);
             }
             particles_of.tell(fitness.data(), violation.data());
-            if ((hunting && !best_.empty()) || (scouting && least < infinity)) break;
+            if ((none_known && !best_.empty()) || (scouting && least < infinity)) break;
             since = least < T(0.9995) * before ? 0 : since + 1;
             if (!(least < infinity) && particles_of.best().violation < T(0.98) * nearest) {
                 nearest = particles_of.best().violation;
                 if (p_.base.constrained()) since = 0;
             }
         }
-        if (hunting && !best_.empty()) refine(best_.front());
+        if (none_known && !best_.empty()) refine(best_.front());
         else if (scouting && least < infinity) refine(seen);
         else if (least < infinity && particles_of.best().violation <= T(0)) {
             m = motion_of(K, goal, particles_of.best_position());

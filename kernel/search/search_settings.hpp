@@ -44,7 +44,7 @@ struct motion_budget {
     std::int64_t evaluations = 0;  // 0: no limit
     double seconds = 0;            // 0: no limit
     bool until_first = false;
-    std::int64_t stall = 0;  // end after so many evaluations without a motion, or an improvement of 0.1 %; 0: never
+    std::int64_t stall = 0;  // end after this many evaluations without a motion, or an improvement of 0.1 %; 0: never
 };
 
 template <class T> struct motion_record {

@@ -1,5 +1,5 @@
 // Differential evolution with a success history (SHADE: Tanabe and Fukunaga 2013; the shrinking population of L-SHADE,
-// 2014, is in swarm.hpp): the moves of a population that recombines personal bests instead of flying.
+// 2014, is in swarm.hpp): the moves of a population that recombines personal bests instead of moving by velocity.
 //
 // A candidate is its parent, moved towards one of the elite and by the difference of two members drawn at random (which
 // may coincide with it or each other, unlike in the papers: rare, and a draw less to repeat),
@@ -60,8 +60,8 @@ template <class T> struct evolver {
         drawn_crossover[i] = cr;
         const int best = elite[draw.below(static_cast<int>(elite.size()))];
         const int r1 = from + draw.below(n);
-        const int kept = static_cast<int>(archive.size()) / dims;
-        const int r2 = draw.below(n + kept);
+        const int archived = static_cast<int>(archive.size()) / dims;
+        const int r2 = draw.below(n + archived);
         const int certain = draw.below(dims);
         for (int d = 0; d < dims; ++d) {
             const T* row = px + static_cast<std::size_t>(d) * stride;

@@ -1,4 +1,5 @@
-// The seed's fitness (Zhang et al. 2022, eqs. (4)-(7)) and constraints (eqs. (1)-(3), (10), (11)) of one configuration.
+// The paper's fitness (Zhang et al. 2022, eqs. (4)-(7)) and constraints (eqs. (1)-(3), (10), (11)) of one
+// configuration.
 #pragma once
 
 #include "mechanism/model.hpp"
@@ -23,10 +24,10 @@ template <class T> struct paper_objective {
                                     pack<T>* terms = nullptr) const {
         place(scene, q, w);
         pack<T> f1(f1_at_rest), broken(T(0));
-        for (const sphere<T>& ball : scene.spheres) {
-            point_to(scene, ball, w);
+        for (const sphere<T>& obstacle : scene.spheres) {
+            point_to(scene, obstacle, w);
             for (int i : centers) f1 += sqrt(dot(w.to_center[i], w.to_center[i]));  // eq. (5)
-            broken += shortfall_to(scene, ball, T(0), w);                           // eqs. (1)-(3), (10), (11)
+            broken += shortfall_to(scene, obstacle, T(0), w);                       // eqs. (1)-(3), (10), (11)
         }
         const vec3<T> left = constant(goal) - w.points[tip];
         const pack<T> d2 = dot(left, left);
@@ -43,8 +44,8 @@ template <class T> struct paper_objective {
     }
 };
 
-// Configurations that bring points of the robot to given places: the seed's constraints with a margin, the way from
-// home as fitness. One point asks for a position; two or three of one frame for an axis or a pose.
+// Configurations that bring points of the robot to given places: the paper's constraints with a margin, the distance
+// from home as fitness. One point asks for a position; two or three of one frame for an axis or a pose.
 template <class T> struct reach_objective {
     struct target {
         int point;

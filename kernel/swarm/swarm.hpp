@@ -6,7 +6,7 @@
 //   PSO          eq. (13), inertia weight constant or falling (eq. (14)), global best or a ring of neighbours
 //   symbiotic    IPSO variant M: two slave populations, a master that follows its own and the slaves' best
 //   cooperative  IPSO variant S: two searching populations, a third driven by their velocities
-//   evolving     a third population that recombines personal bests instead of flying (evolution.hpp)
+//   evolving     a third population that recombines personal bests instead of moving by velocity (evolution.hpp)
 #pragma once
 
 #include <algorithm>
@@ -320,16 +320,16 @@ template <class T> class swarm {
     // Population 3 loses its worst members as the budget is spent.
     void shrink() {
         const int whole = settings_.particles - first_[2];
-        const int kept =
+        const int remaining =
             std::max(settings_.shrink_to, static_cast<int>(whole - (whole - settings_.shrink_to) * progress() + 0.5));
         const int now = first_[3] - first_[2];
-        if (kept >= now || first_[2] == first_[3]) return;
+        if (remaining >= now || first_[2] == first_[3]) return;
         const std::vector<int> order = ranked(first_[2], first_[3]);
         for (std::vector<T>* values : {&best_fitness_, &best_violation_, &merit_fitness_, &merit_violation_})
             reorder(values->data(), order);
         for (int d = 0; d < dims_; ++d) reorder(&px_[at(d, 0)], order);
-        first_[3] = first_[2] + kept;
-        evolver_.trim(dims_, static_cast<int>(archive_share * kept));
+        first_[3] = first_[2] + remaining;
+        evolver_.trim(dims_, static_cast<int>(archive_share * remaining));
         leader_[2] = first_[2];
     }
     std::vector<int> ranked(int from, int to) const {

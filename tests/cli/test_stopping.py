@@ -21,6 +21,8 @@ from cli.conftest import Told
 from spacearm import cli
 from spacearm.cli.stopping import came
 from spacearm.core.output import CLAIM
+from spacearm.planner import planning
+from spacearm.planner.motion_search import Islands
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 LATEST = 30.0  # [s]
@@ -166,8 +168,7 @@ def test_an_interrupt_that_plan_took_is_not_repeated_while_the_plan_is_saved(
     told: Told, tmp_path: Path, problem: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The search is interrupted; the proof and the saving then take longer than the time after which a signal is repeated."""
-    run = spacearm.planner.planning._Search
-    search, proof, save = run._go_on, run._prove, spacearm.files.save_plan
+    search, proof, save = Islands.run, planning.certify, spacearm.files.save_plan
 
     def searched(*given: Any, **budget: Any) -> None:
         search(*given, **budget)
@@ -175,15 +176,15 @@ def test_an_interrupt_that_plan_took_is_not_repeated_while_the_plan_is_saved(
         wait()
 
     def slow(work: Callable[..., Any]) -> Callable[..., Any]:
-        def worked(*given: Any) -> Any:
+        def worked(*given: Any, **named: Any) -> Any:
             time.sleep(3 * AGAIN)
-            return work(*given)
+            return work(*given, **named)
 
         return worked
 
     monkeypatch.setattr(spacearm.cli.stopping, "_AGAIN", AGAIN)
-    monkeypatch.setattr(run, "_go_on", searched)
-    monkeypatch.setattr(run, "_prove", slow(proof))
+    monkeypatch.setattr(Islands, "run", searched)
+    monkeypatch.setattr(planning, "certify", slow(proof))
     monkeypatch.setattr(spacearm.files, "save_plan", slow(save))
     out = tmp_path / "out"
     code, _, err = told(["plan", problem, "-o", out])

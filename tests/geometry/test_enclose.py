@@ -17,8 +17,7 @@ from hypothesis import strategies as st
 
 from spacearm.core.errors import FileFormatError, SceneError
 from spacearm.geometry import Scene, Sphere, SphereSet, enclose_mesh, enclose_points, pose
-from spacearm.geometry.mesh_distance import Surface
-from spacearm.geometry.mesh_inside import Inside
+from spacearm.geometry.mesh_queries import Inside, Surface
 from spacearm.geometry.mesh_topology import solid_of
 from spacearm.geometry.meshes import read_points
 from spacearm.geometry.scene import scene_as_list, scene_from_list

@@ -79,6 +79,12 @@ def imports(path: Path) -> Iterator[tuple[int, str]]:
                 yield node.lineno, str(first.value)
 
 
+@cache
+def imports_of(path: Path) -> tuple[tuple[int, str], ...]:
+    """Return what `imports` yields, read once."""
+    return tuple(imports(path))
+
+
 def room(path: Path) -> str:
     """Return the room, or the single module, that a file of the package belongs to; '' for the roof."""
     first = path.relative_to(PACKAGE).parts[0]

@@ -214,6 +214,19 @@ def test_the_source_files_a_page_names_exist(page: Path) -> None:
     assert not missing
 
 
+@pytest.mark.parametrize("command", ["plan", "certify", "doctor", "paper", "bench"])
+def test_the_command_line_page_has_every_option_once(command: str) -> None:
+    text = (REPOSITORY / "docs" / "command_line.md").read_text(encoding="utf-8")
+    section = text.split(f"\n## {command}\n")[1].split("\n## ")[0]
+    listed = [option for row in re.findall(r"^\| (`-.*?) \|", section, re.MULTILINE) for option in re.findall(r"--[\w-]+", row)]
+    stated: set[str] = set()
+    for which in (["mbm"], ["space"]) if command == "bench" else ([],):
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            assert main([command, *which, "--help"]) == 0
+        stated |= set(re.findall(r"^ +(?:-\w(?: \S+)?, )?(--\w[\w-]*)", out.getvalue(), re.MULTILINE)) - {"--help"}
+    assert sorted(listed) == sorted(stated)
+
+
 STOP = re.compile(r"^\d+\. `([\w/]+\.(?:py|hpp))`: ((?:`\w+`(?:, )?)+)", flags=re.MULTILINE)
 
 

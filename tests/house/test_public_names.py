@@ -111,11 +111,10 @@ def test_an_init_binds_nothing_public_that_it_does_not_list(path: Path) -> None:
     assert not unlisted, f"{where(path)} binds {sorted(unlisted)} without listing them in __all__"
 
 
-@pytest.mark.parametrize("path", python_files(), ids=where)
-def test_every_public_function_and_class_in_the_source_has_a_docstring(path: Path) -> None:
+def test_every_public_function_and_class_in_the_source_has_a_docstring() -> None:
     silent = []
 
-    def look(body: list[ast.stmt], prefix: str) -> None:
+    def look(path: Path, body: list[ast.stmt], prefix: str) -> None:
         for node in body:
             if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
                 continue
@@ -123,9 +122,10 @@ def test_every_public_function_and_class_in_the_source_has_a_docstring(path: Pat
             if node.name.startswith("_") or "overload" in decorators or ".setter" in decorators:
                 continue
             if not ast.get_docstring(node):
-                silent.append(f"line {node.lineno}: {prefix}{node.name}")
+                silent.append(f"{where(path)}:{node.lineno}: {prefix}{node.name}")
             if isinstance(node, ast.ClassDef):
-                look(node.body, f"{prefix}{node.name}.")
+                look(path, node.body, f"{prefix}{node.name}.")
 
-    look(parsed(path).body, "")
-    assert not silent, f"{where(path)}: no docstring: {silent}"
+    for path in python_files():
+        look(path, parsed(path).body, "")
+    assert not silent, "no docstring:\n" + "\n".join(silent)

@@ -6,13 +6,10 @@ import ast
 from collections import Counter
 from pathlib import Path
 
-import pytest
-
 from house.source import REPOSITORY, where
 
 TESTS = REPOSITORY / "tests"
 FILES = sorted(TESTS.rglob("*.py"))
-TO_BE_MOVED = {"test_bounds"}  # what others take from it goes to tests/support next
 
 
 def imported(path: Path) -> list[str]:
@@ -26,11 +23,10 @@ def imported(path: Path) -> list[str]:
     return names
 
 
-@pytest.mark.parametrize("path", FILES, ids=where)
-def test_no_test_module_is_imported(path: Path) -> None:
-    modules = {test.stem for test in FILES if test.stem.startswith("test_")} - TO_BE_MOVED
-    found = [name for name in imported(path) if modules & set(name.split("."))]
-    assert not found, f"{where(path)} imports from tests; move it to tests/support: {found}"
+def test_no_test_module_is_imported() -> None:
+    modules = {test.stem for test in FILES if test.stem.startswith("test_")}
+    found = [f"{where(path)}: {name}" for path in FILES for name in imported(path) if modules & set(name.split("."))]
+    assert not found, "move what is imported to tests/support:\n" + "\n".join(found)
 
 
 def test_names_of_test_modules_are_unique() -> None:

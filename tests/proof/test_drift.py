@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proof.test_bounds import curves, parabola
 from spacearm.dynamics import BASE_MODELS, Momentum
 from spacearm.geometry import Scene
 from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
@@ -24,6 +23,7 @@ from spacearm.proof.displacement import IntervalMidpoints, PathIntervals
 from spacearm.proof.polynomial_bounds import RHO, PanelPath, ellipses_of, greatest_norm
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
+from support.bounded_paths import curves, parabola
 from support.floating_arms import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
 from support.floating_checker import moving
 from support.oracles.servicer import ROWS, servicer

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proof.test_bounds import bounded, line
 from spacearm.geometry import HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.proof.bodies import Balls, Solids, bodies_of, cells_of, solids_of
 from spacearm.proof.separation import (
@@ -23,6 +22,7 @@ from spacearm.proof.separation import (
 )
 from spacearm.robot import LinkCapsule, Robot
 from support import strategies
+from support.bounded_paths import bounded, line
 from support.dense_samples import planar
 from support.drawn_shapes import bodies, directions, obstacles, points_in
 from support.oracles.coal_shapes import distance, placed_capsule, placed_obstacle

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proof.test_bounds import curves
 from spacearm.motion import Motion, PiecewisePath
 from spacearm.proof.displacement import PathIntervals
+from support.bounded_paths import curves
 from support.dense_samples import planar
 
 

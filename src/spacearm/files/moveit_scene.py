@@ -466,7 +466,7 @@ def read_matrix(matrix: AllowedCollisionMatrix | None) -> Matrix | None:
 def robot_with_matrix(robot: Robot, matrix: Matrix) -> Robot:
     """Return the robot with the pairs of links that a matrix does not allow to touch.
 
-    Pairs that no joint moves against each other are left out, as for an SRDF.
+    Pairs that no joint moves against each other are unchecked, as for an SRDF.
     """
     of_pairs = ("self-collision ", "the envelopes of ")  # how notes on pairs begin: new ones are added in their place
     kept = tuple(note for note in robot.notes if not note.startswith(of_pairs))

@@ -1,8 +1,13 @@
-"""What is to be enclosed, cut into cells: boxes along the axes, halved again and again.
+"""Cells of what is to be enclosed, and where a ball that holds a cell may be centred.
 
-Each cell holds corner points: those of the triangles' parts in it, and its own corners that are inside a solid. The convex
-hull of these points holds everything of the surface and of the solid that is in the cell: an extreme point of what a cell
-and a solid have in common is a corner of the cell or on the surface. So a ball that holds the corner points holds it too.
+Cells are boxes along the axes, halved again and again. Each holds corner points: those of the triangles' parts in it, and its
+own corners that are inside a solid. Their convex hull holds everything of the surface and of the solid that is in the cell,
+because an extreme point of what a cell and a solid have in common is a corner of the cell or on the surface. So a ball that
+holds the corner points holds it too.
+
+A ball about a point at depth d inside a solid stands out by no more than its radius - d; about a point at a distance d from
+what is enclosed by no more than its radius + d. So deep points are good centres: those of the medial axis, and those between
+it and the surface.
 """
 
 from __future__ import annotations
@@ -14,11 +19,13 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.geometry.mesh_distance import Array, Indices, Surface
+from spacearm.geometry.mesh_queries import Array, Indices, Surface
 
 Test: TypeAlias = Callable[[Array], NDArray[np.bool_]]
 """Tells whether each point (m, 3) is inside a solid; of points on its surface either may be said."""
 
+_SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.12, 0.06)  # of the way from the surface to the medial axis: centres that are tried
+_SAMPLE = 200  # triangles from which a first radius of the ball that touches the surface is taken
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=bool)
 
 
@@ -200,16 +207,6 @@ def _clipped(polygons: Polygons, height: Array, axis: Indices, at: Array, sign: 
 def _widened(corners: Array, width: int) -> Array:
     missing = width - corners.shape[1]
     return corners if not missing else np.concatenate([corners, np.repeat(corners[:, -1:], missing, axis=1)], axis=1)
-
-
-# ---- Where balls may be centred that hold a part of a body, and by how much they then stand out of it ----------------
-#
-# A ball about a point at depth d inside a solid stands out by no more than its radius - d; about a point at a
-# distance d from what is enclosed by no more than its radius + d. So deep points are good centres: those of the
-# medial axis, and those between it and the surface.
-
-_SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.12, 0.06)  # of the way from the surface to the medial axis
-_SAMPLE = 200
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Mesh files: the one reader that robots, obstacles, the doctor and the figures share.
+"""Meshes and point clouds from files: the one reader that robots, obstacles, the doctor and the figures share.
 
 Coordinates are taken as the file has them, in metres, with every node's transform and each instance. A unit that the file
 states (COLLADA's `<unit>`, 3MF's) is applied, as RViz and Gazebo do. The axis that points up (COLLADA's `<up_axis>`, glTF's
@@ -229,9 +229,6 @@ def _surfaces(node: Any, T: Array, depth: int) -> Iterator[Array]:
             if isinstance(flat, TriangleSet) and flat.vertex is not None and len(flat):
                 corners = np.asarray(flat.vertex, dtype=np.float64)[flat.vertex_index]
                 yield corners @ T[:3, :3].T + T[:3, 3]
-
-
-# ---- Meshes and point clouds from files ------------------------------------------------------------------------------
 
 
 def mesh_of(mesh: str | os.PathLike[str] | Any) -> Mesh:

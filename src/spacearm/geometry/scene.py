@@ -1,4 +1,4 @@
-"""Scenes: the obstacles around the arm."""
+"""Scenes: the obstacles around the arm, in any frame, and as plain values, which a file holds in full."""
 
 from __future__ import annotations
 
@@ -16,10 +16,20 @@ from spacearm.core.reading import located
 from spacearm.core.records import record_as_dict, record_from_dict
 from spacearm.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere, SphereSet
 
+Array = NDArray[np.float64]
+
 Obstacle: TypeAlias = Sphere | Capsule | Box | Cylinder | HalfSpace | SphereSet
 """Any shape a scene may hold."""
 
-_SHAPES = (Sphere, Capsule, Box, Cylinder, HalfSpace, SphereSet)
+_SHAPES: dict[str, type[Obstacle]] = {
+    "sphere": Sphere,
+    "capsule": Capsule,
+    "box": Box,
+    "cylinder": Cylinder,
+    "half_space": HalfSpace,
+    "sphere_set": SphereSet,
+}
+"""The shapes by the names that files give them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,12 +51,12 @@ class Scene(Frozen):
 
     def __post_init__(self) -> None:
         given: Any = self.obstacles
-        if isinstance(given, (*_SHAPES, str, bytes, dict)) or not is_a_row(given):
+        if isinstance(given, (*_SHAPES.values(), str, bytes, dict)) or not is_a_row(given):
             raise SceneError(f"obstacles is {shown(given)}, expected a list of them; write Scene([Sphere(...), ...])")
         obstacles = tuple(given)
         for i, item in enumerate(obstacles):
-            if not isinstance(item, _SHAPES):
-                names = ", ".join(shape.__name__ for shape in _SHAPES)
+            if not isinstance(item, tuple(_SHAPES.values())):
+                names = ", ".join(shape.__name__ for shape in _SHAPES.values())
                 raise SceneError(f"obstacles[{i}] is {shown(item)}, expected an obstacle: {names}")
         object.__setattr__(self, "obstacles", obstacles)
 
@@ -60,11 +70,6 @@ class Scene(Frozen):
         """Return what a message calls an obstacle: its name, or its place in the list."""
         name = self.obstacles[index].name
         return f"'{name}'" if name else f"{index}"
-
-
-# ---- A scene told in another frame -----------------------------------------------------------------------------------
-
-Array = NDArray[np.float64]
 
 
 def moved_scene(scene: Scene, T: Array) -> Scene:
@@ -92,18 +97,6 @@ def _moved(obstacle: Obstacle, T: Array) -> Obstacle:
     return replace(obstacle, centers=at(obstacle.centers))
 
 
-# ---- Scenes as plain values, so that a file may hold one in full -----------------------------------------------------
-
-_SHAPES_PLAIN: dict[str, type[Obstacle]] = {
-    "sphere": Sphere,
-    "capsule": Capsule,
-    "box": Box,
-    "cylinder": Cylinder,
-    "half_space": HalfSpace,
-    "sphere_set": SphereSet,
-}
-
-
 def scene_as_list(scene: Scene, *, notes: bool = True) -> list[dict[str, Any]]:
     """Return a scene's obstacles as plain values: each a mapping from the shape's name to its attributes.
 
@@ -111,7 +104,7 @@ def scene_as_list(scene: Scene, *, notes: bool = True) -> list[dict[str, Any]]:
         scene: the obstacles.
         notes: with what was found in enclosing meshes; a hash is made without.
     """
-    names = {shape: name for name, shape in _SHAPES_PLAIN.items()}
+    names = {shape: name for name, shape in _SHAPES.items()}
     every = [(names[type(item)], record_as_dict(item)) for item in scene.obstacles]
     return [{name: {key: value for key, value in values.items() if notes or key != "notes"}} for name, values in every]
 
@@ -129,9 +122,9 @@ def scene_from_list(values: Any) -> Scene:
 
 def _obstacle(value: Any, what: str) -> Obstacle:
     if not isinstance(value, dict) or len(value) != 1:
-        raise SceneError(f"{what} is {shown(value)}, expected a mapping with one key: {', '.join(_SHAPES_PLAIN)}")
+        raise SceneError(f"{what} is {shown(value)}, expected a mapping with one key: {', '.join(_SHAPES)}")
     name, attributes = next(iter(value.items()))
-    if name not in _SHAPES_PLAIN:
-        raise SceneError(f"{what} is a {shown(name)}, which is no shape; {nearest(str(name), _SHAPES_PLAIN)}")
+    if name not in _SHAPES:
+        raise SceneError(f"{what} is a {shown(name)}, which is no shape; {nearest(str(name), _SHAPES)}")
     with located(what):
-        return record_from_dict(_SHAPES_PLAIN[name], attributes, name, SceneError)
+        return record_from_dict(_SHAPES[name], attributes, name, SceneError)

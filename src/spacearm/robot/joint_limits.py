@@ -309,7 +309,11 @@ _NOT_USED = ("max_jerk", "max_deceleration", "max_effort")
 
 
 def with_joint_limits_file(tree: LinkTree, path: str | os.PathLike[str]) -> LinkTree:
-    """Narrow a tree's limits to those of a joint_limits.yaml.
+    """Narrow a tree's limits to those of MoveIt's joint_limits.yaml.
+
+    Read for each joint: `max_velocity`, `max_acceleration`, `min_position`, `max_position`, and the `has_..._limits` that
+    switch them off. MoveIt lets the file replace what the URDF says. Here the narrower of the two holds: a motor does not grow
+    stronger in a file.
 
     Raises:
         FileFormatError: no such file, or another one.

@@ -315,7 +315,7 @@ class Robot(Frozen):
         keep(self, joints=joints, frames=frames, capsules=capsules, bodies=bodies, dof_names=names)
         keep(self, notes=_members("notes", self.notes, str), self_pairs=pairs)
         keep(self, **_checked_limits(self))
-        keep(self, **_checked_left_out(self))
+        keep(self, **_checked_coverage(self))
         keep(self, configurations=_checked_configurations(self))
         self.frame(self.tip)
 
@@ -449,7 +449,7 @@ def _checked_pairs(given: Any, links: set[str]) -> tuple[tuple[str, str], ...]:
     return tuple(sorted(out))
 
 
-def _checked_left_out(robot: Robot) -> dict[str, Any]:
+def _checked_coverage(robot: Robot) -> dict[str, Any]:
     if not isinstance(robot.collision, str) or robot.collision not in COLLISIONS:
         raise RobotError(f"collision is {shown(robot.collision)}, expected one of {', '.join(map(repr, COLLISIONS))}")
     if robot.apart is not None and not isinstance(robot.apart, ApartPairs):

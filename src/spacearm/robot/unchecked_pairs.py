@@ -144,7 +144,7 @@ def always_meets(robot: Robot, links: Pair) -> UncheckedPair:
 def settled_pairs(robot: Robot) -> dict[str, Any]:
     """Return `self_pairs`, `apart` and `unchecked` of a robot that is being made, so that they fit each other and the rest.
 
-    What was left out of the search for other shapes, joints or limits is checked again. What names links without an
+    What the search skipped for other shapes, joints or limits is checked again. What names links without an
     envelope is dropped, as is a reason for not checking a pair that is checked.
     """
     enclosed = {capsule.name for capsule in robot.capsules}

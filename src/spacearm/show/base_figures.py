@@ -1,4 +1,7 @@
-"""A floating base over time: its attitude, how fast it turns, and the momentum that remains."""
+"""Figures of a floating base: its attitude and rate over time, the momentum that remains, and its path in the inertial frame.
+
+The momentum that a trajectory states for its base is compared with what is conserved, by Pinocchio.
+"""
 
 from __future__ import annotations
 
@@ -38,13 +41,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# How well a trajectory's own account of its floating base keeps the total momentum, judged with Pinocchio.
 
 Array = NDArray[np.float64]
 
 _STENCIL = np.array([-3, -2, -1, 1, 2, 3]), np.array([-1, 9, -45, 45, -9, 1]) / 60  # a derivative, of sixth order
 _STEP = 2e-3  # of the duration
+
+
+_SAMPLES, _JUDGED = 401, 201  # instants that are drawn, and those whose momentum is compared
+_AXES = BLUE, ORANGE, GREEN
+_LEAST = 1e-18  # what is exactly 0 has no place on a logarithmic axis
+_PATH_SAMPLES = 801
+_PLANES = (0, 1), (0, 2), (1, 2)
 
 
 class Residual(NamedTuple):
@@ -112,14 +120,6 @@ def differenced_rates(trajectory: AnyTrajectory, t: Array) -> Array:
     return rates
 
 
-# ---- A floating base over time: its attitude, how fast it turns, and the momentum that remains -----------------------
-
-
-_SAMPLES, _JUDGED = 401, 201
-_AXES = BLUE, ORANGE, GREEN
-_LEAST = 1e-18  # what is exactly 0 has no place on a logarithmic axis
-
-
 def figure_base_motion(trajectory: AnyTrajectory, *, limits: BaseLimits | None = None, title: str = "") -> Figure:
     """Draw how a floating base turns: its rotation vector from where it began, its rate, and the momentum that remains.
 
@@ -152,7 +152,7 @@ def figure_base_motion(trajectory: AnyTrajectory, *, limits: BaseLimits | None =
         residual.set_title("residual momentum / greatest of a link", loc="left", fontsize=7.5)
         if title:
             figure.suptitle(title, x=0.01, ha="left", fontsize=8)
-        _legend(rate)
+        _legend_of_components(rate)
         figure.align_ylabels([attitude, rate, residual])
         return figure
 
@@ -198,7 +198,7 @@ def _components(ax: Axes, t: Array, vectors: Array, limits: Mapping[str, float |
     label_right(ax, asked)
 
 
-def _legend(ax: Axes) -> None:
+def _legend_of_components(ax: Axes) -> None:
     """Name the lines of this panel and of the one above."""
     from matplotlib.lines import Line2D
 
@@ -227,13 +227,6 @@ def _residual(ax: Axes, trajectory: AnyTrajectory) -> None:
     legend_below(ax, 1)
 
 
-# ---- Where the end effector and the base go in the inertial frame, each to its own scale -----------------------------
-
-
-_SAMPLES = 801
-_PLANES = (0, 1), (0, 2), (1, 2)
-
-
 def figure_base_paths(trajectory: AnyTrajectory, *, title: str = "") -> Figure:
     """Draw the paths of the end effector and of the base's origin in the inertial frame, seen along z, y and x.
 
@@ -248,7 +241,7 @@ def figure_base_paths(trajectory: AnyTrajectory, *, title: str = "") -> Figure:
         ProblemError: the base is fixed.
     """
     require_floating(trajectory)
-    t = np.linspace(0.0, trajectory.duration, _SAMPLES)
+    t = np.linspace(0.0, trajectory.duration, _PATH_SAMPLES)
     frames = base_frames(trajectory, t)
     center = np.einsum("tij,tj->ti", frames[:, :3, :3], center_of_mass(trajectory.robot, trajectory.sample(t).q))
     center += frames[:, :3, 3]
@@ -268,7 +261,7 @@ def figure_base_paths(trajectory: AnyTrajectory, *, title: str = "") -> Figure:
         grid[1, 0].set_title("base origin", loc="left")
         if title:
             figure.suptitle(title, x=0.01, ha="left", fontsize=8)
-        _legend_base_paths(figure)
+        _legend_of_paths(figure)
         return figure
 
 
@@ -292,7 +285,7 @@ def _square(ax: Axes) -> None:
         axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
 
 
-def _legend_base_paths(figure: Figure) -> None:
+def _legend_of_paths(figure: Figure) -> None:
     from matplotlib.lines import Line2D
 
     handles = [

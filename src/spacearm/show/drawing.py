@@ -1,4 +1,4 @@
-"""What a picture of a path consists of, the same in the plane and in space: poses, lines, circles and their legend."""
+"""What a picture of a path consists of, the same in the plane and in space: obstacles, the arm, lines, and their legend."""
 
 from __future__ import annotations
 
@@ -18,9 +18,6 @@ from spacearm.robot import LinkCapsule, Robot, forward_kinematics, joint_frames
 from spacearm.robot.kinematics import as_configurations
 from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 
-# ---- -----------------------------------------------------------------------------------------------------------------
-# Obstacles as drawings: what they span, their outlines as seen from somewhere, and where they cut a plane.
-
 Array = NDArray[np.float64]
 
 _TURN = np.linspace(0.0, 2 * np.pi, 73)[:-1]
@@ -29,6 +26,38 @@ _STILL = 1e-12  # an axis that moves less than this share of itself along a coor
 _MOST_ARCS = 2000  # balls whose common outline is still worked out; each is compared with all others
 
 Convex = Sphere | Capsule | Box | Cylinder
+
+
+_COINCIDENT = 1e-9  # [m] shorter segments are left out: the three origins of a spherical joint are one centre
+RED = "#D00000"  # the paper's; told from the target's green by size and fill too
+OBSTACLE_ALPHA = 0.4
+LEGEND_ROW = 0.15  # height of a row of the legend [inch]
+_ENVELOPE_ALPHA = 0.2
+_BETWEEN = 5  # poses between start and end
+_OFTEN = 401
+_NEAR = 0.3  # of the picture: half-spaces farther away are not in it
+_AROUND, _WHOLE = 0.2, 1.7  # of the picture: how much of the base is drawn around the rest, and with how much all of it is
+_BASE = "#F3F3F1", "#E3E2DE"  # of the base's envelope at the start and at the end
+_PALE = np.array([0.80, 0.80, 0.80]), np.array([0.55, 0.55, 0.55])  # of the first and the last of them
+_PATH: dict[str, Any] = {"color": BLUE, "linewidth": 1.8}
+_BASE_PATH: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2}
+_TRACE: dict[str, Any] = {
+    "color": ORANGE,
+    "linewidth": 0.7,
+    "linestyle": (0, (3, 2)),
+    "marker": ".",
+    "markersize": 3,
+    "markeredgewidth": 0,
+}
+_ENDS: dict[str, Any] = {"color": RED, "marker": "o", "markersize": 5, "markeredgewidth": 0, "linestyle": ""}
+_TARGET: dict[str, Any] = {
+    "color": GREEN,
+    "marker": "o",
+    "markersize": 9,
+    "markerfacecolor": "none",
+    "markeredgewidth": 1.8,
+    "linestyle": "",
+}
 
 
 def span(obstacle: Obstacle) -> tuple[Array, Array]:
@@ -208,12 +237,6 @@ def _plane_axes(normal: Array) -> Array:
     return np.column_stack([u, np.asarray(np.cross(normal, u), dtype=np.float64)])
 
 
-# ---- The arm as a drawing: its links as segments between joint centres, and its envelope -----------------------------
-
-
-_COINCIDENT = 1e-9  # [m] shorter segments are none: a spherical joint's three origins are one centre
-
-
 def skeleton(robot: Robot, q: ArrayLike, T_w_b: ArrayLike | None = None) -> Array:
     """Return the segments from joint centre to joint centre, and to the tip.
 
@@ -236,7 +259,7 @@ def skeleton(robot: Robot, q: ArrayLike, T_w_b: ArrayLike | None = None) -> Arra
 
 
 def envelope(robot: Robot, q: ArrayLike, T_w_b: ArrayLike | None = None) -> tuple[Sphere | Capsule, ...]:
-    """Return the links' capsules that have a radius, also of what is held, where they are in one configuration.
+    """Return the links' capsules that have a radius, those of the payload too, where they are in one configuration.
 
     Args:
         robot, q, T_w_b: as for `skeleton`.
@@ -287,22 +310,6 @@ def pose_times(trajectory: AnyTrajectory, count: int) -> Array:
     gone = np.concatenate([[0.0], np.cumsum(steps)])
     shares = np.arange(1, count + 1) / (count + 1)
     return np.interp(shares * gone[-1], gone, t) if gone[-1] > 0 else shares * trajectory.duration
-
-
-# ---- -----------------------------------------------------------------------------------------------------------------
-# What a picture of a path consists of, the same in the plane and in space: poses, lines, circles and their legend.
-
-
-RED = "#D00000"  # the paper's; told from the target's green by size and fill too
-OBSTACLE_ALPHA = 0.4
-LEGEND_ROW = 0.15  # height of a row of the legend [inch]
-_ENVELOPE_ALPHA = 0.2
-_BETWEEN = 5  # poses between start and end
-_OFTEN = 401
-_NEAR = 0.3  # of the picture: half-spaces farther away are not in it
-_AROUND, _WHOLE = 0.2, 1.7  # of the picture: how much of the base is drawn around the rest, and with how much all of it is
-_BASE = "#F3F3F1", "#E3E2DE"  # of the base's envelope at the start and at the end
-_PALE = np.array([0.80, 0.80, 0.80]), np.array([0.55, 0.55, 0.55])  # of the first and the last of them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -518,27 +525,6 @@ def legend_handles(drawing: PathDrawing, scene: Scene, low: Array, high: Array) 
     if len(drawing.bases) > 1:
         handles.append(Line2D([], [], label="path of the base origin", **_BASE_PATH))
     return handles
-
-
-_PATH: dict[str, Any] = {"color": BLUE, "linewidth": 1.8}
-_BASE_PATH: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2}
-_TRACE: dict[str, Any] = {
-    "color": ORANGE,
-    "linewidth": 0.7,
-    "linestyle": (0, (3, 2)),
-    "marker": ".",
-    "markersize": 3,
-    "markeredgewidth": 0,
-}
-_ENDS: dict[str, Any] = {"color": RED, "marker": "o", "markersize": 5, "markeredgewidth": 0, "linestyle": ""}
-_TARGET: dict[str, Any] = {
-    "color": GREEN,
-    "marker": "o",
-    "markersize": 9,
-    "markerfacecolor": "none",
-    "markeredgewidth": 1.8,
-    "linestyle": "",
-}
 
 
 def _poses(robot: Robot, configurations: list[Array], frames: Array) -> Iterator[Pose]:

@@ -67,15 +67,17 @@ _LOOK: dict[str, Any] = {
 }
 
 
+_GLOBAL = ("backend", "backend_fallback", "interactive", "toolbar", "timezone", "datapath")  # not a matter of looks
+DPI = 300  # of the PNG, and of what is not drawn as lines in the PDF
+_PDF_FIELDS = ("Title", "Author", "Subject")
+
+
 def look() -> AbstractContextManager[None]:
     """Return the context in which figures are drawn and saved: matplotlib's defaults, and then ours."""
     from matplotlib import rc_context, rcParamsDefault
 
     defaults = {key: value for key, value in rcParamsDefault.items() if key not in _GLOBAL}
     return rc_context({**defaults, **_LOOK})  # type: ignore[dict-item, arg-type]
-
-
-_GLOBAL = ("backend", "backend_fallback", "interactive", "toolbar", "timezone", "datapath")  # not a matter of looks
 
 
 def new_figure(width: float, height: float, *, layout: str | None = "constrained") -> Figure:
@@ -159,13 +161,6 @@ def moved_apart(values: Sequence[float], gap: float) -> Array:
     out = np.empty(len(values))
     out[order] = [middle + gap * (i - (n - 1) / 2) for middle, n in groups for i in range(n)]
     return out
-
-
-# ---- Figures as files: the same figure gives the same bytes, with where it came from in the metadata -----------------
-
-DPI = 300  # of the PNG, and of what is not drawn as lines in the PDF
-
-_PDF_FIELDS = ("Title", "Author", "Subject")
 
 
 def save_figure(figure: Figure, path_stem: str | os.PathLike[str], *, provenance: Mapping[str, str]) -> tuple[Path, Path]:

@@ -1,4 +1,8 @@
-"""The path of the end effector and the arm on its way, in space (the paper's Figs. 6b and 9b)."""
+"""The path of the end effector, and the arm on its way, in the plane and in space (the paper's Figs. 6 and 9).
+
+As in the paper, obstacles are blue and transparent, the end effector's start and end are red circles, the target is a green
+one, and the planned path is a blue line. In space each obstacle is the outline seen from the eye and what lies inside it.
+"""
 
 from __future__ import annotations
 
@@ -34,9 +38,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# ---- Obstacles in a picture of space: transparent, with a soft light on them, the far ones first ---------------------
-#
-# Each is drawn as the outline seen from the eye and what lies inside it; a mesh would show its seams.
 
 Array = NDArray[np.float64]
 
@@ -161,12 +162,6 @@ class _Pen:
         self.ax.plot(*np.vstack([outline, outline[:1]]).T, color=color, linewidth=width, zorder=2)
 
 
-# ---- The path of the end effector and the arm on its way, in the plane (the paper's Figs. 6a and 9a) -----------------
-#
-# As the paper draws them: obstacles are blue and transparent, the end effector's start and end are red circles, the
-# target is a green one, the planned path is a blue line.
-
-
 def figure_path_2d(
     trajectory: Trajectory | None,
     robot: Robot,
@@ -251,9 +246,6 @@ def _axes_to_scale(size: Array, entries: int) -> Axes:
     room = left + (COLUMN - left - right - width) / 2
     full = bottom + height + top
     return figure.add_axes((room / COLUMN, bottom / full, width / COLUMN, height / full))
-
-
-# ---- The path of the end effector and the arm on its way, in space (the paper's Figs. 6b and 9b) ---------------------
 
 
 def figure_path_3d(

@@ -40,6 +40,14 @@ Array = NDArray[np.float64]
 DASHED = (0, (1.2, 1.6))  # of what is not feasible yet
 
 
+_GOLDEN = 0.6180339887498949  # multiples of it, modulo 1, fill an interval evenly
+_SAYS = {
+    "peak": "greatest angle of the base [deg]",
+    "final": "angle of the base at the end [deg]",
+    "rate": "greatest rate of the base [deg/s]",
+}
+
+
 def figure_convergence(
     runs: Sequence[SwarmResult],
     *,
@@ -183,12 +191,6 @@ def _legend(ax: Axes, *, infeasible: bool) -> None:
     legend_below(ax, 3, handles=shown)
 
 
-# ---- All methods beside each other: the fitness of every run ---------------------------------------------------------
-
-
-_GOLDEN = 0.6180339887498949  # multiples of it, modulo 1, fill an interval evenly
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ComparedMethod:
     """A method's runs, and what the paper reports for it.
@@ -230,7 +232,7 @@ def figure_comparison(
         ax = new_figure(COLUMN * 1.4, 1.0 + 0.46 * len(rows)).add_subplot() if ax is None else ax
         for y, row in enumerate(rows):
             _row(ax, y, row)
-        _references_overview(ax, best_known, threshold)
+        _references_of_methods(ax, best_known, threshold)
         tidy(ax, grid="x")
         ax.set_ylim(len(rows) - 0.5, -0.5)
         ax.set_yticks(range(len(rows)), [row.name for row in rows])
@@ -238,7 +240,7 @@ def figure_comparison(
         ax.margins(x=0.06)
         ax.set_xlabel("fitness $F$ of the best found (less is better)")
         ax.set_title(title, loc="left", pad=12)
-        _legend_overview(ax, reported=any(row.reported is not None for row in rows))
+        _legend_of_methods(ax, reported=any(row.reported is not None for row in rows))
         return figure_of(ax)
 
 
@@ -269,7 +271,7 @@ def _row(ax: Axes, y: int, row: ComparedMethod) -> None:
         ax.plot(mean, at, "D", color=ORANGE, markersize=3.6, zorder=2.3)
 
 
-def _references_overview(ax: Axes, best_known: float | None, threshold: float | None) -> None:
+def _references_of_methods(ax: Axes, best_known: float | None, threshold: float | None) -> None:
     """Draw the lines with their labels above; the lesser's to the left, the greater's to the right, so that both fit."""
     given = [(value, name) for value, name in ((best_known, "best known"), (threshold, "threshold")) if value is not None]
     sides = ["center"] if len(given) == 1 else ["right", "left"]
@@ -289,7 +291,7 @@ def _references_overview(ax: Axes, best_known: float | None, threshold: float | 
         )
 
 
-def _legend_overview(ax: Axes, *, reported: bool) -> None:
+def _legend_of_methods(ax: Axes, *, reported: bool) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -302,15 +304,6 @@ def _legend_overview(ax: Axes, *, reported: bool) -> None:
         label = "reported: best, mean, worst"
         handles.append(Line2D([], [], color=ORANGE, marker="D", markersize=3.6, linewidth=1.2, label=label))
     legend_below(ax, len(handles), handles=handles)
-
-
-# ---- What a gentler motion costs: duration against how much the base is disturbed ------------------------------------
-
-_SAYS = {
-    "peak": "greatest angle of the base [deg]",
-    "final": "angle of the base at the end [deg]",
-    "rate": "greatest rate of the base [deg/s]",
-}
 
 
 def figure_pareto(front: ParetoFront, *, title: str = "", ax: Axes | None = None) -> Figure:

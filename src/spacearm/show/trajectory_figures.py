@@ -1,4 +1,4 @@
-"""The joints: of the swarm's best over the iterations (the paper's Figs. 5 and 8), and of a trajectory over time.
+"""A trajectory's joints and clearance over time, and the joints of the swarm's best over the iterations (Figs. 5 and 8).
 
 Angles are drawn in degrees, lengths in metres.
 """
@@ -46,6 +46,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _BAND = "#EEF3F7"  # where a joint may be
+
+
+_SAMPLES, _SAMPLES_FLOATING = 801, 401
+_SAYS = {"fails": "fails", "undecided": "is undecided", "holds": "bounds no clearance"}
 
 
 def figure_joints_over_iterations(run: SwarmResult, robot: Robot, *, title: str = "") -> Figure:
@@ -170,12 +174,6 @@ def _legend(figure: Figure, *, infeasible: bool, free: bool) -> None:
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
-# ---- Clearance over time, and the bound that the certificate proves --------------------------------------------------
-
-
-_SAMPLES, _SAMPLES_FLOATING = 801, 401
-
-
 def figure_clearance(
     trajectory: Trajectory,
     scene: Scene,
@@ -272,9 +270,6 @@ def _bound(ax: Axes, certificate: Certificate | None) -> None:
         else:
             ax.plot([], [], linestyle="", label=f"not proven: the certificate {_SAYS[certificate.status]}")
     legend_below(ax, 1)
-
-
-_SAYS = {"fails": "fails", "undecided": "is undecided", "holds": "bounds no clearance"}
 
 
 def _length(value: float) -> str:
