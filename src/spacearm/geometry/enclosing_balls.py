@@ -75,8 +75,8 @@ def enclose_mesh(
 
     Raises:
         FileFormatError: a file that is missing, or that holds no mesh.
-        SceneError: numbers that are not finite, a scale of 0, a mesh whose inside cannot be found in the given way, or an excess
-            that takes more than 50,000 balls.
+        SceneError: numbers that are not finite, a scale of 0, a mesh whose inside cannot be found in the given way, or an
+            excess that takes more than 50,000 balls.
     """
     if inside not in ("filled", "oriented", "none"):
         raise SceneError(
