@@ -8,7 +8,7 @@ import pytest
 
 from house.source import REPOSITORY, python_files, repository_files, where
 
-MOST_LINES = 620
+MOST_LINES = 600
 MOST_KERNEL_LINES = 600  # of 120 columns, as clang-format sets them
 NO_IDEA = {"utils", "util", "helpers", "misc", "common"}
 

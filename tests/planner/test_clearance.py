@@ -128,7 +128,7 @@ def test_without_obstacles_or_links_the_clearance_is_infinite() -> None:
 
 
 def test_what_is_kept_for_one_robot_and_scene_is_not_given_to_another() -> None:
-    """Models are kept by identity: objects that come and go, and may stand where another stood, must not mix."""
+    """Models are cached by identity: objects that come and go, and may stand where another stood, must not mix."""
     for radius in np.linspace(0.1, 0.5, 40):
         problem = problem_of(planar(), [Sphere((1.2, 1.2, 0.0), float(radius))])
         assert clearance(problem, [0.0, 0.0]) == pytest.approx(1.2 - radius - 0.05, abs=1e-12)

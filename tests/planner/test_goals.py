@@ -89,9 +89,9 @@ def goal_at(T: np.ndarray, kind: str, **options: Any) -> Any:
 
 def reachable(seed: int, kind: str, *, scene: Any = CLUTTER, robot: Robot = ARM) -> Problem:
     """A goal that a drawn configuration reaches, free of collision as the start is."""
-    dice = np.random.default_rng(seed)
+    generator = np.random.default_rng(seed)
     while True:
-        start, q = dice.uniform(robot.lower, robot.upper, (2, robot.dof))
+        start, q = generator.uniform(robot.lower, robot.upper, (2, robot.dof))
         if least_distances(robot, Scene(scene), pinocchio_frames(robot, np.array([start, q]))).min() > 0.02:
             return Problem(robot, Scene(scene), start=start, goal=goal_at(forward_kinematics(robot, q), kind))
 
@@ -129,8 +129,8 @@ def test_a_seed_gives_the_same_bits_on_any_number_of_threads() -> None:
 @settings(max_examples=8)
 def test_a_planar_arm_reaches_a_point_in_its_two_ways_exactly(seed: int) -> None:
     """Two links of 1 m and a point at distance r: cos(elbow) = (r^2 - 2) / 2."""
-    dice = np.random.default_rng(seed)
-    r, bearing = dice.uniform(0.5, 1.8), dice.uniform(-1.2, 1.2)
+    generator = np.random.default_rng(seed)
+    r, bearing = generator.uniform(0.5, 1.8), generator.uniform(-1.2, 1.2)
     point = np.array([r * math.cos(bearing), r * math.sin(bearing), 0.0])
     problem = Problem(planar(), Scene([]), start=(0.1, 0.0), goal=PositionGoal(point))
     found = find_goal_configurations(problem, FEW, seed)
@@ -267,9 +267,9 @@ def test_errors_are_pinocchios_and_polishing_never_makes_them_worse(data: st.Dat
 
 @pytest.mark.parametrize("kind", ["position", "pose", "free axis"])
 def test_polishing_from_nearby_gets_there_to_the_last_digit(kind: str) -> None:
-    dice = np.random.default_rng(0)
-    q = dice.uniform(0.9 * ARM.lower, 0.9 * ARM.upper, (200, 7))
-    near = np.clip(q + dice.uniform(-0.1, 0.1, q.shape), ARM.lower, ARM.upper)
+    generator = np.random.default_rng(0)
+    q = generator.uniform(0.9 * ARM.lower, 0.9 * ARM.upper, (200, 7))
+    near = np.clip(q + generator.uniform(-0.1, 0.1, q.shape), ARM.lower, ARM.upper)
     there = 0
     for row, begin in zip(q, near, strict=True):
         reach = Reach(robot=ARM, goal=goal_at(forward_kinematics(ARM, row), kind))

@@ -1,4 +1,4 @@
-"""A swarm of motions by hand, with a base that floats."""
+"""A swarm of motions by ask and tell, with a base that floats."""
 
 from __future__ import annotations
 

@@ -7,26 +7,32 @@ from pathlib import Path
 
 import pytest
 
-from support.file_readers import beside, readers
+from support.file_readers import Reader, beside, readers
 from support.wrong_files import finding, wrong_file
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="timers of POSIX")
-READERS = readers()
 
 
-@pytest.mark.parametrize("name", READERS)
-def test_the_texts_to_begin_with_are_read(name: str, tmp_path: Path) -> None:
-    beside(tmp_path)
-    reader = READERS[name]
-    for text in reader.texts:
-        assert finding(reader, tmp_path / f"case.{reader.suffix}", text) == ("read", "")
+@pytest.fixture(scope="module")
+def all_readers() -> dict[str, Reader]:
+    return readers()
 
 
-@pytest.mark.parametrize("name", READERS)
-def test_a_broken_file_gives_a_result_or_one_sentence(name: str, tmp_path: Path) -> None:
-    beside(tmp_path)
-    reader = READERS[name]
-    for number in range(40):
-        data = wrong_file(reader, (1, list(READERS).index(name), number))
-        kind, details = finding(reader, tmp_path / f"case.{reader.suffix}", data)
-        assert kind in ("read", "refused"), (number, details)
+def test_the_texts_to_begin_with_are_read(all_readers: dict[str, Reader], tmp_path: Path) -> None:
+    for name, reader in all_readers.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        beside(folder)
+        for text in reader.texts:
+            assert finding(reader, folder / f"case.{reader.suffix}", text) == ("read", ""), name
+
+
+def test_a_broken_file_gives_a_result_or_one_sentence(all_readers: dict[str, Reader], tmp_path: Path) -> None:
+    for place, (name, reader) in enumerate(all_readers.items()):
+        folder = tmp_path / name
+        folder.mkdir()
+        beside(folder)
+        for number in range(40):
+            data = wrong_file(reader, (1, place, number))
+            kind, details = finding(reader, folder / f"case.{reader.suffix}", data)
+            assert kind in ("read", "refused"), (name, number, details)

@@ -1,4 +1,7 @@
-"""`spacearm bench`: how good the planner is, on problems of your own or of the field."""
+"""`spacearm bench`: how good the planner is, on problems of your own or of the field.
+
+The benchmarks are imported by the functions that run them, after the options are read: help is printed without.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,6 @@ from spacearm.cli.terminal import progress_bar, show_table
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import SettingsError, nearest
 from spacearm.core.records import whole
-from spacearm.study.motionbenchmaker_runs import LIMIT
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +66,8 @@ class MbmOptions:
         whole("seeds", self.seeds, at_least=1, at_most=_OFTEN)
         if self.problems is not None:
             whole("problems", self.problems, at_least=1, at_most=_OFTEN)
+        from spacearm.study.motionbenchmaker_runs import LIMIT
+
         for name in ("search", "budget"):
             as_number(name, getattr(self, name), SettingsError, above=0, unit="ms")
             if getattr(self, name) > 1e3 * LIMIT:
@@ -129,11 +133,11 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _mbm(arguments: Sequence[str]) -> int:
+    options = parsed(MbmOptions, arguments, command="bench mbm")
     from spacearm.study.motionbenchmaker import find_items, find_robot
     from spacearm.study.motionbenchmaker_report import notes, report_as_dict, save_report, tables
     from spacearm.study.motionbenchmaker_runs import Protocol, run_benchmark
 
-    options = parsed(MbmOptions, arguments, command="bench mbm")
     protocol = Protocol(seeds=options.seeds, search=options.search / 1e3, plan=options.budget / 1e3)
     items = find_items(options.data, families=options.families or (), most=options.problems)
     robot = find_robot(options.data, urdf=options.urdf, srdf=options.srdf, group=options.group)
@@ -147,11 +151,11 @@ def _mbm(arguments: Sequence[str]) -> int:
 
 
 def _space(arguments: Sequence[str]) -> int:
+    options = parsed(SpaceOptions, arguments, command="bench space")
     from spacearm.study.spacebench import find_problems
     from spacearm.study.spacebench_report import notes, report_as_dict, save_report, tables
     from spacearm.study.spacebench_runs import SpaceProtocol, run_spacebench
 
-    options = parsed(SpaceOptions, arguments, command="bench space")
     protocol = SpaceProtocol(seeds=options.seeds, limit=options.limit)
     items = find_problems(options.data, families=options.family or (), most=options.problems)
     with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:

@@ -44,7 +44,7 @@ class ConfigurationGoal(Frozen):
     tolerance: float | Array = 0.0
     shortest: bool = False
 
-    if TYPE_CHECKING:  # what is taken is wider than what is kept
+    if TYPE_CHECKING:  # the constructor takes more types than the fields have
 
         def __init__(self, q: ArrayLike, *, tolerance: ArrayLike = 0.0, shortest: bool = False) -> None: ...
 

@@ -2,7 +2,7 @@
 
 A configuration is taken as it is where it is free of collision; else swarms look around it within its tolerance. For a goal in
 space, swarms come near it from everywhere (`goal_swarms`), and damped least squares brings what they find onto the goal. Of the
-results that are free, each is pulled towards the start, and those that differ are kept, the nearest to the start first.
+results that are free, each is pulled towards the start, and those that differ remain, the nearest to the start first.
 """
 
 from __future__ import annotations
@@ -317,7 +317,7 @@ class _Closest:
 
 
 def _pulled(reach: Reach, q: Array, clear: Array, start: Array, search: _Search, *, at_centre: bool) -> tuple[Array, Array]:
-    """Add to configurations (b, n) what they become when pulled towards the start with the frame held in place.
+    """Add to configurations (b, n) what they become when pulled towards the start while the frame stays in place.
 
     Args:
         reach: the goal.
@@ -471,7 +471,7 @@ def polished(
     Args:
         reach: the goal.
         q: (b, n) where to begin [rad or m].
-        lower: (n,) bounds that are kept.
+        lower: (n,) bounds, which q stays within.
         upper: (n,) likewise.
         rounds: the most steps.
         late: whether time is up.

@@ -19,7 +19,7 @@ from spacearm.robot.kinematics import kernel_joints
 
 Made = TypeVar("Made")
 
-_CACHED = 8  # robots, and pairs of a robot and a scene, of which the models are kept
+_CACHED = 8  # robots, and pairs of a robot and a scene, whose models are cached
 _WIDEST = 1e9  # [m, or what a joint multiplies by]: beyond, squares overflow in float32
 
 
@@ -70,7 +70,7 @@ class _IdentityCache(Generic[Made]):
 
 
 def kernel_model(robot: Robot, scene: Scene) -> KernelModel:
-    """Return `make_kernel_model`'s; kept for the robots and scenes seen last."""
+    """Return `make_kernel_model`'s; cached by identity for the robots and scenes seen last."""
     return _models.get((robot, scene), (), lambda: make_kernel_model(robot, scene))
 
 

@@ -270,7 +270,7 @@ class Islands:
 
 def _margins(problem: Problem, goals: Array, margin: float) -> Margins:
     """Return the margin that can be asked for between the start and the goals (g, n)."""
-    # Where the arm moves its base, nobody knows where the base will be at a goal, and so what is near.
+    # Where the arm moves its base, the place of the base at a goal is not known, and so what is near it.
     ends = problem.start[None] if problem.base_model.follows_arm else np.vstack([problem.start, goals])
     return margins_within_reach(problem, ends, margin)
 

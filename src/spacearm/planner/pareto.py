@@ -58,7 +58,7 @@ class ParetoFront:
     @property
     def front(self) -> tuple[Plan, ...]:
         """The plans that no other one beats, the quickest first."""
-        return tuple(found for found, kept in zip(self.plans, self.best, strict=True) if kept)
+        return tuple(found for found, best in zip(self.plans, self.best, strict=True) if best)
 
 
 def pareto_front(

@@ -87,34 +87,34 @@ class Weights:
 class PlannerSettings:
     """How a motion is searched for, and when the search ends.
 
-    It ends when the budget of evaluations or of time is spent, or when it has converged. Without a time budget the same
+    It ends when the budget of evaluations or of time is spent, or when it has converged. Without a time budget the same random
     seed gives the same motion, on any number of threads. Where a proof fails, a quarter of the evaluations is added each time,
     never of the time.
 
     Attributes:
-        evaluations: candidate motions that each island looks at; None: 20,000, or no limit where `time_budget` or
-            `convergence` is given. Where a floating base's end is asked for, moving a candidate there counts too: a look at
-            the end as a 32nd.
+        evaluations: candidate motions that each island looks at, 1 or more; None: 20,000, or no limit where `time_budget` or
+            `convergence` is given. Where the end of a floating base's motion is asked for, moving a candidate there counts too:
+            32 looks at the end are one evaluation.
         time_budget: planning ends after this time [s]: goal configurations, motions, proofs, and what is tried again where a
-            proof failed, for which a fifth is kept. Once and however little it is there are the first swarms for the goal, a
-            look at the straight motions, and the proof of the best motion; where that fails, others are tried until 0.15 s
-            after the beginning. None: no limit.
+            proof failed, for which a fifth is reserved. However little it is, these are done once: the first swarms for the
+            goal, a look at the straight motions, and the proof of the best motion. Where that fails, others are tried until
+            0.15 s after the beginning. None: no limit.
         convergence: evaluations without an improvement of 0.1 %, or without any motion, after which an island ends; None:
             never.
         stop_at_first: be content with the first motion.
         weights: of the fitness' terms.
-        margin: clearance asked for at the instants that are looked at [m]; of a pair that is closer than twice that at the
-            start or a goal it is half of what it has there, and the plan's `margins` say so.
+        margin: clearance asked for at the instants that are looked at [m], 0 or more. Of a pair that is closer than twice that
+            at the start or a goal it is half of what the pair has there, and the plan's `margins` say so.
         comfort: clearance beyond which the term `clearance` asks for no more [m].
-        interior_points: control points of the swarm's motions, one number or several that take turns; two more each where
-            a floating base's end or greatest turn is asked for.
+        interior_points: control points of the swarm's motions, 1 to 24, one number or several that take turns; two more each
+            where a floating base's end or greatest turn is asked for.
         swarm: PSO or IPSO; its iterations are the most of one turn.
-        goal_candidates: for a goal in space: the most distinct configurations that are planned to.
-        islands: searches side by side, each with a stream of random numbers of its own; the best motion counts.
+        goal_candidates: for a goal in space: the most distinct configurations that are planned to, 1 to 256.
+        islands: searches side by side, 1 to 256, each with a random sequence of its own; the best motion counts.
         threads: that islands and goal searches are spread over; None: one a core.
         time_law: "uniform" or "time_optimal": smooth and quicker, and slower to compute.
         jerk_limit: of every joint [rad/s^3 or m/s^3]; None: none.
-        proofs: how often a motion whose proof failed is replaced by another one.
+        proofs: how many motions are given to the proof at most, 1 to 1000: where one fails, another is searched for.
     """
 
     evaluations: int | None = None

@@ -382,7 +382,7 @@ def _timed(problem: Problem, settings: PlannerSettings, motion: Motion) -> Traje
 
 def _uniform(problem: Problem, motion: Motion, duration: float | None = None, *, jerk_limit: float | None) -> Trajectory:
     if problem.duration is not None:
-        # The search keeps to it by its instants; where the hulls, which bound what is between, say a little more, so be it.
+        # The search keeps the duration at its instants. The hulls also bound what is between, and may ask for a little more.
         duration = max(problem.duration, fastest_duration(problem.robot, motion, jerk_limit=jerk_limit))
     return Trajectory(
         problem.robot,

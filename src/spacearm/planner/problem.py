@@ -57,7 +57,7 @@ class AttitudeGoal(Frozen):
     attitude_wxyz: Array
     tolerance: float = 5e-4
 
-    if TYPE_CHECKING:  # what is taken is wider than what is kept
+    if TYPE_CHECKING:  # the constructor takes more types than the fields have
 
         def __init__(self, attitude_wxyz: ArrayLike, tolerance: float = ...) -> None: ...
 
@@ -153,7 +153,7 @@ class Problem(_WithLocal):
     duration: float | None = None
     notes: tuple[str, ...] = field(default=(), compare=False)
 
-    if TYPE_CHECKING:  # what is taken is wider than what is kept
+    if TYPE_CHECKING:  # the constructor takes more types than the fields have
 
         def __init__(
             self,
@@ -319,19 +319,19 @@ def within_limits(
     """
     name = prefix + ("start" if what == "start" else "the goal configuration")
     given = as_readonly(name, q, (robot.dof,), ProblemError, advice=_one_per_joint(robot))
-    kept = np.clip(given, robot.lower, robot.upper)
+    inside = np.clip(given, robot.lower, robot.upper)
     _require_at_most(_MOST_TURNED, robot, given, what=what, prefix=prefix)
-    beyond = np.flatnonzero(np.abs(given - kept) > _ROUNDING)
+    beyond = np.flatnonzero(np.abs(given - inside) > _ROUNDING)
     if beyond.size:
         raise ProblemError(prefix + _beyond_limit(robot, given, beyond, what))
-    snapped = np.flatnonzero(given != kept)
+    snapped = np.flatnonzero(given != inside)
     if snapped.size and notes is not None:
         each = [
-            f"'{robot.dof_names[i]}' by {abs(given[i] - kept[i]):.2g} {'m' if robot.is_prismatic(int(i)) else 'rad'}"
+            f"'{robot.dof_names[i]}' by {abs(given[i] - inside[i]):.2g} {'m' if robot.is_prismatic(int(i)) else 'rad'}"
             for i in snapped
         ]
         notes.append(f"{name} is a little beyond the limits and was set onto them: joint {', '.join(each)}")
-    return as_readonly(name, kept, (robot.dof,), ProblemError)
+    return as_readonly(name, inside, (robot.dof,), ProblemError)
 
 
 def as_searchable(problem: object) -> Problem:

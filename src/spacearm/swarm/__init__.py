@@ -1,4 +1,4 @@
-"""Particle swarms: PSO, the paper's IPSO and our own, by hand, over Python functions, and inside the kernel."""
+"""Particle swarms: PSO, the paper's IPSO and our own, by ask and tell, over Python functions, and inside the kernel."""
 
 from spacearm.swarm.ask_tell import Swarm, SwarmHistory, SwarmResult
 from spacearm.swarm.minimizer import minimize, run_trials

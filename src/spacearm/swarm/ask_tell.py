@@ -119,7 +119,7 @@ class Swarm:
     """A swarm over a box, for any objective.
 
     A round is ``x = swarm.ask()``, then ``swarm.tell(f(x))`` or ``swarm.tell(f(x), violation)``, until `done`. The
-    numbers depend on the seed, the settings and what is told, on nothing else.
+    numbers depend on the random seed, the settings and what is told, on nothing else.
 
     Args:
         lower: (d,) lower bounds; equal to the upper one where a dimension is fixed.

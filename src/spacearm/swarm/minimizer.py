@@ -56,7 +56,7 @@ def minimize(
         lower: (d,) lower bounds, finite.
         upper: (d,) upper bounds, finite; equal to the lower one where a dimension is fixed.
         settings: `PSO(...)`, the default, or `IPSO(...)`; particles x iterations is the budget of evaluations.
-        rng: seed, generator, or None for a fresh seed. The result records the seed.
+        rng: random seed, generator, or None for a fresh seed. The result records it.
         initial: (k, d) positions to begin with, evaluated as they are; the result is never worse than the best of them.
         vectorized: False if f takes one position (d,) and returns one number, or a pair.
         target: stop at a feasible fitness at most this.
@@ -258,14 +258,14 @@ def run_trials(
 ) -> list[SwarmResult]:
     """Run independent trials of a swarm on a kernel objective, spread over threads.
 
-    A trial's numbers depend on the seed and its own number only: they are the same bits on any number of threads.
+    A trial's numbers depend on the random seed and its own number only: they are the same bits on any number of threads.
 
     Args:
         objective: one of the kernel's, of either precision.
         lower: (d,) lower bounds.
         upper: (d,) upper bounds.
         settings: of each swarm.
-        seed: of all trials.
+        seed: random seed of all trials.
         trials: how many; they are numbered from `first_trial` on.
         first_trial: number of the first.
         threads: None for one a processor core.
