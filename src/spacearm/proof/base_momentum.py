@@ -80,25 +80,10 @@ def masses_of(robot: Robot) -> Masses:
     mass = np.array([body.mass for body in robot.bodies])
     com = np.array([body.com for body in robot.bodies]).reshape(-1, 3)
     inertia = np.array([body.inertia for body in robot.bodies]).reshape(-1, 3, 3)
-    largest = max(float(np.abs(array).max(initial=0.0)) for array in (mass, com, inertia))
-    if largest > _LARGEST:
-        raise RobotError(
-            f"robot '{robot.name}' has a mass or an inertia with a number of {largest:.4g}, expected at most {_LARGEST:g}; "
-            "check the units"
-        )
     base = joint < 0
-    if not mass[base].sum() > 0:
-        raise RobotError(
-            f"robot '{robot.name}' floats, and its base has no mass; give it one, or plan with base='fixed' "
-            "('spacearm doctor' tells what is missing)"
-        )
-    moments = np.linalg.eigvalsh(inertia)
-    for body, (least, _, _) in zip(robot.bodies, moments, strict=True):
-        if inertia_fault(body.inertia) == "negative":
-            raise RobotError(
-                f"body '{body.name}' of robot '{robot.name}' has a moment of inertia of {least:.4g} kg m^2, expected none "
-                "below 0; 'spacearm doctor' tells more"
-            )
+    _require_numbers(robot, mass, com, inertia, mass_of_base=float(mass[base].sum()))
+    moments = np.linalg.eigvalsh(inertia).astype(np.float64)
+    _require_moments(robot, moments)
     center = mass[base] @ com[base] / mass[base].sum()
     base_least = float(np.linalg.eigvalsh(inertia[base].sum(axis=0) + _inertia_of_points(mass[base], com[base] - center))[0])
     if not base_least > 0:
@@ -107,12 +92,6 @@ def masses_of(robot: Robot) -> Masses:
             "'spacearm doctor' tells more"
         )
     require_all_masses(robot)
-    beyond = np.zeros((len(robot.joints), len(mass)))
-    for b, body in enumerate(robot.bodies):
-        on: int = body.joint
-        while on >= 0:
-            beyond[on, b] = 1.0
-            on = robot.joints[on].parent
     return Masses(
         joint=joint,
         mass=mass,
@@ -120,9 +99,45 @@ def masses_of(robot: Robot) -> Masses:
         inertia=inertia,
         greatest=np.maximum(moments[:, 2], 0.0),
         spread=moments[:, 2] - moments[:, 0],
-        beyond=beyond,
+        beyond=_beyond(robot),
         base_least=base_least,
     )
+
+
+def _require_numbers(robot: Robot, mass: Array, com: Array, inertia: Array, *, mass_of_base: float) -> None:
+    """Check that no number is too large, and that the base has a mass."""
+    largest = max(float(np.abs(array).max(initial=0.0)) for array in (mass, com, inertia))
+    if largest > _LARGEST:
+        raise RobotError(
+            f"robot '{robot.name}' has a mass or an inertia with a number of {largest:.4g}, expected at most {_LARGEST:g}; "
+            "check the units"
+        )
+    if not mass_of_base > 0:
+        raise RobotError(
+            f"robot '{robot.name}' floats, and its base has no mass; give it one, or plan with base='fixed' "
+            "('spacearm doctor' tells what is missing)"
+        )
+
+
+def _require_moments(robot: Robot, moments: Array) -> None:
+    """Check that no body has a negative moment of inertia; moments (b, 3) in ascending order."""
+    for body, (least, _, _) in zip(robot.bodies, moments, strict=True):
+        if inertia_fault(body.inertia) == "negative":
+            raise RobotError(
+                f"body '{body.name}' of robot '{robot.name}' has a moment of inertia of {least:.4g} kg m^2, expected none "
+                "below 0; 'spacearm doctor' tells more"
+            )
+
+
+def _beyond(robot: Robot) -> Array:
+    """Return (j, b): 1 if a joint moves a body, else 0."""
+    out = np.zeros((len(robot.joints), len(robot.bodies)))
+    for b, body in enumerate(robot.bodies):
+        on: int = body.joint
+        while on >= 0:
+            out[on, b] = 1.0
+            on = robot.joints[on].parent
+    return out
 
 
 def _inertia_of_points(mass: Array, at: Array) -> Array:
