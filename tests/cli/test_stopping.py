@@ -19,7 +19,7 @@ import spacearm.files
 import spacearm.planner
 from cli.conftest import Told
 from spacearm import cli
-from spacearm.cli.stopping import came
+from spacearm.cli.stopping import was_interrupted
 from spacearm.core.output import CLAIM
 from spacearm.planner import planning
 from spacearm.planner.motion_search import Islands
@@ -116,7 +116,7 @@ def test_an_interrupt_ends_a_command_with_130(
         assert [path.name for path in out.iterdir()] == ["plan.json"]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     assert signal.getsignal(signal.SIGALRM) is signal.SIG_DFL
-    assert not came()
+    assert not was_interrupted()
 
 
 def test_sigterm_ends_a_command_with_143(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:

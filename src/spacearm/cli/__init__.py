@@ -60,13 +60,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
     with watched(to_the_end=arguments is None) as watch:
         try:
-            code = _told(list(sys.argv[1:] if arguments is None else arguments), watch)
+            code = _run_and_report(list(sys.argv[1:] if arguments is None else arguments), watch)
             return _interrupted("the command had finished", watch) if watch.number and code < 128 else code
         except KeyboardInterrupt as interrupt:
             return _interrupted(str(interrupt) or "nothing was written", watch)
 
 
-def _told(given: list[str], watch: Watch) -> int:
+def _run_and_report(given: list[str], watch: Watch) -> int:
     """Run a command, tell what went wrong, and return its exit code."""
     from spacearm.core.errors import SpacearmError
 

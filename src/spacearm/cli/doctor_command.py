@@ -64,7 +64,7 @@ def run(arguments: Sequence[str]) -> int:
         if options.force:
             raise SettingsError("--force is for --fix, and there is nothing to write; leave it out, or give --fix OUT.URDF")
         found = diagnose(options.model, options.srdf, base=options.base, choices=choices)
-        print(_as_json(found.as_dict()) if options.json else "\n".join(_told(found)))
+        print(_as_json(found.as_dict()) if options.json else "\n".join(_report_lines(found)))
         return 0 if found.healthy else 1
     mended = mend_urdf(
         options.model,
@@ -74,7 +74,7 @@ def run(arguments: Sequence[str]) -> int:
         choices=choices,
         overwrite=options.force,
     )
-    print(_as_json(mended.as_dict()) if options.json else "\n".join(_told_of_copy(mended)))
+    print(_as_json(mended.as_dict()) if options.json else "\n".join(_copy_lines(mended)))
     return 0 if mended.after.healthy else 1
 
 
@@ -82,7 +82,7 @@ def _as_json(values: dict[str, object]) -> str:
     return json.dumps({"spacearm-diagnosis": 1, "version": version(), **values}, indent=2, allow_nan=False)
 
 
-def _told(found: Diagnosis) -> Iterator[str]:
+def _report_lines(found: Diagnosis) -> Iterator[str]:
     yield _headline(found)
     yield ""
     yield from _findings(found)
@@ -91,7 +91,7 @@ def _told(found: Diagnosis) -> Iterator[str]:
     yield f"{_counted(found)}{advice if mendable else ''}"
 
 
-def _told_of_copy(mended: Mended) -> Iterator[str]:
+def _copy_lines(mended: Mended) -> Iterator[str]:
     yield _headline(mended.before)
     yield ""
     if mended.changes:

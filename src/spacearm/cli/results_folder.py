@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from spacearm.cli.stopping import came
+from spacearm.cli.stopping import was_interrupted
 from spacearm.core.errors import SpacearmError
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import claim_new_folder, release_folder
@@ -34,7 +34,7 @@ def results_folder(path: Path) -> Iterator[Path]:
         left = _tidied(path, absent, ours=ours)
         if isinstance(error, KeyboardInterrupt):
             raise type(error)(left or "nothing was written") from None
-        if came():  # it tripped over the interrupt
+        if was_interrupted():  # it tripped over the interrupt
             raise KeyboardInterrupt(left or "nothing was written") from None
         if isinstance(error, SpacearmError) and left:
             raise type(error)(f"{error}; {left}") from None

@@ -14,7 +14,7 @@ import sys
 import threading
 from contextlib import contextmanager
 
-from spacearm.core.interrupts import told_when_taken
+from spacearm.core.interrupts import on_interrupt_taken
 
 TYPE_CHECKING = False  # as typing has it, which is slow to load
 
@@ -49,14 +49,14 @@ class Watch:
     def __call__(self, number: int, frame: FrameType | None) -> None:
         """Remember and raise."""
         self.number = self.number or number
-        _ask_again(_AGAIN)
+        _repeat_after(_AGAIN)
         raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
 
 
 _watches: list[Watch] = []
 
 
-def came() -> bool:
+def was_interrupted() -> bool:
     """Whether a signal has come to the command that runs."""
     return bool(_watches and _watches[-1].number)
 
@@ -76,11 +76,11 @@ def watched(*, to_the_end: bool) -> Iterator[Watch]:
     sys.unraisablehook = lambda raised: _unraisable(raised, hook)
     _watches.append(watch)
     try:
-        with told_when_taken(_ask_no_more):
+        with on_interrupt_taken(_stop_repeating):
             yield watch
     finally:
         with contextlib.suppress(KeyboardInterrupt):
-            _ask_no_more()
+            _stop_repeating()
         for number, handler in before.items():
             with contextlib.suppress(KeyboardInterrupt):
                 signal.signal(number, signal.SIG_IGN if to_the_end else handler)
@@ -103,28 +103,28 @@ def _install(watch: Watch) -> dict[int, Any]:
         signal.signal(number, watch)
     if before and hasattr(signal, "SIGALRM") and signal.getsignal(signal.SIGALRM) is signal.SIG_DFL:
         before[signal.SIGALRM] = signal.SIG_DFL
-        signal.signal(signal.SIGALRM, _raise_once_more)
+        signal.signal(signal.SIGALRM, _repeat_signal)
     return before
 
 
-def _ask_again(seconds: float) -> None:
-    if hasattr(signal, "setitimer") and signal.getsignal(signal.SIGALRM) is _raise_once_more:
+def _repeat_after(seconds: float) -> None:
+    if hasattr(signal, "setitimer") and signal.getsignal(signal.SIGALRM) is _repeat_signal:
         signal.setitimer(signal.ITIMER_REAL, seconds)
 
 
-def _ask_no_more() -> None:
-    _ask_again(0)
+def _stop_repeating() -> None:
+    _repeat_after(0)
 
 
-def _raise_once_more(number: int, frame: FrameType | None) -> None:
+def _repeat_signal(number: int, frame: FrameType | None) -> None:
     """Send the signal again, by its own handler: what puts it off does so again."""
-    if came():
+    if was_interrupted():
         os.kill(os.getpid(), _watches[-1].number)
 
 
 def _unraisable(raised: Any, otherwise: Any) -> None:
     """Take note of what a finalizer could not raise."""
-    if came() and issubclass(raised.exc_type, KeyboardInterrupt):
-        _ask_again(_SOON)
+    if was_interrupted() and issubclass(raised.exc_type, KeyboardInterrupt):
+        _repeat_after(_SOON)
     else:
         otherwise(raised)

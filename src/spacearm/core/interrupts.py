@@ -56,7 +56,7 @@ def interrupt_taken() -> None:
 
 
 @contextmanager
-def told_when_taken(listener: Callable[[], None]) -> Iterator[None]:
+def on_interrupt_taken(listener: Callable[[], None]) -> Iterator[None]:
     """Call a function whenever an interrupt is taken (`interrupt_taken`), while the context lasts."""
     _listeners.append(listener)
     try:

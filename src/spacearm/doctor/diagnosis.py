@@ -85,17 +85,17 @@ class Diagnosis:
     @property
     def errors(self) -> tuple[Finding, ...]:
         """The findings that are errors."""
-        return self._of("error")
+        return self._with_severity("error")
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
         """The findings that are warnings."""
-        return self._of("warning")
+        return self._with_severity("warning")
 
     @property
     def notes(self) -> tuple[Finding, ...]:
         """The findings that are merely good to know."""
-        return self._of("note")
+        return self._with_severity("note")
 
     @property
     def mendable(self) -> tuple[Finding, ...]:
@@ -106,7 +106,7 @@ class Diagnosis:
         """Return it as plain values for JSON."""
         return {**asdict(self), "findings": [asdict(finding) for finding in self.findings], "healthy": self.healthy}
 
-    def _of(self, severity: Severity) -> tuple[Finding, ...]:
+    def _with_severity(self, severity: Severity) -> tuple[Finding, ...]:
         return tuple(finding for finding in self.findings if finding.severity == severity)
 
 

@@ -30,7 +30,7 @@ Base: TypeAlias = Literal["fixed", "floating"]
 """The names of the base models that files and arguments may give."""
 
 LIMITS = ("final", "peak", "rate", "joint_momentum")
-"""The limits that may be asked of a base, by name; see `BaseLimits`."""
+"""The limits of a base, by name; see `BaseLimits`."""
 
 
 class BaseTrack(Protocol):
@@ -75,7 +75,7 @@ class RestingBase:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaseDemands:
-    """What a search is told to ask of a motion whose base moves; a limit of 0 is none.
+    """What a search demands of a motion whose base moves; a limit of 0 is none.
 
     Attributes:
         frame: where a frame of the robot is to be at the end.
@@ -103,8 +103,8 @@ class BaseModel(ABC):
         keeps_momentum: whether base and arm keep a total momentum that may be given. With one other than 0 the base also moves
             by itself, and its motion depends on time.
         needs_masses: whether the robot's masses have to be known.
-        takes_goal: whether an attitude may be asked for at the end.
-        limits: the names among `LIMITS` that may be asked for.
+        takes_goal: whether a problem may demand an attitude at the end.
+        limits: the names among `LIMITS` that a problem may set.
     """
 
     name: str
@@ -117,7 +117,7 @@ class BaseModel(ABC):
 
     @abstractmethod
     def require(self, robot: Robot, momentum: Momentum) -> None:
-        """Check that a robot's base can be held so; masses that are not known are passed over.
+        """Check that the model fits a robot; masses that are not known are passed over.
 
         Raises:
             RobotError: masses that cannot be.
@@ -158,7 +158,7 @@ class BaseModel(ABC):
             robot: whose base.
             momentum: of base and arm.
             duration: of the motion [s]; None: as it comes.
-            demands: what is asked of the motion's end and of the base; a base that stays has none.
+            demands: of the motion's end and of the base; a base that stays has none.
         """
 
 
@@ -183,7 +183,7 @@ class FixedBase(BaseModel):
         return RestingBase(start)
 
     def kernel_masses(self, robot: Robot) -> None:
-        """Return None: nobody asks."""
+        """Return None: the kernel needs no masses."""
 
     def kernel_base(self, robot: Robot, momentum: Momentum, duration: float | None, demands: BaseDemands) -> native.FixedBase:
         """Return the identity track, with the duration, if there is one."""
@@ -220,7 +220,7 @@ class FloatingBase(BaseModel):
     def kernel_base(
         self, robot: Robot, momentum: Momentum, duration: float | None, demands: BaseDemands
     ) -> native.FloatingBase:
-        """Return what is asked, the duration, the angular momentum, and how far linear momentum carries the base."""
+        """Return the demands, the duration, the angular momentum, and how far linear momentum carries the base."""
         drift = None if momentum.is_zero else momentum.linear * (duration or 0.0) / system_mass(robot)
         return native.FloatingBase(
             frame=demands.frame,

@@ -44,7 +44,7 @@ Field = Callable[[Array], tuple[Array, Array | None]]
 in base axes, what is added to them; None without angular momentum."""
 
 NODES: Array = np.array([1 / 2 - sqrt(15) / 10, 1 / 2, 1 / 2 + sqrt(15) / 10])
-"""Where in a step, from 0 to 1, the rates are asked for: Gauss's nodes."""
+"""Where in a step, from 0 to 1, the rates are evaluated: Gauss's nodes."""
 
 _HALVED = 32  # divides the difference between a step and its two halves: the halves' error; 63 as steps become short
 _LEAST = 1e-15  # [rad] smaller differences are rounding
@@ -71,7 +71,7 @@ class JointPath(Protocol):
         ...
 
     def hulls(self, derivative: int, *, bisections: int = ...) -> tuple[Array, Array, Array]:
-        """Return first of all the ends (p, 2) of its pieces, halved so many times."""
+        """Return the ends (p, 2) of its pieces, each halved `bisections` times, and bounds of a derivative on them."""
         ...
 
 

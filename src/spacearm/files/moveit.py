@@ -32,7 +32,7 @@ from spacearm.core.checks import shown
 from spacearm.core.errors import FileFormatError, ProblemError
 from spacearm.core.reading import YamlFile, read_text, yaml_of_others
 from spacearm.files.moveit_request import goal_of, leftovers, require_no_other_demands, with_group_and_speed
-from spacearm.files.moveit_scene import Body, Frames, frames_of, read_matrix, robot_with_matrix, say_matrix, scene_of, world_of
+from spacearm.files.moveit_scene import Body, Frames, frames_of, note_matrix, read_matrix, robot_with_matrix, scene_of, world_of
 from spacearm.files.moveit_shapes import is_scene_text, scene_of_text
 from spacearm.files.moveit_state import (
     AttachedObject,
@@ -110,7 +110,7 @@ def load_moveit(
     world = _world(parsed, robot, states, notes, mesh_excess)
     found = scene_of(world.bodies) if parsed is not None else scene_of_text(text, scene, mesh_excess=mesh_excess)
     if matrix is not None:
-        say_matrix(robot, matrix, set(world.bodies), set(world.attached), notes, used=acm)
+        note_matrix(robot, matrix, set(world.bodies), set(world.attached), notes, used=acm)
     robot = with_attached(robot, list(world.attached.values()), matrix.may_touch if acm and matrix is not None else None, notes)
     robot = with_group_and_speed(robot, asked, notes)
     start = start_of(robot, states.joints, states.part, notes)

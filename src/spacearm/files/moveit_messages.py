@@ -207,7 +207,7 @@ class SolidPrimitive(StrictMessage):
 
     @field_validator("dimensions")
     @classmethod
-    def _of_the_kind(cls, given: list[float], info: ValidationInfo) -> list[float]:
+    def _dimensions_of_kind(cls, given: list[float], info: ValidationInfo) -> list[float]:
         names = PRIMITIVES.get(info.data.get("type", ""), given)
         if len(given) != len(names):
             raise wrong_form(f"{len(names)} numbers; a {info.data['type']} has {', '.join(map(str, names))}")

@@ -473,7 +473,7 @@ def robot_with_matrix(robot: Robot, matrix: Matrix) -> Robot:
     return with_allowed_pairs(replace(robot, notes=kept), matrix.may_touch, by="MoveIt's matrix")
 
 
-def say_matrix(robot: Robot, matrix: Matrix, objects: set[str], attached: set[str], notes: list[str], *, used: bool) -> None:
+def note_matrix(robot: Robot, matrix: Matrix, objects: set[str], attached: set[str], notes: list[str], *, used: bool) -> None:
     """Say in notes what of a matrix is left out.
 
     Args:

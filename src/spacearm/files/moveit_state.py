@@ -157,11 +157,13 @@ def with_attached(
         RobotError: what cannot be a payload, a name that is taken; file and line are named.
     """
     for one in attached:
-        robot = one.part.located(lambda one=one, robot=robot: _in_hand(robot, one, may_touch, notes))
+        robot = one.part.located(lambda one=one, robot=robot: _with_one_attached(robot, one, may_touch, notes))
     return robot
 
 
-def _in_hand(robot: Robot, one: AttachedObject, may_touch: Callable[[str, str], bool] | None, notes: list[str]) -> Robot:
+def _with_one_attached(
+    robot: Robot, one: AttachedObject, may_touch: Callable[[str, str], bool] | None, notes: list[str]
+) -> Robot:
     name, links = one.body.name, {frame.name for frame in robot.frames}
     strange = [link for link in dict.fromkeys(one.touching) if link not in links]
     if strange:

@@ -367,7 +367,7 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     against = saved.problem if problem is None else problem
     with located(path):
         _require_same_base(against, saved.trajectory)
-        trajectory, other = _of_robot(saved.trajectory, against)
+        trajectory, other = _for_problem_robot(saved.trajectory, against)
     certificate = certify(against, trajectory, **options)
     said = None if saved.certificate is None else saved.certificate.get("status")
     base = _base(against, trajectory, certificate)
@@ -397,7 +397,7 @@ def recheck_trajectory(problem: Problem, trajectory: AnyTrajectory, **options: A
     return Recheck(certificate=certificate, notes=notes, agrees=None, base=base)
 
 
-def _of_robot(trajectory: AnyTrajectory, problem: Problem) -> tuple[AnyTrajectory, tuple[str, ...]]:
+def _for_problem_robot(trajectory: AnyTrajectory, problem: Problem) -> tuple[AnyTrajectory, tuple[str, ...]]:
     """Take a plan's motion for the robot of the problem that it is asked to be proven for, and say in what that differs."""
     ours, notes = for_robot(trajectory, problem.robot, same_joints=False)
     if not notes:

@@ -454,7 +454,7 @@ def _record(record: type) -> dict[str, Any]:
     """Describe a record of settings: its fields' types, defaults, and what its docstring says of each."""
     from pydantic import TypeAdapter
 
-    told = _told(PSO) | _told(record) if record is IPSO else _told(record)
+    told = _attribute_lines(PSO) | _attribute_lines(record) if record is IPSO else _attribute_lines(record)
     properties: dict[str, Any] = {} if record in (PlannerSettings, Weights) else {"kind": {"const": record.__name__}}
     for name, form in TypeAdapter(record).json_schema()["properties"].items():
         plain = {key: value for key, value in form.items() if key != "title" and not (key == "default" and _is_whole(value))}
@@ -472,7 +472,7 @@ def _is_whole(default: Any) -> bool:
     return default is None or isinstance(default, dict)
 
 
-def _told(record: type) -> dict[str, str]:
+def _attribute_lines(record: type) -> dict[str, str]:
     """Return what a docstring's Attributes say, by name."""
     found: dict[str, str] = {}
     name = ""

@@ -216,7 +216,7 @@ class Body:
     Attributes:
         triangles: (n, 3, 3) of its surface [m].
         surface: measures distances from them; None if they are all points.
-        inside: tells what is inside; None of what has no inside.
+        inside: says which points are inside; None without an inside.
     """
 
     triangles: Array

@@ -75,8 +75,8 @@ def enclose_mesh(
 
     Raises:
         FileFormatError: a file that is missing, or that holds no mesh.
-        SceneError: numbers that are not finite, a scale of 0, a mesh whose inside cannot be told as asked, or an excess that
-            takes more than 50,000 balls.
+        SceneError: numbers that are not finite, a scale of 0, a mesh whose inside cannot be found in the given way, or an
+            excess that takes more than 50,000 balls.
     """
     if inside not in ("filled", "oriented", "none"):
         raise SceneError(
@@ -194,7 +194,7 @@ def enclosing_balls(body: Body, *, size: float, excess: float | None, spheres: i
         spheres: how many balls at most.
 
     Returns:
-        The balls; None if so many are not enough.
+        The balls; None if that number is not enough.
     """
     whole = one_cell(body.triangles, body.inside)
     if excess is None:
@@ -204,7 +204,7 @@ def enclosing_balls(body: Body, *, size: float, excess: float | None, spheres: i
 
 
 def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None:
-    """Return balls with nearly the least excess that so many allow: halve it until they are too few, then bisect."""
+    """Return balls with nearly the least excess that their number allows: halved until they are too few, then bisected."""
     most = min(_MOST_CELLS, 200 + 10 * spheres)  # a ball seldom holds more cells on the average
     first = centers_for(body, whole, tolerance=1e-4 * size)
     high = float(first.excess[0])
@@ -225,7 +225,7 @@ def _fewest(body: Body, whole: Cells, size: float, spheres: int) -> Balls | None
 
 
 def _tried(body: Body, whole: _Cut, excess: float, most: int, spheres: int) -> Balls | None:
-    """Return balls of an excess; None if that takes more than `most` cells, or more than so many balls.
+    """Return balls of an excess; None if that takes more than `most` cells, or more than `spheres` balls.
 
     Cells are cut until each is held by a ball of its own that stands out no more.
     """
@@ -246,7 +246,7 @@ def _tried(body: Body, whole: _Cut, excess: float, most: int, spheres: int) -> B
 
 
 def _covered(cut: list[_Cut], excess: float, spheres: int) -> Balls | None:
-    """Choose balls for cells; None if there are more than so many."""
+    """Choose balls for cells; None if there are more than `spheres`."""
     cells, centers = joined_cells([part for part, _ in cut]), joined_centers([part for _, part in cut])
     center, depth = centers.candidates(excess)
     kept = np.flatnonzero(depth > -excess)
@@ -267,7 +267,7 @@ def _covered(cut: list[_Cut], excess: float, spheres: int) -> Balls | None:
 
 
 def _tight(cells: Cells, choice: Choice, chosen: list[int], center: Array, radii: Array) -> Array:
-    """Return the least radii with which every cell is still held, by that of its balls which has most to spare."""
+    """Return the least radii with which every cell is still held, by the ball that has most room left."""
     mine = [choice.held_by(ball) for ball in chosen]
     ball, cell = np.repeat(np.arange(len(chosen)), [len(one) for one in mine]), np.concatenate(mine)
     reach = reach_of(cells, center[ball], cell)

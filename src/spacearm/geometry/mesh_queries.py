@@ -1,8 +1,8 @@
 """Where points are against a mesh: how far from its surface, and whether inside.
 
-Distances are Coal's, except for triangles without area, which are segments or points. What is inside is told by the triangles
-on a line through each point, all points at once. Meshes come double-sided, mirrored, with parts that overlap and with holes; so
-a point is inside by winding or by parity of any closed part, or where the surface shuts it off from outside.
+Distances are Coal's, except for triangles without area, which are segments or points. What is inside follows from the
+triangles on a line through each point, for all points at once. Meshes come double-sided, mirrored, with parts that overlap and
+with holes. So a point is inside by winding or by parity of any closed part, or where the surface shuts it off from outside.
 
 `trimesh.Trimesh.contains` was measured in its place and is not used:
 
@@ -155,7 +155,7 @@ class Inside:
             vertices: each place once.
             faces: indices of vertices.
             part: (n,) the number of each face's part; None for one part.
-            oriented: of each part, whether neighbouring faces agree on which side is out; else only parity tells.
+            oriented: of each part, whether neighbouring faces agree on which side is out; else parity alone decides.
         """
         self._vertices, self._faces = vertices, faces
         self._part = np.zeros(len(faces), dtype=np.intp) if part is None else part
@@ -226,10 +226,10 @@ class Within:
     def __init__(
         self, parts: Sequence[Inside], vertices: Array, faces: NDArray[np.intp], *, look_behind: bool, crossed: bool = False
     ) -> None:
-        """Take what tells the inside of closed parts, and the mesh they are of.
+        """Take the tests for the inside of closed parts, and the mesh that they belong to.
 
         Args:
-            parts: what tells the inside of closed parts.
+            parts: a test for the inside of each layer of closed parts.
             vertices: (k, 3) [m].
             faces: (n, 3) all of the mesh.
             look_behind: whether there are faces in no closed part, or edges with more than two faces, so that the parts
@@ -270,8 +270,8 @@ class ShutOff:
     """Tells which points cannot be reached from outside without passing a face or a narrow gap.
 
     A cube of the grid that no face touches is outside if such cubes connect it to the outside, else shut off. A point in
-    another cube looks along three lines up to the next faces, and has the state of the cubes there. Points whose state
-    cannot be told, such as those between two faces that nearly touch, are taken for shut off.
+    another cube looks along three lines up to the next faces, and has the state of the cubes there. Points of unknown
+    state, such as those between two faces that nearly touch, are taken for shut off.
 
     Attributes:
         pitch: edge of a cube [m]; through a gap of about two cubes nothing is reached.

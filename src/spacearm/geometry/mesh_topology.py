@@ -29,14 +29,14 @@ class Surfaces:
     Attributes:
         vertices: (k, 3), each place once [m].
         faces: (n, 3) indices of vertices; none is there twice.
-        kept: (n,) which of the given triangles each face is; -1 for one that closes a hole.
+        source: (n,) which of the given triangles each face is; -1 for one that closes a hole.
         odd: (n,) whether a face is there an odd number of times.
         edge: (n, 3) the number of each face's edges.
     """
 
     vertices: Array
     faces: NDArray[np.intp]
-    kept: Indices
+    source: Indices
     odd: NDArray[np.bool_]
     edge: Indices
 
@@ -47,9 +47,9 @@ class Solid:
 
     Attributes:
         triangles: (n, 3, 3) its surface: each of its triangles once, and what closes its holes [m].
-        inside: what tells the inside; None if nothing is.
+        inside: the test for the inside; None if nothing is inside.
         notes: what was found and assumed.
-        slack: how far the surface may be off what the inside is told by [m]: corners that nearly are one are one there.
+        slack: how far the surface may be from that of the test [m], in which corners that are nearly one are one.
     """
 
     triangles: Array
@@ -80,7 +80,7 @@ def solid_of(triangles: Array, *, fuzz: float = 0.0) -> Solid:
     if (~found.odd).any():
         notes.append("faces that are there twice count once")
     testers, open_faces = _layers(found)
-    surface = np.concatenate([given, found.vertices[found.faces[found.kept < 0]]])
+    surface = np.concatenate([given, found.vertices[found.faces[found.source < 0]]])
     crossed = bool((np.bincount(found.edge.reshape(-1)) > 2).any())
     look = crossed or bool(open_faces.any())
     within = Within(testers, found.vertices, found.faces, look_behind=look, crossed=crossed)
@@ -94,7 +94,7 @@ def solid_of(triangles: Array, *, fuzz: float = 0.0) -> Solid:
 
 
 def wound_solid(triangles: Array) -> Solid | str:
-    """Find what a mesh winds around, so that cavities which are turned inward stay free; a reason if that cannot be told."""
+    """Find what a mesh winds around, so that cavities which are turned inward stay free; the reason if that cannot be found."""
     found = surfaces_of(triangles)
     if not len(found.faces):
         return "all its faces are flat"
@@ -118,19 +118,19 @@ def surfaces_of(triangles: Array, *, near: float = 0.0) -> Surfaces:
     key = np.sort(corners[which], axis=1)
     _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
     order = np.argsort(first)
-    kept = which[first[order]]
-    return _numbered(vertices, corners[kept], kept, count[order] % 2 == 1)
+    source = which[first[order]]
+    return _numbered(vertices, corners[source], source, count[order] % 2 == 1)
 
 
 def _once(triangles: Array, found: Surfaces) -> Array:
     """Leave out the triangles that are there already, corner by corner the same; segments and points stay."""
-    return np.concatenate([triangles[found.kept], triangles[_flat(triangles)]])
+    return np.concatenate([triangles[found.source], triangles[_flat(triangles)]])
 
 
-def _numbered(vertices: Array, faces: NDArray[np.intp], kept: Indices, odd: NDArray[np.bool_]) -> Surfaces:
+def _numbered(vertices: Array, faces: NDArray[np.intp], source: Indices, odd: NDArray[np.bool_]) -> Surfaces:
     ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     _, edge = np.unique(ends.min(axis=1) * len(vertices) + ends.max(axis=1), return_inverse=True)
-    return Surfaces(vertices, faces, kept, odd, edge.reshape(-1, 3))
+    return Surfaces(vertices, faces, source, odd, edge.reshape(-1, 3))
 
 
 def _flat(triangles: Array) -> NDArray[np.bool_]:
@@ -149,9 +149,9 @@ def _closed_where_small(found: Surfaces) -> tuple[Surfaces, str | None]:
     if not len(patches.faces):
         return found, None
     faces = np.concatenate([found.faces, patches.faces])
-    kept = np.concatenate([found.kept, np.full(len(patches.faces), -1)])
+    source = np.concatenate([found.source, np.full(len(patches.faces), -1)])
     odd = np.concatenate([found.odd, np.ones(len(patches.faces), dtype=bool)])
-    new = _numbered(patches.vertices, faces, kept, odd)
+    new = _numbered(patches.vertices, faces, source, odd)
     if widest <= 2 * _NEAR * float(np.ptp(found.vertices, axis=0).max()):
         return new, None  # cracks of rounding, where edges meet the middle of others
     plural = "s" if patches.holes > 1 else ""
@@ -159,9 +159,9 @@ def _closed_where_small(found: Surfaces) -> tuple[Surfaces, str | None]:
 
 
 def _layers(found: Surfaces) -> tuple[list[Inside], NDArray[np.bool_]]:
-    """Return what tells the inside of closed parts, and which faces (n,) are in none.
+    """Return tests for the inside of closed parts, and which faces (n,) are in none.
 
-    The faces are looked at twice: each once, and without those that are there an even number of times. The first tells a
+    The faces are looked at twice: each once, and without those that are there an even number of times. The first finds a
     double-sided part, the second two parts that have a wall in common.
     """
     testers: list[Inside] = []

@@ -50,7 +50,7 @@ class Mesh:
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     """Read a mesh file: STL, OBJ, PLY, OFF, DAE, GLB, and what else trimesh reads.
 
-    What a file is is told by its content where that is clear, else by its name's ending, in capitals or not.
+    The format follows from the content where that is clear, else from the ending of the name, in any case.
 
     Raises:
         ValueError: it holds no mesh that can be used; the message says why, in a few words.

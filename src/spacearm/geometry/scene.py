@@ -45,7 +45,7 @@ class Scene(Frozen):
 
     obstacles: tuple[Obstacle, ...] = ()
 
-    if TYPE_CHECKING:  # what is taken is wider than what is kept
+    if TYPE_CHECKING:  # the constructor takes more types than the fields have
 
         def __init__(self, obstacles: Iterable[Obstacle] = ()) -> None: ...
 

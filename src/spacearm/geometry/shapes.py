@@ -34,7 +34,7 @@ class Sphere(Frozen):
     _: KW_ONLY
     name: str = ""
 
-    if TYPE_CHECKING:  # what is taken is wider than what is kept
+    if TYPE_CHECKING:  # the constructor takes more types than the fields have
 
         def __init__(self, center: ArrayLike, radius: float, *, name: str = "") -> None: ...
 

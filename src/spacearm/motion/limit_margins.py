@@ -38,7 +38,7 @@ class LimitMargins:
         position: (n,) least distance to a position limit [rad or m]; negative where it may be broken.
         velocity: (n,) greatest |dq| as a share of the limit; at most 1 if kept.
         acceleration: (n,) greatest |ddq| as a share of the limit; infinite where dq jumps.
-        jerk: (n,) greatest |dddq| as a share of the limit, infinite where ddq jumps; None where no limit was asked for.
+        jerk: (n,) greatest |dddq| as a share of the limit, infinite where ddq jumps; None without a jerk limit.
     """
 
     position: Array

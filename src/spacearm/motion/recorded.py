@@ -32,7 +32,7 @@ _SAME = 1e-9  # of a transform, a multiplier or an offset, relative to its size:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedTrajectory(OnABase):
-    """Joint positions over time from elsewhere. It may break limits: `limits` tells.
+    """Joint positions over time from elsewhere. It may break limits; `limits` says by how much.
 
     Attributes:
         robot: whose joints move.
@@ -239,7 +239,7 @@ def for_robot(trajectory: AnyTrajectory, robot: Robot, *, same_joints: bool = Tr
 
 
 def in_order(own: tuple[str, ...], wanted: tuple[str, ...], *, who: str) -> list[int]:
-    """Return where each of a robot's joints is among the names that somebody gives them.
+    """Return where each of a robot's joints is among the given names.
 
     Args:
         own: the names given, in the order of the numbers.

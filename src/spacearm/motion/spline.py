@@ -44,7 +44,7 @@ class Motion(Frozen):
 
     control_points: Array
 
-    if TYPE_CHECKING:  # what is taken is wider than what is kept
+    if TYPE_CHECKING:  # the constructor takes more types than the fields have
 
         def __init__(self, control_points: ArrayLike) -> None: ...
 
@@ -102,7 +102,7 @@ class Motion(Frozen):
         return rows.reshape(*at.shape, self.dof)
 
     def length(self, samples: int = 513) -> float:
-        """Return the joint path length, the integral of |dq/ds| [rad or m], by the trapezoidal rule over so many samples."""
+        """Return the joint path length, the integral of |dq/ds| [rad or m], by the trapezoidal rule."""
         as_whole("samples", samples, ProblemError, at_least=2, at_most=1_000_000)
         speed = np.linalg.norm(self.sample(np.linspace(0.0, 1.0, samples), 1), axis=1)
         return float((speed.sum() - (speed[0] + speed[-1]) / 2) / (samples - 1))

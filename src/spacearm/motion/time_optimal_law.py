@@ -219,7 +219,7 @@ def _solved(motion: Motion, limits: list[Array], gridpoints: int) -> tuple[Array
 
 
 def _towards_ends(count: int) -> Array:
-    """Return 0 to 1 in so many steps, finer towards both ends: even in time under constant acceleration."""
+    """Return `count` + 1 places from 0 to 1, finer towards both ends: equal times under constant acceleration."""
     return (1 - sines(np.pi * np.arange(count + 1) / count)[1]) / 2
 
 

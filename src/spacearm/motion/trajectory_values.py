@@ -73,7 +73,7 @@ def trajectory_as_dict(trajectory: AnyTrajectory) -> dict[str, Any]:
 
     Keys: `joints`, the names that the n columns go by; `control_points` (K + 2, n), `duration_s`, `time_law` (null: uniform;
     else `breaks` and `coefficients`) and `notes` of a motion; `breaks` [s], `coefficients` (Bernstein's, piece by piece) and
-    `notes` of one that somebody else made. Those of the base are there only if it is not fixed at the origin: `base`,
+    `notes` of a recorded one. Those of the base are there only if it is not fixed at the origin: `base`,
     `base_start` T_w_b (4, 4), and `momentum`.
     """
     notes, joints = list(trajectory.notes), list(trajectory.robot.dof_names)
@@ -108,7 +108,7 @@ def trajectory_from_dict(robot: Robot, values: Any, *, within_limits: bool = Tru
     Args:
         robot: whose joints move.
         values: as `trajectory_as_dict` gives them. Columns of joints in another order than the robot's are put into its own,
-            which a note tells; without `joints`, as in older files, they are taken to be in the robot's.
+            which a note says; without `joints`, as in older files, they are taken to be in the robot's.
         within_limits: refuse a motion that breaks the robot's limits; otherwise it comes back as a recorded trajectory, to be
             judged.
 

@@ -279,7 +279,7 @@ def choose_base(tree: LinkTree, choice: Literal["fixed", "floating"] | None, srd
         srdf: the SRDF, if there is one.
     """
     base, notes = tree.base, []
-    for joint in _of_the_root(tree, srdf):
+    for joint in _root_virtual_joints(tree, srdf):
         if joint.kind == "fixed":
             base = "fixed"
         elif choice is None and base == "fixed":
@@ -352,7 +352,7 @@ def _rigid_with(link: str, tree: LinkTree) -> set[str]:
     return found
 
 
-def _of_the_root(tree: LinkTree, srdf: Srdf | None) -> tuple[VirtualJoint, ...]:
+def _root_virtual_joints(tree: LinkTree, srdf: Srdf | None) -> tuple[VirtualJoint, ...]:
     return () if srdf is None else tuple(joint for joint in srdf.virtual_joints if joint.child == _root(tree))
 
 

@@ -182,7 +182,7 @@ def joint_limits(
         if idle:
             notes.append(f"{what} names joints that do not move: {', '.join(sorted(idle))}")
     if velocity_limit is not None:
-        notes.append(f"velocity limits were set to at most {_said(velocity_limit, leaders)}")
+        notes.append(f"velocity limits were set to at most {_ceiling_text(velocity_limit, leaders)}")
     return np.array([low, high, speed, push]), notes
 
 
@@ -290,14 +290,14 @@ def _notes_on_none(moving: list[LinkJoint], leads: dict[str, Mimic], leaders: li
 def _notes_on_acceleration(leaders: list[str], push: Array, stated: Array, given: Any) -> list[str]:
     notes = []
     if given is not None and (push < stated).any():
-        notes.append(f"acceleration limits were set to at most {_said(given, leaders)}")
+        notes.append(f"acceleration limits were set to at most {_ceiling_text(given, leaders)}")
     unstated = [name for i, name in enumerate(leaders) if not np.isfinite(push[i])]
     if unstated:
         notes.append(f"no acceleration limit is stated for {', '.join(unstated)}: full speed in one second is assumed")
     return notes
 
 
-def _said(ceiling: Any, leaders: list[str]) -> str:
+def _ceiling_text(ceiling: Any, leaders: list[str]) -> str:
     if isinstance(ceiling, np.ndarray):
         ceiling = dict(zip(leaders, ceiling.tolist(), strict=True))
     return ", ".join(f"{v:g} ({k})" for k, v in ceiling.items()) if isinstance(ceiling, Mapping) else f"{ceiling:g}"

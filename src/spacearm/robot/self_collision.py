@@ -110,7 +110,7 @@ class SelfPairs:
             + (f" (not in the search: {others})" if others else "")
         ]
         always = [(pair.links, f"{pair.met:.0%}") for pair in self.found if pair.reason == "always"]
-        notes += _told_of_pairs(
+        notes += _notes_on_pairs(
             always,
             one="the envelopes of {} meet in {} of all configurations: that pair is not checked",
             several=f"the envelopes of {{}} pairs of links meet in {ALWAYS:.0%} or more of all configurations: they are not "
@@ -119,7 +119,7 @@ class SelfPairs:
         near = [(pair.links, f"{pair.met:.1%}") for pair in self.found if pair.reason == "adjacent" and 0 < pair.met < ALWAYS]
         return (
             *notes,
-            *_told_of_pairs(
+            *_notes_on_pairs(
                 near,
                 one="{} are neighbours and their envelopes meet in {} of all configurations: that pair is not checked, the "
                 "joint's limits must keep them apart",
@@ -192,12 +192,12 @@ def with_allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool], *, b
         unchecked.append(always_meets(robot, links))
         always.append((links, ""))
     notes = [f"self-collision by {by}: {_pairs_of_links(len(pairs))} must keep clear"]
-    notes += _told_of_pairs(
+    notes += _notes_on_pairs(
         stuck,
         one="the envelopes of {} meet and no joint moves them apart: that pair is not checked",
         several="the envelopes of {} pairs of links meet and no joint moves them apart: they are not checked",
     )
-    notes += _told_of_pairs(
+    notes += _notes_on_pairs(
         always,
         one=f"the envelopes of {{}} meet in every configuration, and {by} does not allow them to: that pair is not checked",
         several=f"the envelopes of {{}} pairs of links meet in every configuration, and {by} does not allow them to: they are "
@@ -206,7 +206,7 @@ def with_allowed_pairs(robot: Robot, may_touch: Callable[[str, str], bool], *, b
     return replace(robot, self_pairs=tuple(pairs), apart=None, unchecked=tuple(unchecked), notes=(*robot.notes, *notes))
 
 
-def _told_of_pairs(found: list[tuple[tuple[str, str], str]], *, one: str, several: str) -> list[str]:
+def _notes_on_pairs(found: list[tuple[tuple[str, str], str]], *, one: str, several: str) -> list[str]:
     """Return one note on all pairs of a kind, each with its share of the samples or ""; `unchecked` of the robot has all."""
     if len(found) < 2:
         return [one.format(called(links), share) for links, share in found]

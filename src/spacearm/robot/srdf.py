@@ -234,7 +234,7 @@ def require_same_robot(srdf: Srdf, tree: LinkTree) -> None:
         RobotError: it does.
     """
     named = [link for group in srdf.groups for link in (*group.links, *(end for chain in group.chains for end in chain))]
-    named += sorted(_of_pairs(srdf))
+    named += sorted(_links_of_pairs(srdf))
     if named and set(named).isdisjoint(tree.links):
         raise RobotError(
             f"{srdf.source} names no link of robot '{tree.name}', which has no '{named[0]}'; {nearest(named[0], tree.links)}; "
@@ -246,14 +246,14 @@ def what_does_not_fit(srdf: Srdf, tree: LinkTree) -> tuple[str, ...]:
     """Say in notes what an SRDF tells about links and joints that the robot does not have."""
     links, joints = set(tree.links), {joint.name for joint in tree.joints}
     joints |= {joint.name for joint in srdf.virtual_joints}
-    unknown = _of_pairs(srdf) | {link for link, _ in srdf.spheres} | set(srdf.mounts)
+    unknown = _links_of_pairs(srdf) | {link for link, _ in srdf.spheres} | set(srdf.mounts)
     notes = list(_ignored("link", unknown - links, tree.links))
     stated = {name for state in srdf.states for name, _ in state.values} | set(srdf.passive_joints)
     notes += _ignored("joint", stated - joints, [joint.name for joint in tree.joints])
     return tuple(notes)
 
 
-def _of_pairs(srdf: Srdf) -> set[str]:
+def _links_of_pairs(srdf: Srdf) -> set[str]:
     return {link for both in srdf.disabled | srdf.enabled for link in both} | set(srdf.silent_links)
 
 
