@@ -5,7 +5,7 @@ import signal
 import sys
 from pathlib import Path
 
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -19,6 +19,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 # No test is timed: the first one to import Pinocchio or yourdfpy would fail for being first. Other inputs are drawn each time,
 # so that many runs see what a long one would; pytest --hypothesis-profile=thorough draws ten times as many at once.
-settings.register_profile("spacearm", deadline=None, max_examples=25)
-settings.register_profile("thorough", deadline=None, max_examples=400)
+UNHURRIED: list[HealthCheck] = [HealthCheck.too_slow]  # a busy machine draws slowly
+settings.register_profile("spacearm", deadline=None, max_examples=25, suppress_health_check=UNHURRIED)
+settings.register_profile("thorough", deadline=None, max_examples=250, suppress_health_check=UNHURRIED)
 settings.load_profile("spacearm")

@@ -209,7 +209,7 @@ def test_the_greatest_norm_of_a_polynomial_is_bounded_closely(seed: int, count: 
 
 def test_a_path_that_cannot_be_followed_is_said_to_be_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """The arm goes to and fro a thousand turns in a piece: no number of panels that there may be will do."""
-    monkeypatch.setattr("spacearm.proof.base_attitude._MOST", 20_000)
+    monkeypatch.setattr("spacearm.proof.base_attitude._MOST_EVALUATIONS", 20_000)
     found = attitude_of(lander(), PiecewisePath([0, 1], [np.outer((-1.0) ** np.arange(40), [1e5, 1e5])]))
     assert found.error > LOST
 

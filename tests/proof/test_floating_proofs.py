@@ -351,7 +351,7 @@ class Limited(NamedTuple):
 
 
 def test_a_base_that_cannot_be_followed_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("spacearm.proof.base_attitude._MOST", 20_000)  # no number would do
+    monkeypatch.setattr("spacearm.proof.base_attitude._MOST_EVALUATIONS", 20_000)  # no number would do
     wild = PiecewisePath([0, 1], [np.outer((-1.0) ** np.arange(40), [1e5, 1e5])])
     certificate = certify(Adrift(lander(), Scene([Sphere((0, 9, 0), 0.1)])), RecordedTrajectory(lander(), wild), limits=())
     assert certificate.status == "undecided"
