@@ -8,6 +8,8 @@ namespace SPACEARM_NAMESPACE {
 
 inline constexpr int most_interior = 32;  // control points
 
+// A user sets `swarm` and `interior`. The other numbers are constants of the search. They were chosen on
+// MotionBenchMaker's Panda problems; benchmarks/search_parts.py measures what each part of the search is worth.
 struct motion_search_settings {
     swarm_settings swarm;  // evaluations: of one turn
     rrt_connect_settings trees;
