@@ -10,6 +10,10 @@ import importlib
 from pathlib import Path
 from typing import Any
 
+from spacearm.core.moved import find_moved_modules as _find_moved_modules
+
+_find_moved_modules()
+
 _STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
 _MODULES = {name.name: str(node.module) for node in _STUB.body if isinstance(node, ast.ImportFrom) for name in node.names}
 

@@ -1,5 +1,8 @@
 """Motions and trajectories: splines through joint space, and how fast they may be run."""
 
+from typing import TYPE_CHECKING
+
+from spacearm.core.moved import moved_name as _moved_name
 from spacearm.motion.limit_margins import LimitMargins, fastest_duration, fastest_durations, limit_margins
 from spacearm.motion.piecewise import Curve, PiecewisePath
 from spacearm.motion.recorded import AnyTrajectory, RecordedTrajectory
@@ -27,3 +30,9 @@ __all__ = [
     "resampled",
     "time_optimal",
 ]
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        """Return what is in another room now."""
+        return _moved_name(__name__, name)

@@ -1,5 +1,8 @@
 """Planning: problems, goals, the search, and what it found."""
 
+from typing import TYPE_CHECKING
+
+from spacearm.core.moved import moved_name as _moved_name
 from spacearm.planner.clearance import clearance, clearances
 from spacearm.planner.goals import (
     ConfigurationGoal,
@@ -41,3 +44,9 @@ __all__ = [
     "plan",
     "report_base",
 ]
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        """Return what is in another room now."""
+        return _moved_name(__name__, name)
