@@ -1,6 +1,6 @@
 """spacearm: the public names, and where each is defined; `__init__.py` loads them from there when they are first used."""
 
-from spacearm.core.errors import SpacearmError as SpacearmError
+from spacearm.errors import SpacearmError as SpacearmError
 from spacearm.core.native import KernelInfo as KernelInfo
 from spacearm.core.native import kernel_info as kernel_info
 from spacearm.doctor import Diagnosis as Diagnosis

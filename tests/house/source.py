@@ -25,6 +25,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("doctor",),
     ("robot",),
     ("geometry",),
+    ("errors",),
     ("core",),
     ("_kernel",),
 )

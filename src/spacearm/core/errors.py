@@ -57,6 +57,10 @@ class KernelError(SpacearmError):
     """The compiled kernel is missing, or was handed what it does not take."""
 
 
+for _error in (SpacearmError, *SpacearmError.__subclasses__()):
+    _error.__module__ = "spacearm.errors"  # the public place; a traceback names it
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Tell what a mistyped name may have meant: ``did you mean 'x'? known: x, y``.
 

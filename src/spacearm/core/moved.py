@@ -26,7 +26,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
     "scene": ("geometry",),
     "show": ("show",),
     "swarm": ("swarm", "core"),
-    **dict.fromkeys(("checks", "errors", "interrupts", "output", "reading", "records", "settings"), ("core",)),
+    **dict.fromkeys(("checks", "interrupts", "output", "reading", "records", "settings"), ("core",)),
     **dict.fromkeys(("strict_model", "version"), ("core",)),
     "meshes": ("geometry",),
 }
