@@ -57,7 +57,7 @@ class Row:
 
 @dataclass(frozen=True, kw_only=True)
 class Measure:
-    """A setting, by name, to be run on an instance, so many times with a seed; `best_known` is the instance's value."""
+    """A setting, by name, to be run on an instance, a number of times with a seed; `best_known` is the instance's value."""
 
     settings: str
     instance: Instance

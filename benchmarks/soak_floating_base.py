@@ -1,7 +1,7 @@
 """A long search for a certificate of a floating base that is wrong, by a checker that shares nothing with the proof.
 
 A case is a motion, which is certified among `--scenes` obstacles, one after the other. What is drawn is in
-tests/reliability/floating_cases.py, the checker in tests/reliability/floating_checker.py.
+tests/support/floating_cases.py, the checker in tests/support/floating_checker.py.
 
     python benchmarks/soak_floating_base.py --count 100000 --jobs 2
     python benchmarks/soak_floating_base.py --count 5000 --scenes 20   # quicker: 20 obstacles a motion

@@ -1,4 +1,4 @@
-"""Other people's trajectories: read as they were meant or refused in a sentence, judged for every instant."""
+"""Trajectories of other programs: read as they were meant or refused in a sentence, judged for every instant."""
 
 from __future__ import annotations
 

@@ -22,6 +22,7 @@ OWN_WORDS = {
     "probe": "RRT-Connect",
     "the seed's": "the paper's, or: of the random seed",
     "other people's": "the names of the libraries",
+    "so many": "a number of",
 }
 """Words that only their writer understands, and what the field says instead."""
 

@@ -1,4 +1,4 @@
-"""A search lets go: of Python's lock, on Ctrl-C, when its caller says so; and nothing that it is given ends the process."""
+"""A search releases Python's lock, and stops on Ctrl-C or when its caller says so; no input ends the process."""
 
 from __future__ import annotations
 

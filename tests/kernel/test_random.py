@@ -123,6 +123,6 @@ def test_every_bit_is_as_often_set_as_not(build: Build) -> None:
 
 
 def test_float_and_double_see_the_same_words() -> None:
-    """A search in float follows the same dice as one in double."""
+    """A search in float follows the same random sequence as one in double."""
     double, single = (sample(Build("generic", bits), 64, seed=2) for bits in (64, 32))
     np.testing.assert_array_equal(np.floor(double * 2.0**24), single.astype(np.float64) * 2.0**24)

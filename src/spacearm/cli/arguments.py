@@ -151,7 +151,7 @@ def _or_none(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
 
 
 def _several(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
-    """Several values of a kind: so many, or one or more, where tyro would take none at all."""
+    """Several values of a kind: a fixed number, or one or more, where tyro would take none at all."""
     forms = typing.get_args(info.type)
     if info.type_origin is not tuple or len(set(forms) - {Ellipsis}) != 1:
         return None

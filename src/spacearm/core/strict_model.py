@@ -25,7 +25,7 @@ def wrong_form(words: str) -> PydanticCustomError:
 
 
 def a_list_of(count: int) -> Callable[[Any], Any]:
-    """Return a validator that refuses what is no list of so many entries."""
+    """Return a validator that refuses what is no list of this number of entries."""
 
     def checked(given: Any) -> Any:
         if not isinstance(given, (list, tuple)) or len(given) != count:

@@ -36,7 +36,7 @@ _ROUNDING = 1e-3  # share of the largest moment by which files round
 _OUTSIDE = 0.5  # of the shape's box: so far beyond it a centre of mass may lie
 _TILTED = 0.05  # products of inertia below this share of the largest moment have no sign to speak of
 _OPPOSITE = -0.8  # cosine between the products stated and those of the shape
-_ALIKE = 3  # so many links with the same numbers, but of different sizes, are placeholders
+_ALIKE = 3  # links: with the same numbers in this many links of different sizes, the numbers are placeholders
 
 _DIAGONAL = ("ixx", "iyy", "izz")
 _PRODUCTS = ("ixy", "ixz", "iyz")

@@ -484,7 +484,7 @@ def save_trajectory(
     Args:
         trajectory: to be written.
         path: of the file, a new one.
-        samples: so many rows at equal steps, which may be too few to keep the limits; None: about 200 or as many as it takes,
+        samples: number of rows at equal steps, which may be too few to keep the limits; None: about 200 or as many as it takes,
             at equal steps if the trajectory's pieces are equal.
         jerk_limit: to be kept by what is read, too.
         overwrite: replace a file that is there.

@@ -59,7 +59,7 @@ _SILENT = 1e-8  # slower by this share is the last digits
 _MOST_ROWS = 0.01  # slower by a larger share would be another motion
 _POSITION = 1e-12  # [rad or m] beyond a limit is rounding, to the proof too
 _AGAIN = 4  # times that the slowing is worked out, for it changes what is read
-_GRIDS = ((1, 2), (2, 4), (0.5, 1), (4, 8), (0.1, 1))  # rows as a multiple of those asked for, and at least so many a piece
+_GRIDS = ((1, 2), (2, 4), (0.5, 1), (4, 8), (0.1, 1))  # rows as a multiple of those asked for, and the least number a piece
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -150,7 +150,7 @@ def _prepared(problem: HasScene) -> ClearanceModel:
     return ClearanceModel(here.robot, here.scene)
 
 
-# ---- The margin that a search can ask for between its ends -----------------------------------------------------------
+# ---- Margins that a search can ask for between its ends --------------------------------------------------------------
 
 
 def _none() -> NDArray[np.int32]:

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 FAR = 1e3
 """[rad or m] A joint limit so far from the start is as good as none: the box of a search ends nearer."""
 LEVER = 0.2
-"""[m] An error of 1 rad weighs as much as one of so many metres."""
+"""[m] An error of 1 rad weighs as much as an error of this length."""
 _LEAST_CLEARANCE = 1e-6  # [m] what only just does not touch leaves no room to prove a motion
 _SWARMS = 4  # around each goal configuration that is in collision
 _DISTINCT = 0.2  # [rad or m] goal configurations closer than this, in every joint, count as one
@@ -209,7 +209,7 @@ def _beside(tolerance: float | Array, rows: Array, search: _Search, counts: _Cou
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Stage:
-    """How hard to look: so many swarms for each goal candidate asked for, their size, and how near the goal they must come.
+    """How hard to look: swarms for each goal candidate asked for, their size, and how near the goal they must come.
 
     Small swarms that come only near it do: what counts is that they come near it from everywhere, free of collision.
     """
@@ -368,7 +368,7 @@ def _distinct(q: Array, start: Array, most: int) -> NDArray[np.intp]:
         radius *= _WIDER
 
 
-# ---- How far configurations are from a goal in space, and the way from near it onto it --------------------------------
+# ---- The distance of configurations from a goal in space, and damped least squares onto it ---------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

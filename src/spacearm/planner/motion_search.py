@@ -289,7 +289,7 @@ def search_bounds(problem: Problem) -> tuple[Array, Array]:
 
 
 def _started(work: Callable[[], None], count: int) -> list[threading.Thread]:
-    """Start so many threads, or as many as the system starts."""
+    """Start this number of threads, or as many as the system starts."""
     out: list[threading.Thread] = []
     for _ in range(count):
         thread = threading.Thread(target=work, daemon=True)
@@ -357,7 +357,7 @@ def _attitude_goal(problem: Problem, finest: float) -> native.AttitudeGoal | Non
     return native.AttitudeGoal(wxyz=np.array([1.0, 0.0, 0.0, 0.0]), tolerance=within, anywhere_within=True)
 
 
-# ---- A swarm of motions by ask and tell, for objectives and penalties of one's own ------------------------------------
+# ---- A swarm of motions by ask and tell, for the caller's own objectives and penalties -------------------------------
 
 _MOST_INTERIOR = 32  # control points that the kernel takes
 _FURTHEST = 1e6  # [rad or m] of a control point: float32 has no digits behind the point there

@@ -70,7 +70,7 @@ def pareto_front(
     rng: Rng = None,
     progress: Callable[[int, int, str], object] | None = None,
 ) -> ParetoFront:
-    """Plan so many times between the quickest motion and the one that disturbs its base least.
+    """Plan a number of times between the quickest motion and the one that disturbs its base least.
 
     Args:
         problem: whose base floats; its own limits hold too.

@@ -394,7 +394,7 @@ def _uniform(problem: Problem, motion: Motion, duration: float | None = None, *,
     )
 
 
-# ---- What the plan says of the search ---------------------------------------------------------------------------------
+# ---- Fitness and advice of the plan ----------------------------------------------------------------------------------
 
 
 def _fitness(trajectory: Trajectory, islands: Islands, weights: Weights) -> dict[str, float]:

@@ -477,7 +477,7 @@ class BaseAttitude:
         return turned / np.linalg.norm(turned, axis=1)[:, None]
 
 
-# ---- panels in place of others ---------------------------------------------------------------------------------------
+# ---- Panels replaced by their halves ---------------------------------------------------------------------------------
 
 
 def _some_path(path: PanelPath, which: NDArray[np.bool_]) -> PanelPath:
@@ -499,7 +499,7 @@ def _joined(old: _Cut, halves: _Cut, halved: NDArray[np.bool_]) -> _Cut:
     return _Cut(PanelPath(*_merged(old.path, halves.path, halved)), Growth(*_merged(old.growth, halves.growth, halved)))
 
 
-# ---- Gauss points ------------------------------------------------------------------------------------------------------
+# ---- Gauss points ----------------------------------------------------------------------------------------------------
 
 
 class _Gauss(NamedTuple):

@@ -44,7 +44,7 @@ _SLACK = 1e-9  # times a limit of the base: an excess up to this is rounding
 _MODELS_REMEMBERED = 4  # attitudes and paths over time that are remembered, for a trajectory that is proven again
 _MOST_REMEMBERED = 5_000  # evaluations: a longer integration is not remembered, for its memory
 
-# ---- How the base is held --------------------------------------------------------------------------------------------
+# ---- Base setup ------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -132,7 +132,7 @@ def require_same(problem: BaseSetup, trajectory: BaseSetup) -> None:
             )
 
 
-# ---- What is found about the base ------------------------------------------------------------------------------------
+# ---- Findings about the base -----------------------------------------------------------------------------------------
 
 
 class HasBaseLimits(Protocol):
@@ -244,7 +244,7 @@ def broken_base_limits(figures: BaseFigures, limits: HasBaseLimits | None) -> tu
     return tuple(out)
 
 
-# ---- The base along a trajectory -------------------------------------------------------------------------------------
+# ---- Base proofs along a trajectory ----------------------------------------------------------------------------------
 
 
 FramesAt = Callable[[Array], Array]

@@ -358,12 +358,12 @@ def problem_digest(robot: Robot, scene: Scene, setup: BaseSetup) -> str:
     The hash of a whole problem, `files.plan_file.problem_hash`, is made of the same values, of start and goal, and of what is
     asked of the base. A base that is fixed at the identity adds nothing.
     """
-    held: dict[str, object] = {}
+    stated: dict[str, object] = {}
     if setup.base != "fixed" or not setup.at_origin:
-        held = {"base": setup.base, "base_start": setup.start.tolist()}
+        stated = {"base": setup.base, "base_start": setup.start.tolist()}
     if setup.drifting:
-        held["momentum"] = [setup.linear.tolist(), setup.angular.tolist()]
-    return digest({**canonical(robot, scene), **held})
+        stated["momentum"] = [setup.linear.tolist(), setup.angular.tolist()]
+    return digest({**canonical(robot, scene), **stated})
 
 
 def trajectory_digest(trajectory: AnyTrajectory) -> str:

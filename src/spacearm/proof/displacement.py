@@ -45,7 +45,7 @@ Frames = Callable[[Array, Array], Array]
 """Takes parameters (r,) of the curve and joint values (r, j); gives T_w_joint (r, j + 1, 4, 4), the last for the base."""
 
 
-# ---- How far the joints get ------------------------------------------------------------------------------------------
+# ---- Bounds of the joints --------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -149,7 +149,7 @@ class PathIntervals:
         return LinearBounds(u=u, half=half[:, 0], q=self._curve.sample(u), rate=rate, deviation=deviation + rounding)
 
 
-# ---- How far the bodies get ------------------------------------------------------------------------------------------
+# ---- Displacement bounds of the bodies -------------------------------------------------------------------------------
 
 
 def _at_rest(*_: Array) -> None:

@@ -223,13 +223,13 @@ class Ellipses:
         shifted = shifted + prismatic * grown * (its * slid + V)
         placed = placed + prismatic * grown * slid
         # The bodies; those of the base are at rest.
-        held = np.concatenate([grown, np.ones_like(grown[..., :1])], axis=-1)[..., self._joint]
+        scale = np.concatenate([grown, np.ones_like(grown[..., :1])], axis=-1)[..., self._joint]
         wide = np.concatenate([own, np.ones_like(own[..., :1])], axis=-1)[..., self._joint]
         fast = np.concatenate([spun, np.zeros_like(spun[..., :1])], axis=-1)[..., self._joint]
-        com = held * np.hypot(self._com_along, wide * self._com_across)
+        com = scale * np.hypot(self._com_along, wide * self._com_across)
         r, dr = com + placed @ self._beyond, com * fast + shifted @ self._beyond  # (p, r, b)
         omega = (grown * turn) @ self._beyond
-        moment = self._moment * (held * wide) ** 2
+        moment = self._moment * (scale * wide) ** 2
         m = self._mass
         inertia = (moment + 4 * m * r**2).sum(axis=-1)
         carried = (moment * omega + m * r * dr).sum(axis=-1) + (r @ m) * (dr @ m) / m.sum()
@@ -318,7 +318,7 @@ def _from_bernstein(degree: int) -> Array:
     return out
 
 
-# ---- How errors of a tumbling base's attitude grow -------------------------------------------------------------------
+# ---- Growth of errors of a tumbling base's attitude ------------------------------------------------------------------
 #
 # An error phi (a rotation vector, inertial axes) satisfies phi' = A phi + the error that is made on the way + terms of
 # second order, with A = J^-1 [L x] dt/dxi and J the inertia in inertial axes. Only the difference between J's moments

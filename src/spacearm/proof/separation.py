@@ -33,7 +33,7 @@ _SHORTEST = 1e-140  # [m] below it the squares of a direction's coordinates unde
 _PROJECTIONS = 4  # alternating projections between a segment and a solid
 _ZOOMS, _ZOOM_POINTS = 2, 9  # how often, and at how many points, it is measured around the closest approach
 
-# ---- Which pairs must be kept apart: links and solids first, then the capsules and balls inside them -----------------
+# ---- Pairs of bodies that must be kept apart -------------------------------------------------------------------------
 
 
 class ObstacleGroup(NamedTuple):
@@ -118,7 +118,7 @@ def _ranges(first: Indices, count: Indices) -> tuple[Indices, Indices]:
     return row, np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + first[row]
 
 
-# ---- How far apart pairs are ------------------------------------------------------------------------------------------
+# ---- Clearance bounds of pairs ---------------------------------------------------------------------------------------
 
 
 class ClearanceBounds(NamedTuple):

@@ -35,7 +35,7 @@ class Segment(NamedTuple):
         return capsule_volume(float(np.linalg.norm(self.b - self.a)), self.radius)
 
 
-_FEW = 160  # points to fit to; of more, the outermost in so many directions come first
+_FEW = 160  # points to fit to; of more points, the outermost ones in this number of directions come first
 _GROWTH = np.concatenate([[0.0], np.geomspace(1e-3, 4.0, 24)])  # by how much of itself the radius may grow
 _ROUGH_GROWTH = np.array([0.0, 0.003, 0.01, 0.03, 0.06, 0.1, 0.2, 0.4, 0.7])
 _ROUNDS = 20  # in which points that were left out and lie outside are taken in
@@ -78,7 +78,7 @@ def capsule_volume(length: float, radius: float) -> float:
 
 
 def union_volume(capsules: Sequence[Segment], count: int) -> float:
-    """Measure the volume of capsules together by so many points, spread evenly over the box around them [m^3]."""
+    """Measure the volume of capsules together by `count` points, spread evenly over the box around them [m^3]."""
     if len(capsules) == 1:
         return capsules[0].volume
     ends = np.array([(capsule.a, capsule.b) for capsule in capsules])
@@ -141,14 +141,14 @@ def smallest_circle(points: Array) -> Array:
 
     The farthest point is taken in and the circle of the few that hold it is drawn anew, until none is outside.
     """
-    held = [points[int(np.argmax(((points - points[0]) ** 2).sum(axis=1)))]]
-    middle, square = held[0], 0.0
+    on_circle = [points[int(np.argmax(((points - points[0]) ** 2).sum(axis=1)))]]
+    middle, square = on_circle[0], 0.0
     for _ in range(100):
         squares = ((points - middle) ** 2).sum(axis=1)
         farthest = int(np.argmax(squares))
         if squares[farthest] <= square * (1 + 1e-12) or not squares[farthest] > square:
             break
-        middle, square, held = _circle_of([*held, points[farthest]])
+        middle, square, on_circle = _circle_of([*on_circle, points[farthest]])
     return middle
 
 
@@ -247,7 +247,7 @@ def _refined(points: Array, best: Segment, axis: Array) -> Segment:
 
 
 def outermost(points: Array, count: int = _FEW) -> Array:
-    """Return those of points (k, 3) that are about the outermost in any of so many directions; all, if there are no more."""
+    """Return the points among (k, 3) that are about the outermost in any of `count` directions; all, if there are no more."""
     if len(points) <= count:
         return points
     thinned = points[:: max(1, len(points) // _ENOUGH)]
@@ -344,7 +344,7 @@ _ROUNDING = 1e-12  # share of the radius, so that the corners are inside
 
 @dataclass(frozen=True, slots=True)
 class _Grid:
-    """Columns along the edge `along`, so many of them across in each of the other directions."""
+    """Columns along the edge `along`, a given number of them across in each of the other directions."""
 
     along: int
     numbers: tuple[int, int, int]

@@ -411,17 +411,17 @@ def _require_unique(what: str, names: list[str]) -> None:
         raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
 
 
-def _require_tree(joints: tuple[Joint, ...], riders: tuple[Frame | LinkCapsule | Body, ...]) -> None:
+def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkCapsule | Body, ...]) -> None:
     for i, joint in enumerate(joints):
         if joint.parent >= i:
             raise RobotError(
                 f"joint '{joint.name}' (index {i}) has parent {joint.parent}, expected -1 or an index below "
                 f"{i}; list parents before children"
             )
-    for rider in riders:
-        if rider.joint >= len(joints):
-            what = {Frame: "frame", LinkCapsule: "capsule", Body: "body"}[type(rider)]
-            raise RobotError(f"{what} '{rider.name}' rides on joint {rider.joint}, expected -1 (base) to {len(joints) - 1}")
+    for part in parts:
+        if part.joint >= len(joints):
+            what = {Frame: "frame", LinkCapsule: "capsule", Body: "body"}[type(part)]
+            raise RobotError(f"{what} '{part.name}' rides on joint {part.joint}, expected -1 (base) to {len(joints) - 1}")
 
 
 def _require_dofs_used(joints: tuple[Joint, ...], names: tuple[str, ...]) -> None:

@@ -57,7 +57,7 @@ def xml_root(content: bytes, *, what: str, root: str, comments: bool = False) ->
 
 
 def xml_document(content: bytes, *, what: str, root: str, comments: bool = False) -> tuple[Any, tuple[Repair, ...]]:
-    """Parse a file; return its root, and what had to be put right in it (`xml_repair`).
+    """Parse a file; return its root, and the repairs that it needed (`Repair`).
 
     The root is an lxml element without a default namespace, and without comments unless wanted. No entities are expanded, and
     a <!DOCTYPE> is dropped.

@@ -41,7 +41,7 @@ MOST_CAPSULES_PER_SHAPE = 100
 """How many that may be at most: the time to find them grows with the square of it."""
 
 OVERSIZED = 20.0
-"""A mesh so many times larger than the whole chain of joints is taken for one in millimetres."""
+"""A mesh that is larger than the whole chain of joints by this factor is taken for one in millimetres."""
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _SHAPES = ("box", "cylinder", "sphere", "mesh")

@@ -304,7 +304,7 @@ def _placed(capsule: LinkCapsule, T: Array) -> Sphere | Capsule:
 
 
 def pose_times(trajectory: AnyTrajectory, count: int) -> Array:
-    """Return so many times (count,) [s] between start and end at which the end effector is equally far along its path."""
+    """Return times (count,) [s] between start and end at which the end effector is equally far along its path."""
     t = np.linspace(0.0, trajectory.duration, 513)
     steps = np.linalg.norm(np.diff(trajectory.tip(t)[:, :3, 3], axis=0), axis=1)
     gone = np.concatenate([[0.0], np.cumsum(steps)])

@@ -97,7 +97,7 @@ def figure_convergence(
 
 
 def iteration_axis(ax: Axes, iterations: int, *, ticks: int) -> None:
-    """Set the x axis to whole iterations, from the first to the last, with about so many ticks."""
+    """Set the x axis to whole iterations, from the first to the last, with about this number of ticks."""
     from matplotlib.ticker import MaxNLocator
 
     ax.set_xlim((0.5, 1.5) if iterations == 1 else (1, iterations))

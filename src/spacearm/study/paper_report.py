@@ -218,6 +218,7 @@ def save_report(
 def _timings(experiment: Experiment) -> dict[str, Any]:
     kernel = kernel_info()
     return {
+        "spacearm-paper-timings": 1,
         "kernel": {"level": kernel.level, "compiler": kernel.compiler},
         "seconds": experiment.seconds,
         "cells": [
@@ -234,7 +235,7 @@ def _timings(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-# ---- figures ----------------------------------------------------------------------------------------------------------
+# ---- figures ---------------------------------------------------------------------------------------------------------
 
 
 def save_figures(experiment: Experiment, folder: Path, *, progress: Callable[[int, int, str], Any] | None = None) -> list[Path]:

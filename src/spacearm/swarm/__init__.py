@@ -1,5 +1,6 @@
 """Particle swarms: PSO, the paper's IPSO and our own, by ask and tell, over Python functions, and inside the kernel."""
 
+from spacearm.core.random_seed import Rng, seed_of
 from spacearm.swarm.ask_tell import Swarm, SwarmHistory, SwarmResult
 from spacearm.swarm.minimizer import minimize, run_trials
 from spacearm.swarm.swarm_settings import IPSO, NAMED_SETTINGS, PSO, FeasibleFirst, Penalty, SwarmSettings, named_settings
@@ -10,6 +11,7 @@ __all__ = [
     "PSO",
     "FeasibleFirst",
     "Penalty",
+    "Rng",
     "Swarm",
     "SwarmHistory",
     "SwarmResult",
@@ -17,4 +19,5 @@ __all__ = [
     "minimize",
     "named_settings",
     "run_trials",
+    "seed_of",
 ]

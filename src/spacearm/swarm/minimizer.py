@@ -60,7 +60,7 @@ def minimize(
         initial: (k, d) positions to begin with, evaluated as they are; the result is never worse than the best of them.
         vectorized: False if f takes one position (d,) and returns one number, or a pair.
         target: stop at a feasible fitness at most this.
-        stall_iterations: stop when the best has not improved for so many iterations.
+        stall_iterations: stop when the best has not improved for this number of iterations.
         max_seconds: stop after this time.
         callback: called after each iteration with the swarm (its `iteration`, `best_x`, `best_fitness`,
             `best_violation`, ...); returning True or raising StopIteration stops.

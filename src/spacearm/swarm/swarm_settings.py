@@ -222,7 +222,9 @@ def _check_common(record: SwarmSettings) -> None:
         raise SettingsError(f"constraints is {shown(record.constraints)}, expected FeasibleFirst(...) or Penalty(weight=...)")
 
 
-# ---- Named settings: the paper's, those between, and ours; what each adds is measured in docs/benchmarks.md ----------
+# ---- Named settings --------------------------------------------------------------------------------------------------
+#
+# They are the paper's settings, ours, and steps between. What each step adds is measured in docs/benchmarks.md.
 #
 # The numbers of the rising penalty are for an objective like the paper's, whose fitness changes by about one per metre
 # of violation. It begins where a violation still pays a little, so that the swarm crosses obstacles, and ends where it

@@ -50,7 +50,7 @@ class Merit(NamedTuple):
     fitness: Any
 
 
-class Dice:
+class RandomSequence:
     """The kernel's random numbers by their meaning, for one seed and trial."""
 
     def __init__(self, build: Build, seed: int, trial: int) -> None:
@@ -81,7 +81,7 @@ class EquationSwarm:
         self.set = {**DEFAULTS, **settings}
         self.lower, self.upper = np.asarray(lower, dtype=self.T), np.asarray(upper, dtype=self.T)
         self.dims, n = len(self.lower), self.set["particles"]
-        self.dice = Dice(build, seed, trial)
+        self.random = RandomSequence(build, seed, trial)
         self.round, self.used, self.failed = 0, 0, 0
         self.x = np.zeros((n, self.dims), dtype=self.T)
         self.v, self.p = self.x.copy(), self.x.copy()
@@ -191,8 +191,8 @@ class EquationSwarm:
     def _start(self) -> None:
         for i in range(self.active):
             for d in range(self.dims):
-                u = self.dice.number(START_POSITION, 0, i, d // 4, d % 4)
-                s = self.dice.number(START_VELOCITY, 0, i, d // 4, d % 4)
+                u = self.random.number(START_POSITION, 0, i, d // 4, d % 4)
+                s = self.random.number(START_VELOCITY, 0, i, d // 4, d % 4)
                 width = self.upper[d] - self.lower[d]
                 self.x[i, d] = min(self.lower[d] + u * width, self.upper[d])
                 self.v[i, d] = (s + s - self.T(1)) * (width * self.T(self.set["start_velocity"]))
@@ -210,12 +210,12 @@ class EquationSwarm:
         for i in flying:
             v, guide = np.empty(self.dims, dtype=T), self._guide(i)
             for d in range(self.dims):
-                r1 = self.dice.number(VELOCITY, self.round, i, d // 2, 2 * (d % 2))
-                r2 = self.dice.number(VELOCITY, self.round, i, d // 2, 2 * (d % 2) + 1)
+                r1 = self.random.number(VELOCITY, self.round, i, d // 2, 2 * (d % 2))
+                r2 = self.random.number(VELOCITY, self.round, i, d // 2, 2 * (d % 2) + 1)
                 x, p, g = self.x[i, d], self.p[i, d], self.p[guide, d]
                 v[d] = w * carried[i, d] + c1 * r1 * (p - x)  # eq. (13)
                 if variant == "symbiotic" and i in self.populations[2]:
-                    r3 = self.dice.number(VELOCITY, self.round, i, MASTERS_BLOCKS + d // 4, d % 4)
+                    r3 = self.random.number(VELOCITY, self.round, i, MASTERS_BLOCKS + d // 4, d % 4)
                     v[d] = v[d] + T(phi * self.set["social"]) * r2 * (g - x)
                     v[d] = v[d] + T((1 - phi) * self.set["cooperation"]) * r3 * (self.p[slave, d] - x)
                 else:
@@ -302,7 +302,7 @@ class Evolution:
         elite = by_merit[: max(min(2, n), int(s.set["elite_share"] * n + 0.5))]
         elite += [s.leader(p) for p in s.populations[:2] if len(p)]
         for i in s.evolving:
-            u = s.dice.sequence(EVOLUTION, s.round, i)
+            u = s.random.sequence(EVOLUTION, s.round, i)
             r = below(u, len(self.M_F), T)
             CR = min(max(self.M_CR[r] + T(0.1) * bell(u, T), T(0)), T(1))
             F = T(0)
@@ -334,7 +334,7 @@ class Evolution:
         if len(self.archive) < self.room():
             self.archive.append(s.p[i].copy())
         else:
-            self.archive[below(s.dice.sequence(ARCHIVE, s.round, i), self.room(), s.T)] = s.p[i].copy()
+            self.archive[below(s.random.sequence(ARCHIVE, s.round, i), self.room(), s.T)] = s.p[i].copy()
 
     def learn(self) -> None:
         if not self.gains:
