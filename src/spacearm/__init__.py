@@ -5,30 +5,37 @@ The public names are listed in `__init__.pyi`, which type checkers read. Each is
 
 from __future__ import annotations
 
-import ast
-import importlib
-from pathlib import Path
-from typing import Any
-
 from spacearm.core.moved import find_moved_modules as _find_moved_modules
 
-_find_moved_modules()
-
-_STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
-_MODULES = {name.name: str(node.module) for node in _STUB.body if isinstance(node, ast.ImportFrom) for name in node.names}
-
-__all__ = sorted(_MODULES)  # pyright: ignore[reportUnsupportedDunderAll]
+_find_moved_modules()  # little else is loaded here: the sooner the command line looks after Ctrl-C
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
+    import importlib
+
     if name == "__version__":
         return importlib.import_module("spacearm.core.version").version()
-    if name not in _MODULES:
+    if name not in ("_MODULES", "__all__") and name.startswith("__"):
         raise AttributeError(f"module 'spacearm' has no attribute {name!r}")
-    value = getattr(importlib.import_module(_MODULES[name]), name)
+    if "_MODULES" not in globals():
+        globals().update(_MODULES=_modules(), __all__=sorted(_modules()))
+    if name in globals():
+        return globals()[name]
+    if name not in globals()["_MODULES"]:
+        raise AttributeError(f"module 'spacearm' has no attribute {name!r}")
+    value = getattr(importlib.import_module(globals()["_MODULES"][name]), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__version__"]
+    return [*sorted(_modules()), "__version__"]
+
+
+def _modules() -> dict[str, str]:
+    """Return the module that defines each public name."""
+    import ast
+    from pathlib import Path
+
+    stub = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    return {name.name: str(node.module) for node in stub.body if isinstance(node, ast.ImportFrom) for name in node.names}

@@ -1,6 +1,5 @@
 """spacearm: the public names, and where each is defined; `__init__.py` loads them from there when they are first used."""
 
-from spacearm.errors import SpacearmError as SpacearmError
 from spacearm.core.native import KernelInfo as KernelInfo
 from spacearm.core.native import kernel_info as kernel_info
 from spacearm.doctor import Diagnosis as Diagnosis
@@ -15,6 +14,7 @@ from spacearm.dynamics import center_of_mass as center_of_mass
 from spacearm.dynamics import hold as hold
 from spacearm.dynamics import momentum_map as momentum_map
 from spacearm.dynamics import system_mass as system_mass
+from spacearm.errors import SpacearmError as SpacearmError
 from spacearm.files import SavedPlan as SavedPlan
 from spacearm.files import load_moveit as load_moveit
 from spacearm.files import load_moveit_scene as load_moveit_scene

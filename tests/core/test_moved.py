@@ -37,3 +37,8 @@ def test_what_never_was_is_not_found(module: str) -> None:
 def test_a_name_that_never_was_is_none_of_an_old_module() -> None:
     with pytest.raises(AttributeError, match="has no attribute 'movving'"):
         importlib.import_module("spacearm.momentum.quick").movving  # noqa: B018
+
+
+def test_the_kernels_former_names_lead_to_the_loader() -> None:
+    with pytest.warns(DeprecationWarning, match=r"is now spacearm\.core\.native\.available_levels"):
+        assert importlib.import_module("spacearm._kernel").available_levels

@@ -31,8 +31,8 @@ FLOORS: tuple[tuple[str, ...], ...] = (
 )
 """Rooms of `src/spacearm`, from the roof down."""
 
-ALLOWED_UPWARD: frozenset[tuple[str, str]] = frozenset()
-"""Exceptions, as (importing room, imported room), each with its reason beside it. There are none."""
+ALLOWED_UPWARD: frozenset[tuple[str, str]] = frozenset([("_kernel", "core")])  # its former names, when they are asked for
+"""Exceptions, as (importing room, imported room), each with its reason beside it."""
 
 HEAVY = frozenset(
     {"coal", "dask", "lxml", "matplotlib", "pinocchio", "pydantic", "rich", "scipy", "toppra", "trimesh", "tyro"}

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 from tyro.conf import arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.results_folder import results_folder
+from spacearm.cli.results_folder import recorded_in, results_folder
 from spacearm.cli.terminal import progress_bar, show_table
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import SettingsError, nearest
@@ -141,7 +141,10 @@ def _mbm(arguments: Sequence[str]) -> int:
     protocol = Protocol(seeds=options.seeds, search=options.search / 1e3, plan=options.budget / 1e3)
     items = find_items(options.data, families=options.families or (), most=options.problems)
     robot = find_robot(options.data, urdf=options.urdf, srdf=options.srdf, group=options.group)
-    with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
+    with (
+        recorded_in(options.records),
+        results_folder(options.output) if options.output else contextlib.nullcontext() as folder,
+    ):
         with progress_bar("measuring") as bar:
             benchmark = run_benchmark(items, robot, protocol, records=options.records, jobs=options.jobs, progress=bar)
         written = [] if folder is None else save_report(benchmark, folder, figure=not options.no_figure)
@@ -158,7 +161,10 @@ def _space(arguments: Sequence[str]) -> int:
 
     protocol = SpaceProtocol(seeds=options.seeds, limit=options.limit)
     items = find_problems(options.data, families=options.family or (), most=options.problems)
-    with results_folder(options.output) if options.output else contextlib.nullcontext() as folder:
+    with (
+        recorded_in(options.records),
+        results_folder(options.output) if options.output else contextlib.nullcontext() as folder,
+    ):
         with progress_bar("measuring") as bar:
             bench = run_spacebench(
                 items,

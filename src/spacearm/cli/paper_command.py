@@ -12,7 +12,7 @@ from typing import Annotated
 from tyro.conf import OmitArgPrefixes, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.results_folder import results_folder
+from spacearm.cli.results_folder import recorded_in, results_folder
 from spacearm.cli.terminal import progress_bar, show_table
 from spacearm.study.paper_experiment import run_experiment
 from spacearm.study.paper_problem import PaperSettings
@@ -46,7 +46,7 @@ class Options:
 def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
     options = parsed(Options, arguments, command="paper")
-    with results_folder(options.output) as folder:
+    with recorded_in(options.records), results_folder(options.output) as folder:
         with progress_bar("runs") as bar:
             experiment = run_experiment(options.experiment, records=options.records, jobs=options.jobs, progress=bar)
         with progress_bar("report" if options.no_figures else "figures") as bar:

@@ -43,6 +43,23 @@ def results_folder(path: Path) -> Iterator[Path]:
         release_folder(path)
 
 
+@contextmanager
+def recorded_in(records: Path | None) -> Iterator[None]:
+    """Tell of a study that is interrupted that its records are kept.
+
+    Raises:
+        KeyboardInterrupt: what was raised inside, with the records in its argument if there are any.
+    """
+    try:
+        yield
+    except KeyboardInterrupt as interrupt:
+        if records is None or not records.exists():
+            raise
+        kept = f"{records} keeps the runs that ended; the same command goes on from them"
+        told = str(interrupt)
+        raise type(interrupt)(f"{told}; {kept}" if told not in ("", "nothing was written") else kept) from None
+
+
 def _tidied(folder: Path, made: list[Path], *, ours: bool) -> str:
     """Remove the claim and the folders that are empty and ours; return what remains, in words."""
     with unbroken():

@@ -7,7 +7,6 @@ serves programs that were written before the rooms were built; it goes with the 
 from __future__ import annotations
 
 import importlib
-import pkgutil
 import sys
 import warnings
 from collections.abc import Sequence
@@ -15,6 +14,7 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 
 _ROOMS: dict[str, tuple[str, ...]] = {
+    "_kernel": ("core.native",),
     "_kernel.exact": ("core.exact",),
     "bench": ("study",),
     "momentum": ("dynamics", "core.rotations"),
@@ -77,6 +77,8 @@ def moved_name(module: str, name: str) -> object:
 
 
 def _modules_of(rooms: Sequence[str]) -> list[str]:
+    import pkgutil  # here, since nearly nobody needs it
+
     out: list[str] = []
     for room in rooms:
         whole = f"spacearm.{room}"
