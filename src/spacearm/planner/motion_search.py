@@ -134,13 +134,18 @@ class Islands:
 
         Where the system starts no more threads, those that run do all the work.
         """
-        waiting, stopped, failures = deque(self._all), False, list[BaseException]()
-        begin = threading.Event()
+        stopped = False
 
         def go_on(done: int) -> bool:
             if progress is not None:
                 progress(done)
             return not stopped
+
+        if len(self._all) == 1:  # no threads to be prepared, which takes a good part of an easy search
+            self._all[0].run(evaluations=evaluations, seconds=seconds, until_first=until_first, stall=stall, progress=go_on)
+            return
+        waiting, failures = deque(self._all), list[BaseException]()
+        begin = threading.Event()
 
         def work() -> None:
             while not stopped:
