@@ -47,6 +47,9 @@ def assert_true(setting: Setting, trajectory: Trajectory, certificate: Certifica
         assert certificate.clearance > 0
         assert least >= certificate.clearance - 1e-12
         assert near.clearance / 2 <= certificate.clearance + 2e-9
+    elif certificate.status == "fails" and certificate.clear:  # of a motion of rounding size, rounding may break a limit
+        assert near.clearance > 0
+        assert certificate.limits
     elif certificate.status == "fails":
         assert near.clearance <= 0
         assert min(measured) <= ROUNDING
