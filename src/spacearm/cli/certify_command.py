@@ -79,8 +79,10 @@ def run(arguments: Sequence[str]) -> int:
         require_new(options.output, advice="choose another name with -o")
     problem = None if options.problem is None else load_problem(options.problem)
     found = _found(options, problem)
+    from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION
+
     values = {
-        "spacearm-certificate": 1,
+        CERTIFICATE_KEY: CERTIFICATE_VERSION,
         "version": version(),
         "file": options.file.name,
         "notes": list(found.notes),
