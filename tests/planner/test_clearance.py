@@ -146,7 +146,7 @@ def test_what_is_no_configuration_is_refused(q: Any) -> None:
 
 def pair_margins(margins: Margins) -> dict[str, np.ndarray]:
     """Margins as the kernel's `PairMargins` takes them."""
-    return {"capsule": margins.capsules, "obstacle": margins.obstacles, "other": margins.others, "most": margins.most}
+    return {"body": margins.capsules, "obstacle": margins.obstacles, "other": margins.others, "margin": margins.most}
 
 
 @settings(max_examples=30)

@@ -87,7 +87,7 @@ class Islands:
         if masses is None and not len(margins.most):
             return kernel_model(problem.robot, problem.scene)
         lowered = native.PairMargins(
-            capsule=margins.capsules, obstacle=margins.obstacles, other=margins.others, most=margins.most
+            body=margins.capsules, obstacle=margins.obstacles, other=margins.others, margin=margins.most
         )
         return make_kernel_model(problem.robot, problem.scene, pair_margins=lowered, masses=masses)
 
@@ -108,7 +108,7 @@ class Islands:
             acceleration=np.clip(robot.acceleration, *_RATES),
             jerk=jerk,
             margin=self.margins.asked,
-            comfort=settings.comfort,
+            preferred_clearance=settings.comfort,
             tip=self._model.tip,
             centers=np.array(self._model.centres, dtype=np.int32),
             weights=weights,
