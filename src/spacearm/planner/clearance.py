@@ -343,9 +343,7 @@ def _between_ends(clear: float, required: float) -> float:
     return held + min(SEARCH_ROOM, (clear - held) / 2)
 
 
-def _by_pair(
-    model: ClearanceModel, asked: float, scene: tuple[Array, Array], links: tuple[Array, Array]
-) -> SearchedClearance:
+def _by_pair(model: ClearanceModel, asked: float, scene: tuple[Array, Array], links: tuple[Array, Array]) -> SearchedClearance:
     """Return what is asked of each pair, of clearances at the nearest end and those required: (c, j) and (p,) each."""
     names = [capsule.name for capsule in model.robot.capsules]
     capsules_of: dict[str, list[int]] = {}  # of each link
@@ -382,9 +380,7 @@ def _by_pair(
     return SearchedClearance(
         asked=asked,
         near=tuple(
-            NearPair(
-                link=link, other=other, clearance=clear, required=required, searched=_between_ends(clear, required)
-            )
+            NearPair(link=link, other=other, clearance=clear, required=required, searched=_between_ends(clear, required))
             for (link, other), (clear, required) in sorted(closest.items(), key=lambda item: item[1][0])
             if clear < required or clear <= 0
         ),

@@ -9,8 +9,9 @@ and in `inverse_kinematics`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import TypeVar, cast
+import functools
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, TypeVar, cast
 
 from spacearm.core.checks import as_number, dimensions_of, keep, shown
 from spacearm.core.errors import SettingsError
@@ -159,6 +160,37 @@ class PlannerSettings:
         if self.evaluations is None and self.time_budget is None and self.convergence is None:
             return _EVALUATIONS
         return self.evaluations
+
+
+_MOVED = {
+    "margin": "a problem has a `clearance` [m] now, which is searched for and proven: Problem(..., clearance=0.01), or "
+    "`clearance: 0.01` in a problem file, beside start and goal",
+    "comfort": "it is called preferred_clearance now",
+}
+
+
+def require_not_moved(name: str) -> None:
+    """Refuse a setting that there was once, with the word for it now.
+
+    Raises:
+        SettingsError: it is one.
+    """
+    if name in _MOVED:
+        raise SettingsError(f"PlannerSettings has no setting '{name}' any more: {_MOVED[name]}")
+
+
+def _with_moved(plain: Callable[..., None]) -> Callable[..., None]:
+    @functools.wraps(plain)
+    def init(self: PlannerSettings, *args: object, **given: object) -> None:
+        for name in given:
+            require_not_moved(name)
+        plain(self, *args, **given)
+
+    return init
+
+
+if not TYPE_CHECKING:
+    PlannerSettings.__init__ = _with_moved(PlannerSettings.__init__)
 
 
 def as_planner_settings(given: object) -> PlannerSettings:

@@ -456,7 +456,9 @@ def as_pair_clearance(index: int, given: object) -> PairClearance:
     if isinstance(given, PairClearance):
         return given
     if not isinstance(given, Mapping):
-        raise ProblemError(f"clearances[{index}] is {shown(given)}, expected a PairClearance(...), or a mapping with its fields")
+        raise ProblemError(
+            f"clearances[{index}] is {shown(given)}, expected a PairClearance(...), or a mapping with its fields"
+        )
     values, known = dict(cast("Mapping[str, object]", given)), ["links", *(one.name for one in fields(PairClearance))]
     for name in values:
         if name not in known:
