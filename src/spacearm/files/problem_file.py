@@ -138,7 +138,7 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
     obstacles = read_obstacles(file, model.scene)
     start = read_start(file, model, robot)
     goal = read_goal(file, model.goal, robot)
-    snap = {"snap_tolerance": model.snap_tolerance}
+    snap: dict[str, Any] = {"snap_tolerance": model.snap_tolerance}
     with file.at("goal"):  # alone, so that a goal that does not fit is blamed on its line
         bare = Problem(robot, Scene(), start=start, goal=goal, base="fixed", **snap)
     scene, asked = Scene(obstacles), {**with_base(file, model, bare), **snap}

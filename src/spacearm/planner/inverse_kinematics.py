@@ -76,7 +76,8 @@ def find_goal_configurations(
 ) -> GoalConfigurations:
     """Find distinct collision-free configurations that reach a problem's goal, with the clearance that it requires.
 
-    Where none has that, those are returned that lack least of it. Where the base floats, a goal in space is sought with the base as it begins: the search for motions sets out from there.
+    Where none has that, those are returned that lack least of it. Where the base floats, a goal in space is sought with the
+    base as it begins: the search for motions sets out from there.
 
     Args:
         problem: robot, scene, start and goal.

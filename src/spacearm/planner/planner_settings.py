@@ -47,7 +47,8 @@ class Weights:
         length: joint path length [rad or m].
         duration: the fastest uniform time within the velocity, acceleration and jerk limits [s].
         tip: path length of the end effector [m].
-        clearance: mean over the motion of what the clearances lack to `PlannerSettings.preferred_clearance`, summed over pairs [m].
+        clearance: mean over the motion of what the clearances lack to `PlannerSettings.preferred_clearance`, summed over
+            pairs [m].
         smoothness: mean of |q'''|^2, the third derivative over s in [0, 1] [rad^2 or m^2].
         f1: the paper's eq. (5), mean over the motion: distances of the joint centres from the obstacles' centres [m].
         f2: eq. (6): distance of the end effector from where it ends, squared and 1 more, then its root [m].

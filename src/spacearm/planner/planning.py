@@ -474,9 +474,10 @@ def _on_less(problem: Problem, share: float | None, *, looked: bool) -> str:
         return ""
     if share is None:
         return "none was found with clearance 0 either"
+    clearance, found = f"clearance {share * problem.clearance:.4g}", "a motion is found and proven"
     if not problem.clearances:
-        return f"with clearance {share * problem.clearance:.4g} a motion is found and proven"
-    return f"with {share:.4g} of every clearance asked for (clearance {share * problem.clearance:.4g}) a motion is found and proven"
+        return f"with {clearance} {found}"
+    return f"with {share:.4g} of every clearance asked for ({clearance}) {found}"
 
 
 # ---- Fitness and advice of the plan ----------------------------------------------------------------------------------
