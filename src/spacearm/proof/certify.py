@@ -304,7 +304,7 @@ def _closest(near: NearestPair, robot: Robot, scene: Scene, base: BaseProof) -> 
 def _near_pairs(proof: ClearanceProof, robot: Robot, scene: Scene, base: BaseProof, *, holds: bool) -> tuple[NearPair, ...]:
     """Return the pairs that are near at an end, with names and times: once for each end, or once for both."""
     begin, end = base.curve.domain
-    links = tuple(dict.fromkeys(shape.name for shape in robot.capsules))
+    links = tuple(dict.fromkeys(shape.name for shape in robot.shapes))
     out: list[NearPair] = []
     for i, near in enumerate(proof.requirements.near):
         obstacle = near.other if near.other < len(scene.obstacles) else None
