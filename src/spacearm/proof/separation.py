@@ -192,7 +192,8 @@ class _Planes:
     def bounds(self, group: int, pairs: OpenPairs, body: Indices, *, enough: float | None, n: Array | None) -> ClearanceBounds:
         """Bound the clearance of pairs whose bodies (t,) are of one group; see `clearance_bounds`."""
         points, some, solids = self._midpoints.groups[group], self._bodies.groups[group], self._solids
-        interval, k, place = pairs.interval, pairs.solid, self._bodies.place[body]
+        interval, k = pairs.interval, pairs.solid
+        place = body if len(self._bodies.groups) == 1 else self._bodies.place[body]
         axes, origin = solids.placed(k)
         x = points.position[interval, place] - origin[:, None]  # (t, e, 3)
         if axes is not None:
