@@ -217,7 +217,7 @@ class _Planes:
             part_gap[none] = -np.inf
         at_midpoint = (gap if part_gap is None else part_gap).min(axis=1)
         at_most = apart - radii
-        if own is not None and isinstance(solids, HalfSpaces):  # the gap to a half-space is exact
+        if n is None and own is not None and isinstance(solids, HalfSpaces):  # the gap along the normal is exact
             at_most = np.where(none, at_most, at_midpoint + guard)
         if enough is None:
             return ClearanceBounds(np.full(len(gap), -np.inf), at_midpoint, at_most)

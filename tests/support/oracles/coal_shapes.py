@@ -5,7 +5,20 @@ from __future__ import annotations
 import coal
 import numpy as np
 
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
+from scipy.spatial import ConvexHull
+
+from spacearm.geometry import (
+    Box,
+    Capsule,
+    Cylinder,
+    HalfSpace,
+    Obstacle,
+    Polytope,
+    PolytopeSet,
+    Scene,
+    Sphere,
+    SphereSet,
+)
 from spacearm.robot import LinkCapsule, Robot
 
 Placed = tuple[coal.CollisionGeometry, coal.Transform3s]
@@ -68,14 +81,42 @@ def placed_obstacle(obstacle: Obstacle) -> list[Placed]:
         return [placed_capsule(obstacle.center, obstacle.center, obstacle.radius)]
     if isinstance(obstacle, SphereSet):
         return [placed_capsule(c, c, float(r)) for c, r in zip(obstacle.centers, obstacle.radii, strict=True)]
+    if isinstance(obstacle, PolytopeSet):
+        return [placed_polytope(piece) for piece in obstacle.pieces]
+    if isinstance(obstacle, Polytope):
+        return [placed_polytope(obstacle)]
     if isinstance(obstacle, HalfSpace):
         plane = coal.Halfspace(np.array(obstacle.normal), float(obstacle.normal @ obstacle.point))
         return [(plane, coal.Transform3s(np.eye(3), np.zeros(3)))]
     at = coal.Transform3s(np.ascontiguousarray(obstacle.pose[:3, :3]), np.array(obstacle.pose[:3, 3]))
-    if isinstance(obstacle, Box):
-        return [(coal.Box(*obstacle.size.tolist()), at)]
-    assert isinstance(obstacle, Cylinder)
-    return [(coal.Cylinder(obstacle.radius, obstacle.length), at)]
+    assert isinstance(obstacle, (Box, Cylinder))
+    shape = coal.Box(*obstacle.size.tolist()) if isinstance(obstacle, Box) else coal.Cylinder(obstacle.radius, obstacle.length)
+    shape.setSweptSphereRadius(obstacle.rounding)
+    return [(shape, at)]
+
+
+THIN = 1e-8  # [m] how much thicker a polytope without volume is made to all sides
+
+
+def placed_polytope(polytope: Polytope) -> Placed:
+    """The hull of its vertices. One with less than four vertices, or a flat one, is made a little thicker."""
+    points = np.array(polytope.vertices)
+    center = points.mean(axis=0)
+    points = points - center
+    if np.linalg.matrix_rank(points, tol=1e-6) < 3:
+        points = np.concatenate([points + THIN * np.array(sign) for sign in np.ndindex(2, 2, 2)])
+        points -= THIN / 2
+    hull = ConvexHull(points)
+    number = {int(k): i for i, k in enumerate(hull.vertices)}
+    corners, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    for point in points[hull.vertices]:
+        corners.append(point)
+    for i, j, k in hull.simplices:
+        turned = np.linalg.det(points[[i, j, k]]) > 0  # the origin is inside
+        faces.append(coal.Triangle(*(number[int(one)] for one in ((i, j, k) if turned else (i, k, j)))))
+    shape = coal.Convex(corners, faces)
+    shape.setSweptSphereRadius(polytope.rounding)
+    return shape, coal.Transform3s(np.eye(3), center)
 
 
 def distance(one: Placed, other: Placed) -> float:
@@ -89,18 +130,20 @@ def least_distances(robot: Robot, scene: Scene, frames: np.ndarray) -> np.ndarra
     pairs = [
         (i, k)
         for one, other in robot.self_pairs
-        for i, link in enumerate(robot.capsules)
-        for k, far in enumerate(robot.capsules)
+        for i, link in enumerate(robot.shapes)
+        for k, far in enumerate(robot.shapes)
         if (link.name, far.name) == (one, other)
     ]
+    own = [placed_obstacle(part.shape)[0] for part in robot.shapes]
     out = np.full(len(frames), np.inf)
     for row, T in enumerate(frames):
-        links = []
-        for link in robot.capsules:
-            T_base_joint = np.eye(4) if link.joint < 0 else T[link.joint]
-            links.append(
-                placed_capsule(*(T_base_joint[:3, :3] @ end + T_base_joint[:3, 3] for end in (link.a, link.b)), link.radius)
-            )
+        links = [moved(shape, np.eye(4) if part.joint < 0 else T[part.joint]) for part, shape in zip(robot.shapes, own, strict=True)]
         found = [distance(link, solid) for link in links for solid in solids] + [distance(links[i], links[k]) for i, k in pairs]
         out[row] = min(found, default=np.inf)
     return out
+
+
+def moved(placed: Placed, T: np.ndarray) -> Placed:
+    """A placed shape, moved by a rigid transform (4, 4)."""
+    shape, at = placed
+    return shape, coal.Transform3s(np.ascontiguousarray(T[:3, :3]), np.ascontiguousarray(T[:3, 3])) * at
