@@ -4,21 +4,9 @@ from __future__ import annotations
 
 import coal
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
-from scipy.spatial import ConvexHull
-
-from spacearm.geometry import (
-    Box,
-    Capsule,
-    Cylinder,
-    HalfSpace,
-    Obstacle,
-    Polytope,
-    PolytopeSet,
-    Scene,
-    Sphere,
-    SphereSet,
-)
+from spacearm.geometry import ConvexShape, HalfSpace, Obstacle, PolytopeSet, Scene, Sphere, SphereSet, core_of
 from spacearm.robot import LinkCapsule, Robot
 
 Placed = tuple[coal.CollisionGeometry, coal.Transform3s]
@@ -73,50 +61,72 @@ def placed_capsule(a: np.ndarray, b: np.ndarray, radius: float) -> Placed:
     return coal.Capsule(radius, length), coal.Transform3s(frame_along(b - a), (a + b) / 2)
 
 
+def geometry_of(shape: ConvexShape) -> tuple[coal.CollisionGeometry, np.ndarray]:
+    """Coal's geometry of a convex shape, and its pose (4, 4) in the frame of the shape's coordinates [m]."""
+    core = core_of(shape)
+    if core.kind == "point":
+        return coal.Sphere(core.radius), core.T
+    if core.kind == "segment":
+        length = float(2 * core.half[2])
+        if length < 1e-100:  # has no direction that could be computed
+            return coal.Sphere(core.radius), core.T
+        return coal.Capsule(core.radius, length), core.T
+    if core.kind == "box":
+        made = coal.Box(*(2 * core.half).tolist())
+    elif core.kind == "cylinder":
+        made = coal.Cylinder(float(core.half[0]), float(2 * core.half[2]))
+    else:
+        made = _convex(core.vertices)
+    made.setSweptSphereRadius(core.radius)
+    return made, core.T
+
+
+def _convex(vertices: np.ndarray) -> coal.Convex:
+    """Coal's polytope of the hull of points; it may be flat, or a line."""
+    points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    corners, faces = hull_of(vertices)
+    for corner in corners:
+        points.append(corner)
+    for face in faces:
+        triangles.append(coal.Triangle(*face))
+    return coal.Convex(points, triangles)
+
+
+def hull_of(vertices: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
+    """The corners (k, 3) of a hull, and its triangles; those of a flat one from both sides."""
+    try:
+        hull = ConvexHull(vertices)
+    except QhullError:
+        center = vertices.mean(axis=0)
+        _, _, axes = np.linalg.svd(vertices - center)
+        flat = (vertices - center) @ axes[:2].T
+        try:
+            ring = ConvexHull(flat).vertices
+        except QhullError:  # a line
+            ring = np.array([np.argmin(flat[:, 0]), np.argmax(flat[:, 0])])
+        corners = vertices[ring]
+        fan = [[0, i, i + 1] for i in range(1, len(ring) - 1)] or [[0, 1, 1]]
+        return corners, [*fan, *(face[::-1] for face in fan)]
+    number = {int(old): new for new, old in enumerate(hull.vertices)}
+    return vertices[hull.vertices], [[number[int(i)] for i in face] for face in hull.simplices]
+
+
+def placed_shape(shape: ConvexShape) -> Placed:
+    """A convex shape where it is."""
+    made, T = geometry_of(shape)
+    return made, coal.Transform3s(np.ascontiguousarray(T[:3, :3]), np.array(T[:3, 3]))
+
+
 def placed_obstacle(obstacle: Obstacle) -> list[Placed]:
-    """An obstacle's shapes where they are: one, but for sets of spheres."""
-    if isinstance(obstacle, Capsule):
-        return [placed_capsule(obstacle.a, obstacle.b, obstacle.radius)]
-    if isinstance(obstacle, Sphere):
-        return [placed_capsule(obstacle.center, obstacle.center, obstacle.radius)]
+    """An obstacle's shapes where they are: one, but for sets."""
     if isinstance(obstacle, SphereSet):
         return [placed_capsule(c, c, float(r)) for c, r in zip(obstacle.centers, obstacle.radii, strict=True)]
     if isinstance(obstacle, PolytopeSet):
-        return [placed_polytope(piece) for piece in obstacle.pieces]
-    if isinstance(obstacle, Polytope):
-        return [placed_polytope(obstacle)]
+        return [placed_shape(piece) for piece in obstacle.pieces]
     if isinstance(obstacle, HalfSpace):
         plane = coal.Halfspace(np.array(obstacle.normal), float(obstacle.normal @ obstacle.point))
         return [(plane, coal.Transform3s(np.eye(3), np.zeros(3)))]
-    at = coal.Transform3s(np.ascontiguousarray(obstacle.pose[:3, :3]), np.array(obstacle.pose[:3, 3]))
-    assert isinstance(obstacle, (Box, Cylinder))
-    shape = coal.Box(*obstacle.size.tolist()) if isinstance(obstacle, Box) else coal.Cylinder(obstacle.radius, obstacle.length)
-    shape.setSweptSphereRadius(obstacle.rounding)
-    return [(shape, at)]
-
-
-THIN = 1e-8  # [m] how much thicker a polytope without volume is made to all sides
-
-
-def placed_polytope(polytope: Polytope) -> Placed:
-    """The hull of its vertices. One with less than four vertices, or a flat one, is made a little thicker."""
-    points = np.array(polytope.vertices)
-    center = points.mean(axis=0)
-    points = points - center
-    if np.linalg.matrix_rank(points, tol=1e-6) < 3:
-        points = np.concatenate([points + THIN * np.array(sign) for sign in np.ndindex(2, 2, 2)])
-        points -= THIN / 2
-    hull = ConvexHull(points)
-    number = {int(k): i for i, k in enumerate(hull.vertices)}
-    corners, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
-    for point in points[hull.vertices]:
-        corners.append(point)
-    for i, j, k in hull.simplices:
-        turned = np.linalg.det(points[[i, j, k]]) > 0  # the origin is inside
-        faces.append(coal.Triangle(*(number[int(one)] for one in ((i, j, k) if turned else (i, k, j)))))
-    shape = coal.Convex(corners, faces)
-    shape.setSweptSphereRadius(polytope.rounding)
-    return shape, coal.Transform3s(np.eye(3), center)
+    return [placed_shape(obstacle)]
 
 
 def distance(one: Placed, other: Placed) -> float:
@@ -127,23 +137,25 @@ def distance(one: Placed, other: Placed) -> float:
 def least_distances(robot: Robot, scene: Scene, frames: np.ndarray) -> np.ndarray:
     """The least clearance (rows,) [m] of a robot to a scene and, by its pairs of links, to itself; frames as above."""
     solids = [shape for obstacle in scene.obstacles for shape in placed_obstacle(obstacle)]
-    pairs = [
+    pairs = shape_pairs(robot)
+    own = [(part.joint, *geometry_of(part.shape)) for part in robot.shapes]
+    out = np.full(len(frames), np.inf)
+    for row, T in enumerate(frames):
+        links = []
+        for joint, made, T_joint_core in own:
+            at = T_joint_core if joint < 0 else T[joint] @ T_joint_core
+            links.append((made, coal.Transform3s(np.ascontiguousarray(at[:3, :3]), np.array(at[:3, 3]))))
+        found = [distance(link, solid) for link in links for solid in solids] + [distance(links[i], links[k]) for i, k in pairs]
+        out[row] = min(found, default=np.inf)
+    return out
+
+
+def shape_pairs(robot: Robot) -> list[tuple[int, int]]:
+    """The pairs of the robot's shapes that must keep clear of each other, as indices."""
+    return [
         (i, k)
         for one, other in robot.self_pairs
         for i, link in enumerate(robot.shapes)
         for k, far in enumerate(robot.shapes)
         if (link.name, far.name) == (one, other)
     ]
-    own = [placed_obstacle(part.shape)[0] for part in robot.shapes]
-    out = np.full(len(frames), np.inf)
-    for row, T in enumerate(frames):
-        links = [moved(shape, np.eye(4) if part.joint < 0 else T[part.joint]) for part, shape in zip(robot.shapes, own, strict=True)]
-        found = [distance(link, solid) for link in links for solid in solids] + [distance(links[i], links[k]) for i, k in pairs]
-        out[row] = min(found, default=np.inf)
-    return out
-
-
-def moved(placed: Placed, T: np.ndarray) -> Placed:
-    """A placed shape, moved by a rigid transform (4, 4)."""
-    shape, at = placed
-    return shape, coal.Transform3s(np.ascontiguousarray(T[:3, :3]), np.ascontiguousarray(T[:3, 3])) * at
