@@ -208,7 +208,9 @@ def test_two_arms_move_relative_to_each_other_through_their_common_root() -> Non
     midpoints, intervals = bounded(robot, turning_together)
     ends = relative_ends(robot, turning_together.sample(np.concatenate([midpoints.u, intervals.ends[0]])))
     relative = relative_bodies.self_relative[0] + 1
-    assert (np.linalg.norm(ends[1:, relative] - ends[:1, relative], axis=-1) <= midpoints.groups[0].displacement_bound[0, relative]).all()
+    assert (
+        np.linalg.norm(ends[1:, relative] - ends[:1, relative], axis=-1) <= midpoints.groups[0].displacement_bound[0, relative]
+    ).all()
 
 
 def test_links_are_inside_of_their_balls() -> None:
