@@ -219,8 +219,9 @@ class ClearanceProof:
             first = self._bodies.group[self._relative_bodies.body] == 0  # the balls around links are among them
             midpoints.bound(np.flatnonzero(first))
             pairs = self._close_pairs(midpoints)
-            used = _used(pairs)
-            midpoints.bound(used[~first[used]])
+            if not first.all():
+                used = _used(pairs)
+                midpoints.bound(used[~first[used]])
         else:
             midpoints.bound(_used(pairs))
         held = [self.requirements.on(group, of_group, midpoints) for group, of_group in enumerate(pairs)]

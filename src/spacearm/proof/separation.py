@@ -196,7 +196,8 @@ class _Planes:
     ) -> ClearanceBounds:
         """Bound the clearance of pairs whose bodies (t,) are of one group; see `clearance_bounds`."""
         points, some, solids = self._midpoints.groups[group], self._bodies.groups[group], self._solids
-        interval, k, place = pairs.interval, pairs.solid, self._bodies.place[body]
+        interval, k = pairs.interval, pairs.solid
+        place = body if len(self._bodies.groups) == 1 else self._bodies.place[body]
         axes, origin = solids.placed(k)
         x = points.position[interval, place] - origin[:, None]  # (t, e, 3)
         if axes is not None:
@@ -220,7 +221,7 @@ class _Planes:
             part_gap[none] = -np.inf
         at_midpoint = (gap if part_gap is None else part_gap).min(axis=1)
         at_most = apart - radii
-        if own is not None and isinstance(solids, HalfSpaces):  # the gap to a half-space is exact
+        if n is None and own is not None and isinstance(solids, HalfSpaces):  # the gap along the normal is exact
             at_most = np.where(none, at_most, at_midpoint + guard)
         if enough is None:
             return ClearanceBounds(np.full(len(gap), -np.inf), at_midpoint, at_most)

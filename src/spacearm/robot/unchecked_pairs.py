@@ -147,7 +147,7 @@ def settled_pairs(robot: Robot) -> dict[str, Any]:
     What the search skipped for other shapes, joints or limits is checked again. What names links without an
     envelope is dropped, as is a reason for not checking a pair that is checked.
     """
-    enclosed = {capsule.name for capsule in robot.capsules}
+    enclosed = {part.name for part in robot.shapes}
     pairs, apart = robot.self_pairs, robot.apart
     if apart is not None:
         left = [pair for pair in apart.pairs if pair not in set(pairs) and enclosed.issuperset(pair)]
@@ -181,10 +181,10 @@ def unchecked_pairs(robot: Robot) -> tuple[UncheckedPair, ...]:
 
 
 def ways_to_links(robot: Robot) -> dict[str, list[frozenset[int]]]:
-    """Return for each link with an envelope the joints between the base and what its capsules ride on."""
+    """Return for each link with an envelope the joints between the base and what its shapes ride on."""
     carriers: dict[str, set[int]] = {}
-    for capsule in robot.capsules:
-        carriers.setdefault(capsule.name, set()).add(capsule.joint)
+    for part in robot.shapes:
+        carriers.setdefault(part.name, set()).add(part.joint)
     return {link: [way_to(robot, joint) for joint in joints] for link, joints in carriers.items()}
 
 
@@ -244,7 +244,7 @@ def _some(words: Sequence[str]) -> str:
 
 def lacks_envelope(robot: Robot) -> str:
     """Say that a robot has no envelope, unless none is meant; "" if all is well."""
-    if robot.collision == "none" or robot.capsules:
+    if robot.collision == "none" or robot.shapes:
         return ""
     return (
         f"robot '{robot.name}' has no envelope: none of its links has a collision shape, so it would be kept clear of nothing; "
@@ -277,12 +277,12 @@ def notes_on_envelope(robot: Robot) -> tuple[str, ...]:
 def bare_links(robot: Robot) -> tuple[str, ...]:
     """List the links that have a shape or a mass in their file, but no envelope; none if none is meant to have one.
 
-    Where no file tells, these are what a joint moves on which no capsule rides: bodies away from its origin, and what reaches
+    Where no file tells, these are what a joint moves on which no shape rides: bodies away from its origin, and what reaches
     from it to a next joint or to the end effector.
     """
     if robot.collision == "none":
         return ()
-    enclosed, carrying = {capsule.name for capsule in robot.capsules}, {capsule.joint for capsule in robot.capsules}
+    enclosed, carrying = {part.name for part in robot.shapes}, {part.joint for part in robot.shapes}
     free = [body for body in robot.bodies if body.joint >= 0 and body.joint not in carrying]
     solid = [*robot.solid, *(body.name for body in free if body.mass > 0 and body.com.any())]
     if not robot.solid:
@@ -308,9 +308,9 @@ def without_mass(robot: Robot) -> tuple[tuple[str, str], ...]:
     """
     weighed = {body.joint for body in robot.bodies}
     known = dict(robot.unweighed)
-    for capsule in robot.capsules:
-        if capsule.joint >= 0 and capsule.joint not in weighed:
-            known.setdefault(capsule.name, "none is stated")
+    for part in robot.shapes:
+        if part.joint >= 0 and part.joint not in weighed:
+            known.setdefault(part.name, "none is stated")
     return tuple(known.items())
 
 
