@@ -500,7 +500,7 @@ def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool) 
         near = f"{near}; {', and '.join(missed)}"
     if status == "not_found":
         said = [f"the best one: {near}"] if near else []
-        other = "or more interior_points" if missed else "or a smaller clearance" if on_less else "or more interior_points"
+        other = "or a smaller clearance" if on_less.startswith("with ") and not missed else "or more interior_points"
         return "; ".join([*([on_less] if on_less else []), *said, f"allow more evaluations or time_budget, {other}"])
     if status == "not_proven" and missed and proof is not None and proof.collision_free:
         return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
