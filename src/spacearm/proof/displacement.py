@@ -201,6 +201,16 @@ class IntervalMidpoints:
         self._z, self._origin = self.frames[:, :-1, :3, 2], self.frames[:, :-1, :3, 3]  # (r, j, 3)
         self._base_bounds = base_motion(self.frames, self._rate, self._deviation, self._step, linear.half)
 
+    def stay(self) -> None:
+        """Bound the motions of all relative bodies by 0, for intervals that are single instants."""
+        shape = (len(self.u), 1, self.position.shape[2])
+        self.row = np.zeros(len(self._relative_bodies.body), np.intp)
+        self.displacement_bound, self.second_order_bound, self.velocity = (
+            np.zeros(shape),
+            np.zeros(shape),
+            np.zeros((*shape, 3)),
+        )
+
     def bound(self, used: Indices) -> None:
         """Bound the motions of some relative bodies (m,), and of these only."""
         self.row = np.full(len(self._relative_bodies.body), -1)
