@@ -111,9 +111,10 @@ def test_a_start_that_touches_is_a_collision_as_ever() -> None:
 
 
 def narrow(gap: float) -> Problem:
-    """A sliding gap: the stretched arm turns between two balls that leave it this much on either side, and cannot bend."""
-    radius = 0.05 + gap
-    above, below = Sphere((1.5, 0.0, 0.2 + radius), 0.2, name="above"), Sphere((1.5, 0.0, -0.2 - radius), 0.2, name="below")
+    """The stretched arm, which cannot bend, turns between two boxes that leave it this much on either side."""
+    above, below = (
+        Box((0.5, 0.8, 0.4), pose((1.5, 0.0, side * (0.25 + gap))), name=name) for name, side in (("above", 1), ("below", -1))
+    )
     return turn([above, below], start=(-0.8, 0.0), goal=(0.8, 0.0), robot=planar(upper=(3.0, 1e-3), lower=(-3.0, -1e-3)))
 
 
@@ -123,7 +124,7 @@ def test_what_cannot_be_met_is_not_found_and_the_clearance_that_can_is_told() ->
     assert (found.status, found.found) == ("not_found", False)
     assert found.achievable is not None
     share = found.achievable
-    assert 0.003 <= 0.01 * share < 0.006
+    assert 0.005 <= 0.01 * share < 0.006
     assert found.message.startswith(
         f"no motion with a clearance of 10 mm was found; with clearance {0.01 * share:.4g} a motion is found and proven; the best"
     )
@@ -143,7 +144,7 @@ def test_where_no_clearance_helps_that_is_told_too() -> None:
 def test_a_time_budget_holds_for_the_search_with_less_clearance_too() -> None:
     found = plan(narrow(0.006), PlannerSettings(time_budget=0.5), rng=0)
     assert found.status == "not_found"
-    assert "found with clearance" in found.message or "with clearance" in found.message
+    assert "with clearance 0.00" in found.message
 
 
 # ---- what a problem states -----------------------------------------------------------------------------------------------

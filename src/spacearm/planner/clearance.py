@@ -297,7 +297,7 @@ def searched_clearance(problem: HasScene, ends: ArrayLike) -> SearchedClearance:
     to_self: Array = model.between_links(rows).min(axis=0)  # (p,)
     of_pairs = model.required_of(required)
     of_scene, of_links = of_pairs.to_obstacles, of_pairs.between_links
-    asked = usual_clearance(problem)
+    asked = max(usual_clearance(problem), _greatest(of_pairs) + SEARCH_ROOM)
     if _all_alike(of_scene, of_links, asked) and min(to_scene.min(initial=np.inf), to_self.min(initial=np.inf)) >= (
         asked + SEARCH_ROOM
     ):
@@ -323,12 +323,17 @@ def clearance_of_goals(problem: HasScene, model: ClearanceModel) -> SearchedClea
     at_start = model.between_links(start[None])[0]
     at_start = np.where(at_start < required.between_links, at_start, np.inf)
     far = np.full(required.to_obstacles.shape, np.inf)
-    return _by_pair(model, usual_clearance(problem), (far, required.to_obstacles), (at_start, required.between_links))
+    asked = max(usual_clearance(problem), _greatest(required) + SEARCH_ROOM)
+    return _by_pair(model, asked, (far, required.to_obstacles), (at_start, required.between_links))
 
 
 def usual_clearance(problem: HasScene) -> float:
     """Return the clearance that a search asks for of pairs for which the problem states none of their own [m]."""
     return float(getattr(problem, "clearance", 0.0)) + SEARCH_ROOM
+
+
+def _greatest(required: KernelClearance) -> float:  # TODO: goes when the kernel takes higher ones
+    return float(max(required.to_obstacles.max(initial=0.0), required.between_links.max(initial=0.0)))
 
 
 def _all_alike(of_scene: Array, of_links: Array, asked: float) -> bool:
