@@ -29,6 +29,8 @@ from spacearm.geometry import Box as Box
 from spacearm.geometry import Capsule as Capsule
 from spacearm.geometry import Cylinder as Cylinder
 from spacearm.geometry import HalfSpace as HalfSpace
+from spacearm.geometry import Polytope as Polytope
+from spacearm.geometry import PolytopeSet as PolytopeSet
 from spacearm.geometry import Scene as Scene
 from spacearm.geometry import Sphere as Sphere
 from spacearm.geometry import SphereSet as SphereSet
@@ -66,6 +68,7 @@ from spacearm.robot import Frame as Frame
 from spacearm.robot import Joint as Joint
 from spacearm.robot import LinkCapsule as LinkCapsule
 from spacearm.robot import LinkEnvelope as LinkEnvelope
+from spacearm.robot import LinkShape as LinkShape
 from spacearm.robot import NamedConfiguration as NamedConfiguration
 from spacearm.robot import Robot as Robot
 from spacearm.robot import SelfPairs as SelfPairs

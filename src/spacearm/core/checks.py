@@ -338,6 +338,10 @@ class Frozen:
         return _rebuild, (type(self), {field.name: getattr(self, field.name) for field in fields})
 
 
+UNWRITTEN = {"unwritten": True}
+"""Metadata of a record's field that is not written while it has its default: what was written before it came stays the same."""
+
+
 def value_fields(record: Any) -> list[str]:
     """Name the fields that are a record's value: all but those that its dataclass does not compare (`compare=False`)."""
     return [field.name for field in dataclasses.fields(record) if field.compare]
