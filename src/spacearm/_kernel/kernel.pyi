@@ -799,6 +799,32 @@ def angles(y: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')],
 
 def cube_roots(x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
+class CoreKind(enum.Enum):
+    """The core of a convex shape; a point is a segment of half length 0."""
+
+    segment = 0
+
+    box = 1
+
+    cylinder = 2
+
+    polytope = 3
+
+class ConvexShape:
+    """
+    All points within a radius of a core; a polytope's vertices are in its own frame.
+    """
+
+    def __init__(self, *, kind: CoreKind, half: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], radius: float, vertices: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order='C')]) -> None: ...
+
+def convex_distances64(a: ConvexShape, poses_a: Annotated[NDArray[numpy.float64], dict(shape=(None, 4, 4), order='C')], b: ConvexShape, poses_b: Annotated[NDArray[numpy.float64], dict(shape=(None, 4, 4), order='C')], *, enough: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """
+    Signed distances (m,) [m] of two shapes at poses (m, 4, 4) each; at `enough` or beyond, that at least.
+    """
+
+def convex_distances32(a: ConvexShape, poses_a: Annotated[NDArray[numpy.float64], dict(shape=(None, 4, 4), order='C')], b: ConvexShape, poses_b: Annotated[NDArray[numpy.float64], dict(shape=(None, 4, 4), order='C')], *, enough: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """The same, computed in float."""
+
 def spline_values(s: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], interior: int, derivative: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 
 level: str = ...
