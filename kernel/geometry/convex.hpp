@@ -20,7 +20,8 @@ namespace SPACEARM_NAMESPACE {
 
 namespace convex_detail {
 
-// What GJK leaves open: cores that overlap. Their depth is searched for one lane at a time, in double.
+// What GJK leaves open: cores that overlap. Their depth is searched for one lane at a time, in double. B's axes and
+// origin are given in A's frame.
 template <class T>
 SPACEARM_NOINLINE void search_depths(const convex_shape<T>& a, const convex_shape<T>& b, const frame<T>& b_in_a,
                                      const pack_mask<T>& open, pack<T>& lower) {
@@ -47,53 +48,66 @@ SPACEARM_NOINLINE void search_depths(const convex_shape<T>& a, const convex_shap
     }
     lower = pack<T>::load(bound);
 }
-
-template <core_kind A, core_kind B, class T>
-SPACEARM_NOINLINE pack<T> core_distance(const convex_shape<T>& a, const convex_shape<T>& b, const frame<T>& b_in_a,
-                                        const pack<T>& nothing, T enough) {
-    const gjk_bounds<T> found = gjk<A, B>(a, b, b_in_a, nothing, enough);
-    pack<T> lower = found.lower;
-    const pack_mask<T> open = (lower < -found.slack) & (lower < pack<T>(enough));
-    if (any(open)) search_depths(a, b, b_in_a, open, lower);
-    return lower;
+template <class T> SPACEARM_INLINE pack_mask<T> open_lanes(const gjk_bounds<T>& found, T enough) {
+    return (found.lower < -found.slack) & (found.lower < pack<T>(enough));
 }
 
-template <class T>
-SPACEARM_INLINE pack<T> segment_distance(const convex_shape<T>& a, const convex_shape<T>& b, const frame<T>& b_in_a) {
-    const pack<T> zero(T(0));
-    const T p = a.half[2], q = b.half[2];
-    const vec3<T> u{zero, zero, pack<T>(2 * p)}, v = scaled(b_in_a.column[2], pack<T>(2 * q));
-    const vec3<T> from{zero, zero, pack<T>(-p)}, to = b_in_a.origin - scaled(b_in_a.column[2], pack<T>(q));
-    const T u2 = 4 * p * p, v2 = 4 * q * q;
-    return sqrt(squared_distance_of_axes(from, u, u2 > T(0) ? 1 / u2 : T(0), to, v, v2 > T(0) ? 1 / v2 : T(0)));
+template <class T> SPACEARM_INLINE vec3<T> seen_from(const placed_shape<T>& a, const vec3<T>& v) {
+    return {dot(a.axis[0], v), dot(a.axis[1], v), dot(a.axis[2], v)};
+}
+template <class T> SPACEARM_INLINE pack<T> sum_of(const vec3<T>& v) { return v.x + v.y + v.z; }
+
+template <core_kind A, core_kind B, class T>
+SPACEARM_NOINLINE pack<T> core_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough) {
+    const frame<T> f{{seen_from(a, b.axis[0]), seen_from(a, b.axis[1]), seen_from(a, b.axis[2])},
+                     seen_from(a, b.origin - a.origin)};
+    const pack<T> nothing = (sum_of(f.column[0]) + sum_of(f.column[1]) + sum_of(f.column[2]) + sum_of(f.origin)) * T(0);
+    const gjk_bounds<T> found = gjk(core_pair<A, B, T>{*a.shape, *b.shape, f}, nothing, enough);
+    pack<T> lower = found.lower;
+    const pack_mask<T> open = open_lanes(found, enough);
+    if (any(open)) search_depths(*a.shape, *b.shape, f, open, lower);
+    return lower + nothing;
+}
+
+template <core_kind A, class T>
+SPACEARM_NOINLINE pack<T> distance_of_segment(const placed_shape<T>& segment, const placed_shape<T>& a, T enough) {
+    const vec3<T> along = seen_from(a, segment.axis[2]), middle = seen_from(a, segment.origin - a.origin);
+    const vec3<T> half = scaled(along, pack<T>(segment.shape->half[2]));
+    const pack<T> zero(T(0)), nothing = (sum_of(along) + sum_of(middle)) * T(0);
+    const gjk_bounds<T> found = gjk(segment_pair<A, T>{*a.shape, middle, half}, nothing, enough);
+    pack<T> lower = found.lower;
+    const pack_mask<T> open = open_lanes(found, enough);
+    const vec3<T> none{zero, zero, zero};  // a segment has no other axes
+    if (any(open)) search_depths(*a.shape, *segment.shape, {{none, none, along}, middle}, open, lower);
+    return lower + nothing;
+}
+
+template <class T> SPACEARM_INLINE pack<T> distance_of_segments(const placed_shape<T>& a, const placed_shape<T>& b) {
+    const T p = a.shape->half[2], q = b.shape->half[2], u2 = 4 * p * p, v2 = 4 * q * q;
+    const vec3<T> u = scaled(a.axis[2], pack<T>(p)), v = scaled(b.axis[2], pack<T>(q));
+    const pack<T> squared = squared_distance_of_axes(a.origin - u, u + u, u2 > T(0) ? 1 / u2 : T(0), b.origin - v,
+                                                     v + v, v2 > T(0) ? 1 / v2 : T(0));
+    const pack<T> nothing = (sum_of(a.origin) + sum_of(u) + sum_of(b.origin) + sum_of(v)) * T(0);
+    return sqrt(squared) + nothing;
 }
 
 // The kinds in the order of core_kind: the first is not after the second.
 template <class T>
-SPACEARM_INLINE pack<T> ordered_distance(const convex_shape<T>& a, const convex_shape<T>& b, const frame<T>& b_in_a,
-                                         const pack<T>& nothing, T enough) {
+SPACEARM_INLINE pack<T> ordered_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough) {
     using enum core_kind;
     const auto pair = [](core_kind one, core_kind two) { return static_cast<int>(one) * 4 + static_cast<int>(two); };
-    switch (pair(a.kind, b.kind)) {
-        case pair(segment, segment): return segment_distance(a, b, b_in_a);
-        case pair(segment, box): return core_distance<segment, box>(a, b, b_in_a, nothing, enough);
-        case pair(segment, cylinder): return core_distance<segment, cylinder>(a, b, b_in_a, nothing, enough);
-        case pair(segment, polytope): return core_distance<segment, polytope>(a, b, b_in_a, nothing, enough);
-        case pair(box, box): return core_distance<box, box>(a, b, b_in_a, nothing, enough);
-        case pair(box, cylinder): return core_distance<box, cylinder>(a, b, b_in_a, nothing, enough);
-        case pair(box, polytope): return core_distance<box, polytope>(a, b, b_in_a, nothing, enough);
-        case pair(cylinder, cylinder): return core_distance<cylinder, cylinder>(a, b, b_in_a, nothing, enough);
-        case pair(cylinder, polytope): return core_distance<cylinder, polytope>(a, b, b_in_a, nothing, enough);
-        default: return core_distance<polytope, polytope>(a, b, b_in_a, nothing, enough);
+    switch (pair(a.shape->kind, b.shape->kind)) {
+        case pair(segment, segment): return distance_of_segments(a, b);
+        case pair(segment, box): return distance_of_segment<box>(a, b, enough);
+        case pair(segment, cylinder): return distance_of_segment<cylinder>(a, b, enough);
+        case pair(segment, polytope): return distance_of_segment<polytope>(a, b, enough);
+        case pair(box, box): return core_distance<box, box>(a, b, enough);
+        case pair(box, cylinder): return core_distance<box, cylinder>(a, b, enough);
+        case pair(box, polytope): return core_distance<box, polytope>(a, b, enough);
+        case pair(cylinder, cylinder): return core_distance<cylinder, cylinder>(a, b, enough);
+        case pair(cylinder, polytope): return core_distance<cylinder, polytope>(a, b, enough);
+        default: return core_distance<polytope, polytope>(a, b, enough);
     }
-}
-
-// B's axes and origin in A's frame.
-template <class T> SPACEARM_INLINE frame<T> in_frame_of(const placed_shape<T>& a, const placed_shape<T>& b) {
-    const auto seen = [&](const vec3<T>& v) {
-        return vec3<T>{dot(a.axis[0], v), dot(a.axis[1], v), dot(a.axis[2], v)};
-    };
-    return {{seen(b.axis[0]), seen(b.axis[1]), seen(b.axis[2])}, seen(b.origin - a.origin)};
 }
 
 }  // namespace convex_detail
@@ -102,14 +116,28 @@ template <class T> SPACEARM_INLINE frame<T> in_frame_of(const placed_shape<T>& a
 // beyond may return any lower bound of at least `enough`. A lane with a number that is none returns NaN.
 template <class T> inline pack<T> signed_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough) {
     if (b.shape->kind < a.shape->kind) return signed_distance(b, a, enough);
-    const frame<T> f = convex_detail::in_frame_of(a, b);
-    pack<T> sum = f.origin.x + f.origin.y + f.origin.z;
-    for (const vec3<T>& c : f.column) sum = sum + (c.x + c.y + c.z);
-    const pack<T> nothing = sum * T(0);  // 0; NaN where a number is none
     const T radii = a.shape->radius + b.shape->radius, apart = enough + radii;
-    const pack<T> core = convex_detail::ordered_distance(*a.shape, *b.shape, f, nothing, apart);
-    const pack<T> found = core - radii;
-    return select(pack<T>(apart) <= core, max(found, pack<T>(enough)), found) + nothing;
+    const pack<T> core = convex_detail::ordered_distance(a, b, apart), found = core - radii;
+    return select(pack<T>(apart) <= core, max(found, pack<T>(enough)), found);
+}
+
+// The least normal . x over the points x of a shape, for a unit normal.
+template <class T> inline pack<T> least_along(const placed_shape<T>& a, const T* normal) {
+    using enum core_kind;
+    const pack<T> zero(T(0));
+    const vec3<T> n{zero - dot(a.axis[0], normal), zero - dot(a.axis[1], normal), zero - dot(a.axis[2], normal)};
+    const convex_shape<T>& s = *a.shape;
+    pack<T> depth = abs(n.z) * s.half[2];  // of a segment
+    if (s.kind == box) depth = abs(n.x) * s.half[0] + abs(n.y) * s.half[1] + depth;
+    else if (s.kind == cylinder) depth = sqrt(n.x * n.x + n.y * n.y) * s.half[0] + depth;
+    else if (s.kind == polytope) {
+        depth = dot(n, s.vertices[0]);
+        for (int i = 1; i < s.count; ++i) depth = max(dot(n, s.vertices[i]), depth);
+    }
+    return dot(a.origin, normal) - (depth + s.radius);
+}
+template <class T> inline pack<T> signed_distance(const placed_shape<T>& a, const half_space_obstacle<T>& o, T) {
+    return least_along(a, o.normal) - o.offset;
 }
 
 }  // namespace SPACEARM_NAMESPACE

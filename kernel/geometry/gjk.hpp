@@ -26,7 +26,8 @@ template <class T> struct convex_shape {
 };
 template <class T> struct placed_shape {
     const convex_shape<T>* shape;
-    vec3<T> axis[3], origin;  // the core's, in any frame that both shapes have in common
+    vec3<T> axis[3],
+        origin;  // the core's, in any frame that both shapes have in common; of a segment only axis[2] is read
 };
 
 namespace convex_detail {
@@ -62,17 +63,35 @@ template <core_kind K, class T> SPACEARM_INLINE vec3<T> furthest(const convex_sh
     }
 }
 
-// A point of A - B, in A's frame, that is least far along a direction.
-template <core_kind A, core_kind B, class T>
-SPACEARM_INLINE vec3<T> least_along(const convex_shape<T>& a, const convex_shape<T>& b, const frame<T>& f,
-                                    const vec3<T>& n) {
-    const pack<T> zero(T(0));
-    const vec3<T> p = furthest<A>(a, vec3<T>{zero - n.x, zero - n.y, zero - n.z});
-    const vec3<T> q = furthest<B>(b, vec3<T>{dot(f.column[0], n), dot(f.column[1], n), dot(f.column[2], n)});
-    return {p.x - (f.origin.x + (f.column[0].x * q.x + f.column[1].x * q.y + f.column[2].x * q.z)),
-            p.y - (f.origin.y + (f.column[0].y * q.x + f.column[1].y * q.y + f.column[2].y * q.z)),
-            p.z - (f.origin.z + (f.column[0].z * q.x + f.column[1].z * q.y + f.column[2].z * q.z))};
-}
+// Two cores, in A's frame; A - B is what is searched.
+template <core_kind A, core_kind B, class T> struct core_pair {
+    const convex_shape<T>&a, &b;
+    const frame<T> b_in_a;
+    vec3<T> between() const { return b_in_a.origin; }
+    // A point of A - B that is least far along a direction.
+    SPACEARM_INLINE vec3<T> least_along(const vec3<T>& n) const {
+        const pack<T> zero(T(0));
+        const frame<T>& f = b_in_a;
+        const vec3<T> p = furthest<A>(a, vec3<T>{zero - n.x, zero - n.y, zero - n.z});
+        const vec3<T> q = furthest<B>(b, vec3<T>{dot(f.column[0], n), dot(f.column[1], n), dot(f.column[2], n)});
+        return {p.x - (f.origin.x + (f.column[0].x * q.x + f.column[1].x * q.y + f.column[2].x * q.z)),
+                p.y - (f.origin.y + (f.column[0].y * q.x + f.column[1].y * q.y + f.column[2].y * q.z)),
+                p.z - (f.origin.z + (f.column[0].z * q.x + f.column[1].z * q.y + f.column[2].z * q.z))};
+    }
+};
+// A core and a segment, its middle and half of it given in the core's frame.
+template <core_kind A, class T> struct segment_pair {
+    const convex_shape<T>& a;
+    const vec3<T> middle, half;
+    vec3<T> between() const { return middle; }
+    SPACEARM_INLINE vec3<T> least_along(const vec3<T>& n) const {
+        const pack<T> zero(T(0));
+        const vec3<T> p = furthest<A>(a, vec3<T>{zero - n.x, zero - n.y, zero - n.z});
+        const pack_mask<T> back = dot(half, n) < zero;
+        const vec3<T> from = p - middle;
+        return select3(back, from + half, from - half);
+    }
+};
 
 template <class T> struct gjk_bounds {
     pack<T> lower;  // of the signed distance
@@ -140,9 +159,7 @@ template <class T> SPACEARM_INLINE pack_mask<T> reduce(const vec3<T>& w, simplex
     return (zero <= a) & (zero <= b) & (zero <= c) & (a + b + c <= v) & (zero < v);
 }
 
-template <core_kind A, core_kind B, class T>
-SPACEARM_INLINE gjk_bounds<T> gjk(const convex_shape<T>& a, const convex_shape<T>& b, const frame<T>& f,
-                                  const pack<T>& nothing, T enough) {
+template <class Pair, class T> SPACEARM_INLINE gjk_bounds<T> gjk(const Pair& pair, const pack<T>& nothing, T enough) {
     constexpr bool single = sizeof(T) == 4;
     constexpr int most_steps = single ? 32 : 64;
     constexpr T close = single ? T(1e-5) : T(1e-12);  // [m/m] of the distance: what the bounds may leave open
@@ -152,8 +169,9 @@ SPACEARM_INLINE gjk_bounds<T> gjk(const convex_shape<T>& a, const convex_shape<T
         const pack<T> inverse = one / max(size, tiny);
         return vec3<T>{select(tiny < size, v.x * inverse, one), v.y * inverse, v.z * inverse};
     };
-    vec3<T> n = unit(vec3<T>{zero - f.origin.x, zero - f.origin.y, zero - f.origin.z}, length_of(f.origin));
-    vec3<T> w = least_along<A, B>(a, b, f, n);
+    const vec3<T> to = pair.between();
+    vec3<T> n = unit(vec3<T>{zero - to.x, zero - to.y, zero - to.z}, length_of(to));
+    vec3<T> w = pair.least_along(n);
     simplex<T> s{{w, w, w}, w};
     pack<T> lower = dot(n, w), upper = length_of(w), widest = upper, least = upper * upper;
     pack_mask<T> active = (lower < enough) & (nothing <= zero);
@@ -161,7 +179,7 @@ SPACEARM_INLINE gjk_bounds<T> gjk(const convex_shape<T>& a, const convex_shape<T
         active = active & (upper * close + widest * rounding < upper - lower) & (tiny < upper) & (lower < enough);
         if (!any(active)) break;
         n = unit(s.nearest, upper);
-        w = least_along<A, B>(a, b, f, n);
+        w = pair.least_along(n);
         lower = select(active, max(lower, dot(n, w)), lower);
         widest = select(active, max(widest, abs(w.x) + abs(w.y) + abs(w.z)), widest);
         active = active & (upper * close + widest * rounding < upper - lower) & (lower < enough);
