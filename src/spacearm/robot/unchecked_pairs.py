@@ -118,7 +118,9 @@ def _as_pair(what: str, given: Any) -> Pair:
 def overlap_in_words(depth: float, *, proven: bool) -> str:
     """Say that two links always overlap, with the depth [m] that they have at least; or that they touch."""
     where = "in every configuration" if proven else "in every configuration that was drawn"
-    return f"overlap by {depth * 1e3:.3g} mm or more {where}" if depth > _TOUCHING else REASONS["always"]
+    tenths = math.floor(depth * 1e4)  # of a millimetre
+    deep = f" by {tenths / 10:g} mm or more" if tenths else ""
+    return f"overlap{deep} {where}" if depth > _TOUCHING else REASONS["always"]
 
 
 def called(links: Pair) -> str:
