@@ -27,7 +27,7 @@ from spacearm.robot.link_tree import LinkTree, advised, default_tip, ends_of, se
 from spacearm.robot.model import Robot
 from spacearm.robot.self_collision import ALWAYS, LinkPair, find_self_pairs, finite_range
 from spacearm.robot.srdf import Srdf, pair
-from spacearm.robot.urdf import Shape, link_shapes, parsed_urdf, urdf_tree
+from spacearm.robot.urdf import collision_shapes, urdf_tree
 
 Array = NDArray[np.float64]
 
@@ -174,7 +174,7 @@ def _tree(chart: Chart, cases: list[Case], root: Any) -> tuple[LinkTree, dict[st
         path.write_bytes(etree.tostring(root, encoding="utf-8"))
         try:
             tree = urdf_tree(path, collision="urdf")
-            shapes = {link.name: link_shapes(link, path.parent) for link in parsed_urdf(path).links}
+            shapes = collision_shapes(path)
         except SpacearmError as error:
             raise type(error)(str(error).replace(str(path), str(chart.path))) from None
     return replace(tree, source=str(chart.path)), shapes

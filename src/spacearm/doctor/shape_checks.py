@@ -19,7 +19,7 @@ from spacearm.doctor.diagnosis import Chart, link_of, number_of, numbers_of, set
 from spacearm.doctor.limit_checks import FARTHEST
 from spacearm.geometry.meshes import mesh_triangles
 from spacearm.robot.link_tree import LONGEST
-from spacearm.robot.urdf import chain_length, found_mesh, looks_like_millimetres
+from spacearm.robot.collision_shapes import chain_length, found_mesh, looks_like_millimetres
 
 Array = NDArray[np.float64]
 
