@@ -20,25 +20,40 @@ template <class T> struct link_capsule {
     int index;           // its place in the robot's own list
 };
 template <class T> struct cluster {
-    int joint;            // -1 for the base
-    int first, last;      // its capsules
-    T center[3], radius;  // their bounding sphere
+    int joint;                                             // -1 for the base
+    int first, last;                                       // its capsules
+    T center[3], radius;                                   // their bounding sphere
+    T greatest_margin = std::numeric_limits<T>::lowest();  // [m] of its own ones with obstacles
 };
 template <class T> struct pair_margin {
     int cluster, other;  // and a node of the obstacles' tree; or -1 and the number of a pair of clusters
-    T most;              // [m] no more margin than this is asked for between the two
+    T margin;            // [m] is asked for between the two, instead of what is asked for between all others
     bool before(int c, int o) const { return cluster != c ? cluster < c : other < o; }
+};
+// The clearance that is asked for: either the one that is required, or a preferred one. Pairs with a margin of their
+// own have to keep that; where it is lower than what is required of all others, no more than that is preferred either.
+template <class T> struct asked_clearance {
+    T margin;  // [m] of the pairs without a margin of their own
+    bool preferred = false;
+    T required = T(0);  // [m] the margin that is required, where this one is preferred
+    T of_pair(T own) const {
+        if (!preferred) return own;
+        return own < required ? std::min(margin, own) : margin;
+    }
+    // No pair of a cluster and an obstacle is asked for more than this.
+    T greatest(const cluster<T>& c) const { return preferred ? margin : std::max(margin, c.greatest_margin); }
 };
 template <class T> struct link_envelope {
     std::vector<link_capsule<T>> capsules;
     std::vector<cluster<T>> clusters;
     std::vector<std::pair<int, int>> pairs;    // clusters that must keep clear of each other
-    std::vector<pair_margin<T>> pair_margins;  // in order; mostly none: those that begin or end nearer than the margin
+    std::vector<pair_margin<T>> pair_margins;  // in order, of each pair one at most; mostly none
 
-    T margin_of(int c, int other, T margin) const {
+    T margin_of(int c, int other, const asked_clearance<T>& asked) const {
         const auto at = std::lower_bound(pair_margins.begin(), pair_margins.end(), 0,
                                          [&](const pair_margin<T>& e, int) { return e.before(c, other); });
-        return at != pair_margins.end() && at->cluster == c && at->other == other ? std::min(margin, at->most) : margin;
+        const bool own = at != pair_margins.end() && at->cluster == c && at->other == other;
+        return own ? asked.of_pair(at->margin) : asked.margin;
     }
 };
 
@@ -111,21 +126,24 @@ SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* fr
 
 template <class T>
 inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles,
-                                   T margin, envelope_memory<T>& w, pack<T>& sum, bool stop_early, bool by_pair) {
+                                   const asked_clearance<T>& asked, envelope_memory<T>& w, pack<T>& sum,
+                                   bool stop_early) {
+    const bool by_pair = !b.pair_margins.empty();
     const int nodes = static_cast<int>(obstacles.tree.size());
     for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {  // the last link first: it collides most
         const cluster<T>& c = b.clusters[i];
         if (c.joint < 0 && !w.base) continue;  // the base and the obstacles stand still
+        const T reach = c.radius + (by_pair ? asked.greatest(c) : asked.margin);
         for (int k = 0; k < nodes;) {
             const obstacle_node<T>& node = obstacles.tree[k];
-            if (!near_box(w.centers[i], c.radius + margin, node)) {
+            if (!near_box(w.centers[i], reach, node)) {
                 k = node.skip;
                 continue;
             }
             if (node.kind != shape::none) {
-                const T asked = by_pair ? b.margin_of(i, k, margin) : margin;
+                const T margin = by_pair ? b.margin_of(i, k, asked) : asked.margin;
                 obstacles.visit(node.kind, node.index,
-                                [&](const auto& o) { add_shortfall(b, frames, i, o, asked, w, sum); });
+                                [&](const auto& o) { add_shortfall(b, frames, i, o, margin, w, sum); });
             }
             ++k;
         }
@@ -149,11 +167,12 @@ SPACEARM_INLINE pack<T> squared_distance(const link_envelope<T>& b, const envelo
 }
 
 template <class T>
-inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames, T usual, envelope_memory<T>& w,
-                               pack<T>& sum, bool stop_early, bool by_pair) {
+inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames, const asked_clearance<T>& asked,
+                               envelope_memory<T>& w, pack<T>& sum, bool stop_early) {
+    const bool by_pair = !b.pair_margins.empty();
     for (std::size_t p = 0; p < b.pairs.size(); ++p) {
         const auto& [i, j] = b.pairs[p];
-        const T margin = by_pair ? b.margin_of(-1, static_cast<int>(p), usual) : usual;
+        const T margin = by_pair ? b.margin_of(-1, static_cast<int>(p), asked) : asked.margin;
         const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
         const vec3<T> apart = w.centers[i] - w.centers[j];
         const T near = one.radius + two.radius + margin;
@@ -179,18 +198,59 @@ inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames
 }
 
 // Shortfall of clearance [m] of one pack of configurations, summed over all pairs. With stop_early it is only known to
-// be above 0 in some lane, or 0 in all. Infinite where a number is none: nobody knows where the arm is then. Pairs with
-// a margin of their own may come nearer, unless `lowered` says no.
+// be above 0 in some lane, or 0 in all. Infinite where a number is none: nobody knows where the arm is then.
 template <class T>
-inline pack<T> shortfall(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles, T margin,
-                         envelope_memory<T>& w, bool stop_early, bool lowered = true) {
+inline pack<T> shortfall(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles,
+                         const asked_clearance<T>& asked, envelope_memory<T>& w, bool stop_early) {
     place(b, frames, w);
     pack<T> sum(T(0));
-    const bool by_pair = lowered && !b.pair_margins.empty();
-    add_obstacle_shortfall(b, frames, obstacles, margin, w, sum, stop_early, by_pair);
-    if (!stop_early || all(sum <= T(0))) add_self_shortfall(b, frames, margin, w, sum, stop_early, by_pair);
+    add_obstacle_shortfall(b, frames, obstacles, asked, w, sum, stop_early);
+    if (!stop_early || all(sum <= T(0))) add_self_shortfall(b, frames, asked, w, sum, stop_early);
     const pack<T> infinite(std::numeric_limits<T>::infinity());
     return select(sum <= infinite, sum, infinite);
+}
+
+// ---- of pairs that are looked at one by one -------------------------------------------------------------------------
+// The least clearance [m] of a cluster and an obstacle, the envelope in place; only those below `enough` are computed.
+template <class T, class Shape>
+SPACEARM_INLINE pack<T> cluster_clearance(const link_envelope<T>& b, const frame<T>* frames, int i, const Shape& o,
+                                          T enough, envelope_memory<T>& w) {
+    const cluster<T>& c = b.clusters[i];
+    pack<T> least(enough);
+    if (all(pack<T>(c.radius + enough) <= distance_to(o, w.centers[i]))) return least;
+    place_capsules(b, frames, i, w);
+    for (int k = c.first; k < c.last; ++k) {
+        const link_capsule<T>& capsule = b.capsules[k];
+        const pack<T> from_middle = distance_to(o, w.middle[k]);
+        if (all(pack<T>(capsule.reach + enough) <= from_middle)) continue;
+        const pack<T> d = capsule.inverse_squared_length == T(0)
+                              ? from_middle
+                              : axis_distance(o, w.a[k], w.ab[k], capsule.inverse_squared_length);
+        least = min(least, d - capsule.radius);
+    }
+    return least;
+}
+// The same of two clusters.
+template <class T>
+inline pack<T> cluster_pair_clearance(const link_envelope<T>& b, const frame<T>* frames, int i, int j, T enough,
+                                      envelope_memory<T>& w) {
+    const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
+    pack<T> least(enough);
+    const vec3<T> apart = w.centers[i] - w.centers[j];
+    const T near = one.radius + two.radius + enough;
+    if (all(pack<T>(near * near) <= dot(apart, apart))) return least;
+    place_capsules(b, frames, i, w);
+    place_capsules(b, frames, j, w);
+    for (int k = one.first; k < one.last; ++k) {
+        for (int l = two.first; l < two.last; ++l) {
+            const link_capsule<T>&c = b.capsules[k], &d = b.capsules[l];
+            const vec3<T> between = w.middle[k] - w.middle[l];
+            const T reach = c.reach + d.reach + enough;
+            if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
+            least = min(least, sqrt(squared_distance(b, w, k, l)) - (c.radius + d.radius));
+        }
+    }
+    return least;
 }
 
 // ---- building -------------------------------------------------------------------------------------------------------

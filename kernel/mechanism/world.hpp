@@ -44,10 +44,11 @@ struct capsule_description {
 };
 using obstacle_description = std::variant<sphere<double>, capsule_description, box_obstacle<double>,
                                           cylinder_obstacle<double>, half_space_obstacle<double>>;
-// A pair that may come nearer than the margin: a capsule and an obstacle, or another capsule where the obstacle is -1.
+// The margin of one pair, lower or higher than that of all others: of a body's link and an obstacle, or another body's
+// link where the obstacle is -1.
 struct pair_margin_description {
-    int capsule = 0, obstacle = -1, other = -1;
-    double most = 0;  // [m] no more than this is asked for between them
+    int body = 0, obstacle = -1, other = -1;
+    double margin = 0;  // [m]
 };
 struct mass_description {
     double mass = 0, com[3] = {}, inertia[6] = {};  // [kg], [m], about it [kg m^2]: xx, yy, zz, xy, xz, yz
@@ -221,40 +222,50 @@ template <class T> void build_obstacles(const world& given, model<T>& m) {
     m.obstacles.build_tree();
 }
 
-// Margins of pairs of capsules become those of their clusters: with a node of the obstacles' tree, or another cluster.
-template <class T> void build_pair_margins(const world& given, model<T>& m) {
-    link_envelope<T>& b = m.envelope;
-    const int capsules = static_cast<int>(b.capsules.size()), obstacles = static_cast<int>(m.obstacle_order.size());
-    std::vector<int> cluster_of(capsules, 0);
+// In which cluster each body is, and where each obstacle is in the tree, both as they were given.
+template <class T> void build_places(model<T>& m) {
+    const link_envelope<T>& b = m.envelope;
+    m.cluster_of.assign(b.capsules.size(), 0);
     for (std::size_t c = 0; c < b.clusters.size(); ++c) {
         for (int i = b.clusters[c].first; i < b.clusters[c].last; ++i)
-            cluster_of[b.capsules[i].index] = static_cast<int>(c);
+            m.cluster_of[b.capsules[i].index] = static_cast<int>(c);
     }
     std::map<std::pair<shape, int>, int> node_of;
     for (std::size_t k = 0; k < m.obstacles.tree.size(); ++k)
         node_of[{m.obstacles.tree[k].kind, m.obstacles.tree[k].index}] = static_cast<int>(k);
-    for (const pair_margin_description& given_margin : given.pair_margins) {
-        const auto& [capsule, obstacle, other, most] = given_margin;
-        require(capsule >= 0 && capsule < capsules && obstacle < obstacles && other < capsules
-                    && (obstacle >= 0 || other >= 0),
+    for (const auto& one : m.obstacle_order) m.node_of.push_back(node_of.at(one));
+}
+
+// Margins of pairs of bodies become those of their clusters: with a node of the obstacles' tree, or another cluster.
+// Of one pair the last one given counts.
+template <class T> void build_pair_margins(const world& given, model<T>& m) {
+    link_envelope<T>& b = m.envelope;
+    const int bodies = static_cast<int>(b.capsules.size()), obstacles = static_cast<int>(m.obstacle_order.size());
+    std::map<std::pair<int, int>, int> number_of;  // of each pair of clusters
+    for (std::size_t p = 0; p < b.pairs.size(); ++p) {
+        const auto& [x, y] = b.pairs[p];
+        number_of[{std::min(x, y), std::max(x, y)}] = static_cast<int>(p);
+    }
+    std::map<std::pair<int, int>, T> margins;
+    for (const auto& [body, obstacle, other, margin] : given.pair_margins) {
+        require(body >= 0 && body < bodies && obstacle < obstacles && other < bodies && (obstacle >= 0 || other >= 0),
                 "a pair's margin is of a pair out of range");
-        require(within(most, widest), "a pair's margin that is none, or too large");
-        const int one = cluster_of[capsule];
+        require(within(margin, widest), "a pair's margin that is none, or too large");
+        const int one = m.cluster_of[body];
         if (obstacle >= 0) {
-            b.pair_margins.push_back({one, node_of.at(m.obstacle_order[obstacle]), static_cast<T>(most)});
+            margins[{one, m.node_of[obstacle]}] = static_cast<T>(margin);
             continue;
         }
-        const int two = cluster_of[other];
-        for (std::size_t p = 0; p < b.pairs.size(); ++p) {
-            const auto& [x, y] = b.pairs[p];
-            if ((x == one && y == two) || (x == two && y == one))
-                b.pair_margins.push_back({-1, static_cast<int>(p), static_cast<T>(most)});
-        }
+        const int two = m.cluster_of[other];
+        const auto at = number_of.find({std::min(one, two), std::max(one, two)});
+        if (at != number_of.end()) margins[{-1, at->second}] = static_cast<T>(margin);
     }
-    std::sort(b.pair_margins.begin(), b.pair_margins.end(),
-              [](const pair_margin<T>& x, const pair_margin<T>& y) {  // of one pair the least first
-                  return x.cluster == y.cluster && x.other == y.other ? x.most < y.most : x.before(y.cluster, y.other);
-              });
+    for (const auto& [pair, margin] : margins) {  // in order
+        b.pair_margins.push_back({pair.first, pair.second, margin});
+        if (pair.first < 0) continue;
+        T& greatest = b.clusters[pair.first].greatest_margin;
+        greatest = std::max(greatest, margin);
+    }
 }
 
 // The columns that points and envelope need; a base that floats needs all of them, and remembers these.
@@ -303,6 +314,7 @@ template <class T> model<T> build(const world& given) {
     build_points(given, m);
     build_envelope(given, m);
     build_obstacles(given, m);
+    build_places(m);
     build_pair_margins(given, m);
     mark_columns(m);
     build_masses(given, m);

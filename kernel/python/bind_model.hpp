@@ -191,7 +191,7 @@ template <class T> out_array<T, 1> shortfalls(const model<T>& m, in2<T> q, doubl
         for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
             forward_kinematics(m.robot, packs, work.frames.data());
             store_lanes(
-                shortfall(m.envelope, work.frames.data(), m.obstacles, static_cast<T>(margin), memory, stop_early),
+                shortfall<T>(m.envelope, work.frames.data(), m.obstacles, {static_cast<T>(margin)}, memory, stop_early),
                 &out[first], filled);
         });
     }

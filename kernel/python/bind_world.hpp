@@ -94,12 +94,11 @@ inline envelope_part envelope_from(in_ints joint, in_ints link, in_places a, in_
     for (std::size_t i = 0; i < pairs.shape(0); ++i) out.pairs.push_back({pairs(i, 0), pairs(i, 1)});
     return out;
 }
-inline pair_margins_part pair_margins_from(in_ints capsule, in_ints obstacle, in_ints other, in1<double> most) {
-    require_lengths(capsule.shape(0), {obstacle.shape(0), other.shape(0), most.shape(0)},
+inline pair_margins_part pair_margins_from(in_ints body, in_ints obstacle, in_ints other, in1<double> margin) {
+    require_lengths(body.shape(0), {obstacle.shape(0), other.shape(0), margin.shape(0)},
                     "the margins' arrays do not fit each other");
     pair_margins_part out;
-    for (std::size_t i = 0; i < capsule.shape(0); ++i)
-        out.margins.push_back({capsule(i), obstacle(i), other(i), most(i)});
+    for (std::size_t i = 0; i < body.shape(0); ++i) out.margins.push_back({body(i), obstacle(i), other(i), margin(i)});
     return out;
 }
 inline masses_part masses_from(in1<double> mass, in_places com, fixed_array<-1, 6> inertia) {
@@ -180,9 +179,10 @@ inline void bind_world(nb::module_& m) {
         "The capsules of the links, each in the frame of its joint, and pairs of links to keep clear of each other.",
         &envelope_from, "joint"_a, "link"_a, "a"_a, "b"_a, "radius"_a, "pairs"_a);
     bind_part(m, "PairMargins",
-              "Pairs that may come nearer than the margin: a capsule and an obstacle, or another capsule where the "
-              "obstacle is -1.",
-              &pair_margins_from, "capsule"_a, "obstacle"_a, "other"_a, "most"_a);
+              "Margins of pairs, lower or higher than that of all others [m]: of a body and an obstacle, or another "
+              "body where the obstacle is -1. Bodies are those of the envelope, obstacles the kernel's. A margin holds "
+              "for all of the body's link, so all bodies of a link have the same one; of one pair the last counts.",
+              &pair_margins_from, "body"_a, "obstacle"_a, "other"_a, "margin"_a);
     bind_part(m, "Masses",
               "The masses of the base and of each joint's body, in that joint's frame; inertia about the "
               "centre of mass: xx, yy, zz, xy, xz, yz.",

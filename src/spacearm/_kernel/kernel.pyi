@@ -60,10 +60,10 @@ class Envelope:
 
 class PairMargins:
     """
-    Pairs that may come nearer than the margin: a capsule and an obstacle, or another capsule where the obstacle is -1.
+    Margins of pairs, lower or higher than that of all others [m]: of a body and an obstacle, or another body where the obstacle is -1. Bodies are those of the envelope, obstacles the kernel's. A margin holds for all of the body's link, so all bodies of a link have the same one; of one pair the last counts.
     """
 
-    def __init__(self, *, capsule: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], obstacle: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], most: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
+    def __init__(self, *, body: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], obstacle: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], margin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
 
 class Masses:
     """
@@ -268,10 +268,17 @@ class FloatingBase:
 
     def __init__(self, *, frame: FrameGoal | None = None, attitude: AttitudeGoal | None = None, most_turned: float = 0.0, most_rate: float = 0.0, most_arm_momentum: float = 0.0, duration: float = 0.0, angular: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')] | None = None, drift: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')] | None = None) -> None: ...
 
+class NearPairs:
+    """
+    Pairs that are nearer at an end of a motion than `required`, p of them. A motion holds such a pair to `at_start` until it is first `required` apart, to `at_goal` (p, goals) from when it is last so, and to `required` in between; to the lesser of both if it never is [m]. At an end where a pair is not near, give `required`. Rows say what belongs to a pair: all bodies of its link, with all of the kernel's obstacles that its obstacle is, or with other bodies where the obstacle is -1. Trees and edges know no order: there the pair's own margin holds (PairMargins), which has to be the least of the above.
+    """
+
+    def __init__(self, *, pair: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], body: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], obstacle: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], required: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], at_start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], at_goal: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]) -> None: ...
+
 class MotionProblem:
     """What is asked of a motion."""
 
-    def __init__(self, *, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], goals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], acceleration: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], jerk: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None = None, margin: float, comfort: float, tip: int, centers: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], weights: MotionWeights, base: FixedBase | FloatingBase) -> None: ...
+    def __init__(self, *, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], goals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], acceleration: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], jerk: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None = None, margin: float, preferred_clearance: float, tip: int, centers: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], weights: MotionWeights, base: FixedBase | FloatingBase, near_pairs: NearPairs | None = None) -> None: ...
 
 class Model64:
     """A robot among obstacles."""
@@ -798,6 +805,32 @@ def angles(y: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')],
     """The angles of vectors (x, y) [rad]."""
 
 def cube_roots(x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
+class CoreKind(enum.Enum):
+    """The core of a convex shape; a point is a segment of half length 0."""
+
+    segment = 0
+
+    box = 1
+
+    cylinder = 2
+
+    polytope = 3
+
+class ConvexShape:
+    """
+    All points within a radius of a core; a polytope's vertices are in its own frame.
+    """
+
+    def __init__(self, *, kind: CoreKind, half: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], radius: float, vertices: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order='C')]) -> None: ...
+
+def convex_distances64(a: ConvexShape, poses_a: Annotated[NDArray[numpy.float64], dict(shape=(None, 4, 4), order='C')], b: ConvexShape, poses_b: Annotated[NDArray[numpy.float64], dict(shape=(None, 4, 4), order='C')], *, enough: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """
+    Signed distances (m,) [m] of two shapes at poses (m, 4, 4) each; at `enough` or beyond, that at least.
+    """
+
+def convex_distances32(a: ConvexShape, poses_a: Annotated[NDArray[numpy.float64], dict(shape=(None, 4, 4), order='C')], b: ConvexShape, poses_b: Annotated[NDArray[numpy.float64], dict(shape=(None, 4, 4), order='C')], *, enough: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """The same, computed in float."""
 
 def spline_values(s: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], interior: int, derivative: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 

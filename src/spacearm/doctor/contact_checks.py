@@ -22,6 +22,7 @@ from spacearm.doctor.shape_checks import mesh_path, mesh_size
 from spacearm.doctor.structure_checks import BROKEN
 from spacearm.robot.assembly import Assembly, assemble
 from spacearm.robot.capsules import clearance, link_axes, placed
+from spacearm.robot.collision_shapes import Shape
 from spacearm.robot.kinematics import base_and_joint_frames
 from spacearm.robot.link_tree import LinkTree, advised, default_tip, ends_of, several_ends
 from spacearm.robot.model import Robot
@@ -86,15 +87,16 @@ def _part(shape: Shape) -> tuple[Any, Array]:
 
     if shape.kind == "sphere":
         made: Any = coal.Sphere(shape.size[0])
-    elif shape.kind == "cylinder":
-        made = coal.Cylinder(*shape.size)
+    elif shape.kind in ("cylinder", "capsule"):
+        made = {"cylinder": coal.Cylinder, "capsule": coal.Capsule}[shape.kind](*shape.size)
     elif shape.kind == "box":
         made = coal.Box(*shape.size)
     else:
-        assert shape.triangles is not None
+        surface = shape.triangles
+        assert surface is not None
         made = coal.BVHModelOBBRSS()
-        made.beginModel(len(shape.triangles), 3 * len(shape.triangles))
-        corners = shape.triangles.reshape(-1, 3)
+        made.beginModel(len(surface), 3 * len(surface))
+        corners = surface.reshape(-1, 3)
         triangles = coal.StdVec_Triangle()
         for k in range(0, len(corners), 3):
             triangles.append(coal.Triangle(k, k + 1, k + 2))

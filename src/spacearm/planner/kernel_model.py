@@ -90,7 +90,7 @@ def make_kernel_model(
         scene: obstacles of any shape.
         frame: whose origin is the end effector's point; `robot.tip` unless given.
         points: further points to carry, each a joint's index (-1: the base) and a place in its frame (3,) [m].
-        pair_margins: of pairs that may come nearer than the margin.
+        pair_margins: of pairs whose margin is another than that of all others.
         masses: of a robot whose arm moves its base.
 
     Raises:
