@@ -16,8 +16,10 @@ from scipy.optimize import lsq_linear
 
 from spacearm.core.errors import FileFormatError, RobotError
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, find_self_pairs, load_robot
-from spacearm.robot.capsules import axes_of, segment_distance
-from spacearm.robot.self_collision import ALWAYS, finite_range, joints_between, never_meet
+from spacearm.robot.capsules import segment_distance
+from spacearm.robot.link_distances import body_of
+from spacearm.robot.self_collision import NEARLY_ALWAYS
+from spacearm.robot.whole_range import finite_range, joints_between, never_meet
 from support import srdf_text, strategies, urdf_text
 from support.forward_kinematics import joint_transforms
 from support.messages import assert_refused
@@ -77,7 +79,7 @@ def test_links_proven_never_to_meet_do_not_meet_in_any_sample(data: st.DataObjec
     robot = data.draw(strategies.robots(max_joints=5))
     names = sorted({capsule.name for capsule in robot.capsules})
     for first, second in itertools.combinations(names, 2):
-        axes = [axes_of([c for c in robot.capsules if c.name == name]) for name in (first, second)]
+        axes = [body_of([c for c in robot.shapes if c.name == name]) for name in (first, second)]
         proven = never_meet(robot, *axes, joints_between(robot, *axes))
         if proven:
             lower, upper = finite_range(robot)
@@ -182,7 +184,7 @@ def test_neighbours_that_meet_at_times_are_told_in_a_note() -> None:
     robot = urdf_text.loaded(text)
     (pair,) = find_self_pairs(robot).found
     assert pair.reason == "adjacent"
-    assert 0 < pair.met < ALWAYS
+    assert 0 < pair.met < NEARLY_ALWAYS
     assert any("'base' and 'upper' are neighbours" in note for note in robot.notes)
 
 
