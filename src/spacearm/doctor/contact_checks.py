@@ -21,6 +21,7 @@ from spacearm.doctor.diagnosis import Case, Chart, child_of, link_of, number_of
 from spacearm.doctor.shape_checks import mesh_path, mesh_size
 from spacearm.doctor.structure_checks import BROKEN
 from spacearm.robot.assembly import Assembly, assemble
+from spacearm.robot.collision_shapes import Shape
 from spacearm.robot.kinematics import base_and_joint_frames
 from spacearm.robot.link_distances import CONTACT, distances, link_bodies, placed
 from spacearm.robot.link_tree import LinkTree, advised, default_tip, ends_of, several_ends
@@ -28,7 +29,7 @@ from spacearm.robot.model import Robot
 from spacearm.robot.self_collision import NEARLY_ALWAYS, LinkPair, find_self_pairs
 from spacearm.robot.srdf import Srdf, pair
 from spacearm.robot.unchecked_pairs import overlap_in_words
-from spacearm.robot.urdf import Shape, link_shapes, parsed_urdf, urdf_tree
+from spacearm.robot.urdf import collision_shapes, urdf_tree
 from spacearm.robot.whole_range import finite_range
 
 Array = NDArray[np.float64]
@@ -100,10 +101,11 @@ def _part(shape: Shape) -> tuple[Any, Array]:
     elif shape.kind == "box":
         made = coal.Box(*shape.size)
     else:
-        assert shape.triangles is not None
+        surface = shape.triangles
+        assert surface is not None
         made = coal.BVHModelOBBRSS()
-        made.beginModel(len(shape.triangles), 3 * len(shape.triangles))
-        corners = shape.triangles.reshape(-1, 3)
+        made.beginModel(len(surface), 3 * len(surface))
+        corners = surface.reshape(-1, 3)
         triangles = coal.StdVec_Triangle()
         for k in range(0, len(corners), 3):
             triangles.append(coal.Triangle(k, k + 1, k + 2))
@@ -183,7 +185,7 @@ def _tree(chart: Chart, cases: list[Case], root: Any) -> tuple[LinkTree, dict[st
         path.write_bytes(etree.tostring(root, encoding="utf-8"))
         try:
             tree = urdf_tree(path, collision="urdf")
-            shapes = {link.name: link_shapes(link, path.parent) for link in parsed_urdf(path).links}
+            shapes = collision_shapes(path)
         except SpacearmError as error:
             raise type(error)(str(error).replace(str(path), str(chart.path))) from None
     return replace(tree, source=str(chart.path)), shapes
