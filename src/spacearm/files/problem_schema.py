@@ -14,6 +14,8 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Strict,
 
 from spacearm.core.strict_model import Number, StrictModel, wrong_form
 from spacearm.planner.planner_settings import TIME_LAWS, PlannerSettings, Weights
+from spacearm.planner.problem import SNAP_TOLERANCE
+from spacearm.proof import DEFAULT_CLEARANCE
 from spacearm.robot.urdf import CAPSULES_PER_SHAPE
 from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty
 
@@ -340,6 +342,15 @@ class MomentumModel(StrictModel):
     )
 
 
+class PairClearanceModel(StrictModel):
+    """A clearance for some pairs: of an obstacle, of a link, of a link and an obstacle, or of two links."""
+
+    clearance: Number = Field(description="that these pairs keep [m], 0 or more")
+    obstacle: Text | None = Field(None, description="the obstacle's name; by default all")
+    link: Text | None = Field(None, description="the link's name; by default all")
+    links: list[Text] | None = Field(None, description="two links' names, instead of link and obstacle")
+
+
 class ProblemModel(StrictModel):
     """A problem file."""
 
@@ -365,6 +376,15 @@ class ProblemModel(StrictModel):
     base_limits: BaseLimitsModel | None = Field(None, description="how little the arm may disturb the floating base")
     momentum: MomentumModel | None = Field(None, description="of base and arm, if the base floats; by default none")
     duration: Number | None = Field(None, description="of the motion [s]; by default the least that the limits allow")
+    clearance: Number = Field(
+        DEFAULT_CLEARANCE,
+        description="that links keep from obstacles and from each other during the whole motion [m], proven; 0: no contact",
+    )
+    clearances: list[PairClearanceModel] = Field([], description="others, for some pairs")
+    snap_tolerance: Number = Field(
+        SNAP_TOLERANCE,
+        description="a start or goal beyond a joint's limit by no more than this is set onto it [rad or m]",
+    )
     planner: Settings = Field({}, description="settings of the planner")
     editor_schema: Text | None = Field(None, alias="$schema", description="for editors; not read")
 
@@ -374,7 +394,9 @@ class ProblemModel(StrictModel):
         """Take a key with nothing behind it for one that is left out."""
         if not isinstance(given, dict):
             return given
-        return {key: value for key, value in given.items() if value is not None or key not in ("scene", "planner")}
+        return {
+            key: value for key, value in given.items() if value is not None or key not in ("scene", "clearances", "planner")
+        }
 
 
 def _named(given: Any, key: str, words: str) -> Any:

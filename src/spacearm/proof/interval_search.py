@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from spacearm.geometry import Scene
 from spacearm.proof.base_proofs import BaseProof
-from spacearm.proof.bodies import JointMap, Solids, lengths
+from spacearm.proof.bodies import JointMap
 from spacearm.proof.displacement import IntervalMidpoints, Intervals, LinearBounds, PathIntervals
 from spacearm.proof.separation import (
     DISAGREEMENT,
@@ -28,23 +28,26 @@ from spacearm.proof.separation import (
     NearestPair,
     ObstacleGroup,
     OpenPairs,
+    by_group,
     capsule_pairs,
     clearance_bounds,
     halved,
     link_pairs,
-    link_solids,
     obstacle_groups,
     out_of_cells,
 )
+from spacearm.proof.solids import Polytopes, Solids, lengths
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 Status = Literal["holds", "fails", "undecided"]
 
 _PROVEN_SHARE = 0.5  # times the least measured clearance (less the minimum): what is to be proven
 _BATCH = 128  # intervals evaluated at once
 _ROWS = 100_000  # pairs evaluated at once, which bounds the memory
+_ROWS_OF_POLYTOPES = 2_000  # likewise, of pairs with a polytope: each takes some arrays of its vertices
 _MOST_INTERVALS = 100_000  # evaluated before the search gives up
 _LIKELY = 24  # pairs of links and solids that are evaluated first, to find the least clearance early
 _CLOSE = 2.0  # times the least clearance (less the minimum): pairs that seem closer are measured
@@ -87,7 +90,6 @@ class ClearanceProof:
         self._base, self._curve, self._minimum, self._finest = base, base.curve, minimum, resolution
         self.witness = Witness(robot, self._bodies)
         self.measured = Measurements(self.witness, self._groups, self._bodies, self._relative_bodies)
-        self._links: Solids | None = None  # the robot's own bodies, at the midpoints of the present intervals
         self.proven = self._least = np.inf
         self._proven_share = proven_share
         self.evaluations, self.resolution = 0, 1.0
@@ -96,7 +98,7 @@ class ClearanceProof:
         """Return the largest length and joint value that the proof computes with [m or rad]; NaN if one of them is NaN."""
         _, low, high = self._curve.hulls(0, bisections=0)
         numbers = [low, high, self._joints.offset, self._joints.multiplier, self._joints.parent_offset]
-        numbers += [self._bodies.ends, self._bodies.radius, self._base.setup.start]
+        numbers += [self._bodies.radius, self._base.setup.start, *(group.points for group in self._bodies.groups)]
         numbers += [array for group in self._groups if group.solids is not None for array in lengths(group.solids)]
         return float(np.max([np.abs(array).max(initial=0.0) for array in numbers]))
 
@@ -162,13 +164,14 @@ class ClearanceProof:
 
     def _settle(self, midpoints: IntervalMidpoints, pairs: list[OpenPairs] | None) -> list[OpenPairs]:
         """Settle what can be settled, and return the pairs that are still open, by group. None: all pairs are open."""
-        if self._groups[-1].solids is None:
-            self._links = link_solids(self._bodies, midpoints)
         if pairs is None:
-            midpoints.bound(np.arange(len(self._relative_bodies.body)))
+            first = self._bodies.group[self._relative_bodies.body] == 0  # the balls around links are among them
+            midpoints.bound(np.flatnonzero(first))
             pairs = self._close_pairs(midpoints)
+            used = _used(pairs)
+            midpoints.bound(used[~first[used]])
         else:
-            midpoints.bound(np.unique(np.concatenate([of_group.relative for of_group in pairs])))
+            midpoints.bound(_used(pairs))
         found = [self._sharpened(midpoints, group, of_group) for group, of_group in enumerate(pairs)]
         self._measure_nearest(midpoints, pairs, found)
         return [of_group.select(~self._settled(known)) for of_group, known in zip(pairs, found, strict=True)]
@@ -184,22 +187,30 @@ class ClearanceProof:
         return settled
 
     def _bounds(
-        self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, *, enough: float, n: Array | None = None
+        self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, *, enough: float | None, n: Array | None = None
     ) -> ClearanceBounds:
         """Bound the clearance of pairs of a group; see `clearance_bounds`."""
-        solids = self._groups[group].solids
-        if solids is None:
-            assert self._links is not None
-            solids = self._links
-            pairs = pairs._replace(solid=pairs.interval * len(self._bodies.radius) + pairs.solid)
-        return self._bounds_to(solids, midpoints, pairs, enough=enough, n=n)
+        solids, bodies = self._groups[group].solids, self._bodies
+        if solids is not None:
+            return self._bounds_to(solids, midpoints, pairs, enough=enough, n=n)
+
+        def of_group(other: int, rows: Indices | slice) -> ClearanceBounds:
+            some = pairs.select(rows)
+            solid = some.interval * len(bodies.groups[other].body) + bodies.place[some.solid]
+            directions = None if n is None else n[rows]
+            return self._bounds_to(midpoints.solids(other), midpoints, some._replace(solid=solid), enough=enough, n=directions)
+
+        if len(bodies.groups) == 1:
+            return of_group(0, slice(None))
+        return by_group(bodies.group[pairs.solid], of_group)
 
     def _bounds_to(
-        self, solids: Solids, midpoints: IntervalMidpoints, pairs: OpenPairs, *, enough: float, n: Array | None = None
+        self, solids: Solids, midpoints: IntervalMidpoints, pairs: OpenPairs, *, enough: float | None, n: Array | None = None
     ) -> ClearanceBounds:
         parts: list[ClearanceBounds] = []
-        for i in range(0, max(1, len(pairs.interval)), _ROWS):
-            rows = slice(i, i + _ROWS)
+        step = _ROWS_OF_POLYTOPES if isinstance(solids, Polytopes) else _ROWS
+        for i in range(0, max(1, len(pairs.interval)), step):
+            rows = slice(i, i + step)
             some, directions = pairs.select(rows), None if n is None else n[rows]
             of_rows = clearance_bounds(
                 midpoints, self._bodies, self._relative_bodies, some, solids, enough=enough, n=directions
@@ -235,7 +246,7 @@ class ClearanceProof:
         likely = np.argpartition(known.at_midpoint, min(_LIKELY, len(known.at_midpoint)) - 1)[:_LIKELY]
         close = pairs.select(likely) if group.cells is None else out_of_cells(group.cells, pairs.select(likely))
         close = capsule_pairs(group, self._bodies, self._relative_bodies, close)
-        known = self._bounds(midpoints, i, close, enough=-np.inf)
+        known = self._bounds(midpoints, i, close, enough=None)
         row = int(np.argmin(known.at_most))
         self.measured.measure(i, close, row, midpoints, proven=float(known.at_midpoint[row]))
         self._least = min(self._least, float(known.at_most[row]), self.measured.clearance)
@@ -274,6 +285,11 @@ class ClearanceProof:
             row = i - first[group]
             self.measured.measure(group, pairs[group], row, midpoints, proven=float(found[group].at_midpoint[row]))
         self._least = min(self._least, self.measured.clearance)
+
+
+def _used(pairs: list[OpenPairs]) -> Indices:
+    """Return the relative bodies of pairs."""
+    return np.unique(np.concatenate([of_group.relative for of_group in pairs]))
 
 
 def _in_batch(pairs: OpenPairs, first: int) -> OpenPairs:
