@@ -266,7 +266,7 @@ template <class Pair, class T> SPACEARM_INLINE gjk_bounds<T> gjk(const Pair& pai
         const pack_mask<T> enclosed = reduce(w, s, least);
         // Where the four points enclose the origin, the cores overlap. Where nothing came nearer, rounding rules.
         least = select(enclosed, zero, least);
-        active = active & (least < before);
+        if (i > 0) active = active & (least < before);  // the first direction is not that of the nearest point
         upper = select(active, sqrt(least), upper);
     }
     return {lower, widest * rounding};
