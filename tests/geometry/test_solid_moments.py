@@ -13,7 +13,19 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spacearm.geometry import Box, Capsule, Cylinder, Polytope, PolytopeSet, Sphere, SphereSet, core_of, moved_shape, pose
+from spacearm.geometry import (
+    Box,
+    Capsule,
+    Cylinder,
+    Polytope,
+    PolytopeSet,
+    Sphere,
+    SphereSet,
+    core_of,
+    moved_shape,
+    pose,
+    support,
+)
 from spacearm.geometry.solid_moments import SolidMoments, solid_moments
 from support import drawn_shapes, strategies
 from support.oracles.coal_shapes import distance, placed_obstacle
@@ -76,17 +88,14 @@ def test_a_polytope_is_as_heavy_as_trimeshs(count: int, seed: int, T: np.ndarray
     assert_alike(solid_moments(Polytope(points)), expected, 1e-7)
 
 
-def _around(made: Any, T: Any) -> tuple[np.ndarray, float]:
-    made.computeLocalAABB()
-    return T.getRotation() @ made.aabb_center + T.getTranslation(), made.aabb_radius + made.getSweptSphereRadius()
-
-
 def counted(shape: Any, steps: int = 32) -> SolidMoments:
     """Points on a grid that Coal has inside a shape."""
     solids = placed_obstacle(shape)
     ball = coal.Sphere(0.0)
-    balls = [_around(*solid) for solid in solids]
-    low, high = (np.min([c - r for c, r in balls], axis=0), np.max([c + r for c, r in balls], axis=0))
+    parts = shape.pieces if isinstance(shape, PolytopeSet) else [shape]
+    if isinstance(shape, SphereSet):
+        parts = [Sphere(c, float(r)) for c, r in zip(shape.centers, shape.radii, strict=True)]
+    high, low = (sign * np.max([support(part, sign * np.eye(3)) for part in parts], axis=0) for sign in (1, -1))
     ticks = [np.linspace(a, b, steps, endpoint=False) + (b - a) / steps / 2 for a, b in zip(low, high, strict=True)]
     points = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1).reshape(-1, 3)
     inside = [p for p in points if any(distance((ball, coal.Transform3s(np.eye(3), p)), solid) <= 0 for solid in solids)]
