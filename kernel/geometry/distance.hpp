@@ -6,7 +6,9 @@
 // lies, negative.
 #pragma once
 
+#include <array>
 #include <limits>
+#include <vector>
 
 #include "geometry/vectors.hpp"
 
@@ -26,11 +28,20 @@ template <class T> struct box_obstacle {
     T center[3];
     T axis[3][3];  // its own x, y and z in the world
     T half[3];
+    T rounding = 0;  // it is all within this of the box
 };
 template <class T> struct cylinder_obstacle {  // a cylinder with flat ends
     T center[3];
     T axis[3];
     T half_length, radius;
+    T rounding = 0;
+};
+template <class T> struct polytope_obstacle {  // the hull of its vertices, which may be flat
+    T center[3];                               // of its bounding box, along the axes of the world
+    T half[3];
+    T reach;  // of the bounding sphere about the same centre
+    T rounding = 0;
+    std::vector<std::array<T, 3>> vertices;  // from the centre
 };
 template <class T> struct half_space_obstacle {  // a half-space: solid where normal . x <= offset
     T normal[3];
@@ -68,16 +79,31 @@ template <class T> SPACEARM_INLINE pack<T> outside(const pack<T>& x, const pack<
 template <class T> SPACEARM_INLINE pack<T> distance_to(const box_obstacle<T>& o, const vec3<T>& p) {
     const vec3<T> d = p - constant(o.center);
     return outside(abs(dot(d, o.axis[0])) - o.half[0], abs(dot(d, o.axis[1])) - o.half[1],
-                   abs(dot(d, o.axis[2])) - o.half[2]);
+                   abs(dot(d, o.axis[2])) - o.half[2])
+           - o.rounding;
 }
 template <class T> SPACEARM_INLINE pack<T> distance_to(const cylinder_obstacle<T>& o, const vec3<T>& p) {
     const vec3<T> d = p - constant(o.center);
     const pack<T> along = dot(d, o.axis);
     const vec3<T> across{d.x - along * o.axis[0], d.y - along * o.axis[1], d.z - along * o.axis[2]};
-    return outside(sqrt(dot(across, across)) - o.radius, abs(along) - o.half_length);
+    return outside(sqrt(dot(across, across)) - o.radius, abs(along) - o.half_length) - o.rounding;
+}
+// Of a polytope only a lower bound, from its bounding box and its bounding sphere; signed_distance has the distance.
+template <class T> SPACEARM_INLINE pack<T> distance_to(const polytope_obstacle<T>& o, const vec3<T>& p) {
+    const vec3<T> d = p - constant(o.center);
+    const pack<T> from_box = outside(abs(d.x) - o.half[0], abs(d.y) - o.half[1], abs(d.z) - o.half[2]);
+    return max(sqrt(dot(d, d)) - o.reach, from_box) - o.rounding;
 }
 
 // ---- the slope of that distance in a direction, up to a positive factor ---------------------------------------------
+// Of a box: by how much the point is beyond its faces, and the slopes of these.
+template <class T> SPACEARM_INLINE pack<T> slope_of(const pack<T> (&beyond)[3], const pack<T> (&slope)[3]) {
+    const pack<T> zero(T(0)), most = max(max(beyond[0], beyond[1]), beyond[2]);
+    const pack<T> out =
+        max(beyond[0], zero) * slope[0] + max(beyond[1], zero) * slope[1] + max(beyond[2], zero) * slope[2];
+    const pack<T> in = select(most <= beyond[0], slope[0], select(most <= beyond[1], slope[1], slope[2]));
+    return select(zero < most, out, in);
+}
 template <class T>
 SPACEARM_INLINE pack<T> slope_at(const box_obstacle<T>& o, const vec3<T>& p, const vec3<T>& direction) {
     const vec3<T> d = p - constant(o.center);
@@ -87,11 +113,7 @@ SPACEARM_INLINE pack<T> slope_at(const box_obstacle<T>& o, const vec3<T>& p, con
         beyond[k] = abs(x) - o.half[k];
         slope[k] = with_sign_of(dot(direction, o.axis[k]), x);
     }
-    const pack<T> zero(T(0)), most = max(max(beyond[0], beyond[1]), beyond[2]);
-    const pack<T> out =
-        max(beyond[0], zero) * slope[0] + max(beyond[1], zero) * slope[1] + max(beyond[2], zero) * slope[2];
-    const pack<T> in = select(most <= beyond[0], slope[0], select(most <= beyond[1], slope[1], slope[2]));
-    return select(zero < most, out, in);
+    return slope_of(beyond, slope);
 }
 template <class T>
 SPACEARM_INLINE pack<T> slope_at(const cylinder_obstacle<T>& o, const vec3<T>& p, const vec3<T>& direction) {

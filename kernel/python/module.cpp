@@ -1,4 +1,5 @@
 // The Python module of one instruction level.
+#include "python/bind_convex.hpp"
 #include "python/bind_exact.hpp"
 #include "python/bind_model.hpp"
 #include "python/bind_search.hpp"
@@ -56,6 +57,7 @@ NB_MODULE(SPACEARM_MODULE, m) {
     bind_scalar<double>(m, "64");
     bind_scalar<float>(m, "32");
     bind_exact(m);
+    bind_convex(m);
     m.def("spline_values", &spline_values, "s"_a, "interior"_a, "derivative"_a);
     m.attr("level") = SPACEARM_LEVEL_NAME;
     m.attr("lanes32") = lanes_of<float>;

@@ -62,6 +62,7 @@ from spacearm.planner import clearance as clearance
 from spacearm.planner import pareto_front as pareto_front
 from spacearm.planner import plan as plan
 from spacearm.proof import Certificate as Certificate
+from spacearm.proof import PairClearance as PairClearance
 from spacearm.proof import certify as certify
 from spacearm.robot import Body as Body
 from spacearm.robot import Frame as Frame

@@ -389,7 +389,7 @@ def _error_of(cls: type) -> type[SpacearmError]:
     room = cls.__module__.split(".")[1] if "." in cls.__module__ else ""
     if cls.__name__.endswith("Settings") or room == "swarm":
         return SettingsError
-    rooms = {"geometry": SceneError, "robot": RobotError, "doctor": RobotError, "planner": ProblemError}
+    rooms = {"geometry": SceneError, "robot": RobotError, "doctor": RobotError, "planner": ProblemError, "proof": ProblemError}
     return rooms.get(room, SpacearmError)
 
 
