@@ -25,7 +25,7 @@ from spacearm.files import load_moveit
 from spacearm.planner import Problem
 from spacearm.planner.clearance import SEARCH_ROOM
 from spacearm.planner.kernel_model import kernel_model
-from spacearm.planner.planner_settings import SWARM, PlannerSettings
+from spacearm.planner.planner_settings import SWARM
 from spacearm.robot import load_robot
 from spacearm.swarm.swarm_settings import kernel_settings
 

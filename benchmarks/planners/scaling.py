@@ -227,7 +227,9 @@ def threads(size: Size, rounds: int) -> dict[str, float]:
         for problem in size.problems:
             for count in (1, 2):
                 settings = PlannerSettings(evaluations=4 * EVALUATIONS, islands=2, threads=count)
-                islands = Islands(problem, problem.goal.q[None].copy(), settings, seed=round_, searched=SearchedClearance(asked=0.002))
+                islands = Islands(
+                    problem, problem.goal.q[None].copy(), settings, seed=round_, searched=SearchedClearance(asked=0.002)
+                )
                 run = lambda: islands.run(evaluations=4 * EVALUATIONS, seconds=0, until_first=False, stall=0)  # noqa: B023, E731
                 table[count].append(taken(run))
                 found[count].append(min((entry.fitness for entry in islands.history()), default=np.inf))

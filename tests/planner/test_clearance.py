@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from kernel import drawn, objectives
 from kernel.builds import Build, surround
 from spacearm.core.errors import RobotError
-from spacearm.core.native import available_levels, native
+from spacearm.core.native import available_levels
 from spacearm.geometry import Obstacle, Scene, Sphere, SphereSet
 from spacearm.planner import Problem, clearance, clearances
 from spacearm.planner.clearance import ClearanceModel, SearchedClearance, searched_clearance, self_clearances
