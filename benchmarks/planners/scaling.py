@@ -26,9 +26,9 @@ import numpy as np
 from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion
 from spacearm.planner import PlannerSettings, Problem, clearance
-from spacearm.planner.clearance import SearchedClearance
 from spacearm.planner.kernel_model import kernel_model
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.study.reference_core import REFERENCE, load_now, machine, seconds_per_configuration
 
