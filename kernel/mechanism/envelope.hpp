@@ -24,6 +24,7 @@ template <class T> struct link_body {
 template <class T> struct cluster {
     int joint;                                             // -1 for the base
     int first, last;                                       // its bodies
+    bool has_solids;                                       // whether any is no capsule
     T center[3], radius;                                   // their bounding sphere
     T greatest_margin = std::numeric_limits<T>::lowest();  // [m] of its own ones with obstacles
 };
@@ -131,8 +132,18 @@ SPACEARM_NOINLINE pack<T> body_clearance(const link_envelope<T>& b, const envelo
                : axis_clearance(solid_of(b, w, l), axis_of(b, w, k), enough, how);
 }
 
-// Whether bodies go by a capsule's distance from an obstacle of some shape.
+// Whether the capsules of a cluster are measured by their axes' distance from an obstacle; its other bodies never are.
 template <class T, class Shape> inline constexpr bool has_axis_distance = !std::is_same_v<Shape, polytope_obstacle<T>>;
+
+template <class T, class Shape>
+SPACEARM_NOINLINE void add_solid_shortfall(const link_envelope<T>& b, int i, const Shape& o, T margin,
+                                           const envelope_memory<T>& w, pack<T>& sum) {
+    const cluster<T>& c = b.clusters[i];
+    for (int k = c.first; k < c.last; ++k) {
+        if (all(pack<T>(b.bodies[k].reach + margin) <= distance_to(o, w.middle[k]))) continue;
+        sum += above_zero(margin - body_clearance(b, w, k, o, margin, depths::along_axes));
+    }
+}
 
 // Adds to `sum`, lane by lane, by how much the clearance of a cluster and an obstacle falls short of the margin: for
 // each of its bodies [m].
@@ -142,14 +153,11 @@ SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* fr
     const cluster<T>& c = b.clusters[i];
     if (all(pack<T>(c.radius + margin) <= distance_to(o, w.centers[i]))) return;
     place_bodies(b, frames, i, w);
+    if (!has_axis_distance<T, Shape> || c.has_solids) return add_solid_shortfall(b, i, o, margin, w, sum);
     for (int k = c.first; k < c.last; ++k) {
         const link_body<T>& body = b.bodies[k];
         const pack<T> from_middle = distance_to(o, w.middle[k]);
         if (all(pack<T>(body.reach + margin) <= from_middle)) continue;
-        if (!has_axis_distance<T, Shape> || body.solid >= 0) {
-            sum += above_zero(margin - body_clearance(b, w, k, o, margin, depths::along_axes));
-            continue;
-        }
         pack<T> d = from_middle;
         if (body.inverse_squared_length != T(0)) {
             // A distance changes by no more than the displacement: between the middle and an end no point is nearer
@@ -219,6 +227,25 @@ SPACEARM_INLINE bool lone_solid_is_far(const link_envelope<T>& b, const envelope
 }
 
 template <class T>
+SPACEARM_NOINLINE void add_solid_self_shortfall(const link_envelope<T>& b, int i, int j, T margin,
+                                                const envelope_memory<T>& w, pack<T>& sum) {
+    const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
+    if (lone_solid_is_far(b, w, i, w.centers[j], two.radius, margin)) return;
+    if (lone_solid_is_far(b, w, j, w.centers[i], one.radius, margin)) return;
+    for (int k = one.first; k < one.last; ++k) {
+        for (int l = two.first; l < two.last; ++l) {
+            const link_body<T>&c = b.bodies[k], &d = b.bodies[l];
+            const vec3<T> between = w.middle[k] - w.middle[l];
+            const T reach = c.reach + d.reach + margin;
+            if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
+            sum += above_zero(margin
+                              - (c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, margin, depths::along_axes)
+                                                              : capsule_clearance(b, w, k, l)));
+        }
+    }
+}
+
+template <class T>
 inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames, const asked_clearance<T>& asked,
                                envelope_memory<T>& w, pack<T>& sum, bool stop_early) {
     const bool by_pair = !b.pair_margins.empty();
@@ -230,9 +257,12 @@ inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames
         const T near = one.radius + two.radius + margin;
         if (all(pack<T>(near * near) <= dot(apart, apart))) continue;
         place_bodies(b, frames, i, w);
-        if (lone_solid_is_far(b, w, i, w.centers[j], two.radius, margin)) continue;
         place_bodies(b, frames, j, w);
-        if (lone_solid_is_far(b, w, j, w.centers[i], one.radius, margin)) continue;
+        if (one.has_solids || two.has_solids) {
+            add_solid_self_shortfall(b, i, j, margin, w, sum);
+            if (stop_early && !all(sum <= T(0))) return;
+            continue;
+        }
         for (int k = one.first; k < one.last; ++k) {
             const link_body<T>& c = b.bodies[k];
             const vec3<T> to = w.middle[k] - w.centers[j];
@@ -243,10 +273,6 @@ inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames
                 const vec3<T> between = w.middle[k] - w.middle[l];
                 const T reach = c.reach + d.reach + margin;
                 if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
-                if (c.solid >= 0 || d.solid >= 0) {
-                    sum += above_zero(margin - body_clearance(b, w, k, l, margin, depths::along_axes));
-                    continue;
-                }
                 const pack<T> d2 = squared_distance(b, w, k, l);
                 sum += above_zero(pack<T>(c.radius + d.radius + margin) - sqrt(d2));
             }
@@ -367,7 +393,9 @@ template <class T> void make_clusters(link_envelope<T>& b, int joint, int first,
             return;
         }
     }
-    cluster<T> out{joint, first, last, {}, static_cast<T>(radius)};
+    const bool has_solids = std::any_of(b.bodies.begin() + first, b.bodies.begin() + last,
+                                        [](const auto& body) { return body.solid >= 0; });
+    cluster<T> out{joint, first, last, has_solids, {}, static_cast<T>(radius)};
     for (int k = 0; k < 3; ++k) out.center[k] = static_cast<T>(center[k]);
     made.push_back(static_cast<int>(b.clusters.size()));
     b.clusters.push_back(out);

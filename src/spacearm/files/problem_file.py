@@ -172,7 +172,7 @@ def read_robot(file: YamlFile, model: RobotModel) -> Robot:
         robot = _loaded(model, file.path.parent)
     for i, payload in enumerate(model.holding or ()):
         with file.at("robot", "holding", i):
-            robot = _with_payload(robot, payload, i, file.path.parent, model.capsules_per_shape)
+            robot = _with_payload(robot, payload, i, file.path.parent)
     return robot
 
 
@@ -190,7 +190,7 @@ def _loaded(model: RobotModel, directory: Path) -> Robot:
     )
 
 
-def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Path, count: int) -> Robot:
+def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Path) -> Robot:
     name = payload.name if payload.name is not None else "held" if index == 0 else f"held_{index + 1}"
     return hold(
         robot,
@@ -199,10 +199,10 @@ def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Pa
         pose=placed(payload),
         touching=payload.touching or (),
         name=name,
-        capsules_per_shape=count,
         mass=payload.mass,
         com=payload.com,
         inertia=payload.inertia,
+        density=payload.density,
     )
 
 

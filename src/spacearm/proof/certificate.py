@@ -254,7 +254,7 @@ class Certificate:
         near = self.closest
         if near is None:
             kept = f"{', '.join(self.checked)} limits hold for all t" if self.checked else "limits were not looked at"
-            free = "nothing is in the way" if self.robot.capsules else "the robot is meant to have no envelope"
+            free = "nothing is in the way" if self.robot.shapes else "the robot is meant to have no envelope"
             return f"{free}; {kept}"
         where = f"link '{near.link}' and {near.other} at t = {near.time:.4g} s"
         if self.status == "undecided":

@@ -277,8 +277,8 @@ def _with_apart_only(robot: Robot) -> Robot:
     """Return the robot with only the links that cannot meet, and with their pairs as those that must keep clear."""
     assert robot.apart is not None
     links = {link for pair in robot.apart.pairs for link in pair}
-    capsules = tuple(capsule for capsule in robot.capsules if capsule.name in links)
-    return replace(robot, capsules=capsules, self_pairs=robot.apart.pairs, apart=None)
+    shapes = tuple(part for part in robot.shapes if part.name in links)
+    return replace(robot, shapes=shapes, self_pairs=robot.apart.pairs, apart=None)
 
 
 @cached_by_identity
@@ -290,8 +290,8 @@ def _closest(near: NearestPair, robot: Robot, scene: Scene, base: BaseProof) -> 
     """Return a closest approach with names, time, and the parameter of the trajectory's own curve."""
     obstacle = near.obstacle
     return ClosestApproach(
-        link=robot.capsules[near.capsule].name,
-        other=f"link '{robot.capsules[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
+        link=robot.shapes[near.capsule].name,
+        other=f"link '{robot.shapes[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
         obstacle=obstacle,
         time=float(time_at(base, np.array(near.u))),
         u=own_parameter(base, near.u),
@@ -304,7 +304,7 @@ def _closest(near: NearestPair, robot: Robot, scene: Scene, base: BaseProof) -> 
 def _near_pairs(proof: ClearanceProof, robot: Robot, scene: Scene, base: BaseProof, *, holds: bool) -> tuple[NearPair, ...]:
     """Return the pairs that are near at an end, with names and times: once for each end, or once for both."""
     begin, end = base.curve.domain
-    links = tuple(dict.fromkeys(shape.name for shape in robot.capsules))
+    links = tuple(dict.fromkeys(shape.name for shape in robot.shapes))
     out: list[NearPair] = []
     for i, near in enumerate(proof.requirements.near):
         obstacle = near.other if near.other < len(scene.obstacles) else None

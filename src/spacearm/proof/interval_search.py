@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from spacearm.geometry import Scene
 from spacearm.proof.base_proofs import BaseProof
-from spacearm.proof.bodies import JointMap, Solids, lengths
+from spacearm.proof.bodies import JointMap
 from spacearm.proof.displacement import IntervalMidpoints, Intervals, LinearBounds, PathIntervals
 from spacearm.proof.near_pairs import InstantMeasurements, find_near
 from spacearm.proof.pair_requirements import Held, PairRequirements
@@ -30,14 +30,15 @@ from spacearm.proof.separation import (
     Measurements,
     NearestPair,
     OpenPairs,
+    by_group,
     capsule_pairs,
     clearance_bounds,
     halved,
     link_pairs,
-    link_solids,
     obstacle_groups,
     out_of_cells,
 )
+from spacearm.proof.solids import Polytopes, Solids, lengths
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
 
@@ -48,6 +49,7 @@ Status = Literal["holds", "fails", "undecided"]
 _PROVEN_SHARE = 0.5  # times the least measured excess: what is to be proven above what a pair is held to
 _BATCH = 128  # intervals evaluated at once
 _ROWS = 100_000  # pairs evaluated at once, which bounds the memory
+_ROWS_OF_POLYTOPES = 2_000  # likewise, of pairs with a polytope: each takes some arrays of its vertices
 _MOST_INTERVALS = 100_000  # evaluated before the search gives up
 _LIKELY = 24  # pairs of links and solids that are evaluated first, to find the least clearance early
 _CLOSE = 2.0  # times the least excess: pairs that seem to have less are measured
@@ -96,7 +98,6 @@ class ClearanceProof:
         self.witness = Witness(robot, self._bodies)
         self.requirements = PairRequirements(required, robot, self._bodies, self._relative_bodies, self._groups)
         self.measured = Measurements(self.witness, self._groups, self._bodies, self._relative_bodies, self.requirements.at)
-        self._links: Solids | None = None  # the robot's own bodies, at the midpoints of the present intervals
         self.proven, self._least = np.full(1, np.inf), np.full(1, np.inf)  # _least: (p,) the least excess seen
         self._proven_share = proven_share
         self.evaluations, self.resolution = 0, 1.0
@@ -105,7 +106,7 @@ class ClearanceProof:
         """Return the largest length and joint value that the proof computes with [m or rad]; NaN if one of them is NaN."""
         _, low, high = self._curve.hulls(0, bisections=0)
         numbers = [low, high, self._joints.offset, self._joints.multiplier, self._joints.parent_offset]
-        numbers += [self._bodies.ends, self._bodies.radius, self._base.setup.start]
+        numbers += [self._bodies.radius, self._base.setup.start, *(group.points for group in self._bodies.groups)]
         numbers += [array for group in self._groups if group.solids is not None for array in lengths(group.solids)]
         return float(np.max([np.abs(array).max(initial=0.0) for array in numbers]))
 
@@ -170,12 +171,10 @@ class ClearanceProof:
             self._least[1:] = self.requirements.known_excess()
 
     def _bounds_at_instants(self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, cells: bool) -> ClearanceBounds:
-        if self._groups[group].solids is None:
-            self._links = link_solids(self._bodies, midpoints)
         of_cells = self._groups[group].cells
         if cells and of_cells is not None:
-            return self._bounds_to(of_cells, midpoints, pairs, enough=-np.inf)
-        return self._bounds(midpoints, group, pairs, enough=-np.inf)
+            return self._bounds_to(of_cells, midpoints, pairs, enough=None)
+        return self._bounds(midpoints, group, pairs, enough=None)
 
     def _search(self) -> Status:
         """Halve intervals until the proof holds, a collision is found, or the two cannot be distinguished."""
@@ -216,13 +215,15 @@ class ClearanceProof:
 
     def _settle(self, midpoints: IntervalMidpoints, pairs: list[OpenPairs] | None) -> list[OpenPairs]:
         """Settle what can be settled, and return the pairs that are still open, by group. None: all pairs are open."""
-        if self._groups[-1].solids is None:
-            self._links = link_solids(self._bodies, midpoints)
         if pairs is None:
-            midpoints.bound(np.arange(len(self._relative_bodies.body)))
+            first = self._bodies.group[self._relative_bodies.body] == 0  # the balls around links are among them
+            midpoints.bound(np.flatnonzero(first))
             pairs = self._close_pairs(midpoints)
+            if not first.all():
+                used = _used(pairs)
+                midpoints.bound(used[~first[used]])
         else:
-            midpoints.bound(np.unique(np.concatenate([of_group.relative for of_group in pairs])))
+            midpoints.bound(_used(pairs))
         held = [self.requirements.on(group, of_group, midpoints) for group, of_group in enumerate(pairs)]
         found = [self._sharpened(midpoints, group, pairs[group], of_group) for group, of_group in enumerate(held)]
         self._measure_nearest(midpoints, pairs, found, held)
@@ -239,22 +240,44 @@ class ClearanceProof:
         return settled
 
     def _bounds(
-        self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, *, enough: Array | float, n: Array | None = None
+        self,
+        midpoints: IntervalMidpoints,
+        group: int,
+        pairs: OpenPairs,
+        *,
+        enough: Array | float | None,
+        n: Array | None = None,
     ) -> ClearanceBounds:
         """Bound the clearance of pairs of a group; see `clearance_bounds`."""
-        solids = self._groups[group].solids
-        if solids is None:
-            assert self._links is not None
-            solids = self._links
-            pairs = pairs._replace(solid=pairs.interval * len(self._bodies.radius) + pairs.solid)
-        return self._bounds_to(solids, midpoints, pairs, enough=enough, n=n)
+        solids, bodies = self._groups[group].solids, self._bodies
+        if solids is not None:
+            return self._bounds_to(solids, midpoints, pairs, enough=enough, n=n)
+
+        def of_group(other: int, rows: Indices | slice) -> ClearanceBounds:
+            some = pairs.select(rows)
+            solid = some.interval * len(bodies.groups[other].body) + bodies.place[some.solid]
+            directions = None if n is None else n[rows]
+            return self._bounds_to(
+                midpoints.solids(other), midpoints, some._replace(solid=solid), enough=_some(enough, rows), n=directions
+            )
+
+        if len(bodies.groups) == 1:
+            return of_group(0, slice(None))
+        return by_group(bodies.group[pairs.solid], of_group)
 
     def _bounds_to(
-        self, solids: Solids, midpoints: IntervalMidpoints, pairs: OpenPairs, *, enough: Array | float, n: Array | None = None
+        self,
+        solids: Solids,
+        midpoints: IntervalMidpoints,
+        pairs: OpenPairs,
+        *,
+        enough: Array | float | None,
+        n: Array | None = None,
     ) -> ClearanceBounds:
         parts: list[ClearanceBounds] = []
-        for i in range(0, max(1, len(pairs.interval)), _ROWS):
-            rows = slice(i, i + _ROWS)
+        step = _ROWS_OF_POLYTOPES if isinstance(solids, Polytopes) else _ROWS
+        for i in range(0, max(1, len(pairs.interval)), step):
+            rows = slice(i, i + step)
             some, directions = pairs.select(rows), None if n is None else n[rows]
             of_rows = clearance_bounds(
                 midpoints, self._bodies, self._relative_bodies, some, solids, enough=_some(enough, rows), n=directions
@@ -298,7 +321,7 @@ class ClearanceProof:
         close = pairs.select(likely) if group.cells is None else out_of_cells(group.cells, pairs.select(likely))
         close = capsule_pairs(group, self._bodies, self._relative_bodies, close)
         held = self.requirements.on(i, close, midpoints)
-        known = self._bounds(midpoints, i, close, enough=-np.inf)
+        known = self._bounds(midpoints, i, close, enough=None)
         excess = known.at_most - held.at_midpoint
         row = int(np.argmin(np.where(held.phase_at_midpoint, np.inf, excess)))
         self.measured.measure(i, close, row, midpoints, proven=float(known.at_midpoint[row]))
@@ -362,7 +385,12 @@ def _note_least(least: Array, values: Array, phase: Indices | int) -> None:
 
 def _some(values: Any, which: Indices | NDArray[np.bool_] | slice) -> Any:
     """Return some of an array; a number stays."""
-    return values if isinstance(values, (int, float)) else values[which]
+    return values if values is None or isinstance(values, (int, float)) else values[which]
+
+
+def _used(pairs: list[OpenPairs]) -> Indices:
+    """Return the relative bodies of pairs."""
+    return np.unique(np.concatenate([of_group.relative for of_group in pairs]))
 
 
 def _in_batch(pairs: OpenPairs, first: int) -> OpenPairs:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.proof.bodies import Bodies, JointMap, RelativeBodies, Solids
+from spacearm.proof.bodies import Bodies, JointMap, RelativeBodies
 from spacearm.proof.displacement import Frames, IntervalMidpoints, LinearBounds
 from spacearm.proof.pair_requirements import NearEnd, PairRequirements
 from spacearm.proof.required_clearance import held_to, out_level
@@ -24,6 +24,7 @@ from spacearm.proof.separation import (
     link_pairs,
     out_of_cells,
 )
+from spacearm.proof.solids import Solids
 from spacearm.proof.witness import Witness
 
 Array = NDArray[np.float64]
@@ -97,7 +98,6 @@ class InstantMeasurements:
         q = self._sample(u)
         at_rest = LinearBounds(u=u, half=np.zeros(len(u)), q=q, rate=np.zeros_like(q), deviation=np.zeros_like(q))
         midpoints = IntervalMidpoints(self._bodies, self._relative_bodies, self._joints, self._frames, at_rest)
-        midpoints.stay()
         parts = [self._of_group(group, midpoints, limit) for group in range(len(self._groups))]
         return Measured(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 

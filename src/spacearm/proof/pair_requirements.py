@@ -246,7 +246,7 @@ class PairRequirements:
 def _links_of(required: RequiredClearance, robot: Robot, bodies: Bodies) -> Indices:
     """Return the links (b,) of bodies: of capsules, then of the balls around links."""
     place = {name: i for i, name in enumerate(required.links)}
-    of_capsules = np.array([place[capsule.name] for capsule in robot.capsules], dtype=np.intp)
+    of_capsules = np.array([place[part.name] for part in robot.shapes], dtype=np.intp)
     balls = bodies.members[bodies.first[len(of_capsules) :]]
     return np.concatenate([of_capsules, of_capsules[balls]])
 

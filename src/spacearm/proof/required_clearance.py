@@ -132,7 +132,7 @@ def required_clearance(
     """
     least = as_number("clearance", clearance, ProblemError, at_least=0, unit="m")
     pairs = as_pair_clearances(by_pair)
-    links = tuple(dict.fromkeys(shape.name for shape in robot.capsules))
+    links = tuple(dict.fromkeys(shape.name for shape in robot.shapes))
     to_obstacles = np.full((len(links), len(scene.obstacles)), least)
     between_links = np.full((len(links), len(links)), least)
     for pair in sorted(pairs, key=_names_two):  # stable: of equals the later one is written last

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.geometry import Scene
-from spacearm.proof.bodies import Balls, Bodies, Boxes, RelativeBodies, Solids, body_axes, cells_of, solids_of
+from spacearm.proof.bodies import Bodies, RelativeBodies
 from spacearm.proof.displacement import IntervalMidpoints
+from spacearm.proof.solids import Balls, Cylinders, HalfSpaces, Polytopes, Solids, cells_of, solids_of
 from spacearm.proof.witness import Witness
 
 Array = NDArray[np.float64]
@@ -41,7 +42,7 @@ class ObstacleGroup(NamedTuple):
 
     Attributes:
         solids: obstacles of one shape; None: the robot's own bodies.
-        cells: around the balls of a large scene, else None.
+        cells: around the balls of a large scene, or around polytopes; else None.
     """
 
     solids: Solids | None
@@ -71,7 +72,7 @@ def obstacle_groups(scene: Scene, relative_bodies: RelativeBodies) -> list[Obsta
     groups: list[ObstacleGroup] = []
     if len(relative_bodies.scene_relative):
         for solids in solids_of(scene):
-            groups.append(ObstacleGroup(solids, cells_of(solids) if isinstance(solids, Balls) else None))
+            groups.append(ObstacleGroup(solids, cells_of(solids)))
     if len(relative_bodies.self_relative):
         groups.append(ObstacleGroup(None, None))
     return groups
@@ -91,7 +92,7 @@ def link_pairs(group: ObstacleGroup, relative_bodies: RelativeBodies, intervals:
 
 
 def out_of_cells(cells: Balls, pairs: OpenPairs) -> OpenPairs:
-    """Return the pairs with the balls in place of their cells."""
+    """Return the pairs with the solids in place of their cells."""
     row, solid = _ranges(cells.first[pairs.solid], cells.count[pairs.solid])
     return OpenPairs(pairs.interval[row], pairs.relative[row], solid)
 
@@ -146,7 +147,7 @@ def clearance_bounds(
     pairs: OpenPairs,
     solids: Solids,
     *,
-    enough: Array | float,
+    enough: Array | float | None,
     n: Array | None = None,
 ) -> ClearanceBounds:
     """Bound the clearance of pairs, at the midpoints and on the whole intervals.
@@ -156,49 +157,123 @@ def clearance_bounds(
         bodies, relative_bodies: of the robot.
         pairs: the pairs.
         solids: those that the pairs name.
-        enough: a bound on the interval that is more than this [m], one number or (t,), is not improved any more.
+        enough: a bound on the interval that is more than this [m], one number or (t,), is not improved. None: nothing is
+            proven on intervals.
         n: (t, 3) directions in the inertial frame from solid to body, of any length. A vector that is no direction proves
             nothing. None: the directions to the nearest points.
     """
-    interval, body, k = pairs.interval, relative_bodies.body[pairs.relative], pairs.solid
-    axes, origin = solids.placed(k)
-    x = midpoints.position[interval, body] - origin[:, None]  # (t, e, 3)
-    if axes is not None:
-        x = x @ axes  # a row times R is R^T x
-    toward, apart = _proposed(x, solids, k)
-    if n is not None:
-        toward = _normalized(n if axes is None else np.einsum("tc,tcd->td", n, axes))
-    none = apart < _SHORTEST if n is None else (apart < _SHORTEST) | ~toward.any(axis=1)
-    radii = bodies.radius[body] + solids.radius[k]
-    guard = GUARD + _RELATIVE_GUARD * (np.sqrt(np.einsum("tec,tec->t", x, x)) + _lengths(origin))
-    height = np.einsum("tc,tec->te", toward, x)
-    gap = height - (solids.support(k, toward) + radii + guard)[:, None]  # (t, e) at the midpoint
-    gap[none] = -np.inf  # inside the core, or no direction was found
-    row = midpoints.row[pairs.relative]
-    displacement = midpoints.displacement_bound[interval, row]
-    on_interval = (gap - displacement).min(axis=1)
-    short = np.flatnonzero(on_interval <= enough)
-    if short.size:
-        at = interval[short], row[short]
-        velocity = midpoints.velocity[at] if axes is None else midpoints.velocity[at] @ axes[short]
-        speed = np.abs(np.einsum("tc,tec->te", toward[short], velocity))
-        loss = speed * midpoints.half[at[0], None] + midpoints.second_order_bound[at]
-        on_interval[short] = (gap[short] - np.minimum(loss, displacement[short])).min(axis=1)
-    return ClearanceBounds(on_interval, gap.min(axis=1), apart - radii)
+    body = relative_bodies.body[pairs.relative]
+    planes = _Planes(midpoints, bodies, solids)
+
+    def of_group(group: int, rows: Indices | slice) -> ClearanceBounds:
+        some = pairs.select(rows)
+        few = enough[rows] if isinstance(enough, np.ndarray) else enough
+        return planes.bounds(group, some, body[rows], enough=few, n=None if n is None else n[rows])
+
+    if len(bodies.groups) == 1:
+        return of_group(0, slice(None))
+    return by_group(bodies.group[body], of_group)
 
 
-def link_solids(bodies: Bodies, midpoints: IntervalMidpoints) -> Balls | Boxes:
-    """Return the robot's own bodies as solids at the midpoints: body k on interval i of r is number i b + k of r b."""
-    count, one_end = len(midpoints.half), bodies.ends.shape[1] == 1
-    radius = np.tile(bodies.radius, count)
-    none = np.zeros(len(radius), np.intp)
-    center = midpoints.position.mean(axis=2).reshape(-1, 3)
-    if one_end:
-        return Balls(center=center, radius=radius, obstacle=none, first=none, count=none)
-    half = np.zeros((len(radius), 3))
-    half[:, 2] = np.tile(np.linalg.norm(bodies.ends[:, 1] - bodies.ends[:, 0], axis=1) / 2, count)
-    axes = midpoints.frames[:, bodies.joint, :3, :3] @ body_axes(bodies)
-    return Boxes(axes=axes.reshape(-1, 3, 3), origin=center, half=half, radius=radius, obstacle=none)
+def by_group(group: Indices, bounds: Callable[[int, Indices], ClearanceBounds]) -> ClearanceBounds:
+    """Return the bounds of t pairs, of which `bounds` gives those of one group: it takes a group and rows."""
+    out = ClearanceBounds(*np.empty((3, len(group))))
+    for one in np.unique(group).tolist():
+        rows = np.flatnonzero(group == one)
+        for into, found in zip(out, bounds(one, rows), strict=True):
+            into[rows] = found
+    return out
+
+
+class _Planes:
+    """Planes between some bodies and some solids at midpoints, and what they prove."""
+
+    def __init__(self, midpoints: IntervalMidpoints, bodies: Bodies, solids: Solids) -> None:
+        self._midpoints, self._bodies, self._solids = midpoints, bodies, solids
+
+    def bounds(
+        self, group: int, pairs: OpenPairs, body: Indices, *, enough: Array | float | None, n: Array | None
+    ) -> ClearanceBounds:
+        """Bound the clearance of pairs whose bodies (t,) are of one group; see `clearance_bounds`."""
+        points, some, solids = self._midpoints.groups[group], self._bodies.groups[group], self._solids
+        interval, k = pairs.interval, pairs.solid
+        place = body if len(self._bodies.groups) == 1 else self._bodies.place[body]
+        axes, origin = solids.placed(k)
+        x = points.position[interval, place] - origin[:, None]  # (t, e, 3)
+        if axes is not None:
+            x = x @ axes  # a row times R is R^T x
+        own = None
+        if some.cores:
+            own = _OwnCores(self._midpoints.solids(group), interval * len(some.body) + place, axes, origin)
+        toward, apart = _proposed(x, solids, k) if own is None else _proposed_between(own, solids, k)
+        if n is not None:
+            toward = _normalized(n if axes is None else np.einsum("tc,tcd->td", n, axes))
+        none = apart < _SHORTEST if n is None else (apart < _SHORTEST) | ~toward.any(axis=1)
+        radii = self._bodies.radius[body] + solids.radius[k]
+        guard = GUARD + _RELATIVE_GUARD * (np.sqrt(np.einsum("tec,tec->t", x, x)) + _lengths(origin))
+        height = np.einsum("tc,tec->te", toward, x)
+        taken = (solids.support(k, toward) + radii + guard)[:, None]
+        gap = height - taken  # (t, e) at the midpoint
+        gap[none] = -np.inf  # inside the core, or no direction was found
+        part_gap = None
+        if own is not None and some.parts:
+            part_gap = own.lowest(toward) - taken  # (t, parts), of the core itself and not of points around it
+            part_gap[none] = -np.inf
+        at_midpoint = (gap if part_gap is None else part_gap).min(axis=1)
+        at_most = apart - radii
+        if n is None and own is not None and isinstance(solids, HalfSpaces):  # the gap along the normal is exact
+            at_most = np.where(none, at_most, at_midpoint + guard)
+        if enough is None:
+            return ClearanceBounds(np.full(len(gap), -np.inf), at_midpoint, at_most)
+        at = interval, self._midpoints.row[pairs.relative]
+        displacement = points.displacement_bound[at]
+        on_interval = _least_gap(gap, part_gap, displacement)
+        short = np.flatnonzero(on_interval <= enough)
+        if short.size:
+            at = at[0][short], at[1][short]
+            velocity = points.velocity[at] if axes is None else points.velocity[at] @ axes[short]
+            speed = np.abs(np.einsum("tc,tec->te", toward[short], velocity))
+            loss = speed * self._midpoints.half[at[0], None] + points.second_order_bound[at]
+            loss = np.minimum(loss, displacement[short])
+            on_interval[short] = _least_gap(gap[short], None if part_gap is None else part_gap[short], loss)
+        return ClearanceBounds(on_interval, at_midpoint, at_most)
+
+
+def _least_gap(gap: Array, part_gap: Array | None, loss: Array) -> Array:
+    """Return what is left of the gaps (t,) if every point loses so much of its own, at most.
+
+    Args:
+        gap: (t, e) at the midpoint, of the points around a body's core.
+        part_gap: (t, p) of the parts of the core; None if the core is the hull of the points.
+        loss: (t, e) of the points.
+    """
+    left = gap - loss
+    if part_gap is not None:
+        runs = (*part_gap.shape, -1)  # a part loses no more than that point of its run which loses most
+        left = np.maximum(left.reshape(runs).min(axis=2), part_gap - loss.reshape(runs).max(axis=2))
+    return left.min(axis=1)
+
+
+class _OwnCores:
+    """Cores of moving bodies, one for each pair, as they lie in the axes of the pair's solid."""
+
+    def __init__(self, cores: Solids, k: Indices, axes: Array | None, origin: Array) -> None:
+        own, center = cores.placed(k)
+        assert own is not None
+        self._cores, self._k, offset = cores, k, center - origin
+        self._axes = own if axes is None else np.swapaxes(axes, 1, 2) @ own  # to the solid's axes
+        self.center = offset if axes is None else np.einsum("tc,tcd->td", offset, axes)
+
+    def nearest(self, x: Array) -> Array:
+        """Return the points of the cores nearest to x (t, 3)."""
+        own = self._cores.nearest(self._k, np.einsum("tc,tcd->td", x - self.center, self._axes))
+        return np.einsum("tcd,td->tc", self._axes, own) + self.center
+
+    def lowest(self, n: Array) -> Array:
+        """Return the least n . x of the cores' parts, (t, parts)."""
+        assert isinstance(self._cores, (Cylinders, Polytopes))
+        least = self._cores.lowest(self._k, np.einsum("tc,tcd->td", n, self._axes))
+        return np.einsum("tc,tc->t", n, self.center)[:, None] + least
 
 
 def _proposed(x: Array, solids: Solids, k: Indices) -> tuple[Array, Array]:
@@ -218,7 +293,18 @@ def _proposed(x: Array, solids: Solids, k: Indices) -> tuple[Array, Array]:
             away = solids.nearest(k, point) - x[:, 0]
             share = np.clip(np.einsum("tc,tc->t", away, along) / squared, 0.0, 1.0)
             point = x[:, 0] + share[:, None] * along
-    away = point - solids.nearest(k, point)
+    return _direction(point - solids.nearest(k, point))
+
+
+def _proposed_between(own: _OwnCores, solids: Solids, k: Indices) -> tuple[Array, Array]:
+    """Propose directions from solids to bodies, by alternating projections between the cores; see `_proposed`."""
+    point = own.center
+    for _ in range(1 if isinstance(solids, Balls) else _PROJECTIONS):  # from a point, one projection is exact
+        point = own.nearest(solids.nearest(k, point))
+    return _direction(point - solids.nearest(k, point))
+
+
+def _direction(away: Array) -> tuple[Array, Array]:
     length = _lengths(away)
     return away / np.maximum(length, _SHORTEST)[:, None], length
 
