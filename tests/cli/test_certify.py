@@ -114,7 +114,7 @@ def test_what_was_assumed_of_a_robot_is_told(told: Told, tmp_path: Path) -> None
 
 
 def test_more_clearance_than_there_is_fails(told: Told, planned: Path) -> None:
-    code, out, _ = told(["certify", planned / "plan.json", "--minimum-clearance", "5"])
+    code, out, _ = told(["certify", planned / "plan.json", "--clearance", "0.05"])
     assert code == 1
     assert "expected more than 5000 mm" in out
 
@@ -148,5 +148,5 @@ def test_wrong_input_is_told_in_a_sentence(refused: Refused, planned: Path, prob
     )
     refused("certify: interpolation of a plan", "certify", planned / "plan.json", "--interpolation", "cubic")
     refused(("--limits is 'speed'", "position, velocity, acceleration"), "certify", planned / "plan.json", "--limits", "speed")
-    refused(("clearance is -1", "[m]"), "certify", planned / "plan.json", "--minimum-clearance", "-1")
+    refused(("clearance is -1", "[m]"), "certify", planned / "plan.json", "--clearance", "-1")
     refused(("'--problm'", "did you mean '--problem'?"), "certify", planned / "plan.json", "--problm", problem)
