@@ -226,7 +226,7 @@ FAULTS: dict[str, tuple[tuple[tuple[str, str], ...], str, str, str]] = {
     ),
     "no shape": (((COLLISION, ""),), "shape-missing", "warning", "upper"),
     "always meet": (
-        (('xyz="0 0 0.6"', 'xyz="0 0 0.3"'), ('xyz="0 0 1.1"', 'xyz="0 0.7 -0.1"')),
+        (('xyz="0 0 0.6"', 'xyz="0 0 0.3"'), ('xyz="0 0 1.1"', 'xyz="0 0.2 -0.1"')),
         "pair-always-meets",
         "error",
         "base",
