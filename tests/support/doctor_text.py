@@ -213,9 +213,15 @@ FAULTS: dict[str, tuple[tuple[tuple[str, str], ...], str, str, str]] = {
         "upper",
     ),
     "unknown shape": (
-        ((COLLISION, '<collision><geometry><capsule radius="1" length="1"/></geometry></collision>'),),
+        ((COLLISION, '<collision><geometry><ellipsoid radii="1 1 1"/></geometry></collision>'),),
         "shape-unknown",
         "error",
+        "upper",
+    ),
+    "a capsule": (
+        ((COLLISION, COLLISION.replace("cylinder", "capsule")),),
+        "capsule-uncommon",
+        "note",
         "upper",
     ),
     "no collision shape": (
