@@ -18,8 +18,9 @@
 
 namespace SPACEARM_NAMESPACE {
 
-// How deep overlapping cores are: exactly, or no less than that and with little work, along the axes of both shapes.
-enum class depths : std::uint8_t { exact, along_axes };
+// How deep overlapping cores are: exactly; or no less than that and with less work, along the axes of both shapes; or not
+// at all.
+enum class depths : std::uint8_t { exact, along_axes, none };
 
 namespace convex_detail {
 
@@ -84,10 +85,13 @@ SPACEARM_NOINLINE pack<T> core_distance(const placed_shape<T>& a, const placed_s
     const gjk_bounds<T> found = gjk(pair, nothing, enough);
     pack<T> lower = found.lower;
     const pack_mask<T> open = open_lanes(found, enough);
-    if (any(open)) {
-        if (how == depths::exact) search_depths(*a.shape, *b.shape, f, open, lower);
-        else look_along_axes(pair, f, open, lower);
-    }
+    if (how == depths::none || !any(open)) return lower + nothing;
+    if constexpr (A == core_kind::box && B == core_kind::box) {  // with the faces, all that can be nearest
+        pack<T> of_edges = lower;
+        try_box_edges(a.shape->half, b.shape->half, f, of_edges);
+        lower = select(open, of_edges, lower);
+    } else if (how == depths::along_axes) look_along_axes(pair, f, open, lower);
+    else search_depths(*a.shape, *b.shape, f, open, lower);
     return lower + nothing;
 }
 
@@ -101,12 +105,15 @@ SPACEARM_NOINLINE pack<T> distance_of_segment(const placed_shape<T>& segment, co
     const gjk_bounds<T> found = gjk(pair, nothing, enough);
     pack<T> lower = found.lower;
     const pack_mask<T> open = open_lanes(found, enough);
+    if (how == depths::none || !any(open)) return lower + nothing;
     const vec3<T> none{zero, zero, zero};  // a segment has no other axes
     const frame<T> f{{none, none, along}, middle};
-    if (any(open)) {
-        if (how == depths::exact) search_depths(*a.shape, *segment.shape, f, open, lower);
-        else look_along_axes(pair, f, open, lower);
-    }
+    if constexpr (A == core_kind::box) {
+        pack<T> of_edges = lower;
+        try_box_edges(a.shape->half, half, middle, of_edges);
+        lower = select(open, of_edges, lower);
+    } else if (how == depths::along_axes) look_along_axes(pair, f, open, lower);
+    else search_depths(*a.shape, *segment.shape, f, open, lower);
     return lower + nothing;
 }
 
@@ -141,10 +148,10 @@ SPACEARM_INLINE pack<T> ordered_distance(const placed_shape<T>& a, const placed_
 }  // namespace convex_detail
 
 // The signed distance of two shapes [m]: negative where they overlap, by the penetration depth. Lanes at `enough` or
-// beyond may return any lower bound of at least `enough`. A lane with a number that is none returns NaN.
+// beyond may return any lower bound of at least `enough`. With depths::none, lanes where the cores overlap may return any
+// lower bound: it is below 0, and costs less. A lane with a number that is none returns NaN.
 template <class T>
-inline pack<T> signed_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough,
-                               depths how = depths::exact) {
+inline pack<T> signed_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough, depths how = depths::exact) {
     if (b.shape->kind < a.shape->kind) return signed_distance(b, a, enough, how);
     const T radii = a.shape->radius + b.shape->radius, apart = enough + radii;
     const pack<T> core = convex_detail::ordered_distance(a, b, apart, how), found = core - radii;
@@ -166,7 +173,8 @@ template <class T> inline pack<T> least_along(const placed_shape<T>& a, const T*
     }
     return dot(a.origin, normal) - (depth + s.radius);
 }
-template <class T> inline pack<T> signed_distance(const placed_shape<T>& a, const half_space_obstacle<T>& o, T) {
+template <class T>
+inline pack<T> signed_distance(const placed_shape<T>& a, const half_space_obstacle<T>& o, T, depths = depths::exact) {
     return least_along(a, o.normal) - o.offset;
 }
 
