@@ -43,54 +43,54 @@ SPACEARM_NOINLINE void search_depths(const convex_shape<T>& a, const convex_shap
             for (int r = 0; r < 3; ++r) axes.c[k][r] = double(pose[3 * k + r][i]);
             origin[k] = double(pose[9 + k][i]);
         }
-        const T found = static_cast<T>(-penetration_depth(a, b, axes, origin));
+        const T found = static_cast<T>(-penetration_depth(a, b, axes, origin, -double(bound[i])));
         bound[i] = bound[i] < found ? found : bound[i];
     }
     lower = pack<T>::load(bound);
 }
-template <class T> SPACEARM_INLINE pack_mask<T> open_lanes(const gjk_bounds<T>& found, T enough) {
-    return (found.lower < -found.slack) & (found.lower < pack<T>(enough));
-}
-
 template <class T> SPACEARM_INLINE vec3<T> seen_from(const placed_shape<T>& a, const vec3<T>& v) {
     return {dot(a.axis[0], v), dot(a.axis[1], v), dot(a.axis[2], v)};
 }
 template <class T> SPACEARM_INLINE pack<T> sum_of(const vec3<T>& v) { return v.x + v.y + v.z; }
+
+// GJK, and where cores overlap the edges; `search` goes on with what is open then.
+template <bool exact, class Pair, class T, class Search>
+SPACEARM_INLINE pack<T> pair_distance(const Pair& pair, const pack<T>& nothing, T enough, bool depth,
+                                      const Search& search) {
+    const gjk_bounds<T> found = gjk(pair, nothing, enough);
+    pack<T> lower = found.lower;
+    const pack_mask<T> open = (lower < -found.slack) & (lower < pack<T>(enough)) & (nothing <= pack<T>(T(0)));
+    if (depth && any(open)) {
+        pack<T> of_edges = lower;
+        pair.try_edges(of_edges);
+        lower = select(open, of_edges, lower);
+        if constexpr (!exact) search(open, lower);
+    }
+    return lower + nothing;
+}
 
 template <core_kind A, core_kind B, class T>
 SPACEARM_NOINLINE pack<T> core_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough, bool depth) {
     const frame<T> f{{seen_from(a, b.axis[0]), seen_from(a, b.axis[1]), seen_from(a, b.axis[2])},
                      seen_from(a, b.origin - a.origin)};
     const pack<T> nothing = (sum_of(f.column[0]) + sum_of(f.column[1]) + sum_of(f.column[2]) + sum_of(f.origin)) * T(0);
-    const gjk_bounds<T> found = gjk(core_pair<A, B, T>{*a.shape, *b.shape, f}, nothing, enough);
-    pack<T> lower = found.lower;
-    const pack_mask<T> open = open_lanes(found, enough);
-    if (!depth || !any(open)) return lower + nothing;
-    if constexpr (A == core_kind::box && B == core_kind::box) {  // with the faces, all that can be nearest
-        pack<T> of_edges = lower;
-        try_box_edges(a.shape->half, b.shape->half, f, of_edges);
-        lower = select(open, of_edges, lower);
-    } else search_depths(*a.shape, *b.shape, f, open, lower);
-    return lower + nothing;
+    constexpr bool boxes = A == core_kind::box && B == core_kind::box;  // faces and edges are all that matter
+    return pair_distance<boxes>(
+        core_pair<A, B, T>{*a.shape, *b.shape, f}, nothing, enough, depth,
+        [&](const pack_mask<T>& open, pack<T>& lower) { search_depths(*a.shape, *b.shape, f, open, lower); });
 }
-
 template <core_kind A, class T>
 SPACEARM_NOINLINE pack<T> distance_of_segment(const placed_shape<T>& segment, const placed_shape<T>& a, T enough,
                                               bool depth) {
     const vec3<T> along = seen_from(a, segment.axis[2]), middle = seen_from(a, segment.origin - a.origin);
     const vec3<T> half = scaled(along, pack<T>(segment.shape->half[2]));
     const pack<T> zero(T(0)), nothing = (sum_of(along) + sum_of(middle)) * T(0);
-    const gjk_bounds<T> found = gjk(segment_pair<A, T>{*a.shape, middle, half}, nothing, enough);
-    pack<T> lower = found.lower;
-    const pack_mask<T> open = open_lanes(found, enough);
-    if (!depth || !any(open)) return lower + nothing;
     const vec3<T> none{zero, zero, zero};  // a segment has no other axes
-    if constexpr (A == core_kind::box) {
-        pack<T> of_edges = lower;
-        try_box_edges(a.shape->half, half, middle, of_edges);
-        lower = select(open, of_edges, lower);
-    } else search_depths(*a.shape, *segment.shape, {{none, none, along}, middle}, open, lower);
-    return lower + nothing;
+    return pair_distance<A == core_kind::box>(segment_pair<A, T>{*a.shape, middle, half}, nothing, enough, depth,
+                                              [&](const pack_mask<T>& open, pack<T>& lower) {
+                                                  search_depths(*a.shape, *segment.shape, {{none, none, along}, middle},
+                                                                open, lower);
+                                              });
 }
 
 template <class T> SPACEARM_INLINE pack<T> distance_of_segments(const placed_shape<T>& a, const placed_shape<T>& b) {
