@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from spacearm.dynamics import BaseMotion
 from spacearm.motion import Motion
 from spacearm.planner import PlannerSettings, Problem
-from spacearm.planner.clearance import Margins
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.robot import Robot, load_robot
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ def measure(robot: Robot, motions: int, rng: np.random.Generator) -> tuple[list[
         right = BaseMotion(robot, Motion([start, *points, goal])).pose(1.0)[1]
         turned.append(angle(right, np.array([1.0, 0.0, 0.0, 0.0])))
         problem = Problem(robot, [], start=start, goal=goal, base="floating")
-        islands = Islands(problem, goal[None], PlannerSettings(), seed=0, margins=Margins(asked=0.0))
+        islands = Islands(problem, goal[None], PlannerSettings(), seed=0, searched=SearchedClearance(asked=0.0))
         for precision, search in zip(PRECISIONS, kernels(islands), strict=True):
             row = points.reshape(1, -1).astype(f"float{precision}")
             for count in NODES:

@@ -22,8 +22,8 @@ from spacearm.core.rotations import exponential, running_products
 from spacearm.dynamics.momentum import free_rate, lumped_masses, moments_of_frames
 from spacearm.motion import basis
 from spacearm.planner import PlannerSettings, Problem
-from spacearm.planner.clearance import Margins
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.robot import Robot, joint_frames, load_robot
 
 ROBOT, PARTICLES, SAMPLES, INTERIOR = "servicer7", 96, 64, 2
@@ -73,7 +73,7 @@ def base_attitudes(robot: Robot, points: np.ndarray, samples: int, *, frames: Fr
 def kernel_call(robot: Robot, points: np.ndarray, samples: int, precision: int) -> Callable[[], object]:
     """The same by the kernel: the poses at the ends, all nodes gone through."""
     problem = Problem(robot, [], start=points[0, 0], goal=points[0, -1], base="floating")
-    islands = Islands(problem, points[:1, -1].copy(), PlannerSettings(), seed=0, margins=Margins(asked=0.0))
+    islands = Islands(problem, points[:1, -1].copy(), PlannerSettings(), seed=0, searched=SearchedClearance(asked=0.0))
     search = islands.search32(0, 0) if precision == 32 else islands.search64()
     rows = np.ascontiguousarray(points[:, 1:-1].reshape(len(points), -1), dtype=np.float32 if precision == 32 else np.float64)
     return lambda: search.base_along(rows, points.shape[1] - 2, 0, samples, True)

@@ -24,7 +24,8 @@ from spacearm.core.native import native
 from spacearm.files import load_moveit
 from spacearm.planner import Problem
 from spacearm.planner.kernel_model import kernel_model
-from spacearm.planner.planner_settings import SWARM, PlannerSettings
+from spacearm.planner.planner_settings import SWARM
+from spacearm.planner.searched_clearance import SEARCH_ROOM
 from spacearm.robot import load_robot
 from spacearm.swarm.swarm_settings import kernel_settings
 
@@ -89,7 +90,7 @@ def _problems(folder: Path) -> list[Problem]:
 
 def _run(problem: Problem, seed: int, variant: dict[str, Any]) -> tuple[float, float, list[float]]:
     """Return seconds and packs until the first motion, and the length at each mark."""
-    robot, margin = problem.robot, variant.pop("margin", PlannerSettings().margin)
+    robot, margin = problem.robot, variant.pop("margin", SEARCH_ROOM)
     swarm = replace(SWARM, **variant.pop("swarm", {}))
     model = kernel_model(robot, problem.scene)
     settings = native.SearchSettings()

@@ -216,8 +216,8 @@ def calls(folder: Path) -> list[Call]:
         Call("BaseLimits", sa.BaseLimits, (), {"final": 0.1, "peak": 0.1, "rate": 0.1, "joint_momentum": 0.1}),
         Call("Weights", sa.Weights, (), {"length": 1.0, "duration": 0.1, "clearance": 0.1, "base_peak": 0.1}),
         Call("PlannerSettings", sa.PlannerSettings, (), {
-            "evaluations": 30, "margin": 0.001, "weights": sa.Weights(), "time_law": "uniform", "threads": 1, "islands": 1,
-            "interior_points": (2, 3), "comfort": 0.1, "goal_candidates": 3, "proofs": 3,
+            "evaluations": 30, "weights": sa.Weights(), "time_law": "uniform", "threads": 1, "islands": 1,
+            "interior_points": (2, 3), "preferred_clearance": 0.1, "goal_candidates": 3, "proofs": 3,
         }),
         Call("Problem", sa.Problem, (robot, [box]), {
             "start": home, "goal": goal, "base": "floating", "base_start": np.eye(4), "duration": 99.0,

@@ -1,8 +1,11 @@
 """Put tests/ on the path, so that tests in any room find strategies, oracles and snapshots."""
 
+import atexit
 import os
+import shutil
 import signal
 import sys
+import tempfile
 from pathlib import Path
 
 from hypothesis import HealthCheck, settings
@@ -12,6 +15,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 # The workers share the processor's cores: none may take all of them for a product of small matrices.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# The tests leave the user's cache alone. The workers share one, and get its name from the process that starts them.
+if "SPACEARM_CACHE" not in os.environ:
+    os.environ["SPACEARM_CACHE"] = tempfile.mkdtemp(prefix="spacearm-cache-")
+    atexit.register(shutil.rmtree, os.environ["SPACEARM_CACHE"], ignore_errors=True)
 
 # A shell that runs the tests in the background lets them ignore Ctrl-C, and the programs that they start too.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

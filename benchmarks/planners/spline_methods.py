@@ -32,7 +32,7 @@ class Judge:
     """Judges motions, counts and remembers; raises when the budget is spent."""
 
     def __init__(self, method: str, case: Case, seed: int, evaluations: int) -> None:
-        settings = PlannerSettings(interior_points=(INTERIOR,), margin=case.margin)
+        settings = PlannerSettings(interior_points=(INTERIOR,))
         self.swarm = MotionSwarm(case.problem, settings, rng=seed)
         lower, upper = case.problem.robot.lower, case.problem.robot.upper
         self.lower, self.upper = np.tile(lower, INTERIOR), np.tile(upper, INTERIOR)

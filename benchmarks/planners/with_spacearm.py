@@ -7,15 +7,15 @@ import time
 from cases import Case, Trace
 
 from spacearm.planner import PlannerSettings, plan
-from spacearm.planner.clearance import Margins
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.study.other_checker import dense_configurations
 
 
 def searched(case: Case, seed: int, *, seconds: float = 0, evaluations: int = 0) -> Trace:
     """The search of `plan()`, without the proof."""
     settings = PlannerSettings(evaluations=evaluations or None, time_budget=seconds or None, threads=1)
-    islands = Islands(case.problem, case.goal[None].copy(), settings, seed=seed, margins=Margins(asked=case.margin))
+    islands = Islands(case.problem, case.goal[None].copy(), settings, seed=seed, searched=SearchedClearance(asked=case.margin))
     islands.run(evaluations=evaluations, seconds=seconds, until_first=False, stall=0)
     trace = Trace("spacearm, search alone", case.name, seed, seconds=seconds, calls=islands.evaluations)
     for entry, motion in zip(islands.history(), islands.motions()[::-1], strict=True):

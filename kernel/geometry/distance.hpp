@@ -96,6 +96,14 @@ template <class T> SPACEARM_INLINE pack<T> distance_to(const polytope_obstacle<T
 }
 
 // ---- the slope of that distance in a direction, up to a positive factor ---------------------------------------------
+// Of a box: by how much the point is beyond its faces, and the slopes of these.
+template <class T> SPACEARM_INLINE pack<T> slope_of(const pack<T> (&beyond)[3], const pack<T> (&slope)[3]) {
+    const pack<T> zero(T(0)), most = max(max(beyond[0], beyond[1]), beyond[2]);
+    const pack<T> out =
+        max(beyond[0], zero) * slope[0] + max(beyond[1], zero) * slope[1] + max(beyond[2], zero) * slope[2];
+    const pack<T> in = select(most <= beyond[0], slope[0], select(most <= beyond[1], slope[1], slope[2]));
+    return select(zero < most, out, in);
+}
 template <class T>
 SPACEARM_INLINE pack<T> slope_at(const box_obstacle<T>& o, const vec3<T>& p, const vec3<T>& direction) {
     const vec3<T> d = p - constant(o.center);
@@ -105,11 +113,7 @@ SPACEARM_INLINE pack<T> slope_at(const box_obstacle<T>& o, const vec3<T>& p, con
         beyond[k] = abs(x) - o.half[k];
         slope[k] = with_sign_of(dot(direction, o.axis[k]), x);
     }
-    const pack<T> zero(T(0)), most = max(max(beyond[0], beyond[1]), beyond[2]);
-    const pack<T> out =
-        max(beyond[0], zero) * slope[0] + max(beyond[1], zero) * slope[1] + max(beyond[2], zero) * slope[2];
-    const pack<T> in = select(most <= beyond[0], slope[0], select(most <= beyond[1], slope[1], slope[2]));
-    return select(zero < most, out, in);
+    return slope_of(beyond, slope);
 }
 template <class T>
 SPACEARM_INLINE pack<T> slope_at(const cylinder_obstacle<T>& o, const vec3<T>& p, const vec3<T>& direction) {

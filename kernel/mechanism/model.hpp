@@ -29,6 +29,7 @@ template <class T> struct model {
     obstacle_set<T> obstacles;                          // all of them, arranged
     std::vector<std::pair<shape, int>> obstacle_order;  // as they were given
     std::vector<std::array<T, 3>> obstacle_centers;     // likewise
+    std::vector<int> cluster_of, node_of;               // of each body and each obstacle, as they were given
     mass_model<T> masses;                               // where the base floats
     std::vector<unsigned> shape_columns;  // likewise: the columns that points and envelope use, a mask a joint
 };

@@ -35,19 +35,25 @@ struct point_capsule_description {
     int a = 0, b = 0;  // indices of points, both on one rigid body
     double radius = 0;
 };
-struct link_capsule_description {
-    int joint = -1, link = 0;  // capsules of one link and joint are arranged together
+struct link_body_description {
+    int joint = -1, link = 0;  // bodies of one link and joint are arranged together
     double a[3] = {}, b[3] = {}, radius = 0;
+    int solid = -1;  // which of the solids it is; -1: a capsule
+};
+struct polytope_description {
+    std::vector<std::array<double, 3>> vertices;
+    double rounding = 0;
 };
 struct capsule_description {
     double a[3] = {}, b[3] = {}, radius = 0;
 };
 using obstacle_description = std::variant<sphere<double>, capsule_description, box_obstacle<double>,
-                                          cylinder_obstacle<double>, half_space_obstacle<double>>;
-// A pair that may come nearer than the margin: a capsule and an obstacle, or another capsule where the obstacle is -1.
+                                          cylinder_obstacle<double>, half_space_obstacle<double>, polytope_description>;
+// The margin of one pair, lower or higher than that of all others: of a body's link and an obstacle, or another body's
+// link where the obstacle is -1.
 struct pair_margin_description {
-    int capsule = 0, obstacle = -1, other = -1;
-    double most = 0;  // [m] no more than this is asked for between them
+    int body = 0, obstacle = -1, other = -1;
+    double margin = 0;  // [m]
 };
 struct mass_description {
     double mass = 0, com[3] = {}, inertia[6] = {};  // [kg], [m], about it [kg m^2]: xx, yy, zz, xy, xz, yz
@@ -59,7 +65,8 @@ struct world {
     std::vector<point_description> points;
     std::vector<point_capsule_description> point_capsules;
     std::vector<sphere<double>> point_spheres;  // the paper's obstacles, for the point capsules
-    std::vector<link_capsule_description> link_capsules;
+    std::vector<link_body_description> link_bodies;
+    std::vector<solid_description> solids;        // of the links
     std::vector<std::pair<int, int>> link_pairs;  // links that must keep clear of each other
     std::vector<obstacle_description> obstacles;
     std::vector<pair_margin_description> pair_margins;
@@ -118,26 +125,40 @@ template <class T> void build_points(const world& given, model<T>& m) {
     }
 }
 
-// The capsules link by link, each link's in clusters, and the pairs of clusters that must keep clear.
+template <class T> void build_solids(const world& given, model<T>& m) {
+    for (const solid_description& s : given.solids) {
+        bool sound = all_within(s.half, widest) && all_within(s.origin, widest) && within(s.radius, widest);
+        for (const auto& numbers : s.axis) sound = sound && all_within(numbers, widest);
+        for (const auto& v : s.vertices) sound = sound && all_within(v, widest);
+        require(sound, "a body's number that is none, or too large");
+        require((s.kind == core_kind::polytope) == !s.vertices.empty(), "a polytope has vertices, and nothing else has");
+        m.envelope.solids.push_back(make_solid<T>(s));
+    }
+}
+
+// The bodies link by link, each link's in clusters, and the pairs of clusters that must keep clear.
 template <class T> void build_envelope(const world& given, model<T>& m) {
-    const int joints = static_cast<int>(m.robot.joints.size()), count = static_cast<int>(given.link_capsules.size());
+    const int solids = static_cast<int>(given.solids.size());
+    const int joints = static_cast<int>(m.robot.joints.size()), count = static_cast<int>(given.link_bodies.size());
     std::vector<int> order(count);
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(),
-                     [&](int i, int k) { return given.link_capsules[i].link < given.link_capsules[k].link; });
+                     [&](int i, int k) { return given.link_bodies[i].link < given.link_bodies[k].link; });
     std::vector<std::vector<int>> clusters_of;  // by link
     for (int first = 0; first < count;) {
-        const link_capsule_description& head = given.link_capsules[order[first]];
+        const link_body_description& head = given.link_bodies[order[first]];
         require(head.link >= 0 && head.link < count, "a link is out of range");
         int last = first;
         for (; last < count; ++last) {
-            const link_capsule_description& c = given.link_capsules[order[last]];
+            const link_body_description& c = given.link_bodies[order[last]];
             if (c.link != head.link || c.joint != head.joint) break;
-            require(c.joint >= -1 && c.joint < joints, "a capsule's joint is out of range");
+            require(c.joint >= -1 && c.joint < joints, "a body's joint is out of range");
+            require(c.solid >= -1 && c.solid < solids, "a body's solid is out of range");
             require(all_within(c.a, widest) && all_within(c.b, widest) && within(c.radius, widest),
                     "a capsule's number that is none, or too large");
-            m.envelope.capsules.push_back(make_link_capsule<T>(c.a, c.b, c.radius));
-            m.envelope.capsules.back().index = order[last];
+            m.envelope.bodies.push_back(c.solid < 0 ? make_link_body<T>(c.a, c.b, c.radius)
+                                                    : make_link_body(m.envelope.solids[c.solid], c.solid));
+            m.envelope.bodies.back().index = order[last];
         }
         if (head.link >= static_cast<int>(clusters_of.size())) clusters_of.resize(head.link + 1);
         make_clusters(m.envelope, head.joint, first, last, clusters_of[head.link]);
@@ -177,25 +198,27 @@ template <class T> std::array<T, 3> add_obstacle(const capsule_description& o, o
     return center;
 }
 template <class T> std::array<T, 3> add_obstacle(const box_obstacle<double>& o, obstacle_set<T>& all) {
-    bool sound = all_within(o.center, widest) && all_within(o.half, widest);
+    bool sound = all_within(o.center, widest) && all_within(o.half, widest) && within(o.rounding, widest);
     for (const auto& axis : o.axis) sound = sound && all_within(axis, widest);
     require(sound, "a box's number that is none, or too large");
     box_obstacle<T> made{};
     copy_numbers(o.center, made.center);
     for (int k = 0; k < 3; ++k) copy_numbers(o.axis[k], made.axis[k]);
     copy_numbers(o.half, made.half);
+    made.rounding = static_cast<T>(o.rounding);
     all.boxes.push_back(made);
     return {made.center[0], made.center[1], made.center[2]};
 }
 template <class T> std::array<T, 3> add_obstacle(const cylinder_obstacle<double>& o, obstacle_set<T>& all) {
     require(all_within(o.center, widest) && all_within(o.axis, widest) && within(o.half_length, widest)
-                && within(o.radius, widest),
+                && within(o.radius, widest) && within(o.rounding, widest),
             "a cylinder's number that is none, or too large");
     cylinder_obstacle<T> made{};
     copy_numbers(o.center, made.center);
     copy_numbers(o.axis, made.axis);
     made.half_length = static_cast<T>(o.half_length);
     made.radius = static_cast<T>(o.radius);
+    made.rounding = static_cast<T>(o.rounding);
     all.cylinders.push_back(made);
     return {made.center[0], made.center[1], made.center[2]};
 }
@@ -209,8 +232,16 @@ template <class T> std::array<T, 3> add_obstacle(const half_space_obstacle<doubl
     return {static_cast<T>(o.offset * o.normal[0]), static_cast<T>(o.offset * o.normal[1]),
             static_cast<T>(o.offset * o.normal[2])};  // of those in it, the nearest to the origin
 }
+template <class T> std::array<T, 3> add_obstacle(const polytope_description& o, obstacle_set<T>& all) {
+    require(!o.vertices.empty(), "a polytope without vertices");
+    for (const auto& v : o.vertices) require(all_within(v, widest), "a vertex's number that is none, or too large");
+    require(within(o.rounding, widest), "a rounding that is none, or too large");
+    all.polytopes.push_back(make_polytope_obstacle<T>(o.vertices, o.rounding));
+    const T(&center)[3] = all.polytopes.back().center;
+    return {center[0], center[1], center[2]};
+}
 inline shape shape_of(const obstacle_description& o) {
-    constexpr shape of[] = {shape::sphere, shape::capsule, shape::box, shape::cylinder, shape::half_space};
+    constexpr shape of[] = {shape::sphere, shape::capsule, shape::box, shape::cylinder, shape::half_space, shape::polytope};
     return of[o.index()];
 }
 template <class T> void build_obstacles(const world& given, model<T>& m) {
@@ -221,40 +252,50 @@ template <class T> void build_obstacles(const world& given, model<T>& m) {
     m.obstacles.build_tree();
 }
 
-// Margins of pairs of capsules become those of their clusters: with a node of the obstacles' tree, or another cluster.
-template <class T> void build_pair_margins(const world& given, model<T>& m) {
-    link_envelope<T>& b = m.envelope;
-    const int capsules = static_cast<int>(b.capsules.size()), obstacles = static_cast<int>(m.obstacle_order.size());
-    std::vector<int> cluster_of(capsules, 0);
+// In which cluster each body is, and where each obstacle is in the tree, both as they were given.
+template <class T> void build_places(model<T>& m) {
+    const link_envelope<T>& b = m.envelope;
+    m.cluster_of.assign(b.bodies.size(), 0);
     for (std::size_t c = 0; c < b.clusters.size(); ++c) {
         for (int i = b.clusters[c].first; i < b.clusters[c].last; ++i)
-            cluster_of[b.capsules[i].index] = static_cast<int>(c);
+            m.cluster_of[b.bodies[i].index] = static_cast<int>(c);
     }
     std::map<std::pair<shape, int>, int> node_of;
     for (std::size_t k = 0; k < m.obstacles.tree.size(); ++k)
         node_of[{m.obstacles.tree[k].kind, m.obstacles.tree[k].index}] = static_cast<int>(k);
-    for (const pair_margin_description& given_margin : given.pair_margins) {
-        const auto& [capsule, obstacle, other, most] = given_margin;
-        require(capsule >= 0 && capsule < capsules && obstacle < obstacles && other < capsules
-                    && (obstacle >= 0 || other >= 0),
+    for (const auto& one : m.obstacle_order) m.node_of.push_back(node_of.at(one));
+}
+
+// Margins of pairs of bodies become those of their clusters: with a node of the obstacles' tree, or another cluster.
+// Of one pair the last one given counts.
+template <class T> void build_pair_margins(const world& given, model<T>& m) {
+    link_envelope<T>& b = m.envelope;
+    const int bodies = static_cast<int>(b.bodies.size()), obstacles = static_cast<int>(m.obstacle_order.size());
+    std::map<std::pair<int, int>, int> number_of;  // of each pair of clusters
+    for (std::size_t p = 0; p < b.pairs.size(); ++p) {
+        const auto& [x, y] = b.pairs[p];
+        number_of[{std::min(x, y), std::max(x, y)}] = static_cast<int>(p);
+    }
+    std::map<std::pair<int, int>, T> margins;
+    for (const auto& [body, obstacle, other, margin] : given.pair_margins) {
+        require(body >= 0 && body < bodies && obstacle < obstacles && other < bodies && (obstacle >= 0 || other >= 0),
                 "a pair's margin is of a pair out of range");
-        require(within(most, widest), "a pair's margin that is none, or too large");
-        const int one = cluster_of[capsule];
+        require(within(margin, widest), "a pair's margin that is none, or too large");
+        const int one = m.cluster_of[body];
         if (obstacle >= 0) {
-            b.pair_margins.push_back({one, node_of.at(m.obstacle_order[obstacle]), static_cast<T>(most)});
+            margins[{one, m.node_of[obstacle]}] = static_cast<T>(margin);
             continue;
         }
-        const int two = cluster_of[other];
-        for (std::size_t p = 0; p < b.pairs.size(); ++p) {
-            const auto& [x, y] = b.pairs[p];
-            if ((x == one && y == two) || (x == two && y == one))
-                b.pair_margins.push_back({-1, static_cast<int>(p), static_cast<T>(most)});
-        }
+        const int two = m.cluster_of[other];
+        const auto at = number_of.find({std::min(one, two), std::max(one, two)});
+        if (at != number_of.end()) margins[{-1, at->second}] = static_cast<T>(margin);
     }
-    std::sort(b.pair_margins.begin(), b.pair_margins.end(),
-              [](const pair_margin<T>& x, const pair_margin<T>& y) {  // of one pair the least first
-                  return x.cluster == y.cluster && x.other == y.other ? x.most < y.most : x.before(y.cluster, y.other);
-              });
+    for (const auto& [pair, margin] : margins) {  // in order
+        b.pair_margins.push_back({pair.first, pair.second, margin});
+        if (pair.first < 0) continue;
+        T& greatest = b.clusters[pair.first].greatest_margin;
+        greatest = std::max(greatest, margin);
+    }
 }
 
 // The columns that points and envelope need; a base that floats needs all of them, and remembers these.
@@ -267,8 +308,9 @@ template <class T> void mark_columns(model<T>& m) {
     for (const cluster<T>& c : m.envelope.clusters) {
         use(c.joint, c.center);
         for (int i = c.first; i < c.last; ++i) {
-            const link_capsule<T>& capsule = m.envelope.capsules[i];
-            for (const T* local : {capsule.a, capsule.ab, capsule.middle}) use(c.joint, local);
+            const link_body<T>& body = m.envelope.bodies[i];
+            for (const T* local : {body.a, body.ab, body.middle}) use(c.joint, local);
+            if (body.solid >= 0 && c.joint >= 0) used[c.joint] = 7;
         }
     }
     mark_needed(m.robot, used);
@@ -301,8 +343,10 @@ template <class T> model<T> build(const world& given) {
     model<T> m;
     build_joints(given, m);
     build_points(given, m);
+    build_solids(given, m);
     build_envelope(given, m);
     build_obstacles(given, m);
+    build_places(m);
     build_pair_margins(given, m);
     mark_columns(m);
     build_masses(given, m);

@@ -22,10 +22,9 @@ struct instant {
 
 // What the search goes by, without knowing the model.
 struct search_hints {
-    int looks_per_question = 8;             // motions looked at between two questions whether time is up
-    int tree_share = 1;                     // the trees' samples of a turn are divided by this
-    bool trees_find_motions = true;         // whether a path of free configurations is nearly a motion
-    bool comfort_of_lowered_pairs = false;  // whether a pair's lowered margin holds for the term `clearance` too
+    int looks_per_question = 8;      // motions looked at between two questions whether time is up
+    int tree_share = 1;              // the trees' samples of a turn are divided by this
+    bool trees_find_motions = true;  // whether a path of free configurations is nearly a motion
 };
 
 template <class T> class base_model {
@@ -41,6 +40,10 @@ template <class T> class base_model {
     virtual void follow(const motion<T>& m, sampling density, bool with_frames) = 0;
     // The packs of that sampling, those that mostly tell first; the fine one need not repeat the coarse one.
     virtual int packs() const = 0;
+    // Whether they are all there are: the fine sampling has the coarse one's, too.
+    virtual bool repeats_coarse() const = 0;
+    // Where an instant of a pack is along the motion, from 0 to 1.
+    virtual double instant_at(int pack, int lane) const = 0;
     // Puts the joints' frames where they are at a pack, as far as points and envelope need them; returns the base's
     // frame, or nullptr where it is as it was at the beginning.
     virtual const frame<T>* place(int pack, frame<T>* frames) = 0;

@@ -12,7 +12,7 @@ template <class T> class motion_checker {
   public:
     explicit motion_checker(const motion_problem<T>& problem)
         : p_(problem), base_(base_model_of(problem)), memory_(problem.scene.envelope), work_(problem.scene),
-          q_(problem.dofs()) {}
+          q_(problem.dofs()), near_(problem.near_pairs) {}
 
     std::int64_t looks = 0;  // at the end of a motion, for its terminal constraints
     // Configurations looked at so far.
@@ -49,18 +49,22 @@ template <class T> class motion_checker {
         return sum;
     }
 
-    // Sum over the coarse instants of the clearance's shortfall [m], and of the other constraints' violations; given up
-    // beyond `limit`. With limit 0 it says only whether there is any. Infinite for numbers that are none.
+    // Sum over the coarse instants of the clearance's shortfall [m], that of near pairs in the order of the motion, and
+    // of the other constraints' violations; given up beyond `limit`. With limit 0 it says only whether there is any.
+    // Infinite for numbers that are none.
     T violation(const motion<T>& m, T limit) {
         if (!sane(m)) return infinity;
         base_->follow(m, sampling::coarse, true);
         T sum = unmet(m);
         if (!(sum <= infinity)) return infinity;
         const int packs = base_->packs();
+        near_.begin();
         for (int i = 0; i < packs && !(sum > limit); ++i) {
             const pack<T> s = shortfall_at(i, limit <= T(0));
             if (any(pack<T>(T(0)) < s)) sum += sum_of(s);
+            if (near_.any()) watch_near_pairs(i);
         }
+        if (near_.any() && !(sum > limit)) sum += near_.shortfall(m.goal);
         return sum;
     }
     // Whether the finer instants, and those of failed proofs, are free as well.
@@ -69,10 +73,12 @@ template <class T> class motion_checker {
         base_->follow(m, sampling::fine, true);
         if (!(unmet(m) <= T(0))) return false;
         const int packs = base_->packs();
+        near_.begin();
         for (int i = 0; i < packs; ++i) {
             if (any(pack<T>(T(0)) < shortfall_at(i, true))) return false;
+            if (near_.any()) watch_near_pairs(i);
         }
-        return true;
+        return !near_.any() || near_pairs_keep(m);
     }
     bool free(const motion<T>& m) { return violation(m, T(0)) <= T(0) && finely_free(m); }
 
@@ -87,7 +93,7 @@ template <class T> class motion_checker {
             edge_configurations_ += W;
             base_->place_joints(q_.data(), work_.frames.data());
             memory_.base = nullptr;
-            if (any(pack<T>(T(0)) < shortfall_in_place(p_.margin, true, true))) return false;
+            if (any(pack<T>(T(0)) < shortfall_in_place({p_.margin}, true))) return false;
         }
         return true;
     }
@@ -134,15 +140,31 @@ template <class T> class motion_checker {
     // say.
     static constexpr T in_time = T(0.98);
 
-    // By how much the clearance falls short of a margin, with the frames in place.
-    SPACEARM_NOINLINE pack<T> shortfall_in_place(T margin, bool stop_early, bool lowered) {
-        return shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, margin, memory_, stop_early,
-                         lowered);
+    // By how much the clearance falls short of what is asked for, with the frames in place.
+    SPACEARM_NOINLINE pack<T> shortfall_in_place(const asked_clearance<T>& asked, bool stop_early) {
+        return shortfall(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, asked, memory_, stop_early);
+    }
+    // Keeps the near pairs' clearances at pack i, with the envelope in place.
+    SPACEARM_NOINLINE void watch_near_pairs(int i) {
+        near_.add(p_.scene, work_.frames.data(), memory_, [&](int lane) { return base_->instant_at(i, lane); });
+    }
+    // Whether near pairs keep what is asked of them, after all packs of the fine sampling; together with the coarse
+    // ones.
+    bool near_pairs_keep(const motion<T>& m) {
+        if (!base_->repeats_coarse()) {
+            base_->follow(m, sampling::coarse, true);
+            for (int i = 0; i < base_->packs(); ++i) {
+                memory_.base = base_->place(i, work_.frames.data());
+                place(p_.scene.envelope, work_.frames.data(), memory_);
+                watch_near_pairs(i);
+            }
+        }
+        return near_.shortfall(m.goal) <= T(0);
     }
     // The same at pack i of the motion followed.
     pack<T> shortfall_at(int i, bool stop_early) {
         memory_.base = base_->place(i, work_.frames.data());
-        return shortfall_in_place(p_.margin, stop_early, true);
+        return shortfall_in_place({p_.margin}, stop_early);
     }
     // The fastest uniform time within all limits, those of the base too, of the motion followed.
     T fastest(const motion<T>& m) {
@@ -224,30 +246,28 @@ template <class T> class motion_checker {
         value[term_joint_momentum] = base_->arm_momentum() * inverse;
     }
 
-    // What depends on where the arm is: the clearance to the comfortable distance, the paper's terms, and the path of
-    // the end effector.
+    // What depends on where the arm is: what lacks to the preferred clearance, the paper's terms, and the path of the
+    // end effector.
     void carried(const motion<T>& m, T* value) {
         base_->follow(m, sampling::coarse, true);
         const int packs = base_->packs(), samples = packs * W;
-        const bool lowered = base_->hints().comfort_of_lowered_pairs;
+        const asked_clearance<T> preferred{p_.preferred_clearance, true, p_.margin};
         std::vector<T> tip[3];
         for (auto& row : tip) row.resize(samples);
-        pack<T> comfort(T(0)), f[3] = {pack<T>(T(0)), pack<T>(T(0)), pack<T>(T(0))};
+        pack<T> lacks(T(0)), f[3] = {pack<T>(T(0)), pack<T>(T(0)), pack<T>(T(0))};
         const place3 last = tip_at_end();
         const vec3<T> end{pack<T>(last.x[0]), pack<T>(last.x[1]), pack<T>(last.x[2])};
         for (int i = 0; i < packs; ++i) {
             memory_.base = base_->place(i, work_.frames.data());
             place_points(p_.scene, memory_.base, work_);
-            if (p_.comfort > T(0)) {
-                comfort += shortfall_in_place(p_.comfort, false, lowered);
-            }
+            if (p_.preferred_clearance > T(0)) lacks += shortfall_in_place(preferred, false);
             const vec3<T>& at = work_.points[p_.tip];
             at.x.store(&tip[0][i * W]);
             at.y.store(&tip[1][i * W]);
             at.z.store(&tip[2][i * W]);
             add_paper_terms(end, f);
         }
-        value[term_clearance] = sum_of(comfort) / T(samples);
+        value[term_clearance] = sum_of(lacks) / T(samples);
         for (int i = 0; i < 3; ++i) value[term_f1 + i] = sum_of(f[i]) / T(samples);
         T sum = 0;
         place3 before{};
@@ -307,6 +327,7 @@ template <class T> class motion_checker {
     envelope_memory<T> memory_;
     workspace<T> work_;
     std::vector<pack<T>> q_;
+    near_pair_watch<T> near_;
     std::int64_t edge_configurations_ = 0;
     std::vector<std::shared_ptr<const spline_table<T>>> tables_;
     terminal_solver<T> solver_;

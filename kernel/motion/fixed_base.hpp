@@ -33,6 +33,11 @@ template <class T> class fixed_base final : public base_model<T> {
         return fine_ ? sample_packs_fine - sample_packs_coarse + static_cast<int>(this->added_.size())
                      : sample_packs_coarse;
     }
+    bool repeats_coarse() const override { return false; }
+    double instant_at(int pack, int lane) const override {
+        const int l = fine_ ? pack + sample_packs_coarse : pack;
+        return l < sample_packs_fine ? sample_instant(l, lane, W) : this->added_[l - sample_packs_fine][lane];
+    }
     const frame<T>* place(int pack, frame<T>* frames) override {
         const int l = fine_ ? pack + sample_packs_coarse : pack;
         const T* basis = l < sample_packs_fine ? values_ + pack_offset<T>(l, m_->interior)

@@ -323,6 +323,11 @@ template <class T> class floating_base final : public base_model<T> {
     int packs() const override {
         return track_.packs() + (fine_ ? static_cast<int>(this->added_.size()) - first_added_ : 0);
     }
+    bool repeats_coarse() const override { return true; }
+    double instant_at(int pack, int lane) const override {
+        const int l = track_.packs() - 1 - pack;
+        return l < 0 ? this->added_[first_added_ - 1 - l][lane] : (l * W + lane + 1.0) / track_.nodes();
+    }
     // The packs of the track, the end first, for there it mostly collides; then those between its nodes.
     const frame<T>* place(int pack, frame<T>* frames) override {
         const int l = track_.packs() - 1 - pack;
@@ -436,7 +441,7 @@ template <class T> class floating_base final : public base_model<T> {
     frame<T> between_;
     std::vector<instant> path_;
     // A look takes longer than one at the clock; and the trees do not know where the base goes.
-    const search_hints hints_{1, 4, false, true};
+    const search_hints hints_{1, 4, false};
 };
 
 }  // namespace SPACEARM_NAMESPACE

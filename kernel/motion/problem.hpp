@@ -1,7 +1,7 @@
 // What is asked of a motion: where it begins and may end, what it must keep, and what makes it better.
 #pragma once
 
-#include "mechanism/world.hpp"
+#include "motion/near_pairs.hpp"
 #include "motion/spline.hpp"
 #include "motion/terminal.hpp"
 
@@ -38,7 +38,7 @@ template <class T> struct motion_weights {
     T length = 1;              // joint path length, integral of |q'| [rad or m]
     T duration = 0;            // the fastest uniform time within the limits, by samples [s]
     T tip = 0;                 // path length of the end effector [m]
-    T clearance = 0;           // mean of what the clearance lacks to the comfortable distance, summed over pairs [m]
+    T clearance = 0;           // mean of what lacks to the preferred clearance, summed over pairs [m]
     T smoothness = 0;          // mean of |q'''|^2 [rad^2 or m^2]
     T f1 = 0, f2 = 0, f3 = 0;  // the paper's terms, means over the samples
     T base_final = 0;          // the base's turn at the end [rad]
@@ -96,7 +96,8 @@ template <class T> struct motion_problem {
     std::vector<T> velocity, acceleration;  // (n,) limits, for the duration
     std::vector<T> jerk;                    // (n,) or empty
     T margin = 0;                           // [m] clearance asked for at the instants
-    T comfort = 0;                          // [m] for the clearance term
+    T preferred_clearance = 0;              // [m] for the clearance term
+    std::vector<near_pair<T>> near_pairs;   // mostly none
     int tip = 0;                            // the end effector's point
     std::vector<int> centers;               // points of the paper's f1
     motion_weights<T> weight;
@@ -125,7 +126,8 @@ inline constexpr int most_goals = 1'000'000;
 
 struct motion_request {
     std::vector<double> start, goals, lower, upper, velocity, acceleration, jerk;
-    double margin = 0, comfort = 0;
+    double margin = 0, preferred_clearance = 0;
+    near_pairs_request near_pairs;
     int tip = 0;
     std::vector<int> centers;
     motion_weights<double> weight;
@@ -198,9 +200,11 @@ template <class T> motion_problem<T> problem_of(const model<T>& scene, const mot
     for (const auto* limits : {&p.velocity, &p.acceleration, &p.jerk}) {
         for (T limit : *limits) require(limit > T(1e-30), "a limit that is not above 0");
     }
-    require(within(given.margin, widest) && within(given.comfort, widest), "a number that is none, or too large");
+    require(within(given.margin, widest) && within(given.preferred_clearance, widest),
+            "a number that is none, or too large");
     p.margin = static_cast<T>(given.margin);
-    p.comfort = static_cast<T>(given.comfort);
+    p.preferred_clearance = static_cast<T>(given.preferred_clearance);
+    p.near_pairs = near_pairs_of(scene, given.near_pairs, goals);
     p.tip = given.tip;
     p.centers = given.centers;
     for (int i = 0; i < term_count; ++i) {

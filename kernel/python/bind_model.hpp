@@ -108,72 +108,77 @@ template <class T> out_array<T, 2> momentum_terms(const model<T>& m, in2<T> q, i
     return array_of<T, 2>(std::move(out), {rows, 18});
 }
 
-// Places every capsule for a pack of configurations.
-template <class T> struct placed_capsules {
+// Places every body for a pack of configurations.
+template <class T> struct placed_bodies {
+    static constexpr T far = std::numeric_limits<T>::max() / 4;  // all distances below are exact
     const model<T>& m;
     workspace<T> work;
-    envelope_memory<T> capsules;
-    explicit placed_capsules(const model<T>& given) : m(given), work(given), capsules(given.envelope) {}
+    envelope_memory<T> memory;
+    explicit placed_bodies(const model<T>& given) : m(given), work(given), memory(given.envelope) {}
     void at(const pack<T>* q) {
         forward_kinematics(m.robot, q, work.frames.data());
-        place(m.envelope, work.frames.data(), capsules);
+        place(m.envelope, work.frames.data(), memory);
         for (std::size_t i = 0; i < m.envelope.clusters.size(); ++i)
-            place_capsules(m.envelope, work.frames.data(), static_cast<int>(i), capsules);
+            place_bodies(m.envelope, work.frames.data(), static_cast<int>(i), memory);
+    }
+    template <class Shape> pack<T> to_obstacle(int i, const Shape& o) const {
+        const link_body<T>& body = m.envelope.bodies[i];
+        if (!has_axis_distance<T, Shape> || body.solid >= 0)
+            return body_clearance(m.envelope, memory, i, o, far, depths::exact);
+        const pack<T> d = body.inverse_squared_length == T(0)
+                              ? distance_to(o, memory.a[i])
+                              : axis_distance(o, memory.a[i], memory.ab[i], body.inverse_squared_length);
+        return d - body.radius;
+    }
+    pack<T> between(int i, int k) const {
+        const bool capsules = m.envelope.bodies[i].solid < 0 && m.envelope.bodies[k].solid < 0;
+        return capsules ? capsule_clearance(m.envelope, memory, i, k)
+                        : body_clearance(m.envelope, memory, i, k, far, depths::exact);
     }
 };
 
-// Of every capsule and every obstacle, in the order they were given: (rows, capsules, obstacles).
+// Of every body and every obstacle, in the order they were given: (rows, bodies, obstacles).
 template <class T> out_array<T, 3> obstacle_clearances(const model<T>& m, in2<T> q) {
     require_columns(m, q);
-    const std::size_t rows = q.shape(0), links = m.envelope.capsules.size(), obstacles = m.obstacle_order.size();
-    std::vector<T> out(rows * links * obstacles);
-    placed_capsules<T> placed(m);
+    const std::size_t rows = q.shape(0), bodies = m.envelope.bodies.size(), obstacles = m.obstacle_order.size();
+    std::vector<T> out(rows * bodies * obstacles);
+    placed_bodies<T> placed(m);
     {
         nb::gil_scoped_release free;
         for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
             placed.at(packs);
-            for (std::size_t i = 0; i < links; ++i) {
-                const link_capsule<T>& c = m.envelope.capsules[i];
+            for (std::size_t i = 0; i < bodies; ++i) {
+                const std::size_t row = first * bodies + m.envelope.bodies[i].index;
                 for (std::size_t k = 0; k < obstacles; ++k) {
                     const auto [kind, index] = m.obstacle_order[k];
-                    const pack<T> d = m.obstacles.visit(kind, index, [&](const auto& o) {
-                        return c.inverse_squared_length == T(0)
-                                   ? distance_to(o, placed.capsules.a[i])
-                                   : axis_distance(o, placed.capsules.a[i], placed.capsules.ab[i],
-                                                   c.inverse_squared_length);
-                    });
-                    store_lanes(d - c.radius, &out[(first * links + c.index) * obstacles + k], filled,
-                                links * obstacles);
+                    const pack<T> d = m.obstacles.visit(
+                        kind, index, [&](const auto& o) { return placed.to_obstacle(static_cast<int>(i), o); });
+                    store_lanes(d, &out[row * obstacles + k], filled, bodies * obstacles);
                 }
             }
         });
     }
-    return array_of<T, 3>(std::move(out), {rows, links, obstacles});
+    return array_of<T, 3>(std::move(out), {rows, bodies, obstacles});
 }
 
-// Of pairs of capsules, by their indices as given: (rows, pairs).
+// Of pairs of bodies, by their indices as given: (rows, pairs).
 template <class T> out_array<T, 2> pair_clearances(const model<T>& m, in2<T> q, in_pairs pairs) {
     require_columns(m, q);
-    const std::size_t rows = q.shape(0), count = pairs.shape(0), capsules = m.envelope.capsules.size();
+    const std::size_t rows = q.shape(0), count = pairs.shape(0), bodies = m.envelope.bodies.size();
     std::vector<T> out(rows * count);
-    std::vector<std::size_t> at(capsules);
-    for (std::size_t i = 0; i < capsules; ++i) at[m.envelope.capsules[i].index] = i;
+    std::vector<int> at(bodies);
+    for (std::size_t i = 0; i < bodies; ++i) at[m.envelope.bodies[i].index] = static_cast<int>(i);
     for (std::size_t i = 0; i < count; ++i) {
         for (int k = 0; k < 2; ++k)
-            require(pairs(i, k) >= 0 && pairs(i, k) < static_cast<int>(capsules), "a pair's capsule is out of range");
+            require(pairs(i, k) >= 0 && pairs(i, k) < static_cast<int>(bodies), "a pair's body is out of range");
     }
-    placed_capsules<T> placed(m);
+    placed_bodies<T> placed(m);
     {
         nb::gil_scoped_release free;
         for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
             placed.at(packs);
-            for (std::size_t i = 0; i < count; ++i) {
-                const std::size_t one = at[pairs(i, 0)], two = at[pairs(i, 1)];
-                const pack<T> d =
-                    sqrt(squared_distance(m.envelope, placed.capsules, static_cast<int>(one), static_cast<int>(two)));
-                store_lanes(d - (m.envelope.capsules[one].radius + m.envelope.capsules[two].radius),
-                            &out[first * count + i], filled, count);
-            }
+            for (std::size_t i = 0; i < count; ++i)
+                store_lanes(placed.between(at[pairs(i, 0)], at[pairs(i, 1)]), &out[first * count + i], filled, count);
         });
     }
     return array_of<T, 2>(std::move(out), {rows, count});
@@ -191,7 +196,7 @@ template <class T> out_array<T, 1> shortfalls(const model<T>& m, in2<T> q, doubl
         for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
             forward_kinematics(m.robot, packs, work.frames.data());
             store_lanes(
-                shortfall(m.envelope, work.frames.data(), m.obstacles, static_cast<T>(margin), memory, stop_early),
+                shortfall<T>(m.envelope, work.frames.data(), m.obstacles, {static_cast<T>(margin)}, memory, stop_early),
                 &out[first], filled);
         });
     }
@@ -206,8 +211,9 @@ template <class T> void bind_model(nb::module_& m, const char* name) {
         .def("points", &point_positions<T>, "q"_a, "Positions of the points (rows, points, 3) [m].")
         .def("clearances", &clearances<T>, "q"_a, "Of point capsules and spheres (rows, capsules, spheres) [m].")
         .def("obstacle_clearances", &obstacle_clearances<T>, "q"_a,
-             "Of the envelope's capsules and the obstacles (rows, capsules, obstacles) [m].")
-        .def("pair_clearances", &pair_clearances<T>, "q"_a, "pairs"_a, "Of pairs of capsules (rows, pairs) [m].")
+             "Of the envelope's bodies and the obstacles (rows, bodies, obstacles) [m]; negative inside, by the depth: of a "
+             "capsule and a box or a cylinder that of the deepest point of its axis.")
+        .def("pair_clearances", &pair_clearances<T>, "q"_a, "pairs"_a, "Of pairs of bodies (rows, pairs) [m], as `obstacle_clearances`.")
         .def("shortfalls", &shortfalls<T>, "q"_a, "margin"_a, "stop_early"_a,
              "How far the clearance falls short of the margin, summed over pairs (rows,) [m].")
         .def(

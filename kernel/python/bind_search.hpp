@@ -116,14 +116,33 @@ inline void bind_weights(nb::module_& m) {
     m.attr("motion_terms") = nb::tuple(names);
 }
 
+inline near_pairs_request near_pairs_from(in_ints pair, in_ints body, in_ints obstacle, in_ints other,
+                                          in1<double> required, in1<double> at_start, in2c<double> at_goal) {
+    const std::size_t rows = pair.shape(0);
+    require_lengths(rows, {body.shape(0), obstacle.shape(0), other.shape(0)}, "the near pairs' arrays do not fit");
+    require_lengths(required.shape(0), {at_start.shape(0), at_goal.shape(0)}, "the near pairs' arrays do not fit");
+    near_pairs_request out{
+        {}, vector_of(required), vector_of(at_start), {at_goal.data(), at_goal.data() + at_goal.size()}};
+    for (std::size_t i = 0; i < rows; ++i) out.rows.push_back({pair(i), body(i), obstacle(i), other(i)});
+    return out;
+}
+
 inline void bind_request(nb::module_& m) {
+    bind_part(m, "NearPairs",
+              "Pairs that are nearer at an end of a motion than `required`, p of them. A motion holds such a pair to "
+              "`at_start` until it is first `required` apart, to `at_goal` (p, goals) from when it is last so, and to "
+              "`required` in between; to the lesser of both if it never is [m]. At an end where a pair is not near, "
+              "give `required`. Rows say what belongs to a pair: all bodies of its link, with all of the kernel's "
+              "obstacles that its obstacle is, or with other bodies where the obstacle is -1. Trees and edges know no "
+              "order: there the pair's own margin holds (PairMargins), which has to be the least of the above.",
+              &near_pairs_from, "pair"_a, "body"_a, "obstacle"_a, "other"_a, "required"_a, "at_start"_a, "at_goal"_a);
     nb::class_<motion_request>(m, "MotionProblem", "What is asked of a motion.")
         .def(
             "__init__",
             [](motion_request* self, in1<double> start, in2c<double> goals, in1<double> lower, in1<double> upper,
                in1<double> velocity, in1<double> acceleration, std::optional<in1<double>> jerk, double margin,
-               double comfort, int tip, in_ints centers, const motion_weights<double>& weights,
-               std::variant<fixed_demands, floating_demands> base) {
+               double preferred_clearance, int tip, in_ints centers, const motion_weights<double>& weights,
+               std::variant<fixed_demands, floating_demands> base, const near_pairs_request* near_pairs) {
                 require(goals.shape(1) == start.shape(0), "a motion's arrays do not fit");
                 motion_request made;
                 made.start = vector_of(start);
@@ -134,7 +153,8 @@ inline void bind_request(nb::module_& m) {
                 made.acceleration = vector_of(acceleration);
                 if (jerk) made.jerk = vector_of(*jerk);
                 made.margin = margin;
-                made.comfort = comfort;
+                made.preferred_clearance = preferred_clearance;
+                if (near_pairs) made.near_pairs = *near_pairs;
                 made.tip = tip;
                 made.centers = vector_of(centers);
                 made.weight = weights;
@@ -142,7 +162,8 @@ inline void bind_request(nb::module_& m) {
                 new (self) motion_request(std::move(made));
             },
             nb::kw_only(), "start"_a, "goals"_a, "lower"_a, "upper"_a, "velocity"_a, "acceleration"_a,
-            "jerk"_a = nb::none(), "margin"_a, "comfort"_a, "tip"_a, "centers"_a, "weights"_a, "base"_a);
+            "jerk"_a = nb::none(), "margin"_a, "preferred_clearance"_a, "tip"_a, "centers"_a, "weights"_a, "base"_a,
+            "near_pairs"_a = nb::none());
 }
 
 inline void bind_search_settings(nb::module_& m) {

@@ -3,6 +3,7 @@
 
 #include "mechanism/world.hpp"
 #include "python/arrays.hpp"
+#include "python/bind_convex.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
@@ -21,7 +22,8 @@ struct spheres_part {
     std::vector<sphere<double>> spheres;
 };
 struct envelope_part {
-    std::vector<link_capsule_description> capsules;
+    std::vector<link_body_description> bodies;
+    std::vector<solid_description> solids;
     std::vector<std::pair<int, int>> pairs;
 };
 struct pair_margins_part {
@@ -31,7 +33,7 @@ struct masses_part {
     std::vector<mass_description> masses;
 };
 using obstacle_part = std::variant<spheres_part, capsule_description, box_obstacle<double>, cylinder_obstacle<double>,
-                                   half_space_obstacle<double>>;
+                                   half_space_obstacle<double>, polytope_description>;
 
 using in_ints = in1<std::int32_t>;
 using in_bools = in1<bool>;
@@ -81,25 +83,37 @@ inline spheres_part spheres_from(in_places center, in1<double> radius) {
         out.spheres.push_back({{center(i, 0), center(i, 1), center(i, 2)}, radius(i)});
     return out;
 }
+inline solid_description solid_from(const convex_description& shape, in_matrix axes, in_vector origin) {
+    solid_description out{shape.kind, {}, shape.radius, shape.vertices, {}, {}};
+    std::copy_n(shape.half, 3, out.half);
+    for (int k = 0; k < 3; ++k) std::copy_n(axes.data() + 3 * k, 3, out.axis[k]);
+    take(origin, out.origin);
+    return out;
+}
 inline envelope_part envelope_from(in_ints joint, in_ints link, in_places a, in_places b, in1<double> radius,
-                                   in_pairs pairs) {
+                                   in_pairs pairs, std::optional<in_ints> solid,
+                                   std::vector<solid_description> solids) {
     const std::size_t n = joint.shape(0);
-    require_lengths(n, {link.shape(0), a.shape(0), b.shape(0), radius.shape(0)},
-                    "the capsules' arrays do not fit each other");
+    require_lengths(n, {link.shape(0), a.shape(0), b.shape(0), radius.shape(0), solid ? solid->shape(0) : n},
+                    "the bodies' arrays do not fit each other");
     envelope_part out;
+    out.solids = std::move(solids);
     for (std::size_t i = 0; i < n; ++i) {
-        out.capsules.push_back(
-            {joint(i), link(i), {a(i, 0), a(i, 1), a(i, 2)}, {b(i, 0), b(i, 1), b(i, 2)}, radius(i)});
+        out.bodies.push_back({joint(i),
+                              link(i),
+                              {a(i, 0), a(i, 1), a(i, 2)},
+                              {b(i, 0), b(i, 1), b(i, 2)},
+                              radius(i),
+                              solid ? (*solid)(i) : -1});
     }
     for (std::size_t i = 0; i < pairs.shape(0); ++i) out.pairs.push_back({pairs(i, 0), pairs(i, 1)});
     return out;
 }
-inline pair_margins_part pair_margins_from(in_ints capsule, in_ints obstacle, in_ints other, in1<double> most) {
-    require_lengths(capsule.shape(0), {obstacle.shape(0), other.shape(0), most.shape(0)},
+inline pair_margins_part pair_margins_from(in_ints body, in_ints obstacle, in_ints other, in1<double> margin) {
+    require_lengths(body.shape(0), {obstacle.shape(0), other.shape(0), margin.shape(0)},
                     "the margins' arrays do not fit each other");
     pair_margins_part out;
-    for (std::size_t i = 0; i < capsule.shape(0); ++i)
-        out.margins.push_back({capsule(i), obstacle(i), other(i), most(i)});
+    for (std::size_t i = 0; i < body.shape(0); ++i) out.margins.push_back({body(i), obstacle(i), other(i), margin(i)});
     return out;
 }
 inline masses_part masses_from(in1<double> mass, in_places com, fixed_array<-1, 6> inertia) {
@@ -139,15 +153,17 @@ inline capsule_description capsule_from(in_vector a, in_vector b, double radius)
     take(b, out.b);
     return out;
 }
-inline box_obstacle<double> box_from(in_vector center, in_matrix axes, in_vector half_size) {
+inline box_obstacle<double> box_from(in_vector center, in_matrix axes, in_vector half_size, double rounding) {
     box_obstacle<double> out{};
     take(center, out.center);
     for (int k = 0; k < 3; ++k) std::copy_n(axes.data() + 3 * k, 3, out.axis[k]);
     take(half_size, out.half);
+    out.rounding = rounding;
     return out;
 }
-inline cylinder_obstacle<double> cylinder_from(in_vector center, in_vector axis, double half_length, double radius) {
-    cylinder_obstacle<double> out{{}, {}, half_length, radius};
+inline cylinder_obstacle<double> cylinder_from(in_vector center, in_vector axis, double half_length, double radius,
+                                               double rounding) {
+    cylinder_obstacle<double> out{{}, {}, half_length, radius, rounding};
     take(center, out.center);
     take(axis, out.axis);
     return out;
@@ -155,6 +171,13 @@ inline cylinder_obstacle<double> cylinder_from(in_vector center, in_vector axis,
 inline half_space_obstacle<double> half_space_from(in_vector normal, double offset) {
     half_space_obstacle<double> out{{}, offset};
     take(normal, out.normal);
+    return out;
+}
+
+inline polytope_description polytope_from(in_places vertices, double rounding) {
+    polytope_description out{{}, rounding};
+    for (std::size_t i = 0; i < vertices.shape(0); ++i)
+        out.vertices.push_back({vertices(i, 0), vertices(i, 1), vertices(i, 2)});
     return out;
 }
 
@@ -170,19 +193,28 @@ inline void bind_world(nb::module_& m) {
     bind_part(m, "Capsule", "An obstacle: a segment from a to b, with a radius.", &capsule_from, "a"_a, "b"_a,
               "radius"_a);
     bind_part(m, "Box", "An obstacle; `axes` has its x, y and z axis as rows.", &box_from, "center"_a, "axes"_a,
-              "half_size"_a);
+              "half_size"_a, "rounding"_a = 0.0);
     bind_part(m, "Cylinder", "An obstacle: a cylinder with flat ends.", &cylinder_from, "center"_a, "axis"_a,
-              "half_length"_a, "radius"_a);
+              "half_length"_a, "radius"_a, "rounding"_a = 0.0);
+    bind_part(m, "Polytope", "An obstacle: the hull of its vertices (k, 3).", &polytope_from, "vertices"_a,
+              "rounding"_a = 0.0);
+    bind_part(m, "Solid",
+              "A body of a link that is no capsule: a shape, and where its own axes (as rows) and origin are in the "
+              "frame of the joint.",
+              &solid_from, "shape"_a, "axes"_a, "origin"_a);
     bind_part(m, "HalfSpace", "An obstacle: solid where normal . x <= offset.", &half_space_from, "normal"_a,
               "offset"_a);
     bind_part(
         m, "Envelope",
-        "The capsules of the links, each in the frame of its joint, and pairs of links to keep clear of each other.",
-        &envelope_from, "joint"_a, "link"_a, "a"_a, "b"_a, "radius"_a, "pairs"_a);
+        "The bodies of the links, each in the frame of its joint, and pairs of links to keep clear of each other. A body "
+        "is a capsule from a to b, or the one of `solids` that `solid` says; -1: none.",
+        &envelope_from, "joint"_a, "link"_a, "a"_a, "b"_a, "radius"_a, "pairs"_a, "solid"_a = nb::none(),
+        "solids"_a = std::vector<solid_description>());
     bind_part(m, "PairMargins",
-              "Pairs that may come nearer than the margin: a capsule and an obstacle, or another capsule where the "
-              "obstacle is -1.",
-              &pair_margins_from, "capsule"_a, "obstacle"_a, "other"_a, "most"_a);
+              "Margins of pairs, lower or higher than that of all others [m]: of a body and an obstacle, or another "
+              "body where the obstacle is -1. Bodies are those of the envelope, obstacles the kernel's. A margin holds "
+              "for all of the body's link, so all bodies of a link have the same one; of one pair the last counts.",
+              &pair_margins_from, "body"_a, "obstacle"_a, "other"_a, "margin"_a);
     bind_part(m, "Masses",
               "The masses of the base and of each joint's body, in that joint's frame; inertia about the "
               "centre of mass: xx, yy, zz, xy, xz, yz.",
@@ -200,7 +232,8 @@ inline void bind_world(nb::module_& m) {
                 if (capsules) made.point_capsules = capsules->capsules;
                 if (spheres) made.point_spheres = spheres->spheres;
                 if (envelope) {
-                    made.link_capsules = envelope->capsules;
+                    made.link_bodies = envelope->bodies;
+                    made.solids = envelope->solids;
                     made.link_pairs = envelope->pairs;
                 }
                 for (const obstacle_part& part : obstacles) add_obstacles(part, made.obstacles);

@@ -67,7 +67,7 @@ template <class T> struct reach_objective {
     SPACEARM_INLINE void operator()(const pack<T>* q, memory& w, pack<T>& fitness, pack<T>& violation) const {
         place(scene, q, w.points);
         pack<T> squared(T(0));
-        violation = shortfall(scene.envelope, w.points.frames.data(), scene.obstacles, margin, w.body, false);
+        violation = shortfall<T>(scene.envelope, w.points.frames.data(), scene.obstacles, {margin}, w.body, false);
         for (const target& to : targets) {
             const vec3<T> left = constant(to.position) - w.points.points[to.point];
             violation += above_zero(sqrt(dot(left, left)) - to.tolerance);

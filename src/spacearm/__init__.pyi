@@ -29,9 +29,12 @@ from spacearm.geometry import Box as Box
 from spacearm.geometry import Capsule as Capsule
 from spacearm.geometry import Cylinder as Cylinder
 from spacearm.geometry import HalfSpace as HalfSpace
+from spacearm.geometry import Polytope as Polytope
+from spacearm.geometry import PolytopeSet as PolytopeSet
 from spacearm.geometry import Scene as Scene
 from spacearm.geometry import Sphere as Sphere
 from spacearm.geometry import SphereSet as SphereSet
+from spacearm.geometry import convex_pieces as convex_pieces
 from spacearm.geometry import enclose_mesh as enclose_mesh
 from spacearm.geometry import enclose_points as enclose_points
 from spacearm.geometry import pose as pose
@@ -59,12 +62,14 @@ from spacearm.planner import clearance as clearance
 from spacearm.planner import pareto_front as pareto_front
 from spacearm.planner import plan as plan
 from spacearm.proof import Certificate as Certificate
+from spacearm.proof import PairClearance as PairClearance
 from spacearm.proof import certify as certify
 from spacearm.robot import Body as Body
 from spacearm.robot import Frame as Frame
 from spacearm.robot import Joint as Joint
 from spacearm.robot import LinkCapsule as LinkCapsule
 from spacearm.robot import LinkEnvelope as LinkEnvelope
+from spacearm.robot import LinkShape as LinkShape
 from spacearm.robot import NamedConfiguration as NamedConfiguration
 from spacearm.robot import Robot as Robot
 from spacearm.robot import SelfPairs as SelfPairs

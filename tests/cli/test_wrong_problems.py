@@ -72,7 +72,7 @@ CHANGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "robot file missing": ("zhang2022", "arm.urdf", ("line 2", "<path>/arm.urdf does not exist", "check the path")),
     "setting unknown": (GOAL, GOAL + "\nplanner: {island: 4}", ("line 7", "'island'", "did you mean 'islands'?")),
     "setting out of range": (GOAL, GOAL + "\nplanner: {islands: 0}", ("line 7", "islands is 0", "from 1 to 256")),
-    "setting NaN": (GOAL, GOAL + "\nplanner: {margin: .nan}", ("line 7", "margin is nan", "[m]")),
+    "setting NaN": (GOAL, GOAL + "\nplanner: {preferred_clearance: .nan}", ("line 7", "preferred_clearance is nan", "[m]")),
     "base unknown": (GOAL, GOAL + "\nbase: swimming", ("line 7", "base is 'swimming'", "'fixed' or 'floating'")),
     "shape unknown": (SPHERE, "spere: {center: [0.5, 0.5, 0.0], radius: 0.1}", ("line 4", "'spere'", "did you mean 'sphere'?")),
 }

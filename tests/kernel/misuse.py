@@ -136,8 +136,8 @@ def surrounded(obstacles: Any = None, pair_margins: Any = None, **changes: Any) 
 
 
 def margins(**changes: Any) -> Any:
-    """The same with a pair that may come nearer."""
-    given = {"capsule": ints(0), "obstacle": ints(0), "other": ints(-1), "most": np.zeros(1), **changes}
+    """The same with a pair that has a margin of its own."""
+    given = {"body": ints(0), "obstacle": ints(0), "other": ints(-1), "margin": np.zeros(1), **changes}
     return surrounded(pair_margins=BUILD.module.PairMargins(**given))
 
 
@@ -161,7 +161,7 @@ def motions(scene: Any = None, settings: Any = None, seed: int = 0, island: int 
         "acceleration": np.ones(7),
         "jerk": np.zeros(0),
         "margin": 0.0,
-        "comfort": 0.1,
+        "preferred_clearance": 0.1,
         "tip": 1,
         "centers": ints(0, 1),
         "weights": weights,
@@ -305,13 +305,13 @@ REFUSED: dict[str, Case] = {
     "surrounded: a capsule's ends in the plane": lambda: shape("Capsule", a=np.zeros(2)),
     "surrounded: fewer radii than centres": lambda: shape("Spheres", radius=np.zeros(0)),
     "surrounded: a box with two axes": lambda: shape("Box", axes=np.eye(3)[:2].copy()),
-    "margins: a capsule beyond the last": lambda: margins(capsule=ints(2)),
-    "margins: a negative capsule": lambda: margins(capsule=ints(-1)),
+    "margins: a capsule beyond the last": lambda: margins(body=ints(2)),
+    "margins: a negative capsule": lambda: margins(body=ints(-1)),
     "margins: an obstacle beyond the last": lambda: margins(obstacle=ints(1)),
     "margins: neither an obstacle nor a capsule": lambda: margins(obstacle=ints(-1)),
     "margins: another capsule beyond the last": lambda: margins(obstacle=ints(-1), other=ints(2)),
-    "margins: a margin that is no number": lambda: margins(most=np.full(1, np.nan)),
-    "margins: fewer margins than pairs": lambda: margins(most=q(0)),
+    "margins: a margin that is no number": lambda: margins(margin=np.full(1, np.nan)),
+    "margins: fewer margins than pairs": lambda: margins(margin=q(0)),
     "obstacle_clearances: too few columns": lambda: surrounded().obstacle_clearances(q(1, 6)),
     "pair_clearances: too few columns": lambda: surrounded().pair_clearances(q(1, 6), ints(0, 1).reshape(1, 2)),
     "pair_clearances: a capsule beyond the last": lambda: surrounded().pair_clearances(q(1, 7), ints(0, 2).reshape(1, 2)),
@@ -430,7 +430,7 @@ REFUSED: dict[str, Case] = {
     },
     "motions: a goal without end": lambda: motions(goals=np.full((2, 7), np.inf)),
     "motions: a margin that is no number": lambda: motions(margin=np.nan),
-    "motions: a comfort of 1e300": lambda: motions(comfort=1e300),
+    "motions: a preferred clearance of 1e300": lambda: motions(preferred_clearance=1e300),
     "motions: weights of 1e300": lambda: motions(weight=1e300),
     "motions: failures beyond counting": lambda: motions(settings={"swarm_stall": 2**31 - 1}),
     "motions: a step of 1e300": lambda: motions(settings={"tree_step": 1e300}),

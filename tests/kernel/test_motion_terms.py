@@ -30,7 +30,7 @@ class Setting:
     goals: np.ndarray
     jerk: np.ndarray
     margin: float
-    comfort: float
+    preferred_clearance: float
     weights: dict[str, float]
     search: Any
 
@@ -43,7 +43,7 @@ def drawn_settings(draw: st.DrawFn, build: Build) -> Setting:
     obstacles = draw(st.lists(drawn.obstacles(), max_size=3))
     start, *goals = draw(drawn.batches(robot, build, 3)).astype(np.float64)
     jerk = np.full(robot.dof, 3.0) if draw(st.booleans()) else np.zeros(0)
-    margin, comfort = draw(st.sampled_from([0.0, 0.05])), draw(st.sampled_from([0.0, 0.2]))
+    margin, preferred = draw(st.sampled_from([0.0, 0.05])), draw(st.sampled_from([0.0, 0.2]))
     weights = {name: draw(st.sampled_from([0.0, 0.5, 2.0])) for name in TERMS}
     search = objectives.motion_search(
         build,
@@ -54,10 +54,10 @@ def drawn_settings(draw: st.DrawFn, build: Build) -> Setting:
         bounds=(np.full(robot.dof, -1e4), np.full(robot.dof, 1e4)),
         jerk=jerk,
         margin=margin,
-        comfort=comfort,
+        preferred_clearance=preferred,
         weights=weights,
     )
-    return Setting(robot, obstacles, start, np.array(goals), jerk, margin, comfort, weights, search)
+    return Setting(robot, obstacles, start, np.array(goals), jerk, margin, preferred, weights, search)
 
 
 def axis_distances(setting: Setting, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -112,7 +112,9 @@ def expected_terms(build: Build, setting: Setting, points: np.ndarray) -> dict[s
         "length": float(np.linalg.norm(dq, axis=1).mean()),
         "duration": float(max(fastest)),
         "tip": float(np.linalg.norm(np.diff(tip, axis=0), axis=1).sum()),
-        "clearance": float(shortfalls(setting, frames, setting.comfort).mean()) if setting.comfort else 0.0,
+        "clearance": float(shortfalls(setting, frames, setting.preferred_clearance).mean())
+        if setting.preferred_clearance
+        else 0.0,
         "smoothness": float((dddq**2).sum(axis=1).mean()),
         "f1": float(sum(np.linalg.norm(centres - centre_of(o), axis=-1).sum(axis=1).mean() for o in setting.obstacles)),
         "f2": float(np.sqrt(left**2 + 1).mean()),
@@ -188,11 +190,11 @@ def assert_judged_by_the_formulas(build: Build, setting: Setting, x: np.ndarray,
 
 
 def test_terms_in_clutter_are_the_formulas(build: Build) -> None:
-    """An obstacle of every shape, a comfort far beyond the margin, links that must keep clear."""
+    """An obstacle of every shape, a preferred clearance far beyond the margin, links that must keep clear."""
     robot, (start, goal) = objectives.thick_arm(), objectives.AROUND
     robot = replace(robot, self_pairs=(("upper_arm", "hand"),))
     weights = dict.fromkeys(TERMS, 0.5)
-    options: dict[str, Any] = {"jerk": np.full(7, 3.0), "margin": 0.01, "comfort": 0.3, "weights": weights}
+    options: dict[str, Any] = {"jerk": np.full(7, 3.0), "margin": 0.01, "preferred_clearance": 0.3, "weights": weights}
     search = objectives.motion_search(build, robot, objectives.CLUTTER, start, goal, **options)
     setting = Setting(
         robot=robot, obstacles=[*objectives.CLUTTER], start=np.array(start), goals=np.array([goal]), search=search, **options

@@ -140,7 +140,7 @@ def test_numbers_that_nothing_can_bear_are_refused(name: str, value: int) -> Non
         sa.PlannerSettings(**{name: value})
 
 
-@pytest.mark.parametrize("name", ["margin", "comfort", "time_budget", "jerk_limit"])
+@pytest.mark.parametrize("name", ["preferred_clearance", "time_budget", "jerk_limit"])
 def test_numbers_beyond_float32_are_refused(name: str) -> None:
     with pytest.raises(SettingsError, match=f"{name} is "):
         sa.PlannerSettings(**{name: 1e300})

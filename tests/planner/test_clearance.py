@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 from kernel import drawn, objectives
 from kernel.builds import Build, surround
 from spacearm.core.errors import RobotError
-from spacearm.core.native import available_levels, native
+from spacearm.core.native import available_levels
 from spacearm.geometry import Obstacle, Scene, Sphere, SphereSet
 from spacearm.planner import Problem, clearance, clearances
-from spacearm.planner.clearance import ClearanceModel, Margins, margins_within_reach, self_clearances
+from spacearm.planner.clearance import ClearanceModel, self_clearances
 from spacearm.planner.kernel_model import kernel_model, make_kernel_model, self_capsule_pairs
+from spacearm.planner.searched_clearance import SearchedClearance, searched_clearance
 from spacearm.robot import LinkCapsule, Robot
 from support import strategies
 from support.dense_samples import arms, planar
@@ -141,71 +142,82 @@ def test_what_is_no_configuration_is_refused(q: Any) -> None:
             measure(problem_of(planar(), [BALL]), q)
 
 
-# ---- the margin between ends that are near to something -----------------------------------------------------------------
+# ---- what is asked for between ends that are near to something -----------------------------------------------------------
 
 
-def pair_margins(margins: Margins) -> dict[str, np.ndarray]:
-    """Margins as the kernel's `PairMargins` takes them."""
-    return {"capsule": margins.capsules, "obstacle": margins.obstacles, "other": margins.others, "most": margins.most}
+def kernel_pairs(searched: SearchedClearance) -> dict[str, np.ndarray]:
+    """Pairs with a clearance of their own as the kernel's `PairMargins` takes them."""
+    body, obstacle, other = (np.ascontiguousarray(column) for column in searched.rows.T)
+    return {"body": body, "obstacle": obstacle, "other": other, "margin": searched.of_pairs}
+
+
+def between_ends(clear: float, required: float) -> float:
+    """What is asked for of a pair that has a clearance at an end: that required and 2 mm more, if there is room for it."""
+    if clear <= 0:
+        return 0.0
+    held = clear - min(1e-4, clear / 2) if clear < required + 1e-6 else required
+    held = min(held, required)
+    return held + min(0.002, (clear - held) / 2)
 
 
 @settings(max_examples=30)
-@given(st.data(), OBSTACLES, st.sampled_from([0.002, 0.05, 0.5]), st.sampled_from([32, 64]))
-def test_only_pairs_that_are_near_at_an_end_are_asked_for_less(
-    data: st.DataObject, obstacles: list[Obstacle], margin: float, precision: int
+@given(st.data(), OBSTACLES, st.sampled_from([0.0, 0.05, 0.5]), st.sampled_from([32, 64]))
+def test_every_pair_is_asked_for_what_is_required_and_2_mm_more_or_what_there_is_room_for(
+    data: st.DataObject, obstacles: list[Obstacle], required: float, precision: int
 ) -> None:
-    """The search's shortfall is that of the definition: each pair by its own margin."""
+    """The search's shortfall is that of the definition: each pair by its own clearance."""
     robot = data.draw(arms(self_pairs=True))
-    problem = problem_of(robot, obstacles)
+    problem = replace(problem_of(robot, obstacles), clearance=required)
     ends = data.draw(strategies.configurations(robot, (2,)))
-    margins = margins_within_reach(problem, ends, margin)
-    lowered_margins = native.PairMargins(**pair_margins(margins))
-    model = make_kernel_model(robot, problem.scene, pair_margins=lowered_margins)
+    asked = searched_clearance(problem, ends)
+    model = make_kernel_model(robot, problem.scene, pair_margins=asked.kernel_pairs)
     searched = getattr(model, f"model{precision}")
     q = np.vstack([ends, data.draw(strategies.configurations(robot, (4,)))])
     exact = kernel_model(robot, problem.scene).model64
     to_scene, at_ends = exact.obstacle_clearances(q), exact.obstacle_clearances(ends)  # (rows, c, k)
     links = [capsule.name for capsule in robot.capsules]
     expected = np.zeros(len(q))
-    lowered = set()
+    close, touching = set(), False
     for i, capsule in enumerate(robot.capsules):
         if capsule.joint < 0:
             continue
         of = [k for k, name in enumerate(links) if name == links[i]]
         for k in range(to_scene.shape[2]):
-            near = at_ends[:, of, k].min()
-            asked = margin if near >= 2 * margin else max(0.0, near / 2)
-            expected += np.maximum(0.0, asked - to_scene[:, i, k])
-            if near < 2 * margin:
-                lowered.add((links[i], f"obstacle {model.obstacle_of[k]}"))
+            near = float(at_ends[:, of, k].min())
+            expected += np.maximum(0.0, between_ends(near, required) - to_scene[:, i, k])
+            touching |= near <= 0
+            if near < required or near <= 0:
+                close.add((links[i], f"obstacle {model.obstacle_of[k]}"))
     pairs = self_capsule_pairs(robot)
     between, before = self_clearances(problem, q), self_clearances(problem, ends)
     named = [(links[i], links[k]) for i, k in pairs.tolist()]
     for p, pair in enumerate(named):
-        near = before[:, [other for other, same in enumerate(named) if same == pair]].min()
-        expected += np.maximum(0.0, (margin if near >= 2 * margin else max(0.0, near / 2)) - between[:, p])
-        if near < 2 * margin:
-            lowered.add((pair[0], f"link '{pair[1]}'"))
-    found = searched.shortfalls(np.ascontiguousarray(q, dtype=f"f{precision // 8}"), margin, False)
+        near = float(before[:, [other for other, same in enumerate(named) if same == pair]].min())
+        expected += np.maximum(0.0, between_ends(near, required) - between[:, p])
+        touching |= near <= 0
+        if near < required or near <= 0:
+            close.add((pair[0], f"link '{pair[1]}'"))
+    found = searched.shortfalls(np.ascontiguousarray(q, dtype=f"f{precision // 8}"), asked.asked, False)
     size = 1 + np.abs(to_scene).max(initial=0.0)
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=(1e-4 if precision == 32 else 1e-9) * size)
-    assert {(near.link, near.other) for near in margins.lowered} == lowered
-    assert bool(margins.message) == bool(lowered)
-    assert [near.clearance for near in margins.lowered] == sorted(near.clearance for near in margins.lowered)
-    assert margins.touching == any(near.clearance <= 0 for near in margins.lowered)
+    assert asked.asked == required + 0.002
+    assert {(near.link, near.other) for near in asked.near} == close
+    assert [near.clearance for near in asked.near] == sorted(near.clearance for near in asked.near)
+    assert asked.touching == touching
 
 
 def test_a_pairs_own_margin_is_the_same_bits_on_every_level() -> None:
     robot = objectives.thick_arm()
-    problem = Problem(robot, Scene(objectives.CLUTTER), start=objectives.AROUND[0], goal=objectives.AROUND[1])
-    margins = margins_within_reach(problem, np.stack(objectives.AROUND), 0.3)
-    assert len(margins.most)
+    start, goal = objectives.AROUND
+    problem = Problem(robot, Scene(objectives.CLUTTER), start=start, goal=goal, clearance=0.8)
+    searched = searched_clearance(problem, np.stack(objectives.AROUND))
+    assert len(searched.of_pairs)
     q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (50, robot.dof))
     for precision in (32, 64):
         rows = q.astype(f"f{precision // 8}")
         found = [
-            surround(Build(level, precision), robot, objectives.CLUTTER, pair_margins=pair_margins(margins)).native.shortfalls(
-                rows, 0.3, False
+            surround(Build(level, precision), robot, objectives.CLUTTER, pair_margins=kernel_pairs(searched)).native.shortfalls(
+                rows, 0.802, False
             )
             for level in available_levels()
         ]
@@ -216,5 +228,6 @@ def test_a_pairs_own_margin_is_the_same_bits_on_every_level() -> None:
 def test_what_a_bolted_base_is_near_to_lowers_nothing() -> None:
     robot = planar(capsules=(*planar().capsules, LinkCapsule(name="foot", joint=-1, a=np.zeros(3), b=np.zeros(3), radius=0.1)))
     problem = problem_of(robot, [Sphere((0, -0.4, 0), 0.299)])
-    assert margins_within_reach(problem, np.zeros((1, 2)), 0.01).lowered == ()
-    assert margins_within_reach(problem, np.zeros((1, 2)), 0.06).lowered != ()  # the upper arm is 51 mm away
+    assert searched_clearance(replace(problem, clearance=0.01), np.zeros((1, 2))).near == ()
+    (near,) = searched_clearance(replace(problem, clearance=0.06), np.zeros((1, 2))).near  # the upper arm is 51 mm away
+    assert near.link == "upper"

@@ -231,7 +231,7 @@ def test_beside_a_configuration_in_collision_the_nearest_free_one_within_its_tol
     least = math.asin(0.15 / 1.5)
     for tolerance in (0.2, (0.2, 0.0), (0.15, 0.01)):
         problem = turn(ConfigurationGoal((0.0, 0.0), tolerance=tolerance), ball)
-        found = find_goal_configurations(problem, replace(FEW, margin=0.001), 0)
+        found = find_goal_configurations(replace(problem, clearance=0.0), FEW, 0)
         assert_sound(problem, found)
         assert len(found.q) == 1
         assert (np.abs(found.q[0]) <= np.broadcast_to(tolerance, 2) + ROUNDING).all()

@@ -462,7 +462,7 @@ def test_what_weighs_more_becomes_less(name: str) -> None:
     """Each term as the only one, against the length alone: over several seeds the found motion has less of it."""
 
     def of_best(weights: dict[str, float], seed: int) -> float:
-        search = RUN(cluttered(BUILD, weights=weights, comfort=0.2, jerk=np.ones(7), seed=seed), 1200)
+        search = RUN(cluttered(BUILD, weights=weights, preferred_clearance=0.2, jerk=np.ones(7), seed=seed), 1200)
         points = search.best.points
         judged = search.judge(BUILD.array(points.reshape(1, -1)), len(points), 0)
         return float(judged.terms[0, TERMS.index(name)])

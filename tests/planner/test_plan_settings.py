@@ -52,9 +52,10 @@ REFUSED: dict[str, Callable[[], object]] = {
     "weights none": lambda: Weights(length=0.0),
     "weights none, as a mapping": given(weights={"length": 0}),
     "weights by position": lambda: Weights(1.0),  # type: ignore[call-arg]
-    "margin negative": given(margin=-0.01),
-    "margin not a number": given(margin=float("nan")),
-    "comfort negative": given(comfort=-1e-9),
+    "margin, which is a problem's clearance now": given(margin=0.01),
+    "comfort, which is preferred_clearance now": given(comfort=0.1),
+    "preferred_clearance negative": given(preferred_clearance=-1e-9),
+    "preferred_clearance not a number": given(preferred_clearance=float("nan")),
     "interior_points zero": given(interior_points=0),
     "interior_points too many": given(interior_points=25),
     "interior_points half": given(interior_points=2.5),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import pickle
 from dataclasses import FrozenInstanceError, replace
 from typing import Any
@@ -13,7 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spacearm.core.errors import RobotError
-from spacearm.robot import Frame, Joint, LinkCapsule, Robot, joint_centres, load_robot
+from spacearm.geometry import Box
+from spacearm.robot import Frame, Joint, LinkCapsule, LinkShape, Robot, joint_centres, load_robot
 from spacearm.robot.model import robot_as_dict, robot_from_dict
 from support import strategies
 from support.forward_kinematics import joint_transforms
@@ -187,3 +189,29 @@ def _row() -> np.ndarray:
 @pytest.mark.parametrize("case", REFUSED)
 def test_a_robot_that_cannot_be_is_refused(case: str) -> None:
     assert_refused("robot", case, RobotError, REFUSED[case])
+
+
+def test_capsules_and_shapes_are_one_list_and_come_back_from_plain_values() -> None:
+    capsule = LinkCapsule(name="arm", joint=0, a=np.zeros(3), b=np.array([0, 0, 1.0]), radius=0.1)
+    line = LinkCapsule(name="line", joint=0, a=np.zeros(3), b=np.array([0, 0, 1.0]), radius=0.0)
+    box = LinkShape(name="bus", joint=-1, shape=Box((1, 1, 1), rounding=0.01))
+    plain = two_link()
+    arm = Robot(
+        name="arm",
+        joints=plain.joints,
+        capsules=(capsule, line),
+        frames=plain.frames,
+        tip=plain.tip,
+        lower=plain.lower,
+        upper=plain.upper,
+        velocity=plain.velocity,
+        acceleration=plain.acceleration,
+    )
+    assert arm.capsules == (capsule, line)
+    mixed = replace(arm, shapes=(box, *arm.shapes))
+    assert mixed.capsules == (capsule, line)
+    assert replace(mixed, capsules=(line,)).shapes == (box, line.as_shape)
+    for robot in (arm, mixed):
+        assert robot_from_dict(json.loads(json.dumps(robot_as_dict(robot)))) == robot
+    assert "capsules" in robot_as_dict(arm)
+    assert "shapes" in robot_as_dict(mixed)

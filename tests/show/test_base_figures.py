@@ -23,14 +23,13 @@ from spacearm.show.base_figures import differenced_rates, residual_momentum, rot
 from spacearm.show.drawing import (
     base_envelope,
     base_frames,
-    cut_off,
     envelope,
     extent,
     make_drawing,
     pose_times,
-    silhouette,
     skeleton,
 )
+from spacearm.show.outlines import cut_off, silhouette
 from spacearm.show.path_figures import parted
 from support.drawn_runs import levels, texts
 from support.floating_runs import POINTS, ROBOT, floating, front

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.planner import Problem
 from spacearm.show import figure_clearance, figure_path_2d, figure_path_3d
-from spacearm.show.drawing import common_outline, cut, cut_in_plane, hull, silhouette, span
+from spacearm.show.outlines import common_outline, cut, cut_in_plane, hull, silhouette, span
 from support import drawn_shapes
 from support.drawn_runs import moved, texts, two_joints
 
-CONVEX = st.one_of(drawn_shapes.spheres(), drawn_shapes.capsules(), drawn_shapes.boxes(), drawn_shapes.cylinders())
+CONVEX = drawn_shapes.convex_shapes()
 VIEW = np.array([[0.6, 0.8, 0.0], [-0.48, 0.36, 0.8]])  # across, up
 TOLERANCE = 1e-9
 POLYGON = 1 - np.cos(np.pi / 72)  # by how much of its radius a circle of 72 corners falls short
@@ -30,7 +30,7 @@ def outside(points: np.ndarray, outline: np.ndarray) -> float:
     return float(((points[:, None] - outline) * normals).sum(axis=2).max())
 
 
-@given(drawn_shapes.bodies(), st.integers(0, 9))
+@given(drawn_shapes.bodies() | CONVEX | drawn_shapes.polytope_sets(), st.integers(0, 9))
 def test_a_span_holds_the_body_and_no_more(body: Obstacle, seed: int) -> None:
     low, high = span(body)
     points = drawn_shapes.points_in(body, 4000, np.random.default_rng(seed))

@@ -224,7 +224,6 @@ def drawn_settings(rng: np.random.Generator) -> PlannerSettings:
     weights = Weights(**{**weighed, "length": 1.0}) if rng.random() < 0.2 else Weights()
     values: dict[str, object] = {"evaluations": int(rng.integers(300, 1501)), "weights": weights}
     some: list[tuple[float, str, list[object]]] = [
-        (0.2, "margin", [0.0, 1e-4, 0.02]),
         (0.1, "stop_at_first", [True]),
         (0.1, "convergence", [50, 400]),
         (0.1, "interior_points", [(1,), (2,), (3, 5), (8,)]),

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Polytope, PolytopeSet, Sphere, SphereSet
 from support import strategies
 
 SIZES = st.floats(0.01, 1.0, allow_subnormal=False)
@@ -45,6 +47,34 @@ def sphere_sets(draw: st.DrawFn, most: int = 8) -> SphereSet:
     return SphereSet(centers, radii, excess=draw(st.none() | st.floats(0, 1, allow_subnormal=False)), name=draw(NAMES))
 
 
+ROUNDINGS = st.just(0.0) | st.floats(0.01, 0.3, allow_subnormal=False)
+
+
+def rounded_boxes() -> st.SearchStrategy[Box]:
+    return st.builds(Box, st.tuples(SIZES, SIZES, SIZES).map(np.array), strategies.transforms(), rounding=ROUNDINGS, name=NAMES)
+
+
+def rounded_cylinders() -> st.SearchStrategy[Cylinder]:
+    return st.builds(Cylinder, SIZES, SIZES, strategies.transforms(), rounding=ROUNDINGS, name=NAMES)
+
+
+def polytopes() -> st.SearchStrategy[Polytope]:
+    """Hulls of 4 to 12 points, some flat."""
+    points = st.tuples(st.integers(4, 12), st.integers(0, 999), st.booleans(), strategies.points()).map(
+        lambda drawn: np.random.default_rng(drawn[1]).normal(size=(drawn[0], 3)) * [1, 1, 0 if drawn[2] else 1] + drawn[3]
+    )
+    return st.builds(Polytope, points, rounding=ROUNDINGS, name=NAMES)
+
+
+def polytope_sets(most: int = 4) -> st.SearchStrategy[PolytopeSet]:
+    return st.builds(PolytopeSet, st.lists(polytopes(), min_size=1, max_size=most).map(tuple), name=NAMES)
+
+
+def convex_shapes() -> st.SearchStrategy[Obstacle]:
+    """Shapes that a link may have."""
+    return st.one_of(spheres(), capsules(), rounded_boxes(), rounded_cylinders(), polytopes())
+
+
 def bodies() -> st.SearchStrategy[Obstacle]:
     """Obstacles of finite size."""
     return st.one_of(spheres(), capsules(), boxes(), cylinders(), sphere_sets())
@@ -66,6 +96,15 @@ def points_in(obstacle: Obstacle, count: int, rng: np.random.Generator) -> np.nd
     if isinstance(obstacle, SphereSet):
         ball = rng.integers(0, len(obstacle.radii), count)
         return obstacle.centers[ball] + obstacle.radii[ball, None] * turned
+    if isinstance(obstacle, PolytopeSet):
+        piece = rng.integers(0, len(obstacle.pieces), count)
+        each = [points_in(one, count, rng) for one in obstacle.pieces]
+        return np.array([each[k][i] for i, k in enumerate(piece.tolist())]).reshape(-1, 3)
+    if isinstance(obstacle, Polytope):
+        weights = rng.dirichlet(np.full(len(obstacle.vertices), 0.2), count)
+        return weights @ obstacle.vertices + obstacle.rounding * turned
+    if isinstance(obstacle, (Box, Cylinder)) and obstacle.rounding:
+        return points_in(replace(obstacle, rounding=0.0), count, rng) + obstacle.rounding * turned
     if isinstance(obstacle, Box):
         local = (rng.random((count, 3)) - 0.5) * obstacle.size
     else:

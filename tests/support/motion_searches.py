@@ -14,8 +14,8 @@ from kernel.builds import Build, surround
 from spacearm.core.native import available_levels
 from spacearm.geometry import Scene, Sphere
 from spacearm.planner import PlannerSettings, Problem
-from spacearm.planner.clearance import Margins
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.robot import Robot
 from support import strategies
 from support.dense_samples import planar
@@ -54,7 +54,7 @@ PROBLEM = Problem(objectives.thick_arm(), Scene(objectives.CLUTTER), start=START
 
 def islands(threads: int, count: int = 3, **changes: Any) -> Islands:
     chosen = PlannerSettings(islands=count, threads=threads, **changes)
-    made = Islands(PROBLEM, np.array([GOAL]), chosen, seed=7, margins=Margins(asked=0.002))
+    made = Islands(PROBLEM, np.array([GOAL]), chosen, seed=7, searched=SearchedClearance(asked=0.002))
     made.run(evaluations=500, seconds=0.0, until_first=False, stall=0)
     return made
 

@@ -7,13 +7,14 @@ import math
 import coal
 import numpy as np
 
-from spacearm.geometry import Capsule, HalfSpace, Scene
+from spacearm.geometry import Capsule, ConvexShape, HalfSpace, Obstacle, Scene, bounding_points
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, Plan, PoseGoal, PositionGoal, Problem
 from spacearm.planner.plan_result import STATUSES
 from spacearm.robot import Robot
-from support.oracles.coal_shapes import Placed, distance, least_distances, placed_obstacle
+from spacearm.robot.link_shapes import as_capsule
+from support.oracles.coal_shapes import Placed, distance, geometry_of, least_distances, placed_obstacle, shape_pairs
 from support.oracles.pinocchio_points import joint_frames
-from support.oracles.solids import least_on_segments, link_distance
+from support.oracles.solids import has_definition, least_on_segments, link_distance
 
 ROUNDING = 1e-9  # [m] of Pinocchio's kinematics and of closed forms
 GJK = 1e-7  # [m] of Coal's iterations; what is nearer to the bound is measured by thirds
@@ -66,41 +67,81 @@ def least_clearance(robot: Robot, scene: Scene, frames: np.ndarray, proven: floa
 
     What a ball around each shape shows to be farther away is left out: the answer is inf where nothing is below the bound.
     """
-    a, b = (_on_links(robot, frames, end) for end in ("a", "b"))  # (rows, capsules, 3)
-    radii = np.array([capsule.radius for capsule in robot.capsules])
-    middle, half = (a + b) / 2, np.linalg.norm(b - a, axis=-1) / 2
-    R = _turns_along(b - a)
-    shapes = [coal.Capsule(float(r), float(2 * h)) for r, h in zip(radii, half[0], strict=True)]
+    links = _Links(robot, frames)
     least, at = math.inf, 0
 
-    def placed(row: int, i: int) -> Placed:
-        return shapes[i], coal.Transform3s(R[row, i], middle[row, i])
-
-    def look(row: int, measured: float, exact: float) -> None:
+    def look(row: int, measured: float, exact: float | None) -> None:
         nonlocal least, at
-        found = measured if measured < proven - GJK else exact
+        found = measured if measured < proven - GJK or exact is None else exact
         if found < least:
             least, at = found, row
 
     for obstacle in scene.obstacles:
         for part in placed_obstacle(obstacle):
             if isinstance(obstacle, HalfSpace):
-                apart = np.minimum((a - obstacle.point) @ obstacle.normal, (b - obstacle.point) @ obstacle.normal) - radii
+                apart = (links.middle - obstacle.point) @ obstacle.normal - links.reach
             else:
-                apart = np.linalg.norm(middle - part[1].getTranslation(), axis=-1) - half - radii - _reach(part)
+                apart = np.linalg.norm(links.middle - _center(part), axis=-1) - links.reach - _reach(part)
             for row, i in np.argwhere(apart < proven).tolist():
-                measured = distance(placed(row, i), part)
+                measured = distance(links.placed(row, i), part)
                 if measured < proven - ROUNDING:
-                    exact = float(link_distance(obstacle, a[row, i], b[row, i]) - radii[i])
-                    look(row, measured, exact)
-    for i, k in _pairs(robot):
-        apart = np.linalg.norm(middle[:, i] - middle[:, k], axis=-1) - half[:, i] - half[:, k] - radii[i] - radii[k]
+                    look(row, measured, links.exact_to(obstacle, row, i))
+    for i, k in shape_pairs(robot):
+        apart = np.linalg.norm(links.middle[:, i] - links.middle[:, k], axis=-1) - links.reach[i] - links.reach[k]
         for row in np.flatnonzero(apart < proven).tolist():
-            measured = distance(placed(row, i), placed(row, k))
+            measured = distance(links.placed(row, i), links.placed(row, k))
             if measured < proven - ROUNDING:
-                exact = _between(a[row, i], b[row, i], a[row, k], b[row, k]) - float(radii[i] + radii[k])
-                look(row, measured, exact)
+                look(row, measured, links.exact_between(row, i, k))
     return least, at
+
+
+class _Links:
+    """A robot's shapes at rows of frames (rows, joints, 4, 4): Coal's geometries, and balls around them."""
+
+    def __init__(self, robot: Robot, frames: np.ndarray) -> None:
+        self._joint = [part.joint for part in robot.shapes]
+        self._made = [geometry_of(part.shape) for part in robot.shapes]
+        self._capsule = [as_capsule(part) for part in robot.shapes]
+        self._frames = frames
+        balls = [_ball(part.shape) for part in robot.shapes]
+        self.reach = np.array([radius for _, radius in balls])
+        at = [self._at(i)[:, :3, :3] @ center + self._at(i)[:, :3, 3] for i, (center, _) in enumerate(balls)]
+        self.middle = np.array(at).reshape(len(balls), len(frames), 3).transpose(1, 0, 2)  # (rows, shapes, 3)
+
+    def _at(self, i: int) -> np.ndarray:
+        if self._joint[i] < 0:
+            return np.broadcast_to(np.eye(4), (len(self._frames), 4, 4))
+        return self._frames[:, self._joint[i]]
+
+    def placed(self, row: int, i: int) -> Placed:
+        made, T = self._made[i]
+        at = self._at(i)[row] @ T
+        return made, coal.Transform3s(np.ascontiguousarray(at[:3, :3]), np.array(at[:3, 3]))
+
+    def _axis(self, row: int, i: int) -> tuple[np.ndarray, np.ndarray, float] | None:
+        capsule = self._capsule[i]
+        if capsule is None:
+            return None
+        T = self._at(i)[row]
+        a, b = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))
+        return a, b, capsule.radius
+
+    def exact_to(self, obstacle: Obstacle, row: int, i: int) -> float | None:
+        """The distance by thirds, of a capsule to a shape whose definition NumPy knows; None for others."""
+        axis = self._axis(row, i)
+        if axis is None or not has_definition(obstacle):
+            return None
+        return float(link_distance(obstacle, axis[0], axis[1]) - axis[2])
+
+    def exact_between(self, row: int, i: int, k: int) -> float | None:
+        one, other = self._axis(row, i), self._axis(row, k)
+        return None if one is None or other is None else _between(*one[:2], *other[:2]) - one[2] - other[2]
+
+
+def _ball(shape: ConvexShape) -> tuple[np.ndarray, float]:
+    points, radius = bounding_points(shape)
+    center = (points.min(axis=0) + points.max(axis=0)) / 2
+    return center, float(np.linalg.norm(points - center, axis=1).max() + radius)
 
 
 def _between(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> float:
@@ -109,38 +150,15 @@ def _between(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> floa
     return float(least_on_segments(lambda p: link_distance(thin, p, p), a, b))
 
 
-def _turns_along(axes: np.ndarray) -> np.ndarray:
-    """Rotations (..., 3, 3) whose z columns point along the axes (..., 3); any for an axis of length 0."""
-    length = np.linalg.norm(axes, axis=-1, keepdims=True)
-    z = np.where(length > 0, axes / np.where(length > 0, length, 1), [0.0, 0.0, 1.0])
-    x = np.cross(np.eye(3)[np.argmin(np.abs(z), axis=-1)], z)
-    x /= np.linalg.norm(x, axis=-1, keepdims=True)
-    return np.stack([x, np.cross(z, x), z], axis=-1)
-
-
-def _on_links(robot: Robot, frames: np.ndarray, end: str) -> np.ndarray:
-    out = np.empty((len(frames), len(robot.capsules), 3))
-    for i, capsule in enumerate(robot.capsules):
-        T = frames[:, capsule.joint] if capsule.joint >= 0 else np.eye(4)
-        out[:, i] = T[..., :3, :3] @ getattr(capsule, end) + T[..., :3, 3]
-    return out
+def _center(part: Placed) -> np.ndarray:
+    return np.array(part[1].getTranslation())
 
 
 def _reach(part: Placed) -> float:
     """The radius [m] of a ball about a shape's place that holds it."""
     shape = part[0]
     shape.computeLocalAABB()
-    return float(np.linalg.norm(shape.aabb_center) + shape.aabb_radius)
-
-
-def _pairs(robot: Robot) -> list[tuple[int, int]]:
-    wanted = set(robot.self_pairs)
-    return [
-        (i, k)
-        for i, one in enumerate(robot.capsules)
-        for k, other in enumerate(robot.capsules)
-        if (one.name, other.name) in wanted
-    ]
+    return float(np.linalg.norm(shape.aabb_center) + shape.aabb_radius + shape.getSweptSphereRadius())
 
 
 def _broken_limits(plan: Plan) -> list[str]:

@@ -39,12 +39,24 @@ class Capsule:
 class Box:
     """An obstacle; `axes` has its x, y and z axis as rows."""
 
-    def __init__(self, *, center: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], axes: Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='C')], half_size: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
+    def __init__(self, *, center: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], axes: Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='C')], half_size: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], rounding: float = 0.0) -> None: ...
 
 class Cylinder:
     """An obstacle: a cylinder with flat ends."""
 
-    def __init__(self, *, center: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], axis: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], half_length: float, radius: float) -> None: ...
+    def __init__(self, *, center: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], axis: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], half_length: float, radius: float, rounding: float = 0.0) -> None: ...
+
+class Polytope:
+    """An obstacle: the hull of its vertices (k, 3)."""
+
+    def __init__(self, *, vertices: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order='C')], rounding: float = 0.0) -> None: ...
+
+class Solid:
+    """
+    A body of a link that is no capsule: a shape, and where its own axes (as rows) and origin are in the frame of the joint.
+    """
+
+    def __init__(self, *, shape: ConvexShape, axes: Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='C')], origin: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]) -> None: ...
 
 class HalfSpace:
     """An obstacle: solid where normal . x <= offset."""
@@ -53,17 +65,17 @@ class HalfSpace:
 
 class Envelope:
     """
-    The capsules of the links, each in the frame of its joint, and pairs of links to keep clear of each other.
+    The bodies of the links, each in the frame of its joint, and pairs of links to keep clear of each other. A body is a capsule from a to b, or the one of `solids` that `solid` says; -1: none.
     """
 
-    def __init__(self, *, joint: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], link: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], a: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order='C')], b: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order='C')], radius: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], pairs: Annotated[NDArray[numpy.int32], dict(shape=(None, 2), order='C')]) -> None: ...
+    def __init__(self, *, joint: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], link: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], a: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order='C')], b: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order='C')], radius: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], pairs: Annotated[NDArray[numpy.int32], dict(shape=(None, 2), order='C')], solid: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')] | None = None, solids: Sequence[Solid] = []) -> None: ...
 
 class PairMargins:
     """
-    Pairs that may come nearer than the margin: a capsule and an obstacle, or another capsule where the obstacle is -1.
+    Margins of pairs, lower or higher than that of all others [m]: of a body and an obstacle, or another body where the obstacle is -1. Bodies are those of the envelope, obstacles the kernel's. A margin holds for all of the body's link, so all bodies of a link have the same one; of one pair the last counts.
     """
 
-    def __init__(self, *, capsule: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], obstacle: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], most: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
+    def __init__(self, *, body: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], obstacle: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], margin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> None: ...
 
 class Masses:
     """
@@ -75,7 +87,7 @@ class Masses:
 class World:
     """A robot and what is around it: what a model is built from."""
 
-    def __init__(self, *, joints: Joints, points: Points | None = None, point_capsules: PointCapsules | None = None, point_spheres: Spheres | None = None, envelope: Envelope | None = None, obstacles: Sequence[Spheres | Capsule | Box | Cylinder | HalfSpace] = (), pair_margins: PairMargins | None = None, masses: Masses | None = None) -> None: ...
+    def __init__(self, *, joints: Joints, points: Points | None = None, point_capsules: PointCapsules | None = None, point_spheres: Spheres | None = None, envelope: Envelope | None = None, obstacles: Sequence[Spheres | Capsule | Box | Cylinder | HalfSpace | Polytope] = (), pair_margins: PairMargins | None = None, masses: Masses | None = None) -> None: ...
 
 class SwarmVariant(enum.Enum):
     pso = 0
@@ -268,10 +280,17 @@ class FloatingBase:
 
     def __init__(self, *, frame: FrameGoal | None = None, attitude: AttitudeGoal | None = None, most_turned: float = 0.0, most_rate: float = 0.0, most_arm_momentum: float = 0.0, duration: float = 0.0, angular: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')] | None = None, drift: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')] | None = None) -> None: ...
 
+class NearPairs:
+    """
+    Pairs that are nearer at an end of a motion than `required`, p of them. A motion holds such a pair to `at_start` until it is first `required` apart, to `at_goal` (p, goals) from when it is last so, and to `required` in between; to the lesser of both if it never is [m]. At an end where a pair is not near, give `required`. Rows say what belongs to a pair: all bodies of its link, with all of the kernel's obstacles that its obstacle is, or with other bodies where the obstacle is -1. Trees and edges know no order: there the pair's own margin holds (PairMargins), which has to be the least of the above.
+    """
+
+    def __init__(self, *, pair: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], body: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], obstacle: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], required: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], at_start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], at_goal: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]) -> None: ...
+
 class MotionProblem:
     """What is asked of a motion."""
 
-    def __init__(self, *, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], goals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], acceleration: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], jerk: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None = None, margin: float, comfort: float, tip: int, centers: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], weights: MotionWeights, base: FixedBase | FloatingBase) -> None: ...
+    def __init__(self, *, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], goals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], acceleration: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], jerk: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None = None, margin: float, preferred_clearance: float, tip: int, centers: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')], weights: MotionWeights, base: FixedBase | FloatingBase, near_pairs: NearPairs | None = None) -> None: ...
 
 class Model64:
     """A robot among obstacles."""
@@ -289,11 +308,11 @@ class Model64:
 
     def obstacle_clearances(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None))]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]:
         """
-        Of the envelope's capsules and the obstacles (rows, capsules, obstacles) [m].
+        Of the envelope's bodies and the obstacles (rows, bodies, obstacles) [m]; negative inside, by the depth: of a capsule and a box or a cylinder that of the deepest point of its axis.
         """
 
     def pair_clearances(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None))], pairs: Annotated[NDArray[numpy.int32], dict(shape=(None, 2), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-        """Of pairs of capsules (rows, pairs) [m]."""
+        """Of pairs of bodies (rows, pairs) [m], as `obstacle_clearances`."""
 
     def shortfalls(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None))], margin: float, stop_early: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
         """
@@ -545,11 +564,11 @@ class Model32:
 
     def obstacle_clearances(self, q: Annotated[NDArray[numpy.float32], dict(shape=(None, None))]) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None, None))]:
         """
-        Of the envelope's capsules and the obstacles (rows, capsules, obstacles) [m].
+        Of the envelope's bodies and the obstacles (rows, bodies, obstacles) [m]; negative inside, by the depth: of a capsule and a box or a cylinder that of the deepest point of its axis.
         """
 
     def pair_clearances(self, q: Annotated[NDArray[numpy.float32], dict(shape=(None, None))], pairs: Annotated[NDArray[numpy.int32], dict(shape=(None, 2), order='C')]) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]:
-        """Of pairs of capsules (rows, pairs) [m]."""
+        """Of pairs of bodies (rows, pairs) [m], as `obstacle_clearances`."""
 
     def shortfalls(self, q: Annotated[NDArray[numpy.float32], dict(shape=(None, None))], margin: float, stop_early: bool) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
         """

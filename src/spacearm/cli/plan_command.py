@@ -11,7 +11,7 @@ import json
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -20,7 +20,7 @@ from tyro.conf import Positional, arg
 from spacearm.cli.arguments import parsed
 from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import base_rows, progress_bar, show_list, tell_notes, tell_robot
-from spacearm.core.checks import shown
+from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import ProblemError, SettingsError
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
@@ -43,6 +43,7 @@ class Options:
     Attributes:
         problem: a problem file (YAML): robot, scene, start and goal; it holds the planner's settings too.
         output: a new or empty folder for plan.json, trajectory.csv and figures.
+        clearance: that the motion keeps [m], instead of the one in the problem file.
         seed: the random seed, which repeats a plan; none: a new one is drawn, and recorded in plan.json.
         no_figures: do not draw the path, the joints over time, the clearance, and how a floating base moves.
         json: print the content of plan.json instead of the summary.
@@ -55,6 +56,7 @@ class Options:
 
     problem: Annotated[Positional[Path], arg(metavar="PROBLEM.YAML")]
     output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
+    clearance: float | None = None
     seed: int | None = None
     no_figures: bool = False
     json: bool = False
@@ -73,6 +75,8 @@ class Options:
             whole("pareto", self.pareto, at_least=2, at_most=1000)
         if self.seed is not None:
             whole("seed", self.seed, at_least=0, at_most=2**63 - 1)
+        if self.clearance is not None:
+            as_number("--clearance", self.clearance, SettingsError, at_least=0, unit="m")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -83,13 +87,14 @@ def run(arguments: Sequence[str]) -> int:
     from spacearm.planner.pareto import require_choice
 
     file = load_problem_file(options.problem)
-    tell_notes(options.problem, file.problem.scene.notes)
+    problem = file.problem if options.clearance is None else replace(file.problem, clearance=options.clearance)
+    tell_notes(options.problem, problem.scene.notes)
     if options.pareto is not None:
         with located(options.problem):
-            require_choice(file.problem, "peak")
+            require_choice(problem, "peak")
     with results_folder(options.output) as folder:
         with progress_bar("planning") as bar, located(options.problem):
-            found = plan(file.problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
+            found = plan(problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
             if found.status in _WRONG and found.goal_search is None:
                 raise ProblemError(found.message)
         written = _save(found, folder, figures=not options.no_figures and not found.interrupted)
@@ -211,15 +216,31 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
         ]
     if found.base is not None:
         rows += base_rows(found.base)
-    if found.margins is not None and found.margins.lowered:
-        rows.append(("margin", found.margins.message))
+    rows.append(("clearance", _clearance(found)))
     if found.certificate is not None:
         rows.append(("certificate", f"{found.certificate.status}: {found.certificate.message}"))
+        rows += [("near at an end", pair.text) for pair in found.certificate.near_pairs]
         rows += rows_on_unchecked(found.certificate.unchecked, found.certificate.bare)
     rows += [("note", note) for note in found.problem.notes]
     rows.append(("time", ", ".join(f"{name} {seconds * 1e3:.0f} ms" for name, seconds in found.timings.items())))
     rows.append(("written", f"{', '.join(written)} in {folder}"))
     return rows
+
+
+def _clearance(found: Plan) -> str:
+    """Say what was asked for, what is proven, and what was measured."""
+    problem, certificate = found.problem, found.certificate
+    said = [f"{problem.clearance * 1e3:.4g} mm asked for"]
+    if problem.clearances:
+        said.append(f"others for {len(problem.clearances)} pair{'s' if len(problem.clearances) > 1 else ''} or groups of pairs")
+    if certificate is not None and certificate.holds and certificate.clearance is not None:
+        proven = certificate.clearance
+        said.append("nothing is in the way" if math.isinf(proven) else f"at least {proven * 1e3:.4g} mm proven")
+    if certificate is not None and certificate.closest is not None:
+        said.append(f"closest measured {certificate.closest.clearance * 1e3:.4g} mm")
+    if found.achievable is not None:
+        said.append(f"found and proven with {found.achievable * problem.clearance * 1e3:.4g} mm")
+    return ", ".join(said)
 
 
 def _goals(found: Plan) -> str:

@@ -338,6 +338,10 @@ class Frozen:
         return _rebuild, (type(self), {field.name: getattr(self, field.name) for field in fields})
 
 
+UNWRITTEN = {"unwritten": True}
+"""Metadata of a record's field that is not written while it has its default: what was written before it came stays the same."""
+
+
 def value_fields(record: Any) -> list[str]:
     """Name the fields that are a record's value: all but those that its dataclass does not compare (`compare=False`)."""
     return [field.name for field in dataclasses.fields(record) if field.compare]
@@ -385,7 +389,7 @@ def _error_of(cls: type) -> type[SpacearmError]:
     room = cls.__module__.split(".")[1] if "." in cls.__module__ else ""
     if cls.__name__.endswith("Settings") or room == "swarm":
         return SettingsError
-    rooms = {"geometry": SceneError, "robot": RobotError, "doctor": RobotError, "planner": ProblemError}
+    rooms = {"geometry": SceneError, "robot": RobotError, "doctor": RobotError, "planner": ProblemError, "proof": ProblemError}
     return rooms.get(room, SpacearmError)
 
 

@@ -122,8 +122,10 @@ def one_of(name: str, value: Any, known: tuple[str, ...]) -> str:
 
 
 def record_as_dict(record: Any) -> dict[str, Any]:
-    """Return a record as plain values."""
-    return {name: plain(getattr(record, name)) for name in value_fields(record)}
+    """Return a record as plain values, without fields that say so (`UNWRITTEN`) and have their default."""
+    unwritten = {one.name: one.default for one in dataclasses.fields(record) if one.metadata.get("unwritten")}
+    values = {name: getattr(record, name) for name in value_fields(record)}
+    return {name: plain(value) for name, value in values.items() if not (name in unwritten and value == unwritten[name])}
 
 
 def plain(value: Any) -> Any:
@@ -187,7 +189,7 @@ def _adapter(record: type) -> Any:
 
 def _type_of(hint: Any) -> Any:
     """Return what pydantic is to read for a field's type: the same types, strictly, and models for records."""
-    from pydantic import AfterValidator, BeforeValidator, Strict, create_model
+    from pydantic import AfterValidator, BeforeValidator, InstanceOf, Strict, create_model
 
     from spacearm.core.strict_model import StrictModel, a_list_of
 
@@ -200,6 +202,8 @@ def _type_of(hint: Any) -> Any:
         return tuple[_type_of(forms[0]), ...]
     if origin is tuple:
         return Annotated[tuple[tuple(map(_type_of, forms))], BeforeValidator(a_list_of(len(forms)))]
+    if getattr(hint, "read_before", False):
+        return InstanceOf[hint]
     if not dataclasses.is_dataclass(hint):
         return Annotated[hint, Strict()] if hint in (str, bool, int, float) else hint
     record: Any = hint

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.checks import shown
+from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import FileFormatError, ProblemError
 from spacearm.core.reading import YamlFile, read_text, yaml_of_others
 from spacearm.files.moveit_request import goal_of, leftovers, require_no_other_demands, with_group_and_speed
@@ -46,6 +46,7 @@ from spacearm.files.moveit_state import (
 )
 from spacearm.geometry import Scene
 from spacearm.planner.problem import Problem, within_limits
+from spacearm.proof import DEFAULT_CLEARANCE
 from spacearm.robot.assembly import frame_poses
 from spacearm.robot.model import Robot
 
@@ -66,7 +67,13 @@ _NOT_MOVED = 1e-9  # [m and -]
 
 
 def load_moveit(
-    robot: Robot, scene: PathLike, request: PathLike, *, acm: bool = False, mesh_excess: float | None = None
+    robot: Robot,
+    scene: PathLike,
+    request: PathLike,
+    *,
+    acm: bool = False,
+    mesh_excess: float | None = None,
+    clearance: float = DEFAULT_CLEARANCE,
 ) -> Problem:
     """Load a planning problem from MoveIt's files.
 
@@ -84,6 +91,7 @@ def load_moveit(
         acm: take from the scene's allowed collision matrix which links of the robot must keep clear of each other, instead
             of `robot.self_pairs`. A pair without an entry must keep clear.
         mesh_excess: how far the balls around a mesh may stand out of it [m]; by default 2 % of its size.
+        clearance: of the problem [m], 0 or more; MoveIt's files do not state one.
 
     Raises:
         FileFormatError: a file that is missing, broken or of another format, or that holds what is not supported; file and
@@ -95,6 +103,7 @@ def load_moveit(
     """
     if not isinstance(robot, Robot):
         raise ProblemError(f"robot is {shown(robot)}, expected a Robot; make one with load_robot(...)")
+    clearance = as_number("clearance", clearance, ProblemError, at_least=0, unit="m")
     parsed, text = _read_scene(scene)
     if parsed is None and acm:
         raise FileFormatError(f"{scene} is MoveIt's text, which has no collision matrix; leave acm out or give the YAML")
@@ -117,7 +126,8 @@ def load_moveit(
     states.part.located(lambda: within_limits(robot, start, what="start"))
     goal, robot = goal_of(asked, robot, world.frames, notes)
     return asked.located(
-        lambda: Problem(robot, found, start=start, goal=goal, base_start=states.base, notes=notes), "goal_constraints"
+        lambda: Problem(robot, found, start=start, goal=goal, base_start=states.base, clearance=clearance, notes=notes),
+        "goal_constraints",
     )
 
 
@@ -218,7 +228,7 @@ def _require_no_other_scene(scene: PlanningScene | None, robot: Robot | None, no
             if given != plain:
                 raise item.error(
                     f"{key} of link {shown(item.link_name)} is {given:g}, which is not applied, expected {plain:g}; plan "
-                    "with a margin instead, and remove it",
+                    "with a clearance instead, and remove it",
                     value,
                 )
     model = scene.robot_model_name

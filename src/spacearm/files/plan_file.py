@@ -6,9 +6,12 @@ says. The same goes for a trajectory that somebody else made (`recheck_trajector
 Keys: `spacearm-plan` (version), `status`, `message`, `problem` (robot, base, start, goal and obstacles in full, as plain
 values; and a SHA-256 `hash` of them), `seed`, `settings`, `motion` (`control_points` of the clamped quintic spline,
 `duration_s`, `time_law`, and of a base that is not fixed at the origin `base`, `base_start`, `momentum`), `base` (what the
-motion does to a floating one), `fitness`, `margins` (`asked_m`, and `lowered`: the pairs that begin or end too near for it,
-with the margin that was asked of them instead), `goals`, `goal_search`, `ends`, `history`, `certificate`. What is infinite,
-as a clearance without obstacles, is null. Timings are left out: the same search gives the same bytes.
+motion does to a floating one), `fitness`, `searched` (`clearance_m` that the search asked for, and `near`: the pairs that
+begin or end nearer than is required of them), `achievable` (where the clearance required was not met: with what `share` of it,
+that is with what `clearance_m`, a motion is found and proven), `goals`, `goal_search`, `ends`, `history`, `certificate`. What
+is infinite, as a clearance without obstacles, is null. Timings are left out: the same search gives the same bytes.
+
+A problem without the key `clearance` is one of a file that was written before there was one: it was proven for 0.
 """
 
 from __future__ import annotations
@@ -33,14 +36,15 @@ from spacearm.geometry.scene import scene_as_list, scene_from_list
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
 from spacearm.motion.recorded import for_robot
 from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
-from spacearm.planner.clearance import Margins
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, goal_as_dict, goal_from_dict
 from spacearm.planner.inverse_kinematics import Reach, reaches
 from spacearm.planner.plan_result import BaseReport, Plan, report_base
-from spacearm.planner.problem import AttitudeGoal, BaseLimits, Problem
+from spacearm.planner.problem import SNAP_TOLERANCE, AttitudeGoal, BaseLimits, Problem
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.proof import Certificate, certify
 from spacearm.proof.base_proofs import base_setup_of, require_same
 from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION, canonical, digest, trajectory_digest
+from spacearm.proof.required_clearance import pair_clearance_as_dict
 from spacearm.robot import Robot
 from spacearm.robot.model import robot_as_dict, robot_from_dict
 
@@ -49,6 +53,9 @@ Array = NDArray[np.float64]
 KEY = "spacearm-plan"
 VERSION = 1
 _WHAT = "a plan file in JSON"
+_NO_CLEARANCE = (
+    "the file states no clearance, for it was written before there was one; it is taken as 0, which it was proven for"
+)
 _SAME = 1e-9  # [rad or m] a start or goal missed by less is a file's last digit
 _SAME_TIME = 0.01  # relative: of a duration, which the planner may exceed by what the limits' bounds take
 
@@ -67,7 +74,8 @@ def plan_as_dict(plan: Plan) -> dict[str, Any]:
             "motion": None if plan.trajectory is None else trajectory_as_dict(plan.trajectory),
             **({} if plan.base is None else {"base": record_as_dict(plan.base)}),
             "fitness": plan.fitness,
-            **({} if plan.margins is None else {"margins": _margins_as_dict(plan.margins)}),
+            **({} if plan.searched is None else {"searched": _searched_as_dict(plan.searched)}),
+            **_achievable_as_dict(plan),
             "goals": plan.goals.tolist(),
             "goal_search": None
             if search is None
@@ -94,11 +102,25 @@ def _without_infinite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _margins_as_dict(margins: Margins) -> dict[str, Any]:
-    lowered = [
-        {"link": near.link, "other": near.other, "clearance_m": near.clearance, "used_m": near.used} for near in margins.lowered
+def _searched_as_dict(searched: SearchedClearance) -> dict[str, Any]:
+    near = [
+        {
+            "link": pair.link,
+            "other": pair.other,
+            "clearance_m": pair.clearance,
+            "required_m": pair.required,
+            "at_start_m": pair.at_start,
+            "at_goals_m": list(pair.at_goals),
+        }
+        for pair in searched.near
     ]
-    return {"asked_m": margins.asked, "lowered": lowered}
+    return {"clearance_m": searched.asked, "near": near}
+
+
+def _achievable_as_dict(plan: Plan) -> dict[str, Any]:
+    if plan.achievable is None:
+        return {}
+    return {"achievable": {"share": plan.achievable, "clearance_m": plan.achievable * plan.problem.clearance}}
 
 
 def problem_as_dict(problem: Problem) -> dict[str, Any]:
@@ -110,6 +132,9 @@ def problem_as_dict(problem: Problem) -> dict[str, Any]:
         "robot": robot_as_dict(problem.robot),
         "base": problem.base,
         **_base_as_dict(problem),
+        "clearance": problem.clearance,
+        **({"clearances": [pair_clearance_as_dict(pair) for pair in problem.clearances]} if problem.clearances else {}),
+        **({"snap_tolerance": problem.snap_tolerance} if problem.snap_tolerance != SNAP_TOLERANCE else {}),
         **({"notes": list(problem.notes)} if problem.notes else {}),
         "start": problem.start.tolist(),
         "goal": goal_as_dict(problem.goal),
@@ -138,9 +163,14 @@ def problem_hash(problem: Problem) -> str:
 
 
 def values_that_count(problem: Problem) -> dict[str, Any]:
-    """Return a problem as plain values, without notes, where its robot was read from, and what that says of its base."""
+    """Return a problem as plain values, without notes, where its robot was read from, and what that says of its base.
+
+    A clearance of 0 is left out: files that were written before there was a clearance have the same hashes.
+    """
     values = problem_as_dict(problem)
     values.pop("notes", None)
+    if not problem.clearance:
+        del values["clearance"]
     return {**values, **canonical(problem.robot, problem.scene)}
 
 
@@ -215,6 +245,9 @@ class _ProblemValues:
     base_goal: AttitudeGoal | None = None
     base_limits: BaseLimits | None = None
     duration: float | None = None
+    clearance: float = 0.0
+    clearances: tuple[dict[str, Any], ...] = ()
+    snap_tolerance: float = SNAP_TOLERANCE
     notes: tuple[str, ...] = ()
     start: Array
     goal: dict[str, Any]
@@ -231,6 +264,7 @@ class SavedPlan:
         status: how planning ended, says the file.
         problem_hash: of the problem, says the file; `problem_hash(problem)` is the true one.
         certificate: the file's, as plain values; None if it has none.
+        is_old: whether the file states no clearance, which is taken as 0: it was written before there was one.
     """
 
     problem: Problem
@@ -238,6 +272,7 @@ class SavedPlan:
     status: str
     problem_hash: str
     certificate: dict[str, Any] | None
+    is_old: bool = False
 
 
 def load_plan(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajectory:
@@ -278,6 +313,7 @@ def load_saved_plan(path: str | os.PathLike[str]) -> SavedPlan:
         status=saved.status,
         problem_hash=saved.problem["hash"],
         certificate=saved.certificate,
+        is_old="clearance" not in saved.problem,
     )
 
 
@@ -314,7 +350,8 @@ def problem_from_dict(values: dict[str, Any]) -> Problem:
         SpacearmError: a robot, scene or problem that cannot be; the place is named.
     """
     given = record_from_dict(_ProblemValues, values, "", FileFormatError)
-    asked = {key: getattr(given, key) for key in ("base", "momentum", "base_goal", "base_limits", "duration", "notes")}
+    names = ("base", "momentum", "base_goal", "base_limits", "duration", "clearance", "clearances", "snap_tolerance", "notes")
+    asked = {key: getattr(given, key) for key in names}
     return Problem(
         robot_from_dict(given.robot),
         scene_from_list(given.obstacles),
@@ -371,7 +408,7 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     certificate = certify(against, trajectory, **options)
     said = None if saved.certificate is None else saved.certificate.get("status")
     base = _base(against, trajectory, certificate)
-    notes = [*saved.trajectory.notes, *other, *_edited(saved)]
+    notes = [*saved.trajectory.notes, *other, *_edited(saved), *([_NO_CLEARANCE] if problem is None and saved.is_old else [])]
     notes += [*_other_problem(saved.problem, against), *_ends(against, trajectory, base)]
     agrees = None if said is None else said == certificate.status
     if agrees is False:
@@ -445,7 +482,7 @@ def _edited(saved: SavedPlan) -> list[str]:
 def _other_problem(planned: Problem, against: Problem) -> list[str]:
     """Say in what the problem that is proven for differs from the one that was planned."""
     one, other = values_that_count(planned), values_that_count(against)
-    names = ", ".join(key for key in one if one[key] != other[key])
+    names = ", ".join(key for key in dict.fromkeys([*one, *other]) if one.get(key) != other.get(key))
     return [f"the plan was made for another problem, which differs in: {names}"] if names else []
 
 

@@ -6,7 +6,7 @@ The keys::
     robot: zhang2022           # a built-in robot, or the path of a file, relative to this one; or with options:
     robot: {file: arm.urdf, srdf: arm.srdf, group: arm, tip: hand, velocity_limit: 1.0, acceleration_limit: 1.0}
     scene:                     # the obstacles, inertial frame [m]; leave it out for free space
-      - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}
+      - {name: client, sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}}
       - capsule: {a: [0, 0.9, -0.5], b: [0, 0.9, -0.3], radius: 0.02}
       - box: {size: [0.1, 0.1, 0.1], position: [-0.5, 0.5, 0.5], rpy_deg: [0, 0, 45]}
       - cylinder: {radius: 0.1, length: 0.3, position: [-0.5, 0.5, -0.5]}
@@ -27,6 +27,12 @@ The keys::
     base_limits: {peak_deg: 2, rate_deg: 0.5, joint_momentum: 40}           # how little the arm may disturb it
     momentum: {angular: [0, 0, 0.5]}                                        # what base and arm have, and keep
     duration: 60               # of the motion [s]; by default the least
+    clearance: 0.02            # that is kept during the whole motion, and proven [m]; by default 0.01
+    clearances:                # others, for some pairs
+      - {obstacle: client, clearance: 0.05}
+      - {link: hand, obstacle: client, clearance: 0.0}
+      - {link: forearm, clearance: 0.03}   # or of two links: {links: [upper_arm, hand], clearance: 0.03}
+    snap_tolerance: 1.0e-5     # a start or goal so little beyond a limit is set onto it [rad or m]
     planner: {islands: 2}      # any of PlannerSettings
 """
 
@@ -34,7 +40,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +57,7 @@ from spacearm.dynamics.payload import hold
 from spacearm.files.scene_file import beside, placed, read_obstacles, read_solid
 from spacearm.geometry import Scene
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
-from spacearm.planner.planner_settings import PlannerSettings
+from spacearm.planner.planner_settings import PlannerSettings, require_not_moved
 from spacearm.planner.planning import require_timing
 from spacearm.planner.problem import AttitudeGoal, BaseLimits, Problem, within_limits
 from spacearm.robot.load_robot import builtin_robots, load_robot
@@ -132,13 +138,28 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
     obstacles = read_obstacles(file, model.scene)
     start = read_start(file, model, robot)
     goal = read_goal(file, model.goal, robot)
+    snap: dict[str, Any] = {"snap_tolerance": model.snap_tolerance}
     with file.at("goal"):  # alone, so that a goal that does not fit is blamed on its line
-        bare = Problem(robot, Scene(), start=start, goal=goal, base="fixed")
-    problem = Problem(robot, Scene(obstacles), start=start, goal=goal, **with_base(file, model, bare))
+        bare = Problem(robot, Scene(), start=start, goal=goal, base="fixed", **snap)
+    scene, asked = Scene(obstacles), {**with_base(file, model, bare), **snap}
+    problem = Problem(robot, scene, start=start, goal=goal, **asked, **_with_clearance(file, model, bare, scene))
     settings = _settings(file, model.planner)
     with file.at("planner", "time_law"):
         require_timing(problem.duration, settings)
     return ProblemFile(problem=problem, settings=settings)
+
+
+def _with_clearance(file: YamlFile, model: ProblemModel, bare: Problem, scene: Scene) -> dict[str, Any]:
+    """Return the clearances as `Problem` takes them; what cannot be is blamed on its line."""
+    with file.at("clearance"):
+        replace(bare, clearance=model.clearance)
+    pairs: list[dict[str, Any]] = []
+    for i, entry in enumerate(model.clearances):
+        pair = {name: value for name, value in entry if value is not None}
+        with file.at("clearances", i):
+            replace(bare, scene=scene, clearances=[pair])
+        pairs.append(pair)
+    return {"clearance": model.clearance, "clearances": pairs}
 
 
 def read_robot(file: YamlFile, model: RobotModel) -> Robot:
@@ -151,7 +172,7 @@ def read_robot(file: YamlFile, model: RobotModel) -> Robot:
         robot = _loaded(model, file.path.parent)
     for i, payload in enumerate(model.holding or ()):
         with file.at("robot", "holding", i):
-            robot = _with_payload(robot, payload, i, file.path.parent, model.capsules_per_shape)
+            robot = _with_payload(robot, payload, i, file.path.parent)
     return robot
 
 
@@ -169,7 +190,7 @@ def _loaded(model: RobotModel, directory: Path) -> Robot:
     )
 
 
-def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Path, count: int) -> Robot:
+def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Path) -> Robot:
     name = payload.name if payload.name is not None else "held" if index == 0 else f"held_{index + 1}"
     return hold(
         robot,
@@ -178,10 +199,10 @@ def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Pa
         pose=placed(payload),
         touching=payload.touching or (),
         name=name,
-        capsules_per_shape=count,
         mass=payload.mass,
         com=payload.com,
         inertia=payload.inertia,
+        density=payload.density,
     )
 
 
@@ -200,7 +221,7 @@ def read_start(file: YamlFile, model: ProblemModel, robot: Robot) -> Array:
             q = _configuration(robot, model.start, "start")
         else:
             raise ProblemError("start is missing; add start: [...] with one number per joint, or start_deg")
-        within_limits(robot, q, what="start")
+        within_limits(robot, q, what="start", tolerance=model.snap_tolerance)
         return q  # as it is given: Problem says what it sets onto a limit
 
 
@@ -338,7 +359,7 @@ def with_base(file: YamlFile, model: ProblemModel, problem: Problem) -> dict[str
 
 
 def _checked(problem: Problem, given: dict[str, Any]) -> dict[str, Any]:
-    Problem(problem.robot, Scene(), start=problem.start, goal=problem.goal, **given)
+    replace(problem, **given)
     return given
 
 
@@ -383,6 +404,7 @@ def _settings(file: YamlFile, given: dict[str, Any]) -> PlannerSettings:
     values = {}
     for key, value in given.items():
         with file.at("planner", key):
+            require_not_moved(key)
             require_settings(PlannerSettings, {key: value})
             if key in ("weights", "swarm") and not isinstance(value, dict):
                 raise SettingsError(f"{key} is {shown(value)}, expected a mapping (key: value)")

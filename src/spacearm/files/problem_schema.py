@@ -14,7 +14,9 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Strict,
 
 from spacearm.core.strict_model import Number, StrictModel, wrong_form
 from spacearm.planner.planner_settings import TIME_LAWS, PlannerSettings, Weights
-from spacearm.robot.urdf import CAPSULES_PER_SHAPE
+from spacearm.planner.problem import SNAP_TOLERANCE
+from spacearm.proof import DEFAULT_CLEARANCE
+from spacearm.robot.envelope import PIECES_PER_MESH
 from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty
 
 
@@ -200,7 +202,8 @@ class PayloadModel(SolidModel):
     rpy_deg: Vector | None = Field(None, description=_RPY_DEG)
     touching: list[Text] | None = Field(None, description="links that it may touch, as the fingers around it")
     name: Text | None = Field(None, description="of the frame and the link that it becomes; by default held, held_2, ...")
-    mass: Number | None = Field(None, description="[kg], above 0; needed if the base floats")
+    mass: Number | None = Field(None, description="[kg], above 0; it or the density is needed if the base floats")
+    density: Number | None = Field(None, description="instead of the mass [kg/m^3], above 0: it is everywhere the same")
     com: Vector | None = Field(
         None, description="its centre of mass in its own frame [m]; by default that of the shape, evenly filled"
     )
@@ -229,8 +232,14 @@ class RobotModel(StrictModel):
     collision: Literal["urdf", "none"] = Field(
         "urdf", description="where the robot's envelope is from; none: it is meant to have none"
     )
-    capsules_per_shape: Count = Field(
-        CAPSULES_PER_SHAPE, description="how many capsules may enclose one box, cylinder or mesh, of the URDF or of a payload"
+    pieces_per_mesh: Count | dict[Text, Count] = Field(
+        PIECES_PER_MESH, description="how many convex pieces may enclose one mesh of the URDF; or by link"
+    )
+    excess: Number | dict[Text, Number] | None = Field(
+        None, description="fewer pieces are used where they stand out of a mesh by no more than this [m]; or by link"
+    )
+    capsules_per_shape: Count | None = Field(
+        None, description="encloses every shape of the robot in so many capsules at most; by default shapes are as they are"
     )
     self_collision: Literal["auto", "srdf", "computed", "none"] = Field(
         "auto", description="which links must keep clear of each other; auto: by the SRDF if there is one, else computed"
@@ -340,6 +349,15 @@ class MomentumModel(StrictModel):
     )
 
 
+class PairClearanceModel(StrictModel):
+    """A clearance for some pairs: of an obstacle, of a link, of a link and an obstacle, or of two links."""
+
+    clearance: Number = Field(description="that these pairs keep [m], 0 or more")
+    obstacle: Text | None = Field(None, description="the obstacle's name; by default all")
+    link: Text | None = Field(None, description="the link's name; by default all")
+    links: list[Text] | None = Field(None, description="two links' names, instead of link and obstacle")
+
+
 class ProblemModel(StrictModel):
     """A problem file."""
 
@@ -365,6 +383,15 @@ class ProblemModel(StrictModel):
     base_limits: BaseLimitsModel | None = Field(None, description="how little the arm may disturb the floating base")
     momentum: MomentumModel | None = Field(None, description="of base and arm, if the base floats; by default none")
     duration: Number | None = Field(None, description="of the motion [s]; by default the least that the limits allow")
+    clearance: Number = Field(
+        DEFAULT_CLEARANCE,
+        description="that links keep from obstacles and from each other during the whole motion [m], proven; 0: no contact",
+    )
+    clearances: list[PairClearanceModel] = Field([], description="others, for some pairs")
+    snap_tolerance: Number = Field(
+        SNAP_TOLERANCE,
+        description="a start or goal beyond a joint's limit by no more than this is set onto it [rad or m]",
+    )
     planner: Settings = Field({}, description="settings of the planner")
     editor_schema: Text | None = Field(None, alias="$schema", description="for editors; not read")
 
@@ -374,7 +401,9 @@ class ProblemModel(StrictModel):
         """Take a key with nothing behind it for one that is left out."""
         if not isinstance(given, dict):
             return given
-        return {key: value for key, value in given.items() if value is not None or key not in ("scene", "planner")}
+        return {
+            key: value for key, value in given.items() if value is not None or key not in ("scene", "clearances", "planner")
+        }
 
 
 def _named(given: Any, key: str, words: str) -> Any:

@@ -14,11 +14,12 @@ from spacearm.core.errors import SceneError, nearest
 from spacearm.core.exact import product
 from spacearm.core.reading import located
 from spacearm.core.records import record_as_dict, record_from_dict
-from spacearm.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere, SphereSet
+from spacearm.geometry.convex_cores import moved_shape
+from spacearm.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Polytope, PolytopeSet, Sphere, SphereSet
 
 Array = NDArray[np.float64]
 
-Obstacle: TypeAlias = Sphere | Capsule | Box | Cylinder | HalfSpace | SphereSet
+Obstacle: TypeAlias = Sphere | Capsule | Box | Cylinder | Polytope | HalfSpace | SphereSet | PolytopeSet
 """Any shape a scene may hold."""
 
 _SHAPES: dict[str, type[Obstacle]] = {
@@ -26,8 +27,10 @@ _SHAPES: dict[str, type[Obstacle]] = {
     "capsule": Capsule,
     "box": Box,
     "cylinder": Cylinder,
+    "polytope": Polytope,
     "half_space": HalfSpace,
     "sphere_set": SphereSet,
+    "polytope_set": PolytopeSet,
 }
 """The shapes by the names that files give them."""
 
@@ -63,7 +66,8 @@ class Scene(Frozen):
     @property
     def notes(self) -> tuple[str, ...]:
         """What was found and assumed in enclosing its meshes, a sentence each, the obstacle named."""
-        named = [(self.called(i), item) for i, item in enumerate(self.obstacles) if isinstance(item, SphereSet)]
+        sets = (SphereSet, PolytopeSet)
+        named = [(self.called(i), item) for i, item in enumerate(self.obstacles) if isinstance(item, sets)]
         return tuple(f"obstacle {name}: {note}" for name, item in named for note in item.notes)
 
     def called(self, index: int) -> str:
@@ -83,18 +87,14 @@ def moved_scene(scene: Scene, T: Array) -> Scene:
 
 
 def _moved(obstacle: Obstacle, T: Array) -> Obstacle:
-    def at(points: Array) -> Array:
-        return product(points, T[:3, :3].T) + T[:3, 3]
-
-    if isinstance(obstacle, Sphere):
-        return replace(obstacle, center=at(obstacle.center))
-    if isinstance(obstacle, Capsule):
-        return replace(obstacle, a=at(obstacle.a), b=at(obstacle.b))
-    if isinstance(obstacle, (Box, Cylinder)):
-        return replace(obstacle, pose=product(T, obstacle.pose))
     if isinstance(obstacle, HalfSpace):
-        return replace(obstacle, normal=product(T[:3, :3], obstacle.normal), point=at(obstacle.point))
-    return replace(obstacle, centers=at(obstacle.centers))
+        normal = product(T[:3, :3], obstacle.normal)
+        return replace(obstacle, normal=normal, point=product(obstacle.point, T[:3, :3].T) + T[:3, 3])
+    if isinstance(obstacle, SphereSet):
+        return replace(obstacle, centers=product(obstacle.centers, T[:3, :3].T) + T[:3, 3])
+    if isinstance(obstacle, PolytopeSet):
+        return replace(obstacle, pieces=tuple(moved_shape(piece, T) for piece in obstacle.pieces))
+    return moved_shape(obstacle, T)
 
 
 def scene_as_list(scene: Scene, *, notes: bool = True) -> list[dict[str, Any]]:

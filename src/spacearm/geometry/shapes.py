@@ -1,15 +1,20 @@
-"""The shapes an obstacle may have. All coordinates are in the base frame at the start, [m]."""
+"""The shapes of obstacles, links, the base and payloads.
+
+An obstacle's coordinates are in the inertial frame, those of a link's shape in the frame of the joint that carries it [m].
+A convex shape may be rounded: then it holds all points within its rounding radius of the shape without rounding.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from dataclasses import KW_ONLY, dataclass, field
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.core.checks import Frozen, as_number, as_pose, as_readonly, as_sentences, keep, shown
+from spacearm.core.checks import UNWRITTEN, Frozen, as_number, as_pose, as_readonly, as_sentences, is_a_row, keep, shown
 from spacearm.core.errors import SceneError
 from spacearm.core.exact import length
 
@@ -83,26 +88,31 @@ class Box(Frozen):
     Attributes:
         size: (3,) edge lengths along its x, y and z [m], above 0.
         pose: (4, 4), T_w_box; a point (3,) is taken for a box that is not turned. `spacearm.pose` makes one.
+        rounding: the shape is all points within this distance of the box [m], 0 or more.
         name: for messages.
 
     Raises:
-        SceneError: edges that are not above 0, or a pose that is none.
+        SceneError: edges that are not above 0, a pose that is none, or a negative rounding.
     """
 
     size: Array
     pose: Array = None  # type: ignore[assignment]  # filled in below
     _: KW_ONLY
+    rounding: float = field(default=0.0, metadata=UNWRITTEN)
     name: str = ""
 
     if TYPE_CHECKING:
 
-        def __init__(self, size: ArrayLike, pose: ArrayLike | None = None, *, name: str = "") -> None: ...
+        def __init__(
+            self, size: ArrayLike, pose: ArrayLike | None = None, *, rounding: float = 0.0, name: str = ""
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         size = as_readonly("the box's size", self.size, (3,), SceneError, advice="give the edges along x, y and z")
         if not (size > 0).all():
             raise SceneError(f"the box's size is {size.tolist()}, expected three edges above 0 [m]")
         keep(self, size=size, pose=as_pose("the box's pose", self.pose, SceneError))
+        keep(self, rounding=_rounding("the box's rounding", self.rounding))
         _require_name(self.name)
 
 
@@ -114,21 +124,25 @@ class Cylinder(Frozen):
         radius: [m], above 0.
         length: along z [m], above 0.
         pose: (4, 4), T_w_cylinder; a point (3,) is taken for one that is not turned.
+        rounding: the shape is all points within this distance of the cylinder [m], 0 or more.
         name: for messages.
 
     Raises:
-        SceneError: a radius or length that is not above 0, or a pose that is none.
+        SceneError: a radius or length that is not above 0, a pose that is none, or a negative rounding.
     """
 
     radius: float
     length: float
     pose: Array = None  # type: ignore[assignment]
     _: KW_ONLY
+    rounding: float = field(default=0.0, metadata=UNWRITTEN)
     name: str = ""
 
     if TYPE_CHECKING:
 
-        def __init__(self, radius: float, length: float, pose: ArrayLike | None = None, *, name: str = "") -> None: ...
+        def __init__(
+            self, radius: float, length: float, pose: ArrayLike | None = None, *, rounding: float = 0.0, name: str = ""
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         keep(
@@ -136,7 +150,38 @@ class Cylinder(Frozen):
             radius=_length("the cylinder's radius", self.radius),
             length=_length("the cylinder's length", self.length),
             pose=as_pose("the cylinder's pose", self.pose, SceneError),
+            rounding=_rounding("the cylinder's rounding", self.rounding),
         )
+        _require_name(self.name)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Polytope(Frozen):
+    """The convex hull of points; it may be flat.
+
+    Attributes:
+        vertices: (k, 3) points whose hull it is [m], at least one; those inside the hull change nothing.
+        rounding: the shape is all points within this distance of the hull [m], 0 or more.
+        name: for messages.
+
+    Raises:
+        SceneError: no vertices, numbers that are not finite, or a negative rounding.
+    """
+
+    vertices: Array
+    _: KW_ONLY
+    rounding: float = field(default=0.0, metadata=UNWRITTEN)
+    name: str = ""
+
+    if TYPE_CHECKING:
+
+        def __init__(self, vertices: ArrayLike, *, rounding: float = 0.0, name: str = "") -> None: ...
+
+    def __post_init__(self) -> None:
+        vertices = as_readonly("the polytope's vertices", self.vertices, (None, 3), SceneError)
+        if not len(vertices):
+            raise SceneError("the polytope has no vertices, expected at least one point (3,)")
+        keep(self, vertices=vertices, rounding=_rounding("the polytope's rounding", self.rounding))
         _require_name(self.name)
 
 
@@ -223,6 +268,57 @@ class SphereSet(Frozen):
         _require_name(self.name)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PolytopeSet(Frozen):
+    """Convex pieces that together enclose something, such as a mesh. `convex_pieces` makes them.
+
+    Attributes:
+        pieces: at least one polytope.
+        excess: how far the pieces stand out of what they enclose, at most [m]; None if that is not known.
+        name: for messages.
+        notes: what was found and assumed in enclosing it, a few words each.
+
+    Raises:
+        SceneError: no pieces, or what is no polytope.
+    """
+
+    pieces: tuple[Polytope, ...]
+    _: KW_ONLY
+    excess: float | None = None
+    name: str = ""
+    notes: tuple[str, ...] = ()
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            pieces: Iterable[Polytope],
+            *,
+            excess: float | None = None,
+            name: str = "",
+            notes: tuple[str, ...] = (),
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        given: Any = self.pieces
+        if not is_a_row(given):
+            raise SceneError(f"the polytope set's pieces is {shown(given)}, expected a list of Polytope(...)")
+        pieces = tuple(given)
+        for i, piece in enumerate(pieces):
+            if not isinstance(piece, Polytope):
+                raise SceneError(f"the polytope set's pieces[{i}] is {shown(piece)}, expected a Polytope(...)")
+        if not pieces:
+            raise SceneError("the polytope set is empty, expected at least one piece")
+        if self.excess is not None:
+            keep(self, excess=as_number("the polytope set's excess", self.excess, SceneError, at_least=0, unit="m"))
+        keep(self, pieces=pieces, notes=as_sentences("the polytope set's notes", self.notes, SceneError))
+        _require_name(self.name)
+
+
+ConvexShape: TypeAlias = Sphere | Capsule | Box | Cylinder | Polytope
+"""The shapes of links; obstacles and payloads may have them too."""
+
+
 def pose(position: ArrayLike = (0.0, 0.0, 0.0), q_wxyz: ArrayLike = (1.0, 0.0, 0.0, 0.0)) -> Array:
     """Return the rigid transform T (4, 4) of a position [m] and a quaternion.
 
@@ -254,6 +350,10 @@ def _point(name: str, value: ArrayLike) -> Array:
 
 def _length(name: str, value: Any) -> float:
     return as_number(name, value, SceneError, above=0, unit="m")
+
+
+def _rounding(name: str, value: Any) -> float:
+    return as_number(name, value, SceneError, at_least=0, unit="m")
 
 
 def _require_name(name: Any) -> None:

@@ -1,4 +1,4 @@
-"""Clearances: how far the robot's links are from obstacles and from each other, and what margin a search can ask for."""
+"""Clearances: how far the robot's links are from obstacles and from each other, beside what is required of them."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import keep, shown
 from spacearm.core.errors import ProblemError
 from spacearm.core.native import native
-from spacearm.dynamics.base_models import BASE_MODELS, BaseModel
 from spacearm.geometry import Scene
-from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
+from spacearm.planner.kernel_model import kernel_model, self_shape_pairs
+from spacearm.proof.required_clearance import RequiredClearance, required_clearance
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
 
@@ -41,9 +41,9 @@ class ClearanceModel:
     The base stands at the origin of the scene's frame. Configurations are rows (b, n) that fit the robot; they are not checked.
 
     Attributes:
-        robot: with c capsules, of which p pairs must keep clear of each other.
+        robot: with c shapes, of which p pairs must keep clear of each other.
         scene: with k obstacles.
-        pairs: (p, 2) indices into `robot.capsules`.
+        pairs: (p, 2) indices into `robot.shapes`.
         obstacle_of: (j,) which of the scene's obstacles each of the kernel's is; a sphere set is several.
     """
 
@@ -55,10 +55,10 @@ class ClearanceModel:
 
     def __post_init__(self) -> None:
         model = kernel_model(self.robot, self.scene)
-        keep(self, pairs=self_capsule_pairs(self.robot), obstacle_of=model.obstacle_of, _model=model.model64)
+        keep(self, pairs=self_shape_pairs(self.robot), obstacle_of=model.obstacle_of, _model=model.model64)
 
     def to_obstacles(self, q: Array) -> Array:
-        """Return the signed distances (b, c, k) of capsules and obstacles [m]."""
+        """Return the signed distances (b, c, k) of shapes and obstacles [m]."""
         found, count = self.to_kernel_obstacles(q), len(self.scene.obstacles)
         if len(self.obstacle_of) == count:
             return found
@@ -68,7 +68,7 @@ class ClearanceModel:
         return out
 
     def to_kernel_obstacles(self, q: Array) -> Array:
-        """Return the signed distances (b, c, j) of capsules and the kernel's obstacles [m]."""
+        """Return the signed distances (b, c, j) of shapes and the kernel's obstacles [m]."""
         return self._model.obstacle_clearances(np.ascontiguousarray(q))
 
     def between_links(self, q: Array) -> Array:
@@ -77,16 +77,73 @@ class ClearanceModel:
 
     def least(self, q: Array) -> Array:
         """Return the least of all (b,) [m]; infinite without obstacles and pairs."""
-        to_scene: Array = self.to_kernel_obstacles(q).min(axis=(-2, -1), initial=np.inf)
-        return np.minimum(to_scene, self.between_links(q).min(axis=-1, initial=np.inf))
+        return _least(self.to_kernel_obstacles(q), self.between_links(q))
+
+    def room(self, q: Array, required: KernelClearance | None) -> Room:
+        """Compare the clearances of configurations (b, n) with those required of each pair; None: no contact is enough."""
+        to_scene, between = self.to_kernel_obstacles(q), self.between_links(q)
+        least = _least(to_scene, between)
+        if required is None:
+            return Room(least=least, beyond=least, lacking=np.maximum(-least, 0.0))
+        to_scene, between = to_scene - required.to_obstacles, between - required.between_links
+        lacking = np.maximum(-to_scene, 0.0).sum(axis=(-2, -1)) + np.maximum(-between, 0.0).sum(axis=-1)
+        return Room(least=least, beyond=_least(to_scene, between), lacking=lacking)
+
+    def required_of(self, required: RequiredClearance) -> KernelClearance:
+        """Return what is required of the kernel's pairs."""
+        row = {link: i for i, link in enumerate(required.links)}
+        rows = np.array([row[part.name] for part in self.robot.shapes], dtype=np.intp)
+        one, two = (rows[self.pairs[:, k]] for k in range(2))
+        to_obstacles = np.zeros((len(rows), 0))
+        if len(self.scene.obstacles):  # there may be none though the problem has some: where they are is not known
+            to_obstacles = required.to_obstacles[rows[:, None], self.obstacle_of]
+        return KernelClearance(to_obstacles=to_obstacles, between_links=required.between_links[one, two])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class KernelClearance:
+    """A clearance of each of the kernel's pairs.
+
+    Attributes:
+        to_obstacles: (c, j) of shapes and the kernel's obstacles [m].
+        between_links: (p,) of the pairs of shapes [m].
+    """
+
+    to_obstacles: Array
+    between_links: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Room:
+    """The clearances of configurations, beside those that are required.
+
+    Attributes:
+        least: (b,) the least clearance of all pairs [m].
+        beyond: (b,) the least that a pair has beyond what is required of it [m]; negative: it has less.
+        lacking: (b,) what the pairs have less than is required, summed [m].
+    """
+
+    least: Array
+    beyond: Array
+    lacking: Array
+
+    def select(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> Room:
+        """Return those of some configurations."""
+        return Room(least=self.least[rows], beyond=self.beyond[rows], lacking=self.lacking[rows])
+
+
+def _least(to_scene: Array, between: Array) -> Array:
+    of_scene: Array = to_scene.min(axis=(-2, -1), initial=np.inf)
+    return np.minimum(of_scene, between.min(axis=-1, initial=np.inf))
 
 
 def clearances(problem: HasScene, q: ArrayLike) -> Array:
-    """Return the clearance of every link's capsule and every obstacle: the least signed distance of the capsule's axis to
-    the obstacle, less the capsule's radius. A floating base is where it stands at the beginning.
+    """Return the clearance of every shape of the links and every obstacle: their signed distance.
+
+    A floating base is where it stands at the beginning.
 
     Args:
-        problem: the robot, with c capsules, and the scene, with k obstacles.
+        problem: the robot, with c shapes, and the scene, with k obstacles.
         q: (..., n) configurations [rad or m].
 
     Returns:
@@ -96,15 +153,15 @@ def clearances(problem: HasScene, q: ArrayLike) -> Array:
         RobotError: q does not fit the robot or is not finite.
     """
     rows, shape = _rows(problem.robot, q)
-    found = _prepared(problem).to_obstacles(rows)
+    found = prepared(problem).to_obstacles(rows)
     return found.reshape(*shape, *found.shape[1:])
 
 
 def self_clearances(problem: HasScene, q: ArrayLike) -> Array:
-    """Return the clearance between the robot's own capsules.
+    """Return the clearance between the robot's own shapes.
 
     Args:
-        problem: the robot, with p pairs of capsules that must keep clear (`self_capsule_pairs` lists them).
+        problem: the robot, with p pairs of shapes that must keep clear (`self_shape_pairs` lists them).
         q: (..., n) configurations [rad or m].
 
     Returns:
@@ -114,7 +171,7 @@ def self_clearances(problem: HasScene, q: ArrayLike) -> Array:
         RobotError: q does not fit the robot or is not finite.
     """
     rows, shape = _rows(problem.robot, q)
-    found = _prepared(problem).between_links(rows)
+    found = prepared(problem).between_links(rows)
     return found.reshape(*shape, *found.shape[1:])
 
 
@@ -135,7 +192,7 @@ def clearance(problem: HasScene, q: ArrayLike) -> Array:
     if not (isinstance(getattr(problem, "robot", None), Robot) and isinstance(getattr(problem, "scene", None), Scene)):
         raise ProblemError(f"problem is {shown(problem)}, expected a Problem, or what else has a robot and a scene")
     rows, shape = _rows(problem.robot, q)
-    return _prepared(problem).least(rows).reshape(shape)
+    return prepared(problem).least(rows).reshape(shape)
 
 
 def _rows(robot: Robot, q: ArrayLike) -> tuple[Array, tuple[int, ...]]:
@@ -144,123 +201,13 @@ def _rows(robot: Robot, q: ArrayLike) -> tuple[Array, tuple[int, ...]]:
     return array.reshape(-1, robot.dof), array.shape[:-1]
 
 
-def _prepared(problem: HasScene) -> ClearanceModel:
+def prepared(problem: HasScene) -> ClearanceModel:
     """Return the model of a problem as it is told in the frame of its base at the beginning, if it has a base."""
     here: HasScene = getattr(problem, "local", problem)
     return ClearanceModel(here.robot, here.scene)
 
 
-# ---- Margins that a search can ask for between its ends --------------------------------------------------------------
-
-
-def _none() -> NDArray[np.int32]:
-    return np.zeros(0, dtype=np.int32)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoweredMargin:
-    """Two things that begin or end too near to each other for the margin that was asked for.
-
-    Attributes:
-        link: name of the robot's link.
-        other: what it is near to, as in "obstacle 'shelf'" or "link 'forearm'".
-        clearance: the least that they have at the start or a goal [m].
-        used: the margin asked of the two instead: half of that [m].
-    """
-
-    link: str
-    other: str
-    clearance: float
-    used: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Margins:
-    """The clearance that a search asks for.
-
-    Attributes:
-        asked: of all pairs but those lowered [m].
-        lowered: those, the lowest first.
-        capsules, obstacles, others: (p,) the same for the kernel: capsules, and its obstacles, or -1 and other capsules.
-        most: (p,) the margins of these [m].
-    """
-
-    asked: float
-    lowered: tuple[LoweredMargin, ...] = ()
-    capsules: NDArray[np.int32] = field(default_factory=_none)
-    obstacles: NDArray[np.int32] = field(default_factory=_none)
-    others: NDArray[np.int32] = field(default_factory=_none)
-    most: Array = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def touching(self) -> bool:
-        """Whether something has no clearance at all at the start or a goal."""
-        return any(near.clearance <= 0 for near in self.lowered)
-
-    @property
-    def message(self) -> str:
-        """Which margin was lowered, in half a sentence; "" if none was."""
-        for near in self.lowered[:1]:
-            more = len(self.lowered) - 1
-            others = f" (and of {more} more pair{'s' if more > 1 else ''})" if more else ""
-            return (
-                f"the margin of {self.asked * 1e3:.4g} mm was lowered to {near.used * 1e3:.3g} mm between link '{near.link}' "
-                f"and {near.other}{others}, which have {near.clearance * 1e3:.3g} mm at the start or a goal"
-            )
-        return ""
-
-
-def margins_within_reach(problem: HasScene, ends: ArrayLike, margin: float) -> Margins:
-    """Return the clearance that can be asked for between ends.
-
-    Of two things that are nearer at an end than twice the margin it is half of what they have there; of all others the margin.
-
-    Args:
-        problem: the robot and the scene.
-        ends: (e, n) configurations, the start and goals [rad or m].
-        margin: that is wanted [m].
-    """
-    model = _prepared(problem)
-    rows = np.asarray(ends, dtype=np.float64)
-    to_scene: Array = model.to_kernel_obstacles(rows).min(axis=0)  # (c, j)
-    to_self: Array = model.between_links(rows).min(axis=0)  # (p,)
-    if min(to_scene.min(initial=np.inf), to_self.min(initial=np.inf)) >= 2 * margin:
-        return Margins(asked=margin)
-    base: BaseModel = getattr(problem, "base_model", BASE_MODELS["fixed"])
-    capsules = model.robot.capsules
-    if not base.follows_arm:  # no motion changes the distance between a base that stays and an obstacle
-        to_scene[[capsule.joint < 0 for capsule in capsules]] = np.inf
-    names = [capsule.name for capsule in capsules]
-    capsules_of: dict[str, list[int]] = {}  # of each link
-    for i, name in enumerate(names):
-        capsules_of.setdefault(name, []).append(i)
-    near: dict[tuple[str, str], float] = {}
-    rows_of_kernel: list[tuple[int, int, int, float]] = []
-    close: list[list[int]] = np.argwhere((to_scene < 2 * margin).T).tolist()
-    for obstacle, link in dict.fromkeys((k, names[i]) for k, i in close):
-        other = f"obstacle {model.scene.called(int(model.obstacle_of[obstacle]))}"
-        least = float(to_scene[capsules_of[link], obstacle].min())
-        near[link, other] = min(near.get((link, other), np.inf), least)
-        rows_of_kernel += [(i, obstacle, -1, least) for i in capsules_of[link]]
-    if (to_self < 2 * margin).any():
-        of_pairs: list[list[int]] = model.pairs.tolist()
-        closest: dict[tuple[str, str], float] = {}
-        for (i, k), clear in zip(of_pairs, to_self.tolist(), strict=True):
-            closest[names[i], names[k]] = min(closest.get((names[i], names[k]), np.inf), clear)
-        for i, k in of_pairs:
-            least = closest[names[i], names[k]]
-            if least < 2 * margin:
-                near[names[i], f"link '{names[k]}'"] = least
-                rows_of_kernel.append((i, -1, k, least))
-    links, obstacles, others = (np.array([row[column] for row in rows_of_kernel], dtype=np.int32) for column in range(3))
-    return Margins(
-        asked=margin,
-        lowered=tuple(
-            LoweredMargin(link=link, other=other, clearance=clear, used=max(0.0, clear / 2))
-            for (link, other), clear in sorted(near.items(), key=lambda item: item[1])
-        ),
-        capsules=links,
-        obstacles=obstacles,
-        others=others,
-        most=np.array([max(0.0, row[3] / 2) for row in rows_of_kernel]),
-    )
+def required_of(problem: HasScene) -> RequiredClearance:
+    """Return the clearance that is required of every pair; no more than no contact where the problem does not say."""
+    found = getattr(problem, "required", None)
+    return found if isinstance(found, RequiredClearance) else required_clearance(problem.robot, problem.scene, 0.0, ())

@@ -16,6 +16,7 @@ from spacearm.core.native import native
 from spacearm.geometry import Scene
 from spacearm.planner.goals import PositionGoal, SpaceGoal
 from spacearm.planner.kernel_model import make_kernel_model
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.robot.model import Robot
 from spacearm.swarm import PSO, run_trials
 
@@ -45,7 +46,7 @@ class GoalSwarms:
     Attributes:
         robot: with n joints.
         scene: to be kept clear of, seen from the base.
-        margin: clearance asked for [m].
+        searched: the clearances asked for.
         seed: random seed of all.
         threads: that they are spread over; None for one a core. The result does not depend on it.
         late: whether time is up; then only those swarms that have begun give something.
@@ -53,7 +54,7 @@ class GoalSwarms:
 
     robot: Robot
     scene: Scene
-    margin: float
+    searched: SearchedClearance
     seed: int
     threads: int | None
     late: Callable[[], bool]
@@ -90,13 +91,13 @@ class GoalSwarms:
             is not said.
         """
         points, targets, tolerances = _watched_points(self.robot, goal, slack or Slack())
-        model = make_kernel_model(self.robot, self.scene, points=points)
+        model = make_kernel_model(self.robot, self.scene, points=points, pair_margins=self.searched.kernel_pairs)
         objective = native.ReachObjective32(
             scene=model.model32,
             points=np.array(model.points, dtype=np.int32),
             targets=np.array(targets, dtype=np.float64).reshape(-1, 3),
             tolerances=np.array(tolerances, dtype=np.float64),
-            margin=self.margin,
+            margin=self.searched.asked,
             home=np.array(home, dtype=np.float64),
         )
         runs = run_trials(

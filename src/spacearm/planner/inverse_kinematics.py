@@ -17,11 +17,12 @@ from spacearm.core.checks import keep
 from spacearm.core.exact import length, product, solved
 from spacearm.core.native import native
 from spacearm.core.rotations import rotation_vectors, turns_between
-from spacearm.planner.clearance import ClearanceModel
+from spacearm.planner.clearance import ClearanceModel, KernelClearance, Room
 from spacearm.planner.goal_swarms import GoalSwarms, Slack
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, JointGoal, PositionGoal, SpaceGoal
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem, nearest_turns
+from spacearm.planner.searched_clearance import SEARCH_ROOM, clearance_of_goals
 from spacearm.robot.kinematics import tree_model
 from spacearm.robot.model import Robot
 
@@ -32,6 +33,8 @@ FAR = 1e3
 LEVER = 0.2
 """[m] An error of 1 rad weighs as much as an error of this length."""
 _LEAST_CLEARANCE = 1e-6  # [m] what only just does not touch leaves no room to prove a motion
+_ALIKE = 1e-3  # [m] configurations that lack as much of the clearance required, but for this, are as good
+_WORTH_MOVING = 1e-3  # [rad or m] a tolerance of a goal configuration within which it may gain clearance
 _SWARMS = 4  # around each goal configuration that is in collision
 _DISTINCT = 0.2  # [rad or m] goal configurations closer than this, in every joint, count as one
 _WIDER = 1.3  # factor of that distance, until no more than asked for are left
@@ -72,14 +75,14 @@ class GoalConfigurations:
 def find_goal_configurations(
     problem: Problem, settings: PlannerSettings, seed: int, *, late: Callable[[], bool] = lambda: False
 ) -> GoalConfigurations:
-    """Find distinct collision-free configurations that reach a problem's goal.
+    """Find distinct collision-free configurations that reach a problem's goal, with the clearance that it requires.
 
-    Where the base floats, a goal in space is sought with the base as it begins: the search for motions sets out from there.
+    Where none has that, those are returned that lack least of it. Where the base floats, a goal in space is sought with the
+    base as it begins: the search for motions sets out from there.
 
     Args:
         problem: robot, scene, start and goal.
-        settings: of the planner: `goal_candidates` is the most that are returned of a goal in space; `margin` is the
-            clearance asked for, less of it only where none has so much.
+        settings: of the planner: `goal_candidates` is the most that are returned of a goal in space.
         seed: random seed; the same one gives the same configurations, on any number of threads.
         late: whether time is up: what was found by then is returned; the first swarms are always run.
 
@@ -93,15 +96,15 @@ def find_goal_configurations(
     search = _Search(
         robot=robot,
         clearance=clearance,
+        required=clearance.required_of(problem.required) if problem.clearance or problem.clearances else None,
         swarms=GoalSwarms(
             robot=robot,
             scene=clearance.scene,
-            margin=settings.margin,
+            searched=clearance_of_goals(problem, clearance),
             seed=seed,
             threads=settings.threads,
             late=late,
         ),
-        margin=settings.margin,
         candidates=settings.goal_candidates,
         late=late,
     )
@@ -125,18 +128,22 @@ class _Search:
     Attributes:
         robot: with n joints.
         clearance: of configurations, to the scene and between links.
+        required: the clearance of each pair; None: no contact is enough.
         swarms: that look for them.
-        margin: clearance asked for [m].
         candidates: how many configurations are wanted at most.
         late: whether time is up.
     """
 
     robot: Robot
     clearance: ClearanceModel
+    required: KernelClearance | None
     swarms: GoalSwarms
-    margin: float
     candidates: int
     late: Callable[[], bool]
+
+    def room(self, q: Array) -> Room:
+        """Compare the clearances of configurations (b, n) with those required."""
+        return self.clearance.room(q, self.required)
 
 
 @dataclass(slots=True)
@@ -162,23 +169,34 @@ class _Counts:
 
 
 def _find_in_joint_space(goal: JointGoal, start: Array, search: _Search) -> GoalConfigurations:
-    """Find the free ones of a goal's configurations; if none is, free ones beside them within the tolerance."""
+    """Find the free ones of a goal's configurations; if none is, free ones beside them within the tolerance.
+
+    Those with the clearance that is required go before those without. A configuration that is given may be nearer.
+    """
     rows = np.atleast_2d(goal.q)
-    clear = search.clearance.least(rows)
-    free = clear > 0
+    room = search.room(rows)
+    free = room.least > 0
+    good = free & (room.beyond >= 0)
     counts = _Counts(reached=len(rows), in_collision=int((~free).sum()))
-    if free.any():
-        return counts.found(rows[free], clear[free], start)
-    rows = rows[np.argsort(-clear, kind="stable")]
-    if np.any(goal.tolerance):
-        found = _beside(goal.tolerance, rows[: search.candidates], search, counts)
+    if good.any():
+        return counts.found(rows[good], room.least[good], start)
+    if np.max(goal.tolerance) > (_WORTH_MOVING if free.any() else 0):
+        order = np.argsort(-room.beyond, kind="stable")
+        found = _beside(goal.tolerance, rows[order][: search.candidates], search, counts, roomy=bool(free.any()))
         if found:
             return counts.found(np.array([q for q, _ in found]), np.array([clear for _, clear in found]), start)
-    return counts.none(rows[0], dof=search.robot.dof)
+    if free.any():
+        return counts.found(rows[free], room.least[free], start)
+    return counts.none(rows[int(np.argmax(room.least))], dof=search.robot.dof)
 
 
-def _beside(tolerance: float | Array, rows: Array, search: _Search, counts: _Counts) -> list[tuple[Array, float]]:
-    """Look around configurations in collision for the nearest free ones within the tolerance, and their clearances."""
+def _beside(
+    tolerance: float | Array, rows: Array, search: _Search, counts: _Counts, *, roomy: bool
+) -> list[tuple[Array, float]]:
+    """Look around configurations for the nearest free ones within the tolerance, and their clearances.
+
+    Those with the clearance that is required count before those without, and no others if `roomy`.
+    """
     found: list[tuple[Array, float]] = []
     counts.searches = _SWARMS * len(rows)
     for i, row in enumerate(rows):
@@ -194,13 +212,15 @@ def _beside(tolerance: float | Array, rows: Array, search: _Search, counts: _Cou
             first=i * _SWARMS,
             count=_SWARMS,
         )
-        clear = search.clearance.least(x)
+        room = search.room(x)
         counts.reached += len(x)
-        counts.in_collision += int((clear <= 0).sum())
-        free = np.flatnonzero(clear > _LEAST_CLEARANCE)
+        counts.in_collision += int((room.least <= 0).sum())
+        free = np.flatnonzero((room.beyond > _LEAST_CLEARANCE) & (room.least > _LEAST_CLEARANCE))
+        if not (free.size or roomy):
+            free = np.flatnonzero(room.least > _LEAST_CLEARANCE)
         if free.size:
             best = free[np.argmin(np.linalg.norm(x[free] - row, axis=1))]
-            found.append((x[best], float(clear[best])))
+            found.append((x[best], float(room.least[best])))
     return found
 
 
@@ -253,22 +273,22 @@ def _find_in_space(reach: Reach, start: Array, search: _Search, *, pull: bool) -
         if as_seen[0]:
             onto[0] = seen[0]  # the start is there already: nothing needs to move
         there = reaches(reach, onto)
-        clear, clear_as_seen = search.clearance.least(onto), search.clearance.least(seen)
-        free = (there & (clear > 0)) | (as_seen & (clear_as_seen > 0))
+        room, room_as_seen = search.room(onto), search.room(seen)
+        free = (there & (room.least > 0)) | (as_seen & (room_as_seen.least > 0))
         counts.searches += count
         counts.reached += int((there | as_seen).sum())
         counts.in_collision += int(((there | as_seen) & ~free).sum())
         # What is at the goal's centre goes before what is only within its tolerance.
-        for q, good, room, at_centre in ((onto, there, clear, True), (seen, as_seen, clear_as_seen, False)):
-            roomy = _with_room(good, room, search.margin)
+        for q, good, has, at_centre in ((onto, there, room, True), (seen, as_seen, room_as_seen, False)):
+            roomy = _with_room(good, has)
             if roomy.any():
-                q, room = q[roomy], room[roomy]
+                q, clear = q[roomy], has.least[roomy]
                 if pull:
-                    q, room = _pulled(reach, q, room, start, search, at_centre=at_centre)
+                    q, clear = _pulled(reach, q, has.select(roomy), start, search, at_centre=at_centre)
                 chosen = _distinct(q, start, search.candidates)
-                return counts.found(q[chosen], room[chosen], start)
-        best.offer(reach, onto, clear)
-        best.offer(reach, seen, clear_as_seen)
+                return counts.found(q[chosen], clear[chosen], start)
+        best.offer(reach, onto, room.least)
+        best.offer(reach, seen, room_as_seen.least)
         if search.late() or _beyond_reach(search.robot, reach.goal) or (stage is not _STAGES[0] and best.is_far(reach)):
             break
     return counts.none(best.q, best.distance, best.angle, dof=search.robot.dof)
@@ -286,10 +306,14 @@ def _beyond_reach(robot: Robot, goal: SpaceGoal) -> bool:
     return bool(np.linalg.norm(goal.position) > reach_of(robot, goal.frame or robot.tip) + near)
 
 
-def _with_room(good: NDArray[np.bool_], clear: Array, margin: float) -> NDArray[np.bool_]:
-    """Choose, of what is good, what has the margin; if nothing has, what has some clearance at all."""
-    roomy = good & (clear >= max(margin, _LEAST_CLEARANCE))
-    return roomy if roomy.any() else good & (clear > _LEAST_CLEARANCE)
+def _with_room(good: NDArray[np.bool_], room: Room) -> NDArray[np.bool_]:
+    """Choose, of what is good, what has room beyond what is required; if nothing has, what lacks least of it."""
+    free = good & (room.least > _LEAST_CLEARANCE)
+    for beyond in (SEARCH_ROOM, 0.0):
+        roomy = free & (room.beyond >= beyond)
+        if roomy.any():
+            return roomy
+    return free & (room.lacking <= room.lacking[free].min(initial=np.inf) + _ALIKE)
 
 
 @dataclass(slots=True)
@@ -316,23 +340,23 @@ class _Closest:
         return self.merit[0] and (self.distance > 3 * near + _NEAR or self.angle > 3 * turned + _NEAR)
 
 
-def _pulled(reach: Reach, q: Array, clear: Array, start: Array, search: _Search, *, at_centre: bool) -> tuple[Array, Array]:
+def _pulled(reach: Reach, q: Array, room: Room, start: Array, search: _Search, *, at_centre: bool) -> tuple[Array, Array]:
     """Add to configurations (b, n) what they become when pulled towards the start while the frame stays in place.
 
     Args:
         reach: the goal.
         q: free configurations that reach it.
-        clear: (b,) their clearances [m]; what is pulled keeps the margin, or what there was if that was less.
+        room: (b,) their clearances; what is pulled keeps 2 mm beyond what is required, or what there was if that was less.
         start: (n,) to pull towards [rad or m].
         search: bounds and clearances to keep.
         at_centre: whether they are at the goal's very centre, and are to stay there.
 
     Returns:
-        (2 b, n) and (2 b,).
+        (2 b, n) and the least clearance of each (2 b,) [m].
     """
     lower, upper = reaching_bounds(search.robot, start)
-    least = np.minimum(search.margin, clear)
-    near, room = q.copy(), clear.copy()
+    least, most_lacking = np.minimum(SEARCH_ROOM, room.beyond), room.lacking
+    near, clear = q.copy(), room.least.copy()
     away = np.linalg.norm(near - start, axis=1)
     share = np.full(len(q), 0.5)
     for _ in range(_PULLS):
@@ -341,11 +365,12 @@ def _pulled(reach: Reach, q: Array, clear: Array, start: Array, search: _Search,
         tried = np.clip(nearer(reach, near, start, share), lower, upper)
         if at_centre:
             tried = polished(reach, tried, lower, upper, rounds=_PULL_ROUNDS)
-        new_room, new_away = search.clearance.least(tried), np.linalg.norm(tried - start, axis=1)
-        good = (new_away < away - _CLOSER) & reaches(reach, tried) & (new_room >= least)
-        near[good], room[good], away[good] = tried[good], new_room[good], new_away[good]
+        new_room, new_away = search.room(tried), np.linalg.norm(tried - start, axis=1)
+        good = (new_away < away - _CLOSER) & reaches(reach, tried)
+        good &= (new_room.beyond >= least) & (new_room.lacking <= most_lacking) & (new_room.least > 0)
+        near[good], clear[good], away[good] = tried[good], new_room.least[good], new_away[good]
         share = np.where(good, share, share * 0.4)
-    return np.vstack([near, q]), np.concatenate([room, clear])
+    return np.vstack([near, q]), np.concatenate([clear, room.least])
 
 
 def _distinct(q: Array, start: Array, most: int) -> NDArray[np.intp]:

@@ -1,4 +1,4 @@
-"""A robot and a scene as the kernel sees them: points, an envelope of capsules, obstacles."""
+"""A robot and a scene as the kernel sees them: points, an envelope of bodies, obstacles."""
 
 from __future__ import annotations
 
@@ -12,10 +12,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.errors import RobotError, SceneError
+from spacearm.core.exact import product
 from spacearm.core.native import native
-from spacearm.geometry import Box, Capsule, Cylinder, Obstacle, Scene, Sphere, SphereSet
+from spacearm.geometry import (
+    Box,
+    Capsule,
+    ConvexShape,
+    HalfSpace,
+    Obstacle,
+    Polytope,
+    PolytopeSet,
+    Scene,
+    Sphere,
+    SphereSet,
+    bounding_points,
+    core_of,
+)
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import kernel_joints
+from spacearm.robot.link_shapes import LinkCapsule, LinkShape, as_capsule
 
 Made = TypeVar("Made")
 
@@ -31,15 +46,15 @@ class KernelModel:
         centres: indices of the points that are the robot's distinct joint centres and its tip, eq. (5).
         tip: index of the point that is the end effector.
         points: indices of the further points that were asked for.
-        capsules: the names of the links, one for each capsule.
-        obstacle_of: (k,) which of the scene's obstacles each of the kernel's is; a sphere set is several.
+        bodies: the names of the links, one for each of the robot's shapes.
+        obstacle_of: (k,) which of the scene's obstacles each of the kernel's is; a set of shapes is several.
         dof: number of degrees of freedom.
     """
 
     def __init__(self, world: native.World, arm: _Arm, robot: Robot, obstacle_of: NDArray[np.intp]) -> None:
         self.world = world
         self.centres, self.tip, self.points = arm.centres, arm.tip, arm.points
-        self.capsules = tuple(c.name for c in robot.capsules)
+        self.bodies = tuple(part.name for part in robot.shapes)
         self.obstacle_of = obstacle_of
         self.dof = robot.dof
 
@@ -86,11 +101,12 @@ def make_kernel_model(
     """Translate robot and scene for the kernel.
 
     Args:
-        robot: its capsules become pairs of points; points that coincide are carried once.
+        robot: its shapes become bodies; for the paper's objective each is a capsule between two points as well, which encloses
+            it. Points that coincide are carried once.
         scene: obstacles of any shape.
         frame: whose origin is the end effector's point; `robot.tip` unless given.
         points: further points to carry, each a joint's index (-1: the base) and a place in its frame (3,) [m].
-        pair_margins: of pairs that may come nearer than the margin.
+        pair_margins: of pairs whose margin is another than that of all others.
         masses: of a robot whose arm moves its base.
 
     Raises:
@@ -136,9 +152,10 @@ def _arm(robot: Robot, frame: str | None, further: tuple[tuple[int, NDArray[np.f
     tip_frame = robot.frame(frame or robot.tip)
     tip = carried.index(tip_frame.joint, tip_frame.T_joint_frame[:3, 3])
     points = tuple(carried.index(joint, point) for joint, point in further)
-    ends = [(carried.index(c.joint, c.a), carried.index(c.joint, c.b)) for c in robot.capsules]
+    capsules = [as_capsule(part) or bounding_capsule(part) for part in robot.shapes]
+    ends = [(carried.index(c.joint, c.a), carried.index(c.joint, c.b)) for c in capsules]
     local = np.array([point for _, point in carried.listed], dtype=np.float64).reshape(-1, 3)
-    radius = np.array([c.radius for c in robot.capsules], dtype=np.float64)
+    radius = np.array([c.radius for c in capsules], dtype=np.float64)
     _require_within_reach(robot, local, radius)
     return _Arm(
         joints=kernel_joints(robot),
@@ -156,42 +173,74 @@ def _arm(robot: Robot, frame: str | None, further: tuple[tuple[int, NDArray[np.f
 def _require_within_reach(robot: Robot, *arrays: NDArray[np.float64]) -> None:
     numbers = [*arrays, *(joint.T_parent_joint for joint in robot.joints)]
     numbers += [np.array([joint.multiplier, joint.offset]) for joint in robot.joints]
+    numbers += [np.asarray(number) for part in robot.shapes for number in _numbers(part.shape)]
     far = max(float(np.abs(values).max(initial=0.0)) for values in numbers)
     if far > _WIDEST:
         raise RobotError(
-            f"robot '{robot.name}' has a number of {far:.3g} among its frames and capsules, expected at most "
+            f"robot '{robot.name}' has a number of {far:.3g} among its frames and shapes, expected at most "
             f"{_WIDEST:g} m; check its units"
         )
 
 
-def self_capsule_pairs(robot: Robot) -> NDArray[np.int32]:
-    """Return the pairs of capsules that must keep clear of each other, (p, 2) indices into `robot.capsules`."""
+def bounding_capsule(part: LinkShape) -> LinkCapsule:
+    """Return a capsule around a shape of a link, along the longest edge of the shape's box."""
+    core = core_of(part.shape)
+    points, rounding = bounding_points(part.shape)
+    own = product(points - core.T[:3, 3], core.T[:3, :3])
+    half = np.abs(own).max(axis=0) if core.kind == "polytope" else core.half
+    along = np.eye(3)[2 if core.kind == "cylinder" else int(np.argmax(half))] * half
+    aside = core.half[0] if core.kind == "cylinder" else float(np.sqrt(((own * (along == 0)) ** 2).sum(axis=1)).max())
+    a, b = (core.T[:3, 3] + product(core.T[:3, :3], end) for end in (-along, along))
+    return LinkCapsule(name=part.name, joint=part.joint, a=a, b=b, radius=aside + rounding)
+
+
+def self_shape_pairs(robot: Robot) -> NDArray[np.int32]:
+    """Return the pairs of shapes that must keep clear of each other, (p, 2) indices into `robot.shapes`."""
     of: dict[str, list[int]] = {}
-    for i, capsule in enumerate(robot.capsules):
-        of.setdefault(capsule.name, []).append(i)
+    for i, part in enumerate(robot.shapes):
+        of.setdefault(part.name, []).append(i)
     pairs = [(i, k) for one, two in robot.self_pairs for i in of[one] for k in of[two]]
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
 
+self_capsule_pairs = self_shape_pairs
+
+
 def _envelope(robot: Robot) -> native.Envelope:
-    """Return the capsules with their links; the links' pairs are of capsules that one joint carries."""
+    """Return the bodies with their links; the links' pairs are of bodies that one joint carries."""
     groups: dict[tuple[str, int], int] = {}
-    link = np.array([groups.setdefault((c.name, c.joint), len(groups)) for c in robot.capsules], dtype=np.int32)
+    link = np.array([groups.setdefault((part.name, part.joint), len(groups)) for part in robot.shapes], dtype=np.int32)
     of: dict[str, list[int]] = {}
     for (name, _), group in groups.items():
         of.setdefault(name, []).append(group)
     pairs = [(i, k) for one, two in robot.self_pairs for i in of[one] for k in of[two]]
+    capsules = [as_capsule(part) for part in robot.shapes]
+    solid = np.cumsum([capsule is None for capsule in capsules]) - 1
     return native.Envelope(
-        joint=np.array([c.joint for c in robot.capsules], dtype=np.int32),
+        joint=np.array([part.joint for part in robot.shapes], dtype=np.int32),
         link=link,
-        a=np.array([c.a for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
-        b=np.array([c.b for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
-        radius=np.array([c.radius for c in robot.capsules], dtype=np.float64),
+        a=np.array([np.zeros(3) if c is None else c.a for c in capsules], dtype=np.float64).reshape(-1, 3),
+        b=np.array([np.zeros(3) if c is None else c.b for c in capsules], dtype=np.float64).reshape(-1, 3),
+        radius=np.array([0.0 if c is None else c.radius for c in capsules], dtype=np.float64),
         pairs=np.array(pairs, dtype=np.int32).reshape(-1, 2),
+        solid=np.array([solid[i] if c is None else -1 for i, c in enumerate(capsules)], dtype=np.int32),
+        solids=[_solid(part.shape) for part, c in zip(robot.shapes, capsules, strict=True) if c is None],
     )
 
 
-KernelObstacle: TypeAlias = native.Spheres | native.Capsule | native.Box | native.Cylinder | native.HalfSpace
+def _solid(shape: ConvexShape) -> native.Solid:
+    core = core_of(shape)
+    kinds = {"box": native.CoreKind.box, "cylinder": native.CoreKind.cylinder, "polytope": native.CoreKind.polytope}
+    return native.Solid(
+        shape=native.ConvexShape(
+            kind=kinds[core.kind], half=np.array(core.half), radius=core.radius, vertices=np.array(core.vertices)
+        ),
+        axes=np.ascontiguousarray(core.T[:3, :3].T),
+        origin=core.T[:3, 3].copy(),
+    )
+
+
+KernelObstacle: TypeAlias = native.Spheres | native.Capsule | native.Box | native.Cylinder | native.HalfSpace | native.Polytope
 
 
 def _obstacles(scene: Scene) -> tuple[list[KernelObstacle], NDArray[np.intp]]:
@@ -202,43 +251,63 @@ def _obstacles(scene: Scene) -> tuple[list[KernelObstacle], NDArray[np.intp]]:
             raise SceneError(
                 f"obstacle {scene.called(i)} has a number of {far:.3g}, expected at most {_WIDEST:g} m; check its units"
             )
-    counts = [len(o.radii) if isinstance(o, SphereSet) else 1 for o in scene.obstacles]
-    return [_translated(obstacle) for obstacle in scene.obstacles], np.repeat(np.arange(len(counts)), counts)
+    counts = [_count(obstacle) for obstacle in scene.obstacles]
+    translated = [one for obstacle in scene.obstacles for one in _translated(obstacle)]
+    return translated, np.repeat(np.arange(len(counts)), counts)
+
+
+def _count(o: Obstacle) -> int:
+    """Return how many obstacles one is to the kernel."""
+    if isinstance(o, SphereSet):
+        return len(o.radii)
+    return len(o.pieces) if isinstance(o, PolytopeSet) else 1
 
 
 def _spheres(centers: Iterable[ArrayLike], radii: Iterable[float]) -> native.Spheres:
     return native.Spheres(center=np.array(centers, dtype=np.float64).reshape(-1, 3), radius=np.array(radii, dtype=np.float64))
 
 
-def _translated(o: Obstacle) -> KernelObstacle:
+def _translated(o: Obstacle) -> list[KernelObstacle]:
     if isinstance(o, SphereSet):
-        return native.Spheres(center=np.array(o.centers, dtype=np.float64), radius=np.array(o.radii, dtype=np.float64))
+        return [native.Spheres(center=np.array(o.centers, dtype=np.float64), radius=np.array(o.radii, dtype=np.float64))]
+    if isinstance(o, PolytopeSet):
+        return [_polytope(piece) for piece in o.pieces]
+    if isinstance(o, Polytope):
+        return [_polytope(o)]
     if isinstance(o, Sphere):
-        return _spheres([o.center], [o.radius])
+        return [_spheres([o.center], [o.radius])]
     if isinstance(o, Capsule):
-        return native.Capsule(a=o.a, b=o.b, radius=o.radius)
+        return [native.Capsule(a=o.a, b=o.b, radius=o.radius)]
+    if isinstance(o, HalfSpace):
+        return [native.HalfSpace(normal=o.normal, offset=float((o.normal * o.point).sum()))]
+    center, axes = o.pose[:3, 3].copy(), np.ascontiguousarray(o.pose[:3, :3].T)
     if isinstance(o, Box):
-        axes = np.ascontiguousarray(o.pose[:3, :3].T)
-        return native.Box(center=o.pose[:3, 3].copy(), axes=axes, half_size=o.size / 2)
-    if isinstance(o, Cylinder):
-        axis = o.pose[:3, 2].copy()
-        return native.Cylinder(center=o.pose[:3, 3].copy(), axis=axis, half_length=o.length / 2, radius=o.radius)
-    return native.HalfSpace(normal=o.normal, offset=float((o.normal * o.point).sum()))
+        return [native.Box(center=center, axes=axes, half_size=o.size / 2, rounding=o.rounding)]
+    half = o.length / 2
+    return [native.Cylinder(center=center, axis=axes[2].copy(), half_length=half, radius=o.radius, rounding=o.rounding)]
 
 
-def _numbers(o: Obstacle) -> tuple[ArrayLike, ...]:
-    """Return the numbers that the kernel has of an obstacle."""
+def _polytope(o: Polytope) -> native.Polytope:
+    return native.Polytope(vertices=np.array(o.vertices), rounding=o.rounding)
+
+
+def _numbers(o: Obstacle | ConvexShape) -> tuple[ArrayLike, ...]:
+    """Return the numbers that the kernel has of a shape."""
     if isinstance(o, SphereSet):
         return o.centers, o.radii
+    if isinstance(o, PolytopeSet):
+        return tuple(number for piece in o.pieces for number in _numbers(piece))
+    if isinstance(o, Polytope):
+        return o.vertices, o.rounding
     if isinstance(o, Sphere):
         return o.center, o.radius
     if isinstance(o, Capsule):
         return o.a, o.b, o.radius
+    if isinstance(o, HalfSpace):
+        return o.normal, (o.normal * o.point).sum()
     if isinstance(o, Box):
-        return o.pose[:3], o.size / 2
-    if isinstance(o, Cylinder):
-        return o.pose[:3], o.length / 2, o.radius
-    return o.normal, (o.normal * o.point).sum()
+        return o.pose[:3], o.size / 2, o.rounding
+    return o.pose[:3], o.length / 2, o.radius, o.rounding
 
 
 class _Points:

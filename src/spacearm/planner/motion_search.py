@@ -24,13 +24,13 @@ from spacearm.core.random_seed import Rng, seed_of
 from spacearm.dynamics.base_models import BaseDemands
 from spacearm.motion import Motion
 from spacearm.motion.limit_margins import as_jerk_limit
-from spacearm.planner.clearance import Margins, margins_within_reach
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
 from spacearm.planner.inverse_kinematics import FAR
 from spacearm.planner.kernel_model import KernelModel, kernel_model, make_kernel_model
 from spacearm.planner.plan_result import Improvement
 from spacearm.planner.planner_settings import PlannerSettings, as_planner_settings
 from spacearm.planner.problem import Problem, as_searchable
+from spacearm.planner.searched_clearance import SearchedClearance, searched_clearance
 from spacearm.robot.unchecked_pairs import require_envelope
 from spacearm.swarm import Swarm
 from spacearm.swarm.swarm_settings import kernel_settings
@@ -52,15 +52,22 @@ class Islands:
         goals: (g, n) configurations to end in [rad or m].
         settings: of the planner.
         seed: random seed of all islands.
-        margins: clearances asked for at the instants looked at; None: `settings.margin`, less where an end has no room.
+        searched: clearances asked for at the instants looked at; None: those that the problem requires and 2 mm more, less
+            where an end has no room.
     """
 
     def __init__(
-        self, problem: Problem, goals: Array, settings: PlannerSettings, *, seed: int, margins: Margins | None = None
+        self,
+        problem: Problem,
+        goals: Array,
+        settings: PlannerSettings,
+        *,
+        seed: int,
+        searched: SearchedClearance | None = None,
     ) -> None:
         problem = problem.local
         self._problem, self._goals, self._settings = problem, goals, settings
-        self.margins = _margins(problem, goals, settings.margin) if margins is None else margins
+        self.searched = _searched(problem, goals) if searched is None else searched
         self.bounds = search_bounds(problem)
         demands = base_demands(problem)
         self._free_end = demands.frame is not None
@@ -82,14 +89,11 @@ class Islands:
         return native.MotionSearch64(scene=scene, problem=problem, settings=settings, seed=0, island=0)
 
     def _made_model(self) -> KernelModel:
-        problem, margins = self._problem, self.margins
+        problem, pairs = self._problem, self.searched.kernel_pairs
         masses = problem.base_model.kernel_masses(problem.robot)
-        if masses is None and not len(margins.most):
+        if masses is None and pairs is None:
             return kernel_model(problem.robot, problem.scene)
-        lowered = native.PairMargins(
-            capsule=margins.capsules, obstacle=margins.obstacles, other=margins.others, most=margins.most
-        )
-        return make_kernel_model(problem.robot, problem.scene, pair_margins=lowered, masses=masses)
+        return make_kernel_model(problem.robot, problem.scene, pair_margins=pairs, masses=masses)
 
     def _request(self, demands: BaseDemands) -> native.MotionProblem:
         problem, settings = self._problem, self._settings
@@ -107,12 +111,13 @@ class Islands:
             velocity=np.clip(robot.velocity, *_RATES),
             acceleration=np.clip(robot.acceleration, *_RATES),
             jerk=jerk,
-            margin=self.margins.asked,
-            comfort=settings.comfort,
+            margin=self.searched.asked,
+            preferred_clearance=settings.preferred_clearance,
             tip=self._model.tip,
             centers=np.array(self._model.centres, dtype=np.int32),
             weights=weights,
             base=problem.base_model.kernel_base(robot, problem.momentum, problem.duration, demands),
+            near_pairs=self.searched.kernel_near_pairs(len(self._goals)),
         )
 
     def _search_settings(self) -> native.SearchSettings:
@@ -273,11 +278,11 @@ class Islands:
         return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), *ends]))
 
 
-def _margins(problem: Problem, goals: Array, margin: float) -> Margins:
-    """Return the margin that can be asked for between the start and the goals (g, n)."""
+def _searched(problem: Problem, goals: Array) -> SearchedClearance:
+    """Return the clearances that can be asked for between the start and the goals (g, n)."""
     # Where the arm moves its base, the place of the base at a goal is not known, and so what is near it.
     ends = problem.start[None] if problem.base_model.follows_arm else np.vstack([problem.start, goals])
-    return margins_within_reach(problem, ends, margin)
+    return searched_clearance(problem, ends)
 
 
 def search_bounds(problem: Problem) -> tuple[Array, Array]:
@@ -395,7 +400,7 @@ class MotionSwarm:
 
     Args:
         problem: robot, scene, start; its goal too, unless `goal` is given.
-        settings: of the planner: `interior_points` (the first of them), `swarm`, `weights` and `margin` count.
+        settings: of the planner: `interior_points` (the first of them), `swarm` and `weights` count.
         goal: (n,) configuration to end in [rad or m]; needed where the problem's goal is none. It is then all that is asked of
             the end: with a floating base, where the end effector gets to depends on the whole motion.
         rng: seed, generator or None.
@@ -421,9 +426,9 @@ class MotionSwarm:
         self._swarm = Swarm(lower, upper, settings.swarm, rng=seed, initial=self._around_straight(seed, lower, upper))
 
     @property
-    def margins(self) -> Margins:
-        """The clearances that `judge` asks for, and which of them were lowered: where start or goal are nearer."""
-        return self._islands.margins
+    def searched(self) -> SearchedClearance:
+        """The clearances that `judge` asks for."""
+        return self._islands.searched
 
     @property
     def done(self) -> bool:

@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 from spacearm.core.errors import ProblemError
 from spacearm.core.rotations import angle, conjugate, multiplied, quaternion_of
 from spacearm.motion import AnyTrajectory, Trajectory
-from spacearm.planner.clearance import Margins
 from spacearm.planner.explanations import EndReport
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.inverse_kinematics import GoalConfigurations, pose_errors
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.proof import Certificate
 from spacearm.proof.base_proofs import BaseProof, base_setup_of, begun_base_proof, broken_base_limits
 from spacearm.robot import forward_kinematics
-from spacearm.robot.unchecked_pairs import lacks_envelope, words_on_unchecked
+from spacearm.robot.unchecked_pairs import lacks_envelope
 
 Array = NDArray[np.float64]
 
@@ -169,7 +169,9 @@ class Plan:
         evaluations: candidate motions looked at.
         interrupted: whether it was ended from outside.
         timings: seconds by stage: "prepare", "goals", "search", "certify"; what is left of "total" is Python between them.
-        margins: the clearances that the search asked for, and which of them were lowered; None if there was no search.
+        searched: the clearances that the search asked for; None if there was no search.
+        achievable: where the clearance that is required was not met: the share of it with which a motion is found and proven,
+            0 up to 1; None if none was, or none was looked for.
         advice: what to do if there is no motion.
     """
 
@@ -189,7 +191,8 @@ class Plan:
     proofs: int = 0
     evaluations: int = 0
     interrupted: bool = False
-    margins: Margins | None = None
+    searched: SearchedClearance | None = None
+    achievable: float | None = None
     advice: str = ""
 
     @property
@@ -204,13 +207,20 @@ class Plan:
             return lacks_envelope(self.problem.robot)
         if self.ends.message:
             return self.ends.message
-        text = STATUSES[self.status]
-        proven = self.certificate is not None and (self.certificate.holds or self.certificate.fails_by_base_limits)
+        certificate = self.certificate
+        text = not_met(self.problem) if self.status == "not_found" else STATUSES[self.status]
+        proven = certificate is not None and (certificate.holds or certificate.fails_by_base_limits)
         if self.status == "not_proven" and proven:
             text = "a motion was found and proven free of collision, but it is not all that was asked for"
         text += "; it was interrupted" if self.interrupted else ""
-        left_out = ""
-        if self.found and self.certificate is not None:
-            left_out = words_on_unchecked(self.certificate.unchecked, self.certificate.bare, counted=False)
-        lowered = "" if self.margins is None else self.margins.message
-        return "; ".join(part for part in (text, left_out, self.advice, lowered) if part)
+        said = certificate.message if self.found and certificate is not None else ""
+        return "; ".join(part for part in (text, said, self.advice) if part)
+
+
+def not_met(problem: Problem) -> str:
+    """Say that no motion was found, and with what clearance."""
+    least, others = problem.clearance, [pair.clearance for pair in problem.clearances]
+    if not any([least, *others]):
+        return STATUSES["not_found"]
+    by_pair = f" ({max(others) * 1e3:.4g} mm at most for pairs of their own)" if others else ""
+    return f"no motion with a clearance of {least * 1e3:.4g} mm{by_pair} was found"

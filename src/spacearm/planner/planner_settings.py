@@ -9,8 +9,9 @@ and in `inverse_kinematics`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import TypeVar, cast
+import functools
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, TypeVar, cast
 
 from spacearm.core.checks import as_number, dimensions_of, keep, shown
 from spacearm.core.errors import SettingsError
@@ -46,7 +47,8 @@ class Weights:
         length: joint path length [rad or m].
         duration: the fastest uniform time within the velocity, acceleration and jerk limits [s].
         tip: path length of the end effector [m].
-        clearance: mean over the motion of what the clearances lack to `PlannerSettings.comfort`, summed over pairs [m].
+        clearance: mean over the motion of what the clearances lack to `PlannerSettings.preferred_clearance`, summed over
+            pairs [m].
         smoothness: mean of |q'''|^2, the third derivative over s in [0, 1] [rad^2 or m^2].
         f1: the paper's eq. (5), mean over the motion: distances of the joint centres from the obstacles' centres [m].
         f2: eq. (6): distance of the end effector from where it ends, squared and 1 more, then its root [m].
@@ -103,9 +105,8 @@ class PlannerSettings:
             never.
         stop_at_first: be content with the first motion.
         weights: of the fitness' terms.
-        margin: clearance asked for at the instants that are looked at [m], 0 or more. Of a pair that is closer than twice that
-            at the start or a goal it is half of what the pair has there, and the plan's `margins` say so.
-        comfort: clearance beyond which the term `clearance` asks for no more [m].
+        preferred_clearance: clearance beyond which the term `clearance` asks for no more [m]; what is required is the
+            problem's `clearance`.
         interior_points: control points of the swarm's motions, 1 to 24, one number or several that take turns; two more each
             where a floating base's end or greatest turn is asked for.
         swarm: PSO or IPSO; its iterations are the most of one turn.
@@ -122,8 +123,7 @@ class PlannerSettings:
     convergence: int | None = None
     stop_at_first: bool = False
     weights: Weights = Weights()
-    margin: float = 0.002
-    comfort: float = 0.05
+    preferred_clearance: float = 0.05
     interior_points: tuple[int, ...] = (2, 3)
     swarm: PSO | IPSO = SWARM
     goal_candidates: int = 8
@@ -144,8 +144,7 @@ class PlannerSettings:
             raise SettingsError(f"stop_at_first is {shown(self.stop_at_first)}, expected True or False")
         keep(self, weights=_record("weights", self.weights, (Weights,)), swarm=_record("swarm", self.swarm, (PSO, IPSO)))
         whole("particles of the swarm of motions", self.swarm.particles, at_least=1, at_most=_MOST_PARTICLES)
-        as_number("margin", self.margin, SettingsError, at_least=0, at_most=_WIDEST, unit="m")
-        as_number("comfort", self.comfort, SettingsError, at_least=0, at_most=_WIDEST, unit="m")
+        as_number("preferred_clearance", self.preferred_clearance, SettingsError, at_least=0, at_most=_WIDEST, unit="m")
         keep(self, interior_points=_counts(self.interior_points))
         whole("goal_candidates", self.goal_candidates, at_least=1, at_most=_MOST_GOALS)
         whole("islands", self.islands, at_least=1, at_most=_MOST_GOALS)
@@ -162,6 +161,37 @@ class PlannerSettings:
         if self.evaluations is None and self.time_budget is None and self.convergence is None:
             return _EVALUATIONS
         return self.evaluations
+
+
+_MOVED = {
+    "margin": "a problem has a `clearance` [m] now, which is searched for and proven: Problem(..., clearance=0.01), or "
+    "`clearance: 0.01` in a problem file, beside start and goal",
+    "comfort": "it is called preferred_clearance now",
+}
+
+
+def require_not_moved(name: str) -> None:
+    """Refuse a setting that there was once, with the word for it now.
+
+    Raises:
+        SettingsError: it is one.
+    """
+    if name in _MOVED:
+        raise SettingsError(f"PlannerSettings has no setting '{name}' any more: {_MOVED[name]}")
+
+
+def _with_moved(plain: Callable[..., None]) -> Callable[..., None]:
+    @functools.wraps(plain)
+    def init(self: PlannerSettings, *args: object, **given: object) -> None:
+        for name in given:
+            require_not_moved(name)
+        plain(self, *args, **given)
+
+    return init
+
+
+if not TYPE_CHECKING:
+    PlannerSettings.__init__ = _with_moved(PlannerSettings.__init__)
 
 
 def as_planner_settings(given: object) -> PlannerSettings:

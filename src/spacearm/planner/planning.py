@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spacearm.core.checks import shown
 from spacearm.core.errors import SettingsError
@@ -30,6 +31,8 @@ from spacearm.planner.problem import Problem, as_searchable
 from spacearm.proof import Certificate
 from spacearm.proof import certify as certify
 from spacearm.robot.unchecked_pairs import lacks_envelope
+
+Array = NDArray[np.float64]
 
 # What is tried again where a proof failed. The figures are choices, not measured: enough for another motion, and small against
 # the first search.
@@ -145,6 +148,12 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     search = _Search(problem=problem, settings=settings, islands=islands, clock=clock, tell=tell)
     status = search.run()
     proof = search.proof or search.of_fallback()
+    achievable, looked = None, status != "found" and not search.interrupted and _lacks_clearance(problem, proof)
+    if looked:
+        tell("a motion with less clearance")
+        achievable = _achievable(problem, found.q, settings, seed, clock, proof)
+        clock.lap("less clearance")
+        status = status if achievable is None else "not_found"
     return Plan(
         status=status,
         problem=problem,
@@ -162,8 +171,9 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
         evaluations=islands.evaluations,
         interrupted=search.interrupted,
         timings=clock.total(),
-        margins=islands.margins,
-        advice=_advice(status, proof, spent=clock.left_again <= 0),
+        searched=islands.searched,
+        achievable=achievable,
+        advice=_advice(status, proof, _on_less(problem, achievable, looked=looked), spent=clock.left_again <= 0),
     )
 
 
@@ -234,6 +244,7 @@ class _Search:
     proof: _Proof | None = field(default=None, init=False)
     proofs: int = field(default=0, init=False)
     interrupted: bool = field(default=False, init=False)
+    _fallback: _Proof | None = field(default=None, init=False)
 
     def run(self) -> Status:
         """Search until the budget is spent, and prove the best motion; where that fails, look for another."""
@@ -273,7 +284,7 @@ class _Search:
         for _ in range(self.settings.proofs):
             motion = self.islands.best
             if motion is None and self.proof is None:
-                return "not_found"
+                return self._of_fallback()
             if self.proof is not None and self.clock.left_again <= 0:
                 return "not_proven"
             if motion is not None:
@@ -300,12 +311,20 @@ class _Search:
             raise KeyboardInterrupt
         return "not_found" if self.proof is None else "not_proven"
 
+    def _of_fallback(self) -> Status:
+        """Prove the motion that lacks least: it may have what is required, though not the room that the search wants."""
+        proof = self.of_fallback()
+        if proof is None or not proof.as_asked:
+            return "not_found"
+        self.proof, self.proofs = proof, 1
+        return "found"
+
     def of_fallback(self) -> _Proof | None:
-        """Return what is known of the motion that is least in collision, if any was looked at."""
-        if self.islands.fallback is None:
-            return None
-        trajectory = _timed(self.problem, self.settings, self.islands.fallback)
-        return _proof(self.problem, trajectory, certify(self.problem, trajectory))
+        """Return what is known of the motion that lacks least, if any was looked at."""
+        if self._fallback is None and self.islands.fallback is not None:
+            self._fallback = _prove(self.problem, self.settings, self.islands.projected(self.islands.fallback))
+            self.clock.lap("certify")
+        return self._fallback
 
     def _prove(self, motion: Motion) -> _Proof:
         self.tell("proof")
@@ -394,6 +413,97 @@ def _uniform(problem: Problem, motion: Motion, duration: float | None = None, *,
     )
 
 
+# ---- Less clearance, where the one that is required is not met ---------------------------------------------------------
+
+_LESS_SHARE = 0.125  # of `evaluations` and `convergence`, or of what is left of `time_budget`, for each try with less clearance
+_LESS_PROOFS = 4  # motions given to the proof in each
+_SURELY_KEPT = 0.95  # of what the closest pair of a motion was measured to have
+_BISECTIONS = 4  # tries between no clearance at all and the one that is required
+
+
+def _lacks_clearance(problem: Problem, proof: _Proof | None) -> bool:
+    """Whether a clearance is required, and it may be what no motion was found for."""
+    asked = problem.clearance > 0 or any(pair.clearance > 0 for pair in problem.clearances)
+    return asked and (proof is None or not proof.collision_free)
+
+
+def _achievable(
+    problem: Problem, goals: Array, settings: PlannerSettings, seed: int, clock: _Clock, failed: _Proof | None
+) -> float | None:
+    """Return the share of the clearances required with which a motion is found and proven; None: not even with 0.
+
+    If the motion whose proof failed last keeps some of them, it is the first. More is found by bisection. The searches have
+    seeds of their own, which follow from the plan's.
+    """
+    share, most = None, 1.0
+    try:
+        share = _share_kept(problem, settings, failed)
+        for number in range(1 + _BISECTIONS):
+            if clock.left_again <= 0:
+                break
+            tried = 0.0 if share is None else (share + most) / 2
+            if _is_met(with_less_clearance(problem, tried), goals, settings, (seed + 1 + number) % 2**63, clock):
+                share = tried
+            elif share is None:
+                break
+            else:
+                most = tried
+    except KeyboardInterrupt:
+        interrupt_taken()
+    return share
+
+
+def _share_kept(problem: Problem, settings: PlannerSettings, failed: _Proof | None) -> float | None:
+    """Return a share of the clearances required that a motion is proven to keep; None if it is proven to keep none."""
+    near = None if failed is None else failed.certificate.closest
+    if failed is None or near is None or not 0 < near.clearance < near.required:
+        return None
+    share = math.floor(_SURELY_KEPT * near.clearance / near.required * 100) / 100
+    proof = _prove(with_less_clearance(problem, share), settings, failed.trajectory.motion)
+    return share if proof.as_asked else None
+
+
+def with_less_clearance(problem: Problem, share: float) -> Problem:
+    """Return the problem with a share of its clearances."""
+    pairs = [replace(pair, clearance=share * pair.clearance) for pair in problem.clearances]
+    return replace(problem, clearance=share * problem.clearance, clearances=tuple(pairs))
+
+
+def _is_met(problem: Problem, goals: Array, settings: PlannerSettings, seed: int, clock: _Clock) -> bool:
+    """Search for a first motion for a while, and return whether one is proven."""
+    islands = Islands(problem, goals, settings, seed=seed)
+    evaluations, stall = (
+        max(_LEAST_EVALUATIONS_AGAIN, int(_LESS_SHARE * given)) if given else 0
+        for given in (settings.most_evaluations, settings.convergence)
+    )
+    for _ in range(_LESS_PROOFS):
+        seconds = 0.0 if settings.time_budget is None else max(_LEAST_SECONDS, _LESS_SHARE * clock.left_again)
+        islands.run(evaluations=evaluations, seconds=seconds, until_first=True, stall=stall)
+        motion = islands.best or islands.fallback
+        if motion is None:
+            return False
+        proof = _prove(problem, settings, islands.projected(motion))
+        if proof.as_asked or islands.best is None:
+            return proof.as_asked
+        near = proof.certificate.closest
+        if proof.collision_free or near is None or not 0 < near.u < 1 or clock.left_again <= 0:
+            return False
+        islands.add_instant(near.u, _SPREAD)
+    return False
+
+
+def _on_less(problem: Problem, share: float | None, *, looked: bool) -> str:
+    """Say with how much clearance a motion is found and proven; "" if nobody looked."""
+    if not looked:
+        return ""
+    if share is None:
+        return "none was found with clearance 0 either"
+    clearance, found = f"clearance {share * problem.clearance:.4g}", "a motion is found and proven"
+    if not problem.clearances:
+        return f"with {clearance} {found}"
+    return f"with {share:.4g} of every clearance asked for ({clearance}) {found}"
+
+
 # ---- Fitness and advice of the plan ----------------------------------------------------------------------------------
 
 
@@ -405,20 +515,20 @@ def _fitness(trajectory: Trajectory, islands: Islands, weights: Weights) -> dict
     return exact | {name: value for name, value in terms.items() if name in weighed and name not in exact}
 
 
-def _advice(status: Status, proof: _Proof | None, *, spent: bool) -> str:
-    """Return what to do if there is no motion; `spent` says that the time is."""
+def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool) -> str:
+    """Return what to do if there is no motion; `on_less` says what is found with less clearance, `spent` that the time is."""
     near, missed = ("", ()) if proof is None else (proof.certificate.message, proof.missed)
     if proof is not None and proof.certificate.fails_by_base_limits:
         near = " and ".join(missed)
     elif missed:
         near = f"{near}; {', and '.join(missed)}"
     if status == "not_found":
-        said = f"the best one: {near}; " if near else ""
-        other = "more interior_points" if missed else "or a smaller margin"
-        return f"{said}allow more evaluations or time_budget, {other}"
+        said = [f"the best one: {near}"] if near else []
+        other = "or a smaller clearance" if on_less.startswith("with ") and not missed else "or more interior_points"
+        return "; ".join([*([on_less] if on_less else []), *said, f"allow more evaluations or time_budget, {other}"])
     if status == "not_proven" and missed and proof is not None and proof.collision_free:
         return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
     if status == "not_proven":
         more = "a longer time_budget" if spent else "more proofs"
-        return f"the last one: {near}; ask for a larger margin, or allow {more}"
+        return f"the last one: {near}; allow {more}"
     return ""

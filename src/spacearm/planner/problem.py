@@ -10,8 +10,8 @@ the frame of the base as it stands at the beginning: the search knows only that 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import KW_ONLY, dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
@@ -27,13 +27,17 @@ from spacearm.geometry import Obstacle, Scene
 from spacearm.geometry.scene import moved_scene
 from spacearm.planner.clearance import ClearanceModel
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
+from spacearm.proof.required_clearance import DEFAULT_CLEARANCE, PairClearance, RequiredClearance, required_clearance
 from spacearm.robot.model import Robot
 
 Array = NDArray[np.float64]
 
 _LEAST_LIMIT = 1e-9  # [rad, rad/s or N m s] of the base: below, rounding decides
 _NO_LIMIT = 1e12  # as good as no limit
-_ROUNDING = 1e-5  # [rad or m] beyond a joint's limit: so much is a file's rounding, and is set onto the limit
+SNAP_TOLERANCE = 1e-5
+"""[rad or m] A start or goal so little beyond a joint's limit is set onto it by default: so much is a file's rounding."""
+_MOST_SNAPPED = 0.1  # [rad or m] more is no rounding
+_WIDEST = 1e3  # [m] of a clearance
 _MOST_TURNED = 1e6  # [rad or m] of a joint: beyond, float64 has too few digits to prove anything with
 _MOST_SEARCHED = 1e4  # [rad or m] of a joint: beyond, float32 has too few digits to search with
 _FURTHEST = 1e6  # [m] of the base from the inertial origin, at the beginning and by its drift: likewise for float64
@@ -130,13 +134,19 @@ class Problem(_WithLocal):
         base_goal: how the floating base is to stand at the end; four numbers are taken as its attitude_wxyz.
         base_limits: how little the arm may disturb the floating base.
         duration: of the motion [s]; None: the least that the limits allow.
-        notes: what was assumed, snapped or left out on the way here, a sentence each; no part of the problem's value. A
-            start or goal beyond a joint's limit by no more than 1e-5 rad or m is set onto the limit, and a note says so.
+        clearance: that every link keeps from every obstacle, and from the links that it must keep clear of, during the whole
+            motion [m], 0 or more; 0: there is no contact. A pair that has less at the start or the goal keeps what it has
+            there, and the clearance from when it first has it.
+        clearances: others, for some pairs: `PairClearance`, or mappings with its fields. The more specific one counts, of two
+            alike the later.
+        snap_tolerance: a start or goal beyond a joint's limit by no more than this is set onto the limit, and a note says
+            so [rad or m]; 0 up to 0.1.
+        notes: what was assumed, snapped or left out on the way here, a sentence each; no part of the problem's value.
 
     Whether start and goal are free of collision and within reach is the planner's to say.
 
     Raises:
-        ProblemError: a start or goal that does not fit the robot, or a base that cannot be.
+        ProblemError: a start or goal that does not fit the robot, a base that cannot be, or a clearance of what is not there.
         RobotError: a floating base of a robot whose masses cannot be.
     """
 
@@ -151,6 +161,9 @@ class Problem(_WithLocal):
     base_goal: AttitudeGoal | None = None
     base_limits: BaseLimits = None  # type: ignore[assignment]
     duration: float | None = None
+    clearance: float = DEFAULT_CLEARANCE
+    clearances: tuple[PairClearance, ...] = ()
+    snap_tolerance: float = SNAP_TOLERANCE
     notes: tuple[str, ...] = field(default=(), compare=False)
 
     if TYPE_CHECKING:  # the constructor takes more types than the fields have
@@ -168,6 +181,9 @@ class Problem(_WithLocal):
             base_goal: AttitudeGoal | ArrayLike | None = None,
             base_limits: BaseLimits | None = None,
             duration: float | None = None,
+            clearance: float = ...,
+            clearances: Iterable[PairClearance | Mapping[str, object]] = (),
+            snap_tolerance: float = ...,
             notes: Iterable[str] = (),
         ) -> None: ...
 
@@ -179,9 +195,14 @@ class Problem(_WithLocal):
         keep(self, **checked_base(self.robot, self.base, self.base_start, self.momentum))
         goal, limits, duration = _asked_of_the_base(self)
         keep(self, base_goal=goal, base_limits=limits, duration=duration)
+        keep(self, clearance=_clearance(self.clearance), clearances=_clearances(self.clearances))
+        if self.clearances:
+            required_clearance(self.robot, self.scene, self.clearance, self.clearances)  # refuses what is not there
+        snap = _snap_tolerance(self.snap_tolerance)
         notes = list(as_sentences("notes", self.notes, ProblemError))
-        keep(self, start=within_limits(self.robot, self.start, what="start", notes=notes))
-        keep(self, goal=_goal(self.robot, self.goal, self.start, notes), notes=tuple(dict.fromkeys(notes)), _local=None)
+        start = within_limits(self.robot, self.start, what="start", tolerance=snap, notes=notes)
+        goal = _goal(self.robot, self.goal, start, snap, notes)
+        keep(self, start=start, goal=goal, snap_tolerance=snap, notes=tuple(dict.fromkeys(notes)), _local=None)
         _require_slow_tumbling(self)
 
     @property
@@ -193,6 +214,11 @@ class Problem(_WithLocal):
     def floats(self) -> bool:
         """Whether the base floats."""
         return isinstance(self.base_model, FloatingBase)
+
+    @property
+    def required(self) -> RequiredClearance:
+        """The clearance that is required of every pair."""
+        return required_clearance(self.robot, self.scene, self.clearance, self.clearances)
 
     @property
     def at_start(self) -> ClearanceModel:
@@ -299,15 +325,22 @@ def _require_slow_tumbling(problem: Problem) -> None:
 
 
 def within_limits(
-    robot: Robot, q: ArrayLike, *, what: Literal["start", "goal"], prefix: str = "", notes: list[str] | None = None
+    robot: Robot,
+    q: ArrayLike,
+    *,
+    what: Literal["start", "goal"],
+    prefix: str = "",
+    tolerance: float = SNAP_TOLERANCE,
+    notes: list[str] | None = None,
 ) -> Array:
-    """Check a configuration against the robot; what is beyond a limit by no more than 1e-5 rad or m is set onto it.
+    """Check a configuration against the robot; what is a little beyond a limit is set onto it.
 
     Args:
         robot: the robot.
         q: (n,) joint positions [rad or m].
         what: "start" or "goal", for the message.
         prefix: begins the message.
+        tolerance: how little is a little [rad or m].
         notes: gets a sentence on what was set onto a limit, and by how much.
 
     Returns:
@@ -321,7 +354,7 @@ def within_limits(
     given = as_readonly(name, q, (robot.dof,), ProblemError, advice=_one_per_joint(robot))
     inside = np.clip(given, robot.lower, robot.upper)
     _require_at_most(_MOST_TURNED, robot, given, what=what, prefix=prefix)
-    beyond = np.flatnonzero(np.abs(given - inside) > _ROUNDING)
+    beyond = np.flatnonzero(np.abs(given - inside) > tolerance)
     if beyond.size:
         raise ProblemError(prefix + _beyond_limit(robot, given, beyond, what))
     snapped = np.flatnonzero(given != inside)
@@ -403,13 +436,57 @@ def whole_turns(robot: Robot) -> NDArray[np.bool_]:
     return out
 
 
+def _clearance(given: object) -> float:
+    return as_number("clearance", given, ProblemError, at_least=0, at_most=_WIDEST, unit="m")
+
+
+def _clearances(given: object) -> tuple[PairClearance, ...]:
+    if isinstance(given, (str, bytes, Mapping)) or not isinstance(given, Iterable):
+        advice = "expected a list of PairClearance(...), or of mappings such as {'obstacle': 'client', 'clearance': 0.05}"
+        raise ProblemError(f"clearances is {shown(given)}, {advice}")
+    return tuple(as_pair_clearance(i, entry) for i, entry in enumerate(cast("Iterable[object]", given)))
+
+
+def as_pair_clearance(index: int, given: object) -> PairClearance:
+    """Return a PairClearance, made of a mapping with its fields if it is one.
+
+    Raises:
+        ProblemError: something else, or a field that there is not or that is missing.
+    """
+    if isinstance(given, PairClearance):
+        return given
+    if not isinstance(given, Mapping):
+        raise ProblemError(
+            f"clearances[{index}] is {shown(given)}, expected a PairClearance(...), or a mapping with its fields"
+        )
+    values, known = dict(cast("Mapping[str, object]", given)), ["links", *(one.name for one in fields(PairClearance))]
+    for name in values:
+        if name not in known:
+            raise ProblemError(f"clearances[{index}] has no field {shown(name)}; {nearest(str(name), known)}")
+    if "clearance" not in values:
+        raise ProblemError(f"clearances[{index}] states no clearance, expected one [m]; add it")
+    if "links" in values:
+        values |= _two_links(index, values.pop("links"))
+    return PairClearance(**values)  # type: ignore[arg-type]  # it checks them
+
+
+def _two_links(index: int, given: object) -> dict[str, object]:
+    if not isinstance(given, (list, tuple)) or len(cast("list[object]", given)) != 2:
+        raise ProblemError(f"clearances[{index}].links is {shown(given)}, expected the names of two links")
+    return dict(zip(("link", "other_link"), cast("list[object]", given), strict=True))
+
+
+def _snap_tolerance(given: object) -> float:
+    return as_number("snap_tolerance", given, ProblemError, at_least=0, at_most=_MOST_SNAPPED, unit="rad or m")
+
+
 def _scene(given: object) -> Scene:
     if not isinstance(given, Iterable):
         raise ProblemError(f"scene is {shown(given)}, expected a Scene; write Scene([]) for free space")
     return Scene(cast("Iterable[Obstacle]", given))  # which refuses what is no obstacle
 
 
-def _goal(robot: Robot, goal: Goal | ArrayLike, start: Array, notes: list[str]) -> Goal:
+def _goal(robot: Robot, goal: Goal | ArrayLike, start: Array, snap: float, notes: list[str]) -> Goal:
     if isinstance(goal, (PositionGoal, PoseGoal)):
         return replace(goal, frame=_goal_frame(robot, goal.frame))
     if not isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
@@ -419,7 +496,8 @@ def _goal(robot: Robot, goal: Goal | ArrayLike, start: Array, notes: list[str]) 
     rows = goal.q if isinstance(goal, ConfigurationsGoal) else [goal.q]
     each: list[Array] = []
     for i, row in enumerate(rows):
-        q = within_limits(robot, row, what="goal", prefix=f"goal {i}: " if len(rows) > 1 else "", notes=notes)
+        prefix = f"goal {i}: " if len(rows) > 1 else ""
+        q = within_limits(robot, row, what="goal", prefix=prefix, tolerance=snap, notes=notes)
         each.append(nearest_turns(robot, q, start) if goal.shortest else q)
     return replace(goal, q=np.array(each) if isinstance(goal, ConfigurationsGoal) else each[0])
 

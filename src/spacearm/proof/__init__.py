@@ -3,10 +3,13 @@
 from spacearm.proof.base_proofs import BaseFindings
 from spacearm.proof.certificate import Certificate, ClosestApproach
 from spacearm.proof.certify import certify
+from spacearm.proof.required_clearance import DEFAULT_CLEARANCE, PairClearance
 
 __all__ = [
+    "DEFAULT_CLEARANCE",
     "BaseFindings",
     "Certificate",
     "ClosestApproach",
+    "PairClearance",
     "certify",
 ]

@@ -8,9 +8,10 @@ with the midpoint m, a rate w and a deviation e. On a part of a piece, w is q'(m
 hull of the piece (Taylor). On a run of pieces q' may jump between them. There w is the centre of all rates that occur, by their
 hulls, and e is h times half their range.
 
-These give two bounds for the end of a body's axis: the displacement bound, and the second-order bound for its displacement
-along a direction. Joint k moves it by at most rho_k |dv_k|. Here rho_k is its distance from the joint's axis *at the midpoint*,
-or 1 for a prismatic joint. docs/certificate.md, sections 3 to 5, has the proofs; the letters are the same.
+These give two bounds for a point of a body, such as the end of its axis or a corner: the displacement bound, and the
+second-order bound for its displacement along a direction. Joint k moves it by at most rho_k |dv_k|. Here rho_k is its distance
+from the joint's axis *at the midpoint*, or 1 for a prismatic joint. docs/certificate.md, sections 3 to 5, has the proofs; the
+letters are the same.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ from numpy.typing import NDArray
 from spacearm.core.exact import cross
 from spacearm.motion import Curve
 from spacearm.proof.base_momentum import BaseMotionBounds
-from spacearm.proof.bodies import Bodies, JointMap, RelativeBodies
+from spacearm.proof.bodies import Bodies, BodyGroup, JointMap, RelativeBodies, body_axes
+from spacearm.proof.solids import Balls, Boxes, Solids, solids_of_cores
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -156,6 +158,24 @@ def _at_rest(*_: Array) -> None:
     """Return None: the motion bounds of a base at rest."""
 
 
+@dataclass(slots=True, kw_only=True, eq=False)
+class PointBounds:
+    """How the points of a group's bodies move on r intervals; `BodyGroup` says which points.
+
+    Attributes:
+        position: (r, g, e, 3) of all bodies of the group at the midpoints, in the inertial frame [m].
+        displacement_bound: (r, m, e) no point of a relative body gets further than this from its midpoint's place [m].
+        velocity: (r, m, e, 3) at the midpoints, per unit of u, in inertial axes [m].
+        second_order_bound: (r, m, e) along any direction fixed in the frame of the other body, a point gets no further than
+            half the length times its velocity along it, plus this [m].
+    """
+
+    position: Array
+    displacement_bound: Array
+    velocity: Array
+    second_order_bound: Array
+
+
 class IntervalMidpoints:
     """The robot's bodies at the midpoints of r intervals, and bounds for some relative bodies on the whole intervals.
 
@@ -166,18 +186,10 @@ class IntervalMidpoints:
 
     Attributes:
         frames: (r, j + 1, 4, 4) T_w_joint.
-        position: (r, b, e, 3) the ends of all bodies' axes, in the inertial frame [m].
         u, half: (r,) where the midpoints are on the curve, and half the intervals' lengths.
-        row: (number of relative bodies,) the index m of a relative body in the arrays below, -1 if it is not among them.
-        displacement_bound: (r, m, e) no end of a relative body's axis gets further than this from its midpoint's place [m].
-        velocity: (r, m, e, 3) of the ends there, per unit of u, in inertial axes [m].
-        second_order_bound: (r, m, e) along any direction fixed in the frame of the other body, an end gets no further than half
-            the length times its velocity along it, plus this [m].
+        groups: the points of each group of bodies; their bounds after `bound`.
+        row: (number of relative bodies,) the index m of a relative body in the bounds of its group.
     """
-
-    displacement_bound: Array
-    velocity: Array
-    second_order_bound: Array
 
     def __init__(
         self,
@@ -192,8 +204,9 @@ class IntervalMidpoints:
         values = joints.values(linear.q)
         self.frames = frames(linear.u, values)
         self.u, self.half = linear.u, linear.half
-        at = self.frames[:, bodies.joint]  # (r, b, 4, 4)
-        self.position = bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
+        self.groups = [self._placed(group) for group in bodies.groups]
+        self.row = np.full(len(relative_bodies.body), -1)
+        self._solids: dict[int, Solids] = {}
         scale = np.abs(joints.multiplier)
         self._rate = linear.rate[:, joints.dof] * joints.multiplier  # (r, j)
         self._deviation = linear.deviation[:, joints.dof] * scale + _VALUE_ROUNDING * np.abs(values)
@@ -201,21 +214,61 @@ class IntervalMidpoints:
         self._z, self._origin = self.frames[:, :-1, :3, 2], self.frames[:, :-1, :3, 3]  # (r, j, 3)
         self._base_bounds = base_motion(self.frames, self._rate, self._deviation, self._step, linear.half)
 
+    def _placed(self, group: BodyGroup) -> PointBounds:
+        """Return the points of a group at the midpoints; nothing is bounded yet."""
+        at = self.frames[:, self._bodies.joint[group.body]]  # (r, g, 4, 4)
+        position = group.points @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
+        none = np.zeros((len(self.frames), 0, 0))
+        return PointBounds(position=position, displacement_bound=none, velocity=none, second_order_bound=none)
+
+    def solids(self, group: int) -> Solids:
+        """Return the bodies of a group as solids at the midpoints: body k of g on interval i is number i g + k."""
+        if group not in self._solids:
+            self._solids[group] = self._solids_of(group)
+        return self._solids[group]
+
+    def _solids_of(self, group: int) -> Solids:
+        some, position, count = self._bodies.groups[group], self.groups[group].position, len(self.half)
+        at = self.frames[:, self._bodies.joint[some.body]]
+        if some.cores:
+            center = np.array([core.T[:3, 3] for core in some.cores])
+            origin = np.einsum("rgcd,gd->rgc", at[..., :3, :3], center) + at[..., :3, 3]
+            axes = at[..., :3, :3] @ body_axes(self._bodies)[group]
+            return solids_of_cores(some.cores, self._bodies.radius[some.body], axes, origin)
+        radius, center = np.tile(self._bodies.radius[some.body], count), position.mean(axis=2).reshape(-1, 3)
+        none = np.zeros(len(radius), np.intp)
+        if some.points.shape[1] == 1:
+            return Balls(center=center, radius=radius, obstacle=none, first=none, count=none)
+        half = np.zeros((len(radius), 3))
+        half[:, 2] = np.tile(np.linalg.norm(some.points[:, 1] - some.points[:, 0], axis=1) / 2, count)
+        axes = (at[..., :3, :3] @ body_axes(self._bodies)[group]).reshape(-1, 3, 3)
+        return Boxes(axes=axes, origin=center, half=half, radius=radius, obstacle=none)
+
     def bound(self, used: Indices) -> None:
-        """Bound the motions of some relative bodies (m,), and of these only."""
-        self.row = np.full(len(self._relative_bodies.body), -1)
+        """Bound the motions of some relative bodies (m,), and of no others of their groups."""
+        if len(self.groups) == 1:
+            self.row = np.full(len(self._relative_bodies.body), -1)
+            self._bound_group(0, used)
+            return
+        every = self._bodies.group[self._relative_bodies.body]
+        for group in np.unique(every[used]).tolist():
+            self.row[every == group] = -1  # nothing is known of the others any more
+            self._bound_group(group, used[every[used] == group])
+
+    def _bound_group(self, group: int, used: Indices) -> None:
+        into = self.groups[group]
         self.row[used] = np.arange(len(used))
-        size = self.position.shape[0] * self.position.shape[2] * self._step.shape[1]
+        size = into.position.shape[0] * into.position.shape[2] * self._step.shape[1]
         batch = max(1, _NUMBERS // max(size, 1))
-        parts = [self._bounds(used[i : i + batch]) for i in range(0, len(used), batch)]
-        self.displacement_bound, self.second_order_bound, self.velocity = (
+        parts = [self._bounds(into.position, used[i : i + batch]) for i in range(0, len(used), batch)]
+        into.displacement_bound, into.second_order_bound, into.velocity = (
             np.concatenate(column, axis=1) for column in zip(*parts, strict=True)
         )
 
-    def _bounds(self, used: Indices) -> tuple[Array, Array, Array]:
-        """Return displacement bound, second-order bound and velocity of some relative bodies."""
+    def _bounds(self, position: Array, used: Indices) -> tuple[Array, Array, Array]:
+        """Return displacement bound, second-order bound and velocity of the points of some relative bodies of a group."""
         body, motion = self._relative_bodies.body[used], self._relative_bodies.motion[used]
-        points = self.position[:, body]  # (r, m, e, 3)
+        points = position[:, self._bodies.place[body]]  # (r, m, e, 3)
         free = self._relative_bodies.free[motion]  # (m,)
         moves = np.where(free[:, None], 1.0, np.abs(self._relative_bodies.sign)[motion])  # (m, j)
         rho = self._rho(points, motion, free)

@@ -7,7 +7,7 @@ loses no more of this gap than its displacement bound, and no more than its spee
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.geometry import Scene
-from spacearm.proof.bodies import Balls, Bodies, Boxes, RelativeBodies, Solids, body_axes, cells_of, solids_of
+from spacearm.proof.bodies import Bodies, RelativeBodies
 from spacearm.proof.displacement import IntervalMidpoints
+from spacearm.proof.solids import Balls, Cylinders, HalfSpaces, Polytopes, Solids, cells_of, solids_of
 from spacearm.proof.witness import Witness
 
 Array = NDArray[np.float64]
@@ -41,7 +42,7 @@ class ObstacleGroup(NamedTuple):
 
     Attributes:
         solids: obstacles of one shape; None: the robot's own bodies.
-        cells: around the balls of a large scene, else None.
+        cells: around the balls of a large scene, or around polytopes; else None.
     """
 
     solids: Solids | None
@@ -71,7 +72,7 @@ def obstacle_groups(scene: Scene, relative_bodies: RelativeBodies) -> list[Obsta
     groups: list[ObstacleGroup] = []
     if len(relative_bodies.scene_relative):
         for solids in solids_of(scene):
-            groups.append(ObstacleGroup(solids, cells_of(solids) if isinstance(solids, Balls) else None))
+            groups.append(ObstacleGroup(solids, cells_of(solids)))
     if len(relative_bodies.self_relative):
         groups.append(ObstacleGroup(None, None))
     return groups
@@ -91,7 +92,7 @@ def link_pairs(group: ObstacleGroup, relative_bodies: RelativeBodies, intervals:
 
 
 def out_of_cells(cells: Balls, pairs: OpenPairs) -> OpenPairs:
-    """Return the pairs with the balls in place of their cells."""
+    """Return the pairs with the solids in place of their cells."""
     row, solid = _ranges(cells.first[pairs.solid], cells.count[pairs.solid])
     return OpenPairs(pairs.interval[row], pairs.relative[row], solid)
 
@@ -146,7 +147,7 @@ def clearance_bounds(
     pairs: OpenPairs,
     solids: Solids,
     *,
-    enough: float,
+    enough: Array | float | None,
     n: Array | None = None,
 ) -> ClearanceBounds:
     """Bound the clearance of pairs, at the midpoints and on the whole intervals.
@@ -156,49 +157,123 @@ def clearance_bounds(
         bodies, relative_bodies: of the robot.
         pairs: the pairs.
         solids: those that the pairs name.
-        enough: a bound on the interval that is more than this [m] is not improved any more.
+        enough: a bound on the interval that is more than this [m], one number or (t,), is not improved. None: nothing is
+            proven on intervals.
         n: (t, 3) directions in the inertial frame from solid to body, of any length. A vector that is no direction proves
             nothing. None: the directions to the nearest points.
     """
-    interval, body, k = pairs.interval, relative_bodies.body[pairs.relative], pairs.solid
-    axes, origin = solids.placed(k)
-    x = midpoints.position[interval, body] - origin[:, None]  # (t, e, 3)
-    if axes is not None:
-        x = x @ axes  # a row times R is R^T x
-    toward, apart = _proposed(x, solids, k)
-    if n is not None:
-        toward = _normalized(n if axes is None else np.einsum("tc,tcd->td", n, axes))
-    none = apart < _SHORTEST if n is None else (apart < _SHORTEST) | ~toward.any(axis=1)
-    radii = bodies.radius[body] + solids.radius[k]
-    guard = GUARD + _RELATIVE_GUARD * (np.sqrt(np.einsum("tec,tec->t", x, x)) + _lengths(origin))
-    height = np.einsum("tc,tec->te", toward, x)
-    gap = height - (solids.support(k, toward) + radii + guard)[:, None]  # (t, e) at the midpoint
-    gap[none] = -np.inf  # inside the core, or no direction was found
-    row = midpoints.row[pairs.relative]
-    displacement = midpoints.displacement_bound[interval, row]
-    on_interval = (gap - displacement).min(axis=1)
-    short = np.flatnonzero(on_interval <= enough)
-    if short.size:
-        at = interval[short], row[short]
-        velocity = midpoints.velocity[at] if axes is None else midpoints.velocity[at] @ axes[short]
-        speed = np.abs(np.einsum("tc,tec->te", toward[short], velocity))
-        loss = speed * midpoints.half[at[0], None] + midpoints.second_order_bound[at]
-        on_interval[short] = (gap[short] - np.minimum(loss, displacement[short])).min(axis=1)
-    return ClearanceBounds(on_interval, gap.min(axis=1), apart - radii)
+    body = relative_bodies.body[pairs.relative]
+    planes = _Planes(midpoints, bodies, solids)
+
+    def of_group(group: int, rows: Indices | slice) -> ClearanceBounds:
+        some = pairs.select(rows)
+        few = enough[rows] if isinstance(enough, np.ndarray) else enough
+        return planes.bounds(group, some, body[rows], enough=few, n=None if n is None else n[rows])
+
+    if len(bodies.groups) == 1:
+        return of_group(0, slice(None))
+    return by_group(bodies.group[body], of_group)
 
 
-def link_solids(bodies: Bodies, midpoints: IntervalMidpoints) -> Balls | Boxes:
-    """Return the robot's own bodies as solids at the midpoints: body k on interval i of r is number i b + k of r b."""
-    count, one_end = len(midpoints.half), bodies.ends.shape[1] == 1
-    radius = np.tile(bodies.radius, count)
-    none = np.zeros(len(radius), np.intp)
-    center = midpoints.position.mean(axis=2).reshape(-1, 3)
-    if one_end:
-        return Balls(center=center, radius=radius, obstacle=none, first=none, count=none)
-    half = np.zeros((len(radius), 3))
-    half[:, 2] = np.tile(np.linalg.norm(bodies.ends[:, 1] - bodies.ends[:, 0], axis=1) / 2, count)
-    axes = midpoints.frames[:, bodies.joint, :3, :3] @ body_axes(bodies)
-    return Boxes(axes=axes.reshape(-1, 3, 3), origin=center, half=half, radius=radius, obstacle=none)
+def by_group(group: Indices, bounds: Callable[[int, Indices], ClearanceBounds]) -> ClearanceBounds:
+    """Return the bounds of t pairs, of which `bounds` gives those of one group: it takes a group and rows."""
+    out = ClearanceBounds(*np.empty((3, len(group))))
+    for one in np.unique(group).tolist():
+        rows = np.flatnonzero(group == one)
+        for into, found in zip(out, bounds(one, rows), strict=True):
+            into[rows] = found
+    return out
+
+
+class _Planes:
+    """Planes between some bodies and some solids at midpoints, and what they prove."""
+
+    def __init__(self, midpoints: IntervalMidpoints, bodies: Bodies, solids: Solids) -> None:
+        self._midpoints, self._bodies, self._solids = midpoints, bodies, solids
+
+    def bounds(
+        self, group: int, pairs: OpenPairs, body: Indices, *, enough: Array | float | None, n: Array | None
+    ) -> ClearanceBounds:
+        """Bound the clearance of pairs whose bodies (t,) are of one group; see `clearance_bounds`."""
+        points, some, solids = self._midpoints.groups[group], self._bodies.groups[group], self._solids
+        interval, k = pairs.interval, pairs.solid
+        place = body if len(self._bodies.groups) == 1 else self._bodies.place[body]
+        axes, origin = solids.placed(k)
+        x = points.position[interval, place] - origin[:, None]  # (t, e, 3)
+        if axes is not None:
+            x = x @ axes  # a row times R is R^T x
+        own = None
+        if some.cores:
+            own = _OwnCores(self._midpoints.solids(group), interval * len(some.body) + place, axes, origin)
+        toward, apart = _proposed(x, solids, k) if own is None else _proposed_between(own, solids, k)
+        if n is not None:
+            toward = _normalized(n if axes is None else np.einsum("tc,tcd->td", n, axes))
+        none = apart < _SHORTEST if n is None else (apart < _SHORTEST) | ~toward.any(axis=1)
+        radii = self._bodies.radius[body] + solids.radius[k]
+        guard = GUARD + _RELATIVE_GUARD * (np.sqrt(np.einsum("tec,tec->t", x, x)) + _lengths(origin))
+        height = np.einsum("tc,tec->te", toward, x)
+        taken = (solids.support(k, toward) + radii + guard)[:, None]
+        gap = height - taken  # (t, e) at the midpoint
+        gap[none] = -np.inf  # inside the core, or no direction was found
+        part_gap = None
+        if own is not None and some.parts:
+            part_gap = own.lowest(toward) - taken  # (t, parts), of the core itself and not of points around it
+            part_gap[none] = -np.inf
+        at_midpoint = (gap if part_gap is None else part_gap).min(axis=1)
+        at_most = apart - radii
+        if n is None and own is not None and isinstance(solids, HalfSpaces):  # the gap along the normal is exact
+            at_most = np.where(none, at_most, at_midpoint + guard)
+        if enough is None:
+            return ClearanceBounds(np.full(len(gap), -np.inf), at_midpoint, at_most)
+        at = interval, self._midpoints.row[pairs.relative]
+        displacement = points.displacement_bound[at]
+        on_interval = _least_gap(gap, part_gap, displacement)
+        short = np.flatnonzero(on_interval <= enough)
+        if short.size:
+            at = at[0][short], at[1][short]
+            velocity = points.velocity[at] if axes is None else points.velocity[at] @ axes[short]
+            speed = np.abs(np.einsum("tc,tec->te", toward[short], velocity))
+            loss = speed * self._midpoints.half[at[0], None] + points.second_order_bound[at]
+            loss = np.minimum(loss, displacement[short])
+            on_interval[short] = _least_gap(gap[short], None if part_gap is None else part_gap[short], loss)
+        return ClearanceBounds(on_interval, at_midpoint, at_most)
+
+
+def _least_gap(gap: Array, part_gap: Array | None, loss: Array) -> Array:
+    """Return what is left of the gaps (t,) if every point loses so much of its own, at most.
+
+    Args:
+        gap: (t, e) at the midpoint, of the points around a body's core.
+        part_gap: (t, p) of the parts of the core; None if the core is the hull of the points.
+        loss: (t, e) of the points.
+    """
+    left = gap - loss
+    if part_gap is not None:
+        runs = (*part_gap.shape, -1)  # a part loses no more than that point of its run which loses most
+        left = np.maximum(left.reshape(runs).min(axis=2), part_gap - loss.reshape(runs).max(axis=2))
+    return left.min(axis=1)
+
+
+class _OwnCores:
+    """Cores of moving bodies, one for each pair, as they lie in the axes of the pair's solid."""
+
+    def __init__(self, cores: Solids, k: Indices, axes: Array | None, origin: Array) -> None:
+        own, center = cores.placed(k)
+        assert own is not None
+        self._cores, self._k, offset = cores, k, center - origin
+        self._axes = own if axes is None else np.swapaxes(axes, 1, 2) @ own  # to the solid's axes
+        self.center = offset if axes is None else np.einsum("tc,tcd->td", offset, axes)
+
+    def nearest(self, x: Array) -> Array:
+        """Return the points of the cores nearest to x (t, 3)."""
+        own = self._cores.nearest(self._k, np.einsum("tc,tcd->td", x - self.center, self._axes))
+        return np.einsum("tcd,td->tc", self._axes, own) + self.center
+
+    def lowest(self, n: Array) -> Array:
+        """Return the least n . x of the cores' parts, (t, parts)."""
+        assert isinstance(self._cores, (Cylinders, Polytopes))
+        least = self._cores.lowest(self._k, np.einsum("tc,tcd->td", n, self._axes))
+        return np.einsum("tc,tc->t", n, self.center)[:, None] + least
 
 
 def _proposed(x: Array, solids: Solids, k: Indices) -> tuple[Array, Array]:
@@ -218,7 +293,18 @@ def _proposed(x: Array, solids: Solids, k: Indices) -> tuple[Array, Array]:
             away = solids.nearest(k, point) - x[:, 0]
             share = np.clip(np.einsum("tc,tc->t", away, along) / squared, 0.0, 1.0)
             point = x[:, 0] + share[:, None] * along
-    away = point - solids.nearest(k, point)
+    return _direction(point - solids.nearest(k, point))
+
+
+def _proposed_between(own: _OwnCores, solids: Solids, k: Indices) -> tuple[Array, Array]:
+    """Propose directions from solids to bodies, by alternating projections between the cores; see `_proposed`."""
+    point = own.center
+    for _ in range(1 if isinstance(solids, Balls) else _PROJECTIONS):  # from a point, one projection is exact
+        point = own.nearest(solids.nearest(k, point))
+    return _direction(point - solids.nearest(k, point))
+
+
+def _direction(away: Array) -> tuple[Array, Array]:
     length = _lengths(away)
     return away / np.maximum(length, _SHORTEST)[:, None], length
 
@@ -259,6 +345,7 @@ class NearestPair:
         other: index in the robot of the other capsule, or -1.
         u: where on the curve.
         clearance: [m].
+        required: what the pair is held to there [m].
         points: (2, 3) the nearest points, in the inertial frame [m].
     """
 
@@ -267,21 +354,44 @@ class NearestPair:
     other: int
     u: float
     clearance: float
+    required: float
     points: Array
 
 
 class Measurements:
-    """Measures pairs with Coal, and remembers the closest approach.
+    """Measures pairs with Coal, and remembers the closest approaches.
 
     Attributes:
-        clearance: the least clearance measured so far [m]; infinite before the first measurement.
+        clearance: (p,) the least clearance measured so far in each phase [m]; infinite before the first measurement.
+        excess: (p,) likewise, less what the pair is held to at the instant [m].
         contradicted: whether a measurement was below what is proven, by more than DISAGREEMENT.
     """
 
-    def __init__(self, witness: Witness, groups: list[ObstacleGroup], bodies: Bodies, relative_bodies: RelativeBodies) -> None:
+    def __init__(
+        self,
+        witness: Witness,
+        groups: list[ObstacleGroup],
+        bodies: Bodies,
+        relative_bodies: RelativeBodies,
+        held_to: Callable[[int, int, int, float], tuple[float, int]],
+    ) -> None:
+        """Prepare for a proof with one phase.
+
+        Args:
+            witness: it measures.
+            groups, bodies, relative_bodies: of the proof.
+            held_to: takes a group, a capsule, a solid and an instant, gives what the pair is held to [m] and the phase.
+        """
         self._witness, self._groups, self._bodies, self._relative_bodies = witness, groups, bodies, relative_bodies
-        self.clearance, self.contradicted = np.inf, False
-        self._closest: tuple[MeasuredPair, float, Array] | None = None  # the pair, the parameter, and the nearest points
+        self._held_to, self.contradicted = held_to, False
+        self.begin(phases=1)
+
+    def begin(self, *, phases: int) -> None:
+        """Forget all measurements, and expect some number of phases."""
+        self.clearance, self.excess = np.full(phases, np.inf), np.full(phases, np.inf)
+        self._closest: dict[int, tuple[MeasuredPair, NearestPair]] = {}  # by phase
+        self._worst: tuple[MeasuredPair, NearestPair] | None = None
+        self._least = (True, np.inf)  # of the worst: whether it does not touch, and the excess, or the clearance if it does
 
     def measure(
         self, group: int, pairs: OpenPairs, row: int, midpoints: IntervalMidpoints, *, proven: float
@@ -297,26 +407,37 @@ class Measurements:
         self.contradicted |= found[0] < proven - DISAGREEMENT
         return found
 
-    def closest(self, domain: tuple[float, float], frames: Callable[[Array], Array], reach: float) -> NearestPair | None:
-        """Return the closest approach, after the same pair was measured at more parameters around it.
+    @property
+    def worst(self) -> NearestPair | None:
+        """The pair that lacks most to what it is held to; of pairs that touch, the one that penetrates deepest."""
+        return None if self._worst is None else self._worst[1]
+
+    def closest(self, phases: Sequence[int]) -> NearestPair | None:
+        """Return the closest approach measured in some phases."""
+        found = [self._closest[phase][1] for phase in phases if phase in self._closest]
+        return min(found, key=lambda near: near.clearance, default=None)
+
+    def zoom(self, domain: tuple[float, float], frames: Callable[[Array], Array], reach: float) -> None:
+        """Measure the closest pair of each phase, and the worst pair, at more instants around.
 
         Args:
             domain: of the curve.
             frames: takes parameters (r,), gives T_w_joint (r, j + 1, 4, 4).
             reach: how far around it, in the curve's parameter.
         """
-        if self._closest is None:
-            return None
-        for _ in range(_ZOOMS):
-            pair, u, _ = self._closest
-            around = np.clip(np.linspace(u - reach, u + reach, _ZOOM_POINTS), *domain)
-            for at, placed in zip(around.tolist(), frames(around), strict=True):
-                self._measured(pair, placed, at)
-            reach *= 2 / (_ZOOM_POINTS - 1)
-        pair, u, points = self._closest
-        solids = self._groups[pair.group].solids
-        obstacle, other = (None, pair.solid) if solids is None else (int(solids.obstacle[pair.solid]), -1)
-        return NearestPair(capsule=pair.capsule, obstacle=obstacle, other=other, u=u, clearance=self.clearance, points=points)
+
+        def around(now: Callable[[], tuple[MeasuredPair, NearestPair]]) -> None:
+            for i in range(_ZOOMS):
+                pair, near = now()
+                away = reach * (2 / (_ZOOM_POINTS - 1)) ** i
+                u = np.clip(np.linspace(near.u - away, near.u + away, _ZOOM_POINTS), *domain)
+                for at, placed in zip(u.tolist(), frames(u), strict=True):
+                    self._measured(pair, placed, at)
+
+        for phase in list(self._closest):
+            around(lambda phase=phase: self._closest[phase])
+        if self._worst is not None and self._worst not in self._closest.values():
+            around(lambda: self._worst or self._closest[0])
 
     def _measured(self, pair: MeasuredPair, frames: Array, u: float) -> tuple[float, Array]:
         solids = self._groups[pair.group].solids
@@ -324,6 +445,29 @@ class Measurements:
             found = self._witness.distance_between(frames, pair.capsule, pair.solid)
         else:
             found = self._witness.distance(frames, pair.capsule, solids, pair.solid)
-        if found[0] < self.clearance:
-            self.clearance, self._closest = found[0], (pair, u, self._witness.nearest_points())
+        self._remember(pair, u, found[0])
         return found
+
+    def _remember(self, pair: MeasuredPair, u: float, clearance: float) -> None:
+        required, phase = self._held_to(pair.group, pair.capsule, pair.solid, u)
+        excess = clearance - required
+        self.excess[phase] = min(self.excess[phase], excess)
+        least = (True, excess) if clearance > 0 else (False, clearance)
+        nearest, lacks = clearance < self.clearance[phase], least < self._least
+        if not (nearest or lacks):
+            return
+        solids = self._groups[pair.group].solids
+        obstacle, other = (None, pair.solid) if solids is None else (int(solids.obstacle[pair.solid]), -1)
+        near = NearestPair(
+            capsule=pair.capsule,
+            obstacle=obstacle,
+            other=other,
+            u=u,
+            clearance=clearance,
+            required=required,
+            points=self._witness.nearest_points(),
+        )
+        if nearest:
+            self.clearance[phase], self._closest[phase] = clearance, (pair, near)
+        if lacks:
+            self._least, self._worst = least, (pair, near)

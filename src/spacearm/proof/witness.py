@@ -5,22 +5,31 @@ Neither library has type stubs. The protocols below describe the parts of them t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, MutableSequence, Sequence
 from importlib import import_module
-from typing import Protocol, cast
+from itertools import product
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.identity_cache import cached_by_identity
-from spacearm.proof.bodies import Balls, Bodies, Boxes, Cylinders, Solids, axes_along
+from spacearm.geometry import Core
+from spacearm.geometry.convex_cores import axes_along
+from spacearm.proof.bodies import Bodies
+from spacearm.proof.solids import Balls, Boxes, Cylinders, Polytopes, Solids
 from spacearm.robot import Robot
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull  # pyright: ignore[reportMissingTypeStubs]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _COAL_TOLERANCE = 1e-9  # [m] with Coal's default 1e-6 its distance of a capsule and a cylinder can be 0.34 mm too large
 _COAL_ITERATIONS = 256  # of GJK, at most: twice the default, for the tolerance is a thousandth of the default
+_THICKER = 1e-9  # times the size of a flat hull: how much thicker it is made to every side
+_SMALLEST = 1e-3  # [m] in place of the size of a smaller flat hull
 
 
 # ---- Pinocchio -------------------------------------------------------------------------------------------------------
@@ -179,6 +188,14 @@ class CoalResult(Protocol):
         ...
 
 
+class CoalShape(Protocol):
+    """A shape of Coal's."""
+
+    def setSweptSphereRadius(self, radius: float, /) -> None:
+        """Make it all points within a radius of it."""
+        ...
+
+
 class CoalLibrary(Protocol):
     """The functions of Coal that a proof calls."""
 
@@ -186,12 +203,74 @@ class CoalLibrary(Protocol):
     DistanceRequest: Callable[[], CoalRequest]
     DistanceResult: Callable[[], CoalResult]
     Transform3s: Callable[[Array, Array], object]
-    Sphere: Callable[[float], object]
-    Capsule: Callable[[float, float], object]
-    Cylinder: Callable[[float, float], object]
-    Box: Callable[[float, float, float], object]
-    Halfspace: Callable[[Array, float], object]
+    Sphere: Callable[[float], CoalShape]
+    Capsule: Callable[[float, float], CoalShape]
+    Cylinder: Callable[[float, float], CoalShape]
+    Box: Callable[[float, float, float], CoalShape]
+    Halfspace: Callable[[Array, float], CoalShape]
+    Convex: Callable[[MutableSequence[Array], MutableSequence[object]], CoalShape]
+    Triangle: Callable[[int, int, int], object]
+    StdVec_Vec3s: Callable[[], MutableSequence[Array]]
+    StdVec_Triangle: Callable[[], MutableSequence[object]]
     distance: Callable[[object, object, object, object, CoalRequest, CoalResult], float]
+
+
+def coal() -> CoalLibrary:
+    """Import Coal."""
+    return cast(CoalLibrary, import_module("coal"))
+
+
+def coal_box(half: Array, radius: float) -> CoalShape:
+    """Return a box with half edges (3,) and a rounding [m]."""
+    return _rounded(coal().Box(*(2 * half).tolist()), radius)
+
+
+def coal_cylinder(round_: float, half: float, radius: float) -> CoalShape:
+    """Return a cylinder of a radius `round_` and a half length, with a rounding `radius` [m]."""
+    return _rounded(coal().Cylinder(round_, 2 * half), radius)
+
+
+def coal_polytope(vertices: Array, radius: float) -> CoalShape:
+    """Return the hull of vertices (k, 3), with a rounding [m].
+
+    A hull without volume is made thicker by _THICKER of its size to all sides, because Coal needs triangles around it. Its
+    clearance is then measured that much too small, which is less than what is a disagreement.
+    """
+    hull = _hull(vertices)
+    library, number = coal(), {int(k): i for i, k in enumerate(hull.vertices)}
+    points, triangles = library.StdVec_Vec3s(), library.StdVec_Triangle()
+    points.extend(np.asarray(hull.points, dtype=np.float64)[hull.vertices])
+    for corners, plane in zip(hull.simplices, hull.equations, strict=True):
+        a, b, c = hull.points[corners]
+        outward = float(np.cross(b - a, c - a) @ plane[:3]) > 0
+        triangles.append(library.Triangle(*(number[int(k)] for k in (corners if outward else corners[::-1]))))
+    return _rounded(library.Convex(points, triangles), radius)
+
+
+def _hull(vertices: Array) -> ConvexHull:
+    """Return the hull of vertices (k, 3), made thicker if it has no volume."""
+    from scipy.spatial import ConvexHull, QhullError  # pyright: ignore[reportMissingTypeStubs]
+
+    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    size = max(float(np.abs(vertices).max()), _SMALLEST)
+    for thicker in (0.0, _THICKER, 1e2 * _THICKER):
+        try:
+            return ConvexHull((vertices[:, None] + thicker * size * corners).reshape(-1, 3) if thicker else vertices)
+        except QhullError:  # no volume, or less than rounding
+            continue
+    raise AssertionError("a hull with volume is refused")
+
+
+def _rounded(shape: CoalShape, radius: float) -> CoalShape:
+    if radius:
+        shape.setSweptSphereRadius(radius)
+    return shape
+
+
+@cached_by_identity
+def _coal_shapes(_: Bodies | Solids) -> dict[int, CoalShape]:
+    """Return room for the shapes made of a robot's bodies, or of solids: a hull of many vertices takes a while."""
+    return {}
 
 
 class Witness:
@@ -202,15 +281,15 @@ class Witness:
     """
 
     def __init__(self, robot: Robot, bodies: Bodies) -> None:
-        self._pinocchio, self._coal = pinocchio(), cast(CoalLibrary, import_module("coal"))
+        self._pinocchio, self._coal = pinocchio(), coal()
         self.name = f"pinocchio {self._pinocchio.__version__}, coal {self._coal.__version__}"
         self._bodies = bodies
         self._model, ids = _fixed_base_model(robot)
         self._order = np.argsort([self._model.joints[i].idx_q for i in ids])
         self._data = self._model.createData()
         self._placed = [self._data.oMi[i] for i in ids]  # views: they change with the data
-        self._capsules: dict[int, tuple[object, Array, Array]] = {}
-        self._solids: dict[tuple[int, int], tuple[object, object]] = {}
+        self._shapes: dict[int, tuple[CoalShape, Array, Array]] = {}
+        self._solids: dict[tuple[int, int], tuple[CoalShape, object]] = {}
         self._request, self._result = self._coal.DistanceRequest(), self._coal.DistanceResult()
         self._request.gjk_tolerance = _COAL_TOLERANCE
         self._request.gjk_max_iterations = _COAL_ITERATIONS
@@ -225,22 +304,22 @@ class Witness:
             into[:-1] = [T.homogeneous for T in self._placed]
         return out
 
-    def distance(self, frames: Array, capsule: int, solids: Solids, k: int) -> tuple[float, Array]:
-        """Measure one capsule against one solid.
+    def distance(self, frames: Array, body: int, solids: Solids, k: int) -> tuple[float, Array]:
+        """Measure one of the robot's shapes against one solid.
 
         Args:
             frames: (j + 1, 4, 4) T_w_joint, or T_base_joint as `frames` gives them.
-            capsule: index in the robot.
+            body: index of the shape in the robot.
             solids, k: the solid.
 
         Returns:
-            The clearance [m], negative for a penetration, and the direction (3,) from the solid to the capsule.
+            The clearance [m], negative for a penetration, and the direction (3,) from the solid to the shape.
         """
-        return self._measured(self._capsule(frames, capsule), self._solid(solids, k))
+        return self._measured(self._placed_shape(frames, body), self._solid(solids, k))
 
-    def distance_between(self, frames: Array, capsule: int, other: int) -> tuple[float, Array]:
-        """Measure one capsule against another one; see `distance`."""
-        return self._measured(self._capsule(frames, capsule), self._capsule(frames, other))
+    def distance_between(self, frames: Array, body: int, other: int) -> tuple[float, Array]:
+        """Measure one of the robot's shapes against another one; see `distance`."""
+        return self._measured(self._placed_shape(frames, body), self._placed_shape(frames, other))
 
     def nearest_points(self) -> Array:
         """Return the points (2, 3) [m] of the pair measured last that are nearest, or penetrate deepest."""
@@ -251,31 +330,54 @@ class Witness:
         distance = self._coal.distance(*one, *other, self._request, self._result)
         return float(distance), -np.array(self._result.normal)
 
-    def _capsule(self, frames: Array, capsule: int) -> tuple[object, object]:
-        if capsule not in self._capsules:
-            ends, radius = self._bodies.ends[capsule], float(self._bodies.radius[capsule])
-            along = ends[-1] - ends[0]
-            shape = self._coal.Capsule(radius, float(np.linalg.norm(along))) if along.any() else self._coal.Sphere(radius)
-            self._capsules[capsule] = shape, axes_along(along), ends.mean(axis=0)
-        shape, axes, center = self._capsules[capsule]
-        T = frames[self._bodies.joint[capsule]]
+    def _placed_shape(self, frames: Array, body: int) -> tuple[CoalShape, object]:
+        if body not in self._shapes:
+            self._shapes[body] = self._shape(body)
+        shape, axes, center = self._shapes[body]
+        T = frames[self._bodies.joint[body]]
         return shape, self._coal.Transform3s(T[:3, :3] @ axes, T[:3, :3] @ center + T[:3, 3])
 
-    def _solid(self, solids: Solids, k: int) -> tuple[object, object]:
+    def _shape(self, body: int) -> tuple[CoalShape, Array, Array]:
+        """Return one of the robot's shapes, with its axes and its centre in the frame of its joint."""
+        core, radius = self._bodies.core(body), float(self._bodies.radius[body])
+        if core is None:
+            ends = self._bodies.ends(body)
+            along = ends[-1] - ends[0]
+            length = float(np.linalg.norm(along))
+            shape = self._coal.Capsule(radius, length) if along.any() else self._coal.Sphere(radius)
+            return shape, axes_along(along), ends.mean(axis=0)
+        made = _coal_shapes(self._bodies)
+        if body not in made:
+            made[body] = self._of_core(core, radius)
+        return made[body], core.T[:3, :3], core.T[:3, 3]
+
+    def _of_core(self, core: Core, radius: float) -> CoalShape:
+        if core.kind == "box":
+            return coal_box(core.half, radius)
+        if core.kind == "cylinder":
+            return coal_cylinder(float(core.half[0]), float(core.half[2]), radius)
+        return coal_polytope(core.vertices, radius)
+
+    def _solid(self, solids: Solids, k: int) -> tuple[CoalShape, object]:
         key = id(solids), k
         if key not in self._solids:
             axes, origin = solids.placed(np.array([k]))
             T = self._coal.Transform3s(np.eye(3) if axes is None else axes[0], origin[0])
-            self._solids[key] = self._shape(solids, k), T
+            made = _coal_shapes(solids)
+            if k not in made:
+                made[k] = self._of_solid(solids, k)
+            self._solids[key] = made[k], T
         return self._solids[key]
 
-    def _shape(self, solids: Solids, k: int) -> object:
+    def _of_solid(self, solids: Solids, k: int) -> CoalShape:
         radius = float(solids.radius[k])
         if isinstance(solids, Balls):
             return self._coal.Sphere(radius)
         if isinstance(solids, Cylinders):
-            return self._coal.Cylinder(float(solids.round[k]), 2 * float(solids.half[k]))
+            return coal_cylinder(float(solids.round[k]), float(solids.half[k]), radius)
         if isinstance(solids, Boxes):
-            x, y, z = (2 * solids.half[k]).tolist()
-            return self._coal.Capsule(radius, z) if radius else self._coal.Box(x, y, z)
+            half = solids.half[k]
+            return coal_box(half, radius) if half[0] else self._coal.Capsule(radius, 2 * float(half[2]))
+        if isinstance(solids, Polytopes):
+            return coal_polytope(solids.vertices[solids.core[k]], radius)
         return self._coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)

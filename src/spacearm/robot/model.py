@@ -1,27 +1,49 @@
-"""What moves: a tree of joints, capsules around the links, named frames, and each joint's limits.
+"""What moves: a tree of joints, the shapes of the links, named frames, and each joint's limits.
 
 Frames: the base frame is the root. Each joint has a *moving frame*, whose z is the joint's axis: with value v
 it is ``T_parent_joint @ Rz(v)`` (revolute) or ``T_parent_joint @ Tz(v)`` (prismatic) in the parent joint's
-moving frame. Capsules and frames ride on one moving frame each, or on the base (joint -1).
+moving frame. Shapes and frames ride on one moving frame each, or on the base (joint -1).
 """
 
 from __future__ import annotations
 
+import functools
+import inspect
 import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from spacearm.core.checks import Frozen, as_name, as_number, as_readonly, as_transform, as_whole, keep, require_kind, shown
+from spacearm.core.checks import (
+    Frozen,
+    as_name,
+    as_number,
+    as_readonly,
+    as_transform,
+    keep,
+    require_kind,
+    shown,
+    value_fields,
+)
 from spacearm.core.errors import RobotError, nearest
-from spacearm.core.records import record_as_dict, record_from_dict
+from spacearm.core.records import plain, record_from_dict
+from spacearm.robot.link_shapes import (
+    LinkCapsule,
+    LinkShape,
+    as_capsule,
+    as_index,
+    part_as_dict,
+    part_from_dict,
+    part_of_capsule,
+)
 from spacearm.robot.unchecked_pairs import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
 
 Array = NDArray[np.float64]
+RobotType = TypeVar("RobotType", bound="Robot")
 
 _SKEW = 1e-9  # share of its largest entry by which an inertia may miss symmetry
 
@@ -100,15 +122,6 @@ def require_possible_inertia(where: str, inertia: Array) -> None:
         )
 
 
-def as_index(name: str, value: Any) -> int:
-    """Check the index of a joint; -1 is the base.
-
-    Raises:
-        RobotError: none.
-    """
-    return as_whole(name, value, RobotError, at_least=-1, wanted="an index, or -1")
-
-
 JOINT_KINDS = ("revolute", "prismatic")
 BASE_KINDS = ("fixed", "floating")
 
@@ -151,38 +164,6 @@ class Joint(Frozen):
             T_parent_joint=as_transform(f"{where}: T_parent_joint", self.T_parent_joint, RobotError),
             multiplier=as_number(f"{where}: multiplier", self.multiplier, RobotError),
             offset=as_number(f"{where}: offset", self.offset, RobotError),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LinkCapsule(Frozen):
-    """All points within a radius of a segment; a sphere has a = b.
-
-    Attributes:
-        name: of the link it encloses; several capsules may enclose one link.
-        joint: index of the joint whose moving frame it rides on, -1 for the base.
-        a: (3,) one end of the segment, in that frame [m].
-        b: (3,) the other end [m].
-        radius: [m]; 0 is allowed, for the paper's links are lines without thickness.
-
-    Raises:
-        RobotError: numbers that are not finite, or a negative radius.
-    """
-
-    name: str
-    joint: int
-    a: Array
-    b: Array
-    radius: float
-
-    def __post_init__(self) -> None:
-        where = f"capsule '{as_name('a capsule name', self.name, RobotError)}'"
-        keep(
-            self,
-            joint=as_index(f"{where}: joint", self.joint),
-            a=as_readonly(f"{where}: a", self.a, (3,), RobotError),
-            b=as_readonly(f"{where}: b", self.b, (3,), RobotError),
-            radius=as_number(f"{where}: radius", self.radius, RobotError, at_least=0, unit="m"),
         )
 
 
@@ -237,6 +218,26 @@ class NamedConfiguration(Frozen):
         keep(self, q=as_readonly(where, self.q, (None,), RobotError))
 
 
+def _taking_capsules(cls: type[RobotType]) -> type[RobotType]:
+    """Let a class's constructor take `capsules` too: they take the place of those of its shapes that are capsules."""
+    made: Any = cls
+    plain_init = made.__init__
+
+    @functools.wraps(plain_init)
+    def init(self: Any, *, capsules: Any = None, **given: Any) -> None:
+        if capsules is not None:
+            others = [one for one in _members("shapes", given.get("shapes", ()), LinkShape) if as_capsule(one) is None]
+            given["shapes"] = (*others, *(one.as_shape for one in _members("capsules", capsules, LinkCapsule)))
+        plain_init(self, **given)
+
+    signature = inspect.signature(plain_init)
+    further = inspect.Parameter("capsules", inspect.Parameter.KEYWORD_ONLY, default=None)
+    init.__signature__ = signature.replace(parameters=[*signature.parameters.values(), further])  # type: ignore[attr-defined]
+    made.__init__ = init
+    return cls
+
+
+@_taking_capsules
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Robot(Frozen):
     """An arm, or a tree of them, on a base.
@@ -244,7 +245,8 @@ class Robot(Frozen):
     Attributes:
         name: for people.
         joints: parents before children.
-        capsules: the envelope; empty if nothing is to be kept clear.
+        shapes: of its links; empty if nothing is to be kept clear. The constructor takes
+            `capsules` (LinkCapsule) as well; they take the place of those shapes that are spheres or capsules.
         frames: named places, unique names.
         tip: name of the frame that is the end effector.
         dof_names: (n,) names of the entries of q; by default those of the joints that are no one's mimic.
@@ -274,7 +276,7 @@ class Robot(Frozen):
 
     name: str
     joints: tuple[Joint, ...]
-    capsules: tuple[LinkCapsule, ...] = ()
+    shapes: tuple[LinkShape, ...] = ()
     frames: tuple[Frame, ...]
     tip: str
     dof_names: tuple[str, ...] = ()
@@ -295,29 +297,64 @@ class Robot(Frozen):
     notes: tuple[str, ...] = ()
     origin: Any = field(default=None, repr=False, compare=False, metadata={"stays_here": True})
 
+    if TYPE_CHECKING:  # the constructor takes `capsules` as well
+
+        def __init__(
+            self,
+            *,
+            name: str,
+            joints: Iterable[Joint],
+            shapes: Iterable[LinkShape] = (),
+            capsules: Iterable[LinkCapsule] | None = None,
+            frames: Iterable[Frame],
+            tip: str,
+            dof_names: Iterable[str] = (),
+            lower: ArrayLike,
+            upper: ArrayLike,
+            velocity: ArrayLike,
+            acceleration: ArrayLike,
+            base: str = "fixed",
+            bodies: Iterable[Body] = (),
+            self_pairs: Iterable[tuple[str, str]] = (),
+            apart: ApartPairs | None = None,
+            unchecked: Iterable[UncheckedPair] = (),
+            collision: str = "envelope",
+            solid: Iterable[str] = (),
+            unweighed: Iterable[tuple[str, str]] = (),
+            configurations: Iterable[NamedConfiguration] = (),
+            source: str = "",
+            notes: Iterable[str] = (),
+            origin: Any = None,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         as_name("a robot's name", self.name, RobotError)
         require_base(self.base)
         joints = _number_dofs(_members("joints", self.joints, Joint))
         frames = _members("frames", self.frames, Frame)
-        capsules = _members("capsules", self.capsules, LinkCapsule)
+        shapes = _members("shapes", self.shapes, LinkShape)
         bodies = _members("bodies", self.bodies, Body)
         if not joints:
             raise RobotError(f"robot '{self.name}' has no moving joint, expected at least one; nothing can be planned")
         _require_unique("joint", [joint.name for joint in joints])
         _require_unique("frame", [frame.name for frame in frames])
         _require_unique("body", [body.name for body in bodies])
-        _require_tree(joints, (*frames, *capsules, *bodies))
+        _require_tree(joints, (*frames, *shapes, *bodies))
         names = _members("dof_names", self.dof_names, str) or _own_names(joints)
         _require_unique("dof", [as_name("a dof's name", name, RobotError) for name in names])
         _require_dofs_used(joints, names)
-        pairs = _checked_pairs(self.self_pairs, {capsule.name for capsule in capsules})
-        keep(self, joints=joints, frames=frames, capsules=capsules, bodies=bodies, dof_names=names)
+        pairs = _checked_pairs(self.self_pairs, {part.name for part in shapes})
+        keep(self, joints=joints, frames=frames, shapes=shapes, bodies=bodies, dof_names=names)
         keep(self, notes=_members("notes", self.notes, str), self_pairs=pairs)
         keep(self, **_checked_limits(self))
         keep(self, **_checked_coverage(self))
         keep(self, configurations=_checked_configurations(self))
         self.frame(self.tip)
+
+    @property
+    def capsules(self) -> tuple[LinkCapsule, ...]:
+        """Those of the shapes that are spheres or capsules, as capsules."""
+        return tuple(one for one in map(as_capsule, self.shapes) if one is not None)
 
     @property
     def dof(self) -> int:
@@ -411,7 +448,7 @@ def _require_unique(what: str, names: list[str]) -> None:
         raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
 
 
-def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkCapsule | Body, ...]) -> None:
+def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkShape | Body, ...]) -> None:
     for i, joint in enumerate(joints):
         if joint.parent >= i:
             raise RobotError(
@@ -420,7 +457,7 @@ def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkCapsule | 
             )
     for part in parts:
         if part.joint >= len(joints):
-            what = {Frame: "frame", LinkCapsule: "capsule", Body: "body"}[type(part)]
+            what = {Frame: "frame", LinkShape: "shape", Body: "body"}[type(part)]
             raise RobotError(f"{what} '{part.name}' rides on joint {part.joint}, expected -1 (base) to {len(joints) - 1}")
 
 
@@ -495,8 +532,19 @@ def require_robot(robot: Any) -> None:
 
 
 def robot_as_dict(robot: Robot) -> dict[str, Any]:
-    """Return a robot as plain values: a key for each of its attributes; null is the limit of a joint that has none."""
-    return record_as_dict(robot)
+    """Return a robot as plain values: a key for each of its attributes; null is the limit of a joint that has none.
+
+    A robot whose shapes are all spheres and capsules has `capsules` in place of `shapes`.
+    """
+    out: dict[str, Any] = {}
+    for name in value_fields(robot):
+        if name != "shapes":
+            out[name] = plain(getattr(robot, name))
+        elif len(robot.capsules) == len(robot.shapes):
+            out["capsules"] = plain(robot.capsules)
+        else:
+            out[name] = [part_as_dict(part) for part in robot.shapes]
+    return out
 
 
 def robot_from_dict(values: Any) -> Robot:
@@ -505,4 +553,18 @@ def robot_from_dict(values: Any) -> Robot:
     Raises:
         RobotError: values that are no robot; the place is named.
     """
+    if isinstance(values, dict):
+        values = dict(values)
+        parts = [part_of_capsule(one, f"capsules[{i}]") for i, one in enumerate(_listed(values, "capsules"))]
+        parts += [part_from_dict(one, f"shapes[{i}]") for i, one in enumerate(_listed(values, "shapes"))]
+        if parts:
+            values["shapes"] = parts
     return record_from_dict(Robot, values, "robot", RobotError, infinite={"lower": -math.inf, "upper": math.inf})
+
+
+def _listed(values: dict[str, Any], key: str) -> list[Any]:
+    """Take a list out of plain values."""
+    items = values.pop(key, [])
+    if not isinstance(items, (list, tuple)):
+        raise RobotError(f"{key} is {shown(items)}, expected a list")
+    return list(items)

@@ -12,20 +12,20 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import as_readonly
 from spacearm.core.errors import ProblemError
 from spacearm.core.rotations import matrix_of
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
+from spacearm.geometry import (
+    ConvexShape,
+    HalfSpace,
+    Scene,
+    moved_shape,
+)
 from spacearm.motion import AnyTrajectory, Trajectory
-from spacearm.robot import LinkCapsule, Robot, forward_kinematics, joint_frames
+from spacearm.robot import LinkShape, Robot, forward_kinematics, joint_frames
 from spacearm.robot.kinematics import as_configurations
+from spacearm.robot.link_shapes import as_capsule
 from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+from spacearm.show.outlines import cut_off, middle, silhouette, span
 
 Array = NDArray[np.float64]
-
-_TURN = np.linspace(0.0, 2 * np.pi, 73)[:-1]
-_COS, _SIN = np.cos(_TURN)[:, None], np.sin(_TURN)[:, None]
-_STILL = 1e-12  # an axis that moves less than this share of itself along a coordinate does not move along it
-_MOST_ARCS = 2000  # balls whose common outline is still worked out; each is compared with all others
-
-Convex = Sphere | Capsule | Box | Cylinder
 
 
 _COINCIDENT = 1e-9  # [m] shorter segments are left out: the three origins of a spherical joint are one centre
@@ -60,183 +60,6 @@ _TARGET: dict[str, Any] = {
 }
 
 
-def span(obstacle: Obstacle) -> tuple[Array, Array]:
-    """Return the least and the greatest coordinates, (3,) each [m]; of a half-space, those of its point."""
-    if isinstance(obstacle, SphereSet):
-        reach = obstacle.radii[:, None]
-        return (obstacle.centers - reach).min(axis=0), (obstacle.centers + reach).max(axis=0)
-    if isinstance(obstacle, HalfSpace):
-        return obstacle.point, obstacle.point
-    if isinstance(obstacle, Sphere):
-        return obstacle.center - obstacle.radius, obstacle.center + obstacle.radius
-    if isinstance(obstacle, Capsule):
-        ends = np.array([obstacle.a, obstacle.b])
-        return ends.min(axis=0) - obstacle.radius, ends.max(axis=0) + obstacle.radius
-    R, middle = obstacle.pose[:3, :3], obstacle.pose[:3, 3]
-    if isinstance(obstacle, Box):
-        reach = np.abs(R) @ obstacle.size / 2
-    else:
-        reach = np.abs(R[:, 2]) * obstacle.length / 2 + obstacle.radius * np.sqrt(np.clip(1 - R[:, 2] ** 2, 0, 1))
-    return middle - reach, middle + reach
-
-
-def middle(obstacle: Obstacle) -> Array:
-    """Return the point (3,) by which obstacles are told nearer or farther [m]."""
-    low, high = span(obstacle)
-    return (low + high) / 2
-
-
-def silhouette(obstacle: Convex, across: Array, up: Array) -> Array:
-    """Return the outline of a convex obstacle seen at right angles to two unit vectors.
-
-    Args:
-        obstacle: the obstacle.
-        across, up: (3,) the picture's axes, at right angles.
-
-    Returns:
-        (k, 3) points of the obstacle, in the order of the outline, counter-clockwise [m].
-    """
-    disc = _COS * across + _SIN * up
-    if isinstance(obstacle, Sphere):
-        return obstacle.center + obstacle.radius * disc
-    if isinstance(obstacle, Capsule):
-        points = np.concatenate([end + obstacle.radius * disc for end in (obstacle.a, obstacle.b)])
-    elif isinstance(obstacle, Box):
-        points = np.concatenate(box_faces(obstacle))
-    else:
-        points = np.concatenate(cylinder_ends(obstacle))
-    return points[hull(points @ np.column_stack([across, up]))]
-
-
-def cut_off(body: Sphere | Capsule, low: Array, high: Array) -> list[Convex]:
-    """Return what of a body is inside a box: a capsule's axis is cut there, with a flat end where it is."""
-    if isinstance(body, Sphere):
-        return [body] if (body.center >= low).all() and (body.center <= high).all() else []
-    along = body.b - body.a
-    moves = np.abs(along) > _STILL * max(float(np.abs(along).max()), 1.0)
-    if (~moves & ((body.a < low) | (body.a > high))).any():
-        return []
-    ends = np.sort(np.array([low - body.a, high - body.a])[:, moves] / along[moves], axis=0)
-    first, last = max(0.0, float(ends[0].max())), min(1.0, float(ends[1].min()))
-    if not first < last:
-        return []
-    if (first, last) == (0.0, 1.0):
-        return [body]
-    length = (last - first) * float(np.linalg.norm(along))
-    pose = np.eye(4)
-    pose[:3, 2] = along / np.linalg.norm(along)
-    pose[:3, :2] = _plane_axes(pose[:3, 2])
-    pose[:3, 3] = body.a + (first + last) / 2 * along
-    parts: list[Convex] = [Cylinder(radius=body.radius, length=length, pose=pose)]
-    parts += [Sphere(end, body.radius) for end, kept in ((body.a, first == 0), (body.b, last == 1)) if kept]
-    return parts
-
-
-def box_faces(box: Box) -> list[Array]:
-    """Return the six faces, (4, 3) each, counter-clockwise seen from outside [m]: -x, +x, -y, +y, -z, +z."""
-    faces = []
-    for axis in range(3):
-        u, v = np.roll(np.eye(3), axis, axis=1)[1:]
-        for side in (-1.0, 1.0):
-            corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)][:: int(side)]
-            local = [(side * np.eye(3)[axis] + a * u + b * v) * box.size / 2 for a, b in corners]
-            faces.append(np.array(local) @ box.pose[:3, :3].T + box.pose[:3, 3])
-    return faces
-
-
-def cylinder_ends(cylinder: Cylinder) -> list[Array]:
-    """Return the two rims, (72, 3) each, counter-clockwise seen from outside [m]: -z, +z."""
-    ends = []
-    for side in (-1.0, 1.0):
-        rim = np.column_stack([_COS, side * _SIN, np.full_like(_COS, side * cylinder.length / 2 / cylinder.radius)])
-        ends.append(cylinder.radius * rim @ cylinder.pose[:3, :3].T + cylinder.pose[:3, 3])
-    return ends
-
-
-def hull(points: Array) -> NDArray[np.intp]:
-    """Return the indices of the corners of the convex hull of points (k, 2), counter-clockwise (monotone chain)."""
-    order = np.lexsort((points[:, 1], points[:, 0]))
-    halves = []
-    for sequence in (order, order[::-1]):
-        chain: list[int] = []
-        for i in sequence.tolist():
-            while len(chain) > 1 and _turn(points[chain[-2]], points[chain[-1]], points[i]) <= 0:
-                chain.pop()
-            chain.append(i)
-        halves.append(chain[:-1])
-    return np.array([*halves[0], *halves[1]] or [int(order[0])], dtype=np.intp)
-
-
-def _turn(a: Array, b: Array, c: Array) -> float:
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
-
-
-def common_outline(centers: Array, radii: Array) -> Array:
-    """Return the outline of discs in the plane that overlap, as one line with gaps.
-
-    Args:
-        centers: (k, 2) [m].
-        radii: (k,) [m].
-
-    Returns:
-        (m, 2) points [m], NaN where the pen is lifted; empty if there are too many discs to draw one.
-    """
-    if len(centers) > _MOST_ARCS:
-        return np.empty((0, 2))
-    turn = np.linspace(0.0, 2 * np.pi, 97 if len(centers) < 200 else 33)
-    circle = np.column_stack([np.cos(turn), np.sin(turn)])
-    parts = []
-    for i, (center, radius) in enumerate(zip(centers, radii, strict=True)):
-        rim = center + radius * circle
-        near = np.linalg.norm(centers - center, axis=1) < radius + radii
-        near[i] = False
-        apart = np.linalg.norm(rim[:, None] - centers[near], axis=2) - radii[near]
-        rim[(apart < -1e-9 * radius).any(axis=1)] = np.nan
-        parts += [rim, np.full((1, 2), np.nan)]
-    return np.concatenate(parts)
-
-
-def cut(half_space: HalfSpace, low: Array, high: Array) -> Array:
-    """Return where the plane of a half-space cuts a box, (k, 3) corners in order [m]; empty if it does not."""
-    corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1).reshape(-1, 3)
-    height = (corners - half_space.point) @ half_space.normal
-    a, b = np.nonzero(np.triu((corners[:, None] != corners).sum(axis=2) == 1))  # the box's edges
-    crossed = (height[a] > 0) != (height[b] > 0)
-    a, b = a[crossed], b[crossed]
-    share = (height[a] / (height[a] - height[b]))[:, None]
-    points = corners[a] + share * (corners[b] - corners[a])
-    if len(points) < 3:
-        return np.empty((0, 3))
-    return points[hull(points @ _plane_axes(half_space.normal))]
-
-
-def cut_in_plane(half_space: HalfSpace, low: Array, high: Array) -> Array:
-    """Return the part of a rectangle in the plane z = 0 that is solid, (k, 2) corners in order [m]; empty if none is.
-
-    A half-space whose boundary does not cross the plane z = 0 covers all of it or nothing, and is left out.
-    """
-    corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
-    normal = half_space.normal
-    if np.hypot(normal[0], normal[1]) < 1e-9:
-        return np.empty((0, 2))
-    height = (corners - half_space.point[:2]) @ normal[:2] - half_space.point[2] * normal[2]
-    kept = []
-    for i in range(4):
-        j = (i + 1) % 4
-        if height[i] <= 0:
-            kept.append(corners[i])
-        if (height[i] <= 0) != (height[j] <= 0):
-            kept.append(corners[i] + height[i] / (height[i] - height[j]) * (corners[j] - corners[i]))
-    return np.array(kept, dtype=np.float64).reshape(-1, 2)
-
-
-def _plane_axes(normal: Array) -> Array:
-    """Return two unit vectors in a plane, (3, 2)."""
-    u = np.asarray(np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]), dtype=np.float64)
-    u /= np.linalg.norm(u)
-    return np.column_stack([u, np.asarray(np.cross(normal, u), dtype=np.float64)])
-
-
 def skeleton(robot: Robot, q: ArrayLike, T_w_b: ArrayLike | None = None) -> Array:
     """Return the segments from joint centre to joint centre, and to the tip.
 
@@ -258,20 +81,26 @@ def skeleton(robot: Robot, q: ArrayLike, T_w_b: ArrayLike | None = None) -> Arra
     return _moved(segments, T_w_b)
 
 
-def envelope(robot: Robot, q: ArrayLike, T_w_b: ArrayLike | None = None) -> tuple[Sphere | Capsule, ...]:
-    """Return the links' capsules that have a radius, those of the payload too, where they are in one configuration.
+def envelope(robot: Robot, q: ArrayLike, T_w_b: ArrayLike | None = None) -> tuple[ConvexShape, ...]:
+    """Return the shapes of the links, and of the payload, where they are in one configuration; lines and points are left out.
 
     Args:
         robot, q, T_w_b: as for `skeleton`.
     """
     frames = _moved_frames(joint_frames(robot, q), T_w_b)
-    return tuple(_placed(c, frames[c.joint]) for c in robot.capsules if c.radius > 0 and c.joint >= 0)
+    return tuple(moved_shape(part.shape, frames[part.joint]) for part in robot.shapes if part.joint >= 0 and _is_thick(part))
 
 
-def base_envelope(robot: Robot, T_w_b: ArrayLike | None = None) -> tuple[Sphere | Capsule, ...]:
-    """Return the base's capsules that have a radius, where the base is."""
+def base_envelope(robot: Robot, T_w_b: ArrayLike | None = None) -> tuple[ConvexShape, ...]:
+    """Return the shapes of the base, where the base is; lines and points are left out."""
     T = np.eye(4) if T_w_b is None else np.asarray(T_w_b, dtype=np.float64)
-    return tuple(_placed(c, T) for c in robot.capsules if c.radius > 0 and c.joint < 0)
+    return tuple(moved_shape(part.shape, T) for part in robot.shapes if part.joint < 0 and _is_thick(part))
+
+
+def _is_thick(part: LinkShape) -> bool:
+    """Whether a shape is more than a line or a point, as the paper's links are."""
+    capsule = as_capsule(part)
+    return capsule is None or capsule.radius > 0
 
 
 def base_frames(trajectory: AnyTrajectory, t: ArrayLike) -> Array:
@@ -298,11 +127,6 @@ def _moved_frames(frames: Array, T_w_b: ArrayLike | None) -> Array:
     return frames if T_w_b is None else np.asarray(T_w_b, dtype=np.float64) @ frames
 
 
-def _placed(capsule: LinkCapsule, T: Array) -> Sphere | Capsule:
-    a, b = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))
-    return Sphere(a, capsule.radius) if np.array_equal(a, b) else Capsule(a, b, capsule.radius)
-
-
 def pose_times(trajectory: AnyTrajectory, count: int) -> Array:
     """Return times (count,) [s] between start and end at which the end effector is equally far along its path."""
     t = np.linspace(0.0, trajectory.duration, 513)
@@ -317,8 +141,8 @@ class Pose:
     """The arm in one configuration: segments (s, 2, 3) [m], the envelope about them, the base's, and how it is drawn."""
 
     segments: Array
-    envelope: tuple[Sphere | Capsule, ...]
-    base: tuple[Sphere | Capsule, ...]
+    envelope: tuple[ConvexShape, ...]
+    base: tuple[ConvexShape, ...]
     color: Any
     width: float
 

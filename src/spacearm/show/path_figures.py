@@ -11,28 +11,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Polytope, PolytopeSet, Scene, Sphere, SphereSet
 from spacearm.motion import Trajectory
 from spacearm.robot import Robot
 from spacearm.show.drawing import (
     LEGEND_ROW,
     OBSTACLE_ALPHA,
     PathDrawing,
-    box_faces,
-    common_outline,
-    cut,
-    cut_in_plane,
-    cylinder_ends,
     draw_bases,
     draw_envelopes,
     draw_lines,
     extent,
     legend_handles,
     make_drawing,
-    middle,
-    silhouette,
 )
 from spacearm.show.figure_style import BLUE, COLUMN, GREY, LIGHT, SKY, figure_of, legend_below, look, new_figure, tidy
+from spacearm.show.outlines import common_outline, cut, cut_in_plane, cylinder_ends, middle, shape_faces, silhouette
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -101,10 +95,14 @@ class _Pen:
         if isinstance(obstacle, SphereSet):
             self._balls(obstacle)
             return
+        if isinstance(obstacle, PolytopeSet):
+            for piece in sorted(obstacle.pieces, key=lambda item: float(middle(item) @ self.eye)):
+                self.solid(piece)
+            return
         outline = silhouette(obstacle, self.across, self.up)
         self._fill([outline], SKY, _FILL)
-        if isinstance(obstacle, Box):
-            self._faces(box_faces(obstacle))
+        if isinstance(obstacle, (Box, Polytope)):
+            self._faces(shape_faces(obstacle))
         elif isinstance(obstacle, Cylinder):
             self._cylinder(obstacle)
         else:
@@ -228,6 +226,12 @@ def _obstacle(ax: Axes, obstacle: Obstacle, low: Array, high: Array) -> None:
         # One path: where discs overlap, it is filled once.
         ax.add_patch(PathPatch(Path.make_compound_path(*(Path.circle(at, radius) for at, radius in discs)), **fill))
         ax.plot(*common_outline(obstacle.centers[:, :2], obstacle.radii).T, zorder=1, **edge)
+    elif isinstance(obstacle, PolytopeSet):
+        outlines = [silhouette(piece, *np.eye(3)[:2])[:, :2] for piece in obstacle.pieces]
+        rims = [np.vstack([outline, outline[:1]]) for outline in outlines]
+        ax.add_patch(PathPatch(Path.make_compound_path(*(Path(rim, closed=True) for rim in rims)), **fill))
+        for outline in outlines:
+            ax.add_patch(Polygon(outline, fill=False, **edge))
     else:
         outline = cut_in_plane(obstacle, low, high) if isinstance(obstacle, HalfSpace) else silhouette(obstacle, *np.eye(3)[:2])
         if len(outline):
@@ -359,8 +363,10 @@ def _shadow(ax: Any, drawing: PathDrawing, scene: Scene, floor: float) -> None:
         if isinstance(obstacle, SphereSet):
             outline = common_outline(obstacle.centers[:, :2], obstacle.radii)
         else:
-            outline = silhouette(obstacle, *np.eye(3)[:2])[:, :2]
-            outline = np.concatenate([outline, outline[:1]])
+            shapes = obstacle.pieces if isinstance(obstacle, PolytopeSet) else (obstacle,)
+            rims = [silhouette(shape, *np.eye(3)[:2])[:, :2] for shape in shapes]
+            lifted = np.full((1, 2), np.nan)
+            outline = np.concatenate([part for rim in rims for part in (rim, rim[:1], lifted)])
         ax.plot(*outline.T, floor, color=GREY, alpha=0.5, linewidth=0.5, zorder=1)
     for segment in drawing.poses[-1].segments:
         ax.plot(*segment.T[:2], floor, color=LIGHT, linewidth=1.4, zorder=1)

@@ -44,7 +44,7 @@ def save_plan_figures(plan: Plan, folder: Path) -> list[Path]:
         "path_3d": lambda: figure_path_3d(trajectory, robot, scene, start=start, goal=target, title=title),
         "joints": lambda: figure_joints(trajectory, title=title),
     }
-    if robot.capsules and (scene.obstacles or robot.self_pairs):
+    if robot.shapes and (scene.obstacles or robot.self_pairs):
         drawings["clearance"] = lambda: figure_clearance(trajectory, scene, plan.certificate, title=title)
     if trajectory.base_model.follows_arm:
         drawings["base_motion"] = lambda: figure_base_motion(trajectory, limits=problem.base_limits, title=title)

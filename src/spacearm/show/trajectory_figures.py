@@ -223,7 +223,7 @@ def _clearances(trajectory: Trajectory, scene: Scene, t: Array) -> tuple[Array, 
     """Return the least clearances (times, curves) [m] and what each is of: the obstacles, and the robot's own links."""
     arm, q = _Arm(trajectory.robot, scene), trajectory.sample(t).q
     values, names = np.empty((len(t), 0)), []
-    if arm.robot.capsules and scene.obstacles:
+    if arm.robot.shapes and scene.obstacles:
         values = _to_obstacles(trajectory, scene, t, q)
         names = [obstacle.name or f"obstacle {i}" for i, obstacle in enumerate(scene.obstacles)]
     if arm.robot.self_pairs:

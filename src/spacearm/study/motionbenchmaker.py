@@ -115,11 +115,13 @@ def _of_family(folder: Path) -> list[Item]:
 def read_item(item: Item, robot: Robot) -> Problem:
     """Read a problem whose goal is one configuration; a tolerance of it is not made use of.
 
+    No clearance is asked for but that nothing touches, as with the planners that MotionBenchMaker compares.
+
     Raises:
         FileFormatError: a file that is missing, broken or of another format, or another goal.
         SpacearmError: obstacles that cannot be, or ends out of the robot's limits.
     """
-    found = load_moveit(robot, item.scene, item.request)
+    found = load_moveit(robot, item.scene, item.request, clearance=0.0)
     if not isinstance(found.goal, ConfigurationGoal):
         kind = type(found.goal).__name__
         raise FileFormatError(f"{item.request} has a {kind}, expected joint_constraints for one configuration; leave it out")

@@ -17,8 +17,8 @@ import numpy as np
 
 from spacearm.geometry import Scene
 from spacearm.planner import ConfigurationGoal, Plan, PlannerSettings, Problem, plan
-from spacearm.planner.clearance import margins_within_reach
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import searched_clearance
 from spacearm.robot import Robot
 from spacearm.study.motionbenchmaker import Item, RobotFiles, read_item
 from spacearm.study.other_checker import OtherChecker, dense_configurations
@@ -170,11 +170,11 @@ def _searched(problem: Problem, seed: int, protocol: Protocol, scale: float) -> 
     """Search for as long as the protocol says, and for a first motion as long as may be; the time before comes first."""
     begun = time.perf_counter()
     goals = _goal(problem)[None].copy()
-    margins = margins_within_reach(problem, np.vstack([problem.start, goals]), PlannerSettings().margin)
-    if margins.touching:
+    searched = searched_clearance(problem, np.vstack([problem.start, goals]))
+    if searched.touching:
         return time.perf_counter() - begun, None
     settings = PlannerSettings(evaluations=None, time_budget=protocol.search / scale, threads=1)
-    islands = Islands(problem, goals, settings, seed=seed, margins=margins)
+    islands = Islands(problem, goals, settings, seed=seed, searched=searched)
     prepare = time.perf_counter() - begun
     islands.run(evaluations=0, seconds=protocol.search / scale, until_first=False, stall=0)
     if islands.best is None:

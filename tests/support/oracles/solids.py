@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Polytope, PolytopeSet, Sphere, SphereSet
 
 
 def point_distance(obstacle: Obstacle, p: np.ndarray) -> np.ndarray:
@@ -26,6 +26,11 @@ def point_distance(obstacle: Obstacle, p: np.ndarray) -> np.ndarray:
     assert isinstance(obstacle, Cylinder)
     radial = np.hypot(local[..., 0], local[..., 1]) - obstacle.radius
     return _outside(np.stack([radial, np.abs(local[..., 2]) - obstacle.length / 2], axis=-1))
+
+
+def has_definition(obstacle: Obstacle) -> bool:
+    """Whether `point_distance` knows a shape: polytopes and rounded shapes are left to Coal."""
+    return not isinstance(obstacle, (Polytope, PolytopeSet)) and not getattr(obstacle, "rounding", 0.0)
 
 
 def _outside(beyond: np.ndarray) -> np.ndarray:
@@ -86,5 +91,9 @@ def far(obstacle: Obstacle) -> float:
         return float(max(np.linalg.norm(obstacle.a), np.linalg.norm(obstacle.b)) + obstacle.radius)
     if isinstance(obstacle, HalfSpace):
         return float(np.linalg.norm(obstacle.point))
+    if isinstance(obstacle, PolytopeSet):
+        return max(map(far, obstacle.pieces))
+    if isinstance(obstacle, Polytope):
+        return float(np.linalg.norm(obstacle.vertices, axis=1).max() + obstacle.rounding)
     extent = np.linalg.norm(obstacle.size) if isinstance(obstacle, Box) else obstacle.radius + obstacle.length
     return float(np.linalg.norm(obstacle.pose[:3, 3]) + extent)
