@@ -84,10 +84,13 @@ SPACEARM_NOINLINE pack<T> core_distance(const placed_shape<T>& a, const placed_s
     const gjk_bounds<T> found = gjk(pair, nothing, enough);
     pack<T> lower = found.lower;
     const pack_mask<T> open = open_lanes(found, enough);
-    if (any(open)) {
-        if (how == depths::exact) search_depths(*a.shape, *b.shape, f, open, lower);
-        else look_along_axes(pair, f, open, lower);
-    }
+    if (!any(open)) return lower + nothing;
+    if (how != depths::exact) look_along_axes(pair, f, open, lower);
+    else if constexpr (A == core_kind::box && B == core_kind::box) {  // with the faces, all that can be nearest
+        pack<T> of_edges = lower;
+        try_box_edges(a.shape->half, b.shape->half, f, of_edges);
+        lower = select(open, of_edges, lower);
+    } else search_depths(*a.shape, *b.shape, f, open, lower);
     return lower + nothing;
 }
 
@@ -103,10 +106,13 @@ SPACEARM_NOINLINE pack<T> distance_of_segment(const placed_shape<T>& segment, co
     const pack_mask<T> open = open_lanes(found, enough);
     const vec3<T> none{zero, zero, zero};  // a segment has no other axes
     const frame<T> f{{none, none, along}, middle};
-    if (any(open)) {
-        if (how == depths::exact) search_depths(*a.shape, *segment.shape, f, open, lower);
-        else look_along_axes(pair, f, open, lower);
-    }
+    if (!any(open)) return lower + nothing;
+    if (how != depths::exact) look_along_axes(pair, f, open, lower);
+    else if constexpr (A == core_kind::box) {
+        pack<T> of_edges = lower;
+        try_box_edges(a.shape->half, half, middle, of_edges);
+        lower = select(open, of_edges, lower);
+    } else search_depths(*a.shape, *segment.shape, f, open, lower);
     return lower + nothing;
 }
 
@@ -166,7 +172,8 @@ template <class T> inline pack<T> least_along(const placed_shape<T>& a, const T*
     }
     return dot(a.origin, normal) - (depth + s.radius);
 }
-template <class T> inline pack<T> signed_distance(const placed_shape<T>& a, const half_space_obstacle<T>& o, T) {
+template <class T>
+inline pack<T> signed_distance(const placed_shape<T>& a, const half_space_obstacle<T>& o, T, depths = depths::exact) {
     return least_along(a, o.normal) - o.offset;
 }
 

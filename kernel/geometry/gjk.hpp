@@ -63,11 +63,80 @@ template <core_kind K, class T> SPACEARM_INLINE vec3<T> furthest(const convex_sh
     }
 }
 
+// ---- the faces and edges of boxes: every direction that can matter where two of them overlap (Gottschalk, 1996)
+// ------
+
+// A direction along one of A's axes, and g of it.
+template <class T>
+SPACEARM_INLINE void take_axis(int k, const pack<T>& to, const pack<T>& g, vec3<T>& n, pack<T>& lower) {
+    const pack<T> zero(T(0)), one(T(1)), towards = select(zero < to, zero - one, one);
+    const pack_mask<T> better = lower < g;
+    n = select3(better, vec3<T>{k == 0 ? towards : zero, k == 1 ? towards : zero, k == 2 ? towards : zero}, n);
+    lower = select(better, g, lower);
+}
+template <class T>
+SPACEARM_INLINE void try_box_faces(const T* a, const T* b, const frame<T>& f, vec3<T>& n, pack<T>& lower) {
+    const pack<T> zero(T(0));
+    const auto row = [&](const pack<T>& x, const pack<T>& y, const pack<T>& z, const T* half) {
+        return abs(x) * half[0] + abs(y) * half[1] + abs(z) * half[2];
+    };
+    const vec3<T>& t = f.origin;
+    const vec3<T>(&c)[3] = f.column;
+    take_axis(0, t.x, abs(t.x) - (row(c[0].x, c[1].x, c[2].x, b) + a[0]), n, lower);
+    take_axis(1, t.y, abs(t.y) - (row(c[0].y, c[1].y, c[2].y, b) + a[1]), n, lower);
+    take_axis(2, t.z, abs(t.z) - (row(c[0].z, c[1].z, c[2].z, b) + a[2]), n, lower);
+    for (int k = 0; k < 3; ++k) {
+        const pack<T> to = dot(t, c[k]), g = abs(to) - (row(c[k].x, c[k].y, c[k].z, a) + b[k]);
+        const pack_mask<T> better = lower < g, away = zero < to;
+        n = select3(better, select3(away, vec3<T>{zero - c[k].x, zero - c[k].y, zero - c[k].z}, c[k]), n);
+        lower = select(better, g, lower);
+    }
+}
+template <class T>
+SPACEARM_INLINE void try_box_faces(const T* a, const vec3<T>& half, const vec3<T>& to, vec3<T>& n, pack<T>& lower) {
+    take_axis(0, to.x, abs(to.x) - (abs(half.x) + a[0]), n, lower);
+    take_axis(1, to.y, abs(to.y) - (abs(half.y) + a[1]), n, lower);
+    take_axis(2, to.z, abs(to.z) - (abs(half.z) + a[2]), n, lower);
+}
+// The direction square to A's k-th axis and to an edge, unless both are parallel to the last places: then another
+// direction is as good. reach(n) is how far B goes along a direction.
+template <class T, class Reach>
+SPACEARM_INLINE void try_edge(const T* a, int k, const vec3<T>& edge, const vec3<T>& to, const Reach& reach,
+                              pack<T>& lower) {
+    const pack<T> zero(T(0)), tiny(std::numeric_limits<T>::min());
+    const pack<T> p = k == 0 ? edge.y : k == 1 ? edge.z : edge.x, q = k == 0 ? edge.z : k == 1 ? edge.x : edge.y;
+    const pack<T> squared = p * p + q * q, inverse = pack<T>(T(1)) / sqrt(max(squared, tiny));
+    const pack<T> x = (zero - q) * inverse, y = p * inverse;
+    const vec3<T> n = k == 0 ? vec3<T>{zero, x, y} : k == 1 ? vec3<T>{y, zero, x} : vec3<T>{x, y, zero};
+    const T u = a[(k + 1) % 3], v = a[(k + 2) % 3];
+    const pack<T> g = abs(dot(n, to)) - (abs(x) * u + abs(y) * v + reach(n));
+    constexpr T parallel = 64 * std::numeric_limits<T>::epsilon();
+    lower = select(dot(edge, edge) * (parallel * parallel) < squared, max(g, lower), lower);
+}
+template <class T> SPACEARM_INLINE void try_box_edges(const T* a, const T* b, const frame<T>& f, pack<T>& lower) {
+    const vec3<T>(&c)[3] = f.column;
+    const auto reach = [&](const vec3<T>& n) {
+        return abs(dot(c[0], n)) * b[0] + abs(dot(c[1], n)) * b[1] + abs(dot(c[2], n)) * b[2];
+    };
+    for (const vec3<T>& edge : c) {
+        for (int k = 0; k < 3; ++k) try_edge(a, k, edge, f.origin, reach, lower);
+    }
+}
+template <class T>
+SPACEARM_INLINE void try_box_edges(const T* a, const vec3<T>& half, const vec3<T>& to, pack<T>& lower) {
+    const auto reach = [&](const vec3<T>& n) { return abs(dot(half, n)); };
+    for (int k = 0; k < 3; ++k) try_edge(a, k, half, to, reach, lower);
+}
+
 // Two cores, in A's frame; A - B is what is searched.
 template <core_kind A, core_kind B, class T> struct core_pair {
     const convex_shape<T>&a, &b;
     const frame<T> b_in_a;
     vec3<T> between() const { return b_in_a.origin; }
+    // Raises the bound by the faces' normals of boxes, and takes the best of them for a direction.
+    SPACEARM_INLINE void try_faces(vec3<T>& n, pack<T>& lower) const {
+        if constexpr (A == core_kind::box && B == core_kind::box) try_box_faces(a.half, b.half, b_in_a, n, lower);
+    }
     // A point of A - B that is least far along a direction.
     SPACEARM_INLINE vec3<T> least_along(const vec3<T>& n) const {
         const pack<T> zero(T(0));
@@ -84,6 +153,9 @@ template <core_kind A, class T> struct segment_pair {
     const convex_shape<T>& a;
     const vec3<T> middle, half;
     vec3<T> between() const { return middle; }
+    SPACEARM_INLINE void try_faces(vec3<T>& n, pack<T>& lower) const {
+        if constexpr (A == core_kind::box) try_box_faces(a.half, half, middle, n, lower);
+    }
     SPACEARM_INLINE vec3<T> least_along(const vec3<T>& n) const {
         const pack<T> zero(T(0));
         const vec3<T> p = furthest<A>(a, vec3<T>{zero - n.x, zero - n.y, zero - n.z});
@@ -175,10 +247,16 @@ template <class Pair, class T> SPACEARM_INLINE gjk_bounds<T> gjk(const Pair& pai
     simplex<T> s{{w, w, w}, w};
     pack<T> lower = dot(n, w), upper = length_of(w), widest = upper, least = upper * upper;
     pack_mask<T> active = (lower < enough) & (nothing <= zero);
+    if (any(active)) {
+        n = unit(w, upper);
+        pack<T> of_faces = lower;
+        pair.try_faces(n, of_faces);
+        lower = select(active, of_faces, lower);
+    }
     for (int i = 0; i < most_steps; ++i) {
         active = active & (upper * close + widest * rounding < upper - lower) & (tiny < upper) & (lower < enough);
         if (!any(active)) break;
-        n = unit(s.nearest, upper);
+        if (i > 0) n = unit(s.nearest, upper);
         w = pair.least_along(n);
         lower = select(active, max(lower, dot(n, w)), lower);
         widest = select(active, max(widest, abs(w.x) + abs(w.y) + abs(w.z)), widest);
@@ -188,7 +266,7 @@ template <class Pair, class T> SPACEARM_INLINE gjk_bounds<T> gjk(const Pair& pai
         const pack_mask<T> enclosed = reduce(w, s, least);
         // Where the four points enclose the origin, the cores overlap. Where nothing came nearer, rounding rules.
         least = select(enclosed, zero, least);
-        active = active & (least < before);
+        if (i > 0) active = active & (least < before);  // the first direction is not that of the nearest point
         upper = select(active, sqrt(least), upper);
     }
     return {lower, widest * rounding};
