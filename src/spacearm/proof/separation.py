@@ -97,8 +97,8 @@ def out_of_cells(cells: Balls, pairs: OpenPairs) -> OpenPairs:
     return OpenPairs(pairs.interval[row], pairs.relative[row], solid)
 
 
-def capsule_pairs(group: ObstacleGroup, bodies: Bodies, relative_bodies: RelativeBodies, pairs: OpenPairs) -> OpenPairs:
-    """Return the pairs with the capsules in place of their links' balls."""
+def shape_pairs(group: ObstacleGroup, bodies: Bodies, relative_bodies: RelativeBodies, pairs: OpenPairs) -> OpenPairs:
+    """Return the pairs with the shapes in place of their links' balls."""
     row, relative = _ranges(pairs.relative + 1, relative_bodies.count[pairs.relative])
     interval, solid = pairs.interval[row], pairs.solid[row]
     if group.solids is None:
@@ -334,10 +334,10 @@ def _lengths(v: Array) -> Array:
 
 
 class MeasuredPair(NamedTuple):
-    """A capsule of the robot, and a solid of an obstacle group or another capsule."""
+    """A shape of the robot, and a solid of an obstacle group or another one."""
 
     group: int
-    capsule: int
+    shape: int
     solid: int
 
 
@@ -346,16 +346,16 @@ class NearestPair:
     """The closest approach that was measured.
 
     Attributes:
-        capsule: index in the robot.
-        obstacle: index in the scene; None if the other one is a capsule.
-        other: index in the robot of the other capsule, or -1.
+        shape: index in the robot.
+        obstacle: index in the scene; None if the other one is a shape.
+        other: index in the robot of the other shape, or -1.
         u: where on the curve.
         clearance: [m].
         required: what the pair is held to there [m].
         points: (2, 3) the nearest points, in the inertial frame [m].
     """
 
-    capsule: int
+    shape: int
     obstacle: int | None
     other: int
     u: float
@@ -386,7 +386,7 @@ class Measurements:
         Args:
             witness: it measures.
             groups, bodies, relative_bodies: of the proof.
-            held_to: takes a group, a capsule, a solid and an instant, gives what the pair is held to [m] and the phase.
+            held_to: takes a group, a shape, a solid and an instant, gives what the pair is held to [m] and the phase.
         """
         self._witness, self._groups, self._bodies, self._relative_bodies = witness, groups, bodies, relative_bodies
         self._held_to, self.contradicted = held_to, False
@@ -405,7 +405,7 @@ class Measurements:
         """Measure one of some pairs of a group at its interval's midpoint, where `proven` is proven.
 
         Returns:
-            The clearance [m], and the direction (3,) from the other one to the capsule.
+            The clearance [m], and the direction (3,) from the other one to the shape.
         """
         interval, relative, solid = int(pairs.interval[row]), int(pairs.relative[row]), int(pairs.solid[row])
         pair = MeasuredPair(group, int(self._relative_bodies.body[relative]), solid)
@@ -448,14 +448,14 @@ class Measurements:
     def _measured(self, pair: MeasuredPair, frames: Array, u: float) -> tuple[float, Array]:
         solids = self._groups[pair.group].solids
         if solids is None:
-            found = self._witness.distance_between(frames, pair.capsule, pair.solid)
+            found = self._witness.distance_between(frames, pair.shape, pair.solid)
         else:
-            found = self._witness.distance(frames, pair.capsule, solids, pair.solid)
+            found = self._witness.distance(frames, pair.shape, solids, pair.solid)
         self._remember(pair, u, found[0])
         return found
 
     def _remember(self, pair: MeasuredPair, u: float, clearance: float) -> None:
-        required, phase = self._held_to(pair.group, pair.capsule, pair.solid, u)
+        required, phase = self._held_to(pair.group, pair.shape, pair.solid, u)
         excess = clearance - required
         self.excess[phase] = min(self.excess[phase], excess)
         least = (True, excess) if clearance > 0 else (False, clearance)
@@ -465,7 +465,7 @@ class Measurements:
         solids = self._groups[pair.group].solids
         obstacle, other = (None, pair.solid) if solids is None else (int(solids.obstacle[pair.solid]), -1)
         near = NearestPair(
-            capsule=pair.capsule,
+            shape=pair.shape,
             obstacle=obstacle,
             other=other,
             u=u,
