@@ -353,15 +353,17 @@ class ClearanceProof:
 
         Close means that the pair has little more at the midpoint than it is held to there.
         """
-        excess = [known.at_most - of_group.at_midpoint for known, of_group in zip(found, held, strict=True)]
-        for of_rows, of_group in zip(excess, held, strict=True):
-            _note_least(self._least, of_rows, of_group.phase_at_midpoint)
-        least = [
-            np.broadcast_to(self._least[of_group.phase_at_midpoint], of_rows.shape)
-            for of_rows, of_group in zip(excess, held, strict=True)
-        ]
-        most = np.concatenate(excess)
-        close = np.flatnonzero(most <= _CLOSE * np.maximum(np.concatenate(least), GUARD))
+        most = np.concatenate([known.at_most - of_group.at_midpoint for known, of_group in zip(found, held, strict=True)])
+        phase: Indices | int = 0
+        if self.requirements.near:
+            phase = np.concatenate(
+                [
+                    np.broadcast_to(of_group.phase_at_midpoint, known.at_most.shape)
+                    for known, of_group in zip(found, held, strict=True)
+                ]
+            )
+        _note_least(self._least, most, phase)
+        close = np.flatnonzero(most <= _CLOSE * np.maximum(self._least[phase], GUARD))
         close = close[np.argsort(most[close], kind="stable")]
         interval = np.concatenate([of_group.interval for of_group in pairs])[close]
         _, nearest = np.unique(interval, return_index=True)
