@@ -125,7 +125,7 @@ def check_ends(problem: Problem) -> EndReport:
 
 def contacts(model: ClearanceModel, q: Array) -> tuple[Contact, ...]:
     """List what touches or penetrates in one configuration (n,), deepest first, each pair of names once."""
-    names = [capsule.name for capsule in model.robot.capsules]
+    names = [part.name for part in model.robot.shapes]
     deepest: dict[tuple[str, str, Literal["obstacle", "link"]], float] = {}
     to_obstacles, between_links = model.to_obstacles(q[None])[0], model.between_links(q[None])[0]
     met: list[list[int]] = np.argwhere(to_obstacles <= 0).tolist()
