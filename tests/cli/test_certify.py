@@ -113,6 +113,15 @@ def test_what_was_assumed_of_a_robot_is_told(told: Told, tmp_path: Path) -> None
     assert said in told(["certify", tmp_path / "out" / "plan.json"])[2]
 
 
+def test_more_clearance_than_there_is_fails(told: Told, problem: Path, tmp_path: Path) -> None:
+    """More than the motion has among the balls, and less than it has at its ends: a pair that is nearer there is excused."""
+    problem.write_text((Path(__file__).parents[2] / "examples" / "problem.yaml").read_text())
+    assert told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures"])[0] == 0
+    code, out, _ = told(["certify", tmp_path / "out" / "plan.json", "--clearance", "0.05"])
+    assert code == 1
+    assert "expected more than 50 mm" in out
+
+
 def test_another_problem_is_told(told: Told, planned: Path, problem: Path) -> None:
     problem.write_text(problem.read_text().replace("radius: 0.1", "radius: 0.11"))
     code, _, err = told(["certify", planned / "plan.json", "--problem", problem])
