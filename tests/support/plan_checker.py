@@ -20,6 +20,7 @@ from support.pair_distances import distances, stated
 ROUNDING = 1e-9  # [m] of Pinocchio's kinematics and of closed forms
 GJK = 1e-7  # [m] of Coal's iterations; what is nearer to the bound is measured by thirds
 TOUCH = 1e-6  # [m] penetration that a checker may or may not see
+_BY_PAIR = 1e-6  # [m] of Coal's iterations, with pairs of any shape
 POSITION = 1e-9  # [rad or m] rounding of a position
 
 

@@ -248,6 +248,8 @@ class ClearanceProof:
 
     def _target(self, held: Held) -> Array | float:
         """Return the clearances that are to be proven [m]."""
+        if isinstance(held.phase, int):
+            return held.required + self._proven_share * max(0.0, self._least.item(held.phase))
         return held.required + self._proven_share * np.maximum(0.0, self._least[held.phase])
 
     def _settled(self, known: ClearanceBounds, held: Held) -> NDArray[np.bool_]:
@@ -332,14 +334,14 @@ class ClearanceProof:
         Pairs that are near at an end are left out: what they have there is known.
         """
         group = self._groups[i]
-        excess = np.where(held.phase_at_midpoint, np.inf, excess)
+        excess = _never_near(excess, held)
         likely = np.argpartition(excess, min(_LIKELY, len(excess)) - 1)[:_LIKELY]
         close = pairs.select(likely) if group.cells is None else out_of_cells(group.cells, pairs.select(likely))
         close = shape_pairs(group, self._bodies, self._relative_bodies, close)
         held = self.requirements.on(i, close, midpoints)
         known = self._bounds(midpoints, i, close, enough=None)
         excess = known.at_most - held.at_midpoint
-        row = int(np.argmin(np.where(held.phase_at_midpoint, np.inf, excess)))
+        row = int(np.argmin(_never_near(excess, held)))
         self.measured.measure(i, close, row, midpoints, proven=float(known.at_midpoint[row]))
         _note_least(self._least, excess, held.phase_at_midpoint)
         self._least = np.minimum(self._least, self.measured.excess)
@@ -391,6 +393,11 @@ class ClearanceProof:
             row = i - first[group]
             self.measured.measure(group, pairs[group], row, midpoints, proven=float(found[group].at_midpoint[row]))
         self._least = np.minimum(self._least, self.measured.excess)
+
+
+def _never_near(excess: Array, held: Held) -> Array:
+    """Return the excess of pairs, infinite for those of a pair that is near at an end."""
+    return excess if isinstance(held.phase, int) else np.where(held.phase_at_midpoint, np.inf, excess)
 
 
 def _note_least(least: Array, values: Array, phase: Indices | int) -> None:
