@@ -108,7 +108,7 @@ def convex_pieces(
 
 def _excess_note(count: int, excess: float, asked: float | None, wanted: float) -> list[str]:
     held = "its convex hull stands out of it" if count == 1 else f"{count} convex pieces hold it, and stand out of it"
-    said = f"{held} by up to {1000 * excess:.3g} mm"
+    said = f"{held} by up to {round(1000 * excess, 3):.3g} mm"
     if excess <= wanted:
         return [said]
     limit = f"more than the {1000 * wanted:.3g} mm {'that are 2 % of its size' if asked is None else 'that were asked for'}"
