@@ -63,26 +63,88 @@ template <core_kind K, class T> SPACEARM_INLINE vec3<T> furthest(const convex_sh
     }
 }
 
+// ---- directions that are often the best, and all that matter where two boxes overlap (Gottschalk, 1996)
+// ----------------
+
+// How far a core goes along a direction from its middle, either way: of all but polytopes.
+template <core_kind K, class T> SPACEARM_INLINE pack<T> reach_along(const convex_shape<T>& s, const vec3<T>& n) {
+    const pack<T> along = abs(n.z) * s.half[2];
+    if constexpr (K == core_kind::segment) return along;
+    else if constexpr (K == core_kind::box) return abs(n.x) * s.half[0] + abs(n.y) * s.half[1] + along;
+    else return sqrt(n.x * n.x + n.y * n.y) * s.half[0] + along;
+}
+// The direction square to two others, where these are not parallel to the last places; else none, which is 0.
+template <class T> SPACEARM_INLINE vec3<T> square_to(const vec3<T>& a, const vec3<T>& b) {
+    const pack<T> zero(T(0)), tiny(std::numeric_limits<T>::min());
+    constexpr T parallel = 64 * std::numeric_limits<T>::epsilon();
+    const vec3<T> n = cross(a, b);
+    const pack<T> squared = dot(n, n);
+    const pack_mask<T> sound = dot(a, a) * dot(b, b) * (parallel * parallel) < squared;
+    return scaled(n, select(sound, pack<T>(T(1)) / sqrt(max(squared, tiny)), zero));
+}
+
 // Two cores, in A's frame; A - B is what is searched.
 template <core_kind A, core_kind B, class T> struct core_pair {
     const convex_shape<T>&a, &b;
     const frame<T> b_in_a;
+    static constexpr bool symmetric = A != core_kind::polytope && B != core_kind::polytope;
+
     vec3<T> between() const { return b_in_a.origin; }
     // A point of A - B that is least far along a direction.
     SPACEARM_INLINE vec3<T> least_along(const vec3<T>& n) const {
         const pack<T> zero(T(0));
         const frame<T>& f = b_in_a;
         const vec3<T> p = furthest<A>(a, vec3<T>{zero - n.x, zero - n.y, zero - n.z});
-        const vec3<T> q = furthest<B>(b, vec3<T>{dot(f.column[0], n), dot(f.column[1], n), dot(f.column[2], n)});
+        const vec3<T> q = furthest<B>(b, seen_from_b(n));
         return {p.x - (f.origin.x + (f.column[0].x * q.x + f.column[1].x * q.y + f.column[2].x * q.z)),
                 p.y - (f.origin.y + (f.column[0].y * q.x + f.column[1].y * q.y + f.column[2].y * q.z)),
                 p.z - (f.origin.z + (f.column[0].z * q.x + f.column[1].z * q.y + f.column[2].z * q.z))};
+    }
+    // Raises the bound by the normals of flat faces; n becomes the best of them, if one is better.
+    SPACEARM_INLINE void try_faces(vec3<T>& n, pack<T>& lower) const {
+        if constexpr (symmetric) {
+            const pack<T> zero(T(0)), one(T(1));
+            for (int k = A == core_kind::box ? 0 : 2; k < 3; ++k)
+                take({k == 0 ? one : zero, k == 1 ? one : zero, k == 2 ? one : zero}, n, lower);
+            for (int k = B == core_kind::box ? 0 : 2; k < 3; ++k) take(b_in_a.column[k], n, lower);
+        }
+    }
+    // The same by what is square to an edge, or to the side of a cylinder, of each.
+    SPACEARM_INLINE void try_edges(pack<T>& lower) const {
+        if constexpr (symmetric) {
+            const pack<T> zero(T(0)), one(T(1));
+            vec3<T> n{zero, zero, zero};
+            for (int k = A == core_kind::box ? 0 : 2; k < 3; ++k) {
+                const vec3<T> axis{k == 0 ? one : zero, k == 1 ? one : zero, k == 2 ? one : zero};
+                for (int l = B == core_kind::box ? 0 : 2; l < 3; ++l) take(square_to(axis, b_in_a.column[l]), n, lower);
+                if constexpr (A == core_kind::cylinder) take(square_to(square_to(axis, b_in_a.origin), axis), n, lower);
+            }
+            if constexpr (B == core_kind::cylinder) {
+                const vec3<T>& axis = b_in_a.column[2];
+                take(square_to(square_to(axis, b_in_a.origin), axis), n, lower);
+            }
+        }
+    }
+
+  private:
+    SPACEARM_INLINE vec3<T> seen_from_b(const vec3<T>& n) const {
+        return {dot(b_in_a.column[0], n), dot(b_in_a.column[1], n), dot(b_in_a.column[2], n)};
+    }
+    SPACEARM_INLINE void take(const vec3<T>& towards, vec3<T>& n, pack<T>& lower) const {
+        const pack<T> zero(T(0)), to = dot(towards, b_in_a.origin),
+                                  size = abs(towards.x) + abs(towards.y) + abs(towards.z);
+        const pack<T> g = abs(to) - (reach_along<A>(a, towards) + reach_along<B>(b, seen_from_b(towards)));
+        const pack_mask<T> better = (lower < g) & (zero < size), away = zero < to;
+        n = select3(better, select3(away, vec3<T>{zero - towards.x, zero - towards.y, zero - towards.z}, towards), n);
+        lower = select(better, g, lower);
     }
 };
 // A core and a segment, its middle and half of it given in the core's frame.
 template <core_kind A, class T> struct segment_pair {
     const convex_shape<T>& a;
     const vec3<T> middle, half;
+    static constexpr bool symmetric = A != core_kind::polytope;
+
     vec3<T> between() const { return middle; }
     SPACEARM_INLINE vec3<T> least_along(const vec3<T>& n) const {
         const pack<T> zero(T(0));
@@ -90,6 +152,33 @@ template <core_kind A, class T> struct segment_pair {
         const pack_mask<T> back = dot(half, n) < zero;
         const vec3<T> from = p - middle;
         return select3(back, from + half, from - half);
+    }
+    SPACEARM_INLINE void try_faces(vec3<T>& n, pack<T>& lower) const {
+        if constexpr (symmetric) {
+            const pack<T> zero(T(0)), one(T(1));
+            for (int k = A == core_kind::box ? 0 : 2; k < 3; ++k)
+                take({k == 0 ? one : zero, k == 1 ? one : zero, k == 2 ? one : zero}, n, lower);
+        }
+    }
+    SPACEARM_INLINE void try_edges(pack<T>& lower) const {
+        if constexpr (symmetric) {
+            const pack<T> zero(T(0)), one(T(1));
+            vec3<T> n{zero, zero, zero};
+            for (int k = A == core_kind::box ? 0 : 2; k < 3; ++k) {
+                const vec3<T> axis{k == 0 ? one : zero, k == 1 ? one : zero, k == 2 ? one : zero};
+                take(square_to(axis, half), n, lower);
+                if constexpr (A == core_kind::cylinder) take(square_to(square_to(axis, middle), axis), n, lower);
+            }
+        }
+    }
+
+  private:
+    SPACEARM_INLINE void take(const vec3<T>& towards, vec3<T>& n, pack<T>& lower) const {
+        const pack<T> zero(T(0)), to = dot(towards, middle), size = abs(towards.x) + abs(towards.y) + abs(towards.z);
+        const pack<T> g = abs(to) - (reach_along<A>(a, towards) + abs(dot(half, towards)));
+        const pack_mask<T> better = (lower < g) & (zero < size), away = zero < to;
+        n = select3(better, select3(away, vec3<T>{zero - towards.x, zero - towards.y, zero - towards.z}, towards), n);
+        lower = select(better, g, lower);
     }
 };
 
@@ -175,10 +264,16 @@ template <class Pair, class T> SPACEARM_INLINE gjk_bounds<T> gjk(const Pair& pai
     simplex<T> s{{w, w, w}, w};
     pack<T> lower = dot(n, w), upper = length_of(w), widest = upper, least = upper * upper;
     pack_mask<T> active = (lower < enough) & (nothing <= zero);
+    if (any(active)) {
+        n = unit(w, upper);
+        pack<T> of_faces = lower;
+        pair.try_faces(n, of_faces);
+        lower = select(active, of_faces, lower);
+    }
     for (int i = 0; i < most_steps; ++i) {
         active = active & (upper * close + widest * rounding < upper - lower) & (tiny < upper) & (lower < enough);
         if (!any(active)) break;
-        n = unit(s.nearest, upper);
+        if (i > 0) n = unit(s.nearest, upper);
         w = pair.least_along(n);
         lower = select(active, max(lower, dot(n, w)), lower);
         widest = select(active, max(widest, abs(w.x) + abs(w.y) + abs(w.z)), widest);
@@ -188,7 +283,7 @@ template <class Pair, class T> SPACEARM_INLINE gjk_bounds<T> gjk(const Pair& pai
         const pack_mask<T> enclosed = reduce(w, s, least);
         // Where the four points enclose the origin, the cores overlap. Where nothing came nearer, rounding rules.
         least = select(enclosed, zero, least);
-        active = active & (least < before);
+        if (i > 0) active = active & (least < before);  // the first direction is not that of the nearest point
         upper = select(active, sqrt(least), upper);
     }
     return {lower, widest * rounding};

@@ -159,7 +159,7 @@ def _simplices(points: Array) -> Array:
     """Divide the convex hull of points (k, 3) into simplices (m, d + 1, 3) of its dimension d."""
     from scipy.spatial import ConvexHull
 
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    middle = points.mean(axis=0)  # of the plane or line that they are in
     _, extents, axes = np.linalg.svd(points - middle, full_matrices=False)
     dimension = int((extents > _FLAT * max(float(extents[0]), 1e-300)).sum())
     if dimension == 0:
