@@ -201,7 +201,7 @@ def test_what_is_flat_is_held_by_flat_pieces(name: str) -> None:
     pieces = convex_pieces(triangles, cache=False)
     for points in (triangles.reshape(-1, 3), triangles.mean(axis=1)):
         assert outside(points, pieces).max() <= 0
-    assert all(piece.rounding < 1e-9 for piece in pieces.pieces)
+    assert all(piece.rounding < 1e-5 for piece in pieces.pieces)
 
 
 @pytest.mark.parametrize("number", range(16))
