@@ -313,6 +313,26 @@ def test_pieces_come_from_the_cache_bit_for_bit(tmp_path: Path, monkeypatch: pyt
     assert convex_pieces(mesh, excess=0.01).excess == first.excess
 
 
+@pytest.mark.parametrize("ending", ["stl", "obj", "ply", "dae"])
+def test_a_file_is_known_by_its_content(ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SPACEARM_CACHE", str(tmp_path / "kept"))
+    path, copy, other = tmp_path / f"a.{ending}", tmp_path / f"b.{ending}", tmp_path / f"c.{ending}"
+    HOLLOW["L"]().export(path)
+    copy.write_bytes(path.read_bytes())
+    box((1, 2, 3)).export(other)
+    first = convex_pieces(path, pieces=2)
+    module = sys.modules["spacearm.geometry.convex_pieces"]
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "scaled_mesh", None)  # nothing is read again
+        again = convex_pieces(copy, pieces=2, pose=(0, 0, 1), name="other")
+        assert (again.pieces[0].vertices == first.pieces[0].vertices + np.array([0, 0, 1])).all()
+        assert again.notes == first.notes
+        for wrong in (lambda: convex_pieces(other, pieces=2), lambda: convex_pieces(path, pieces=2, scale=2)):
+            with pytest.raises(TypeError):
+                wrong()
+    assert len(convex_pieces(other).pieces) == 1
+
+
 def test_long_work_says_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     heard: list[str] = []
     with on_progress(heard.append):

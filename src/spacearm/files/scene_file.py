@@ -98,11 +98,14 @@ def beside(directory: Path, name: str) -> Path:
 
 def _mesh(mesh: MeshModel, directory: Path, name: str) -> PolytopeSet | SphereSet:
     from spacearm.geometry import convex_pieces, enclose_mesh
+    from spacearm.geometry.convex_pieces import PIECES
 
     source, T, called = beside(directory, mesh.file), placed(mesh), name or Path(mesh.file).stem
     if mesh.spheres is None:
-        pieces = {} if mesh.pieces is None else {"pieces": mesh.pieces}
-        return convex_pieces(source, excess=mesh.excess, pose=T, scale=mesh.scale, name=called, inside=mesh.inside, **pieces)
+        count = PIECES if mesh.pieces is None else mesh.pieces
+        return convex_pieces(
+            source, pieces=count, excess=mesh.excess, pose=T, scale=mesh.scale, name=called, inside=mesh.inside
+        )
     if mesh.pieces is not None:
         raise SceneError("both pieces and spheres are given, expected one: convex pieces or balls; remove the other")
     return enclose_mesh(
