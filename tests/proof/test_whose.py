@@ -168,7 +168,7 @@ def test_pairs_that_cannot_meet_are_part_of_the_claim_but_not_of_its_figure() ->
     certificate = certify(
         Problem(robot, [Sphere((0, 5, 0), 0.1)], start=np.zeros(3), goal=[0.1, 0, 0]),
         Trajectory(robot, Motion([np.zeros(3), [0.2, 0.1, 0.2]])),
-        minimum_clearance=0.5,
+        clearance=0.5,
     )
     assert certificate.holds  # neighbours are 0.1 m apart, wherever the limits let them go
     assert certificate.unchecked == ()

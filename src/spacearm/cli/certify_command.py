@@ -44,7 +44,7 @@ class Options:
         time_unit: unit of the times in the trajectory; none: as the file says, else seconds.
         limits: the joint limits that must be kept; a path with corners has no acceleration, so leave that out for one.
         jerk_limit: jerk limit of every joint [rad/s^3 or m/s^3]; none: jerk is not limited.
-        minimum_clearance: the clearance must be more than this [m].
+        clearance: that the motion must keep [m]; none: as the problem states.
         resolution: an interval shorter than this share of the motion is not halved again.
         json: print the certificate as JSON instead of the summary.
     """
@@ -58,14 +58,14 @@ class Options:
     time_unit: Literal["s", "ms", "us", "ns"] | None = None
     limits: tuple[Literal["position", "velocity", "acceleration"], ...] = ("position", "velocity", "acceleration")
     jerk_limit: float | None = None
-    minimum_clearance: float = 0.0
+    clearance: float | None = None
     resolution: float = 1e-7
     json: bool = False
 
     @property
     def of_proof(self) -> dict[str, Any]:
         """Those that `certify` takes."""
-        names = ("limits", "jerk_limit", "minimum_clearance", "resolution")
+        names = ("limits", "jerk_limit", "clearance", "resolution")
         return {name: getattr(self, name) for name in names}
 
 
