@@ -264,7 +264,6 @@ def test_a_servicer_of_boxes_and_cylinders_loads_as_that(tmp_path: Path) -> None
     robot = urdf_text.loaded(text)
     kinds = [(part.name, type(part.shape).__name__) for part in robot.shapes]
     assert kinds == [("bus", "Box"), ("upper", "Cylinder"), ("gripper", "Cylinder"), ("gripper", "Box"), ("gripper", "Box")]
-    assert robot.capsules == ()
     path = tmp_path / "servicer.urdf"
     path.write_text(text)
     assert [(one.link, one.parts, one.excess, one.ratio) for one in envelope_report(path)] == [

@@ -14,12 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spacearm.core.errors import RobotError
-from spacearm.geometry import Box
+from spacearm.geometry import Box, bounding_points
 from spacearm.robot import Frame, Joint, LinkCapsule, LinkShape, Robot, joint_centres, load_robot
 from spacearm.robot.model import robot_as_dict, robot_from_dict
 from support import strategies
 from support.forward_kinematics import joint_transforms
 from support.messages import assert_refused
+from support.oracles.solids import from_segments
 from support.small_robots import two_link
 
 COINCIDENT = 1e-8  # [m] what is listed as one centre within 1e-9 stays together through a few rotations
@@ -209,7 +210,11 @@ def test_capsules_and_shapes_are_one_list_and_come_back_from_plain_values() -> N
     )
     assert arm.capsules == (capsule, line)
     mixed = replace(arm, shapes=(box, *arm.shapes))
-    assert mixed.capsules == (capsule, line)
+    around, *rest = mixed.capsules
+    assert tuple(rest) == (capsule, line)
+    assert (around.name, around.joint) == ("bus", -1)
+    corners, rounding = bounding_points(box.shape)
+    assert from_segments(corners, around.a, around.b).max() + rounding <= around.radius * (1 + 1e-9)
     assert replace(mixed, capsules=(line,)).shapes == (box, line.as_shape)
     for robot in (arm, mixed):
         assert robot_from_dict(json.loads(json.dumps(robot_as_dict(robot)))) == robot

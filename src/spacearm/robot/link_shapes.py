@@ -119,6 +119,16 @@ def as_capsule(part: LinkShape) -> LinkCapsule | None:
     return LinkCapsule(name=part.name, joint=part.joint, a=a, b=b, radius=radius)
 
 
+def capsule_around(part: LinkShape) -> LinkCapsule:
+    """Return a capsule that holds a shape, and stands out of it by little if the shape is long and thin."""
+    from spacearm.robot.capsule_fit import enclosing_capsules
+
+    (found,), _ = enclosing_capsules([part.shape], 1)
+    capsule = as_capsule(LinkShape(name=part.name, joint=part.joint, shape=found))
+    assert capsule is not None, "only spheres and capsules are put around shapes"
+    return capsule
+
+
 def part_as_dict(part: LinkShape) -> dict[str, Any]:
     """Return a shape of a link as plain values: name, joint, and the shape's own values under its kind."""
     kind = next(name for name, kind in _KINDS.items() if isinstance(part.shape, kind))

@@ -30,12 +30,14 @@ from spacearm.core.checks import (
     value_fields,
 )
 from spacearm.core.errors import RobotError, nearest
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.records import plain, record_from_dict
 from spacearm.robot.link_shapes import (
     LinkCapsule,
     LinkShape,
     as_capsule,
     as_index,
+    capsule_around,
     part_as_dict,
     part_from_dict,
     part_of_capsule,
@@ -353,8 +355,11 @@ class Robot(Frozen):
 
     @property
     def capsules(self) -> tuple[LinkCapsule, ...]:
-        """Those of the shapes that are spheres or capsules, as capsules."""
-        return tuple(one for one in map(as_capsule, self.shapes) if one is not None)
+        """The envelope in capsules, for programs that know no other shapes.
+
+        Spheres and capsules are themselves. Around each other shape there is one capsule, which holds it and stands out of it.
+        """
+        return _in_capsules(self)
 
     @property
     def dof(self) -> int:
@@ -403,6 +408,11 @@ class Robot(Frozen):
         moved = [joint for joint in self.joints if joint.dof == dof]
         leader = next((joint for joint in moved if joint.name == self.dof_names[dof]), moved[0])
         return leader.kind == "prismatic"
+
+
+@cached_by_identity
+def _in_capsules(robot: Robot) -> tuple[LinkCapsule, ...]:
+    return tuple(as_capsule(part) or capsule_around(part) for part in robot.shapes)
 
 
 def require_base(base: Any) -> None:
@@ -540,7 +550,7 @@ def robot_as_dict(robot: Robot) -> dict[str, Any]:
     for name in value_fields(robot):
         if name != "shapes":
             out[name] = plain(getattr(robot, name))
-        elif len(robot.capsules) == len(robot.shapes):
+        elif all(as_capsule(part) is not None for part in robot.shapes):
             out["capsules"] = plain(robot.capsules)
         else:
             out[name] = [part_as_dict(part) for part in robot.shapes]
