@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import as_whole
 from spacearm.core.errors import RobotError
+from spacearm.core.long_work import LongWork
 from spacearm.core.user_cache import cached_json
 from spacearm.robot.kinematics import base_and_joint_frames, skeleton
 from spacearm.robot.link_distances import CONTACT, LinkBody, PlacedBody, distances, least_distance, link_bodies, placed
@@ -172,9 +173,13 @@ def find_self_pairs(robot: Robot, *, samples: int = _SAMPLES, seed: int = 0) -> 
     neighbours = _neighbours(robot, set(names))
 
     def look() -> list[list[Any]]:
-        sampled = _Sampled(robot, _samples(robot, count, seed))
-        pairs = (sampled.look_at(*links, neighbours=links in neighbours) for links in itertools.combinations(names, 2))
-        return [[*one.links, one.reason, one.met, one.clearance, one.depth, one.proven] for one in pairs]
+        sampled, work = _Sampled(robot, _samples(robot, count, seed)), LongWork()
+        pairs, rows = list(itertools.combinations(names, 2)), []
+        for i, links in enumerate(pairs):
+            work.say(f"which links can meet: pair {i + 1} of {len(pairs)}")
+            one = sampled.look_at(*links, neighbours=links in neighbours)
+            rows.append([*one.links, one.reason, one.met, one.clearance, one.depth, one.proven])
+        return rows
 
     key = [fingerprint(robot, names), sorted(neighbours), count, seed]
     rows = cached_json("self-pairs", _ANALYSIS, key, look)
@@ -293,7 +298,9 @@ def _overlaps(robot: Robot, names: Sequence[str], asked: list[Pair]) -> dict[Pai
 
     def look() -> list[list[Any]]:
         rest, many, found = _Sampled(robot, _samples(robot, 0, 0)), _Sampled(robot, _samples(robot, _SAMPLES, 0)), []
-        for first, second in asked:
+        work = LongWork()
+        for i, (first, second) in enumerate(asked):
+            work.say(f"which links overlap in every configuration: pair {i + 1} of {len(asked)}")
             if distances(rest.place(first), rest.place(second), enough=2 * CONTACT)[0] >= CONTACT:
                 continue
             still = not joints_between(rest.bones, rest.bodies[first], rest.bodies[second])

@@ -172,8 +172,10 @@ class _Boxes:
 def _boxes(robot: Robot, first: LinkBody, second: LinkBody, between: Sequence[int]) -> _Boxes | None:
     """Return one box of all values of the joints between two links; None if there are too many joints, or limits are none."""
     dofs = sorted({robot.joints[j].dof for j in between})
+    if not 0 < len(dofs) <= _JOINTS:
+        return None
     lower, upper = _range_of(robot, dofs, between)
-    if not dofs or len(dofs) > _JOINTS or max(np.abs(lower).max(), np.abs(upper).max()) > VAST:
+    if max(np.abs(lower).max(), np.abs(upper).max()) > VAST:
         return None
     speed = np.zeros(len(dofs))
     for j in between:
