@@ -2,9 +2,9 @@
 
 A pair is unchecked only for a reason that holds: no joint moves the two against each other; they are neighbours, and the limits
 of the joint between them must keep them apart; or they overlap in every configuration, which is a fault of the model and is
-told. Each is recorded in `Robot.unchecked`. A pair that is proven never to meet, nor to come near (`never_meet`), is left to the
-certificate, which proves it like any other; the search skips it, and `Robot.apart` records it. Every other pair is checked. What
-was found is kept between runs in the user's cache.
+told. Each is recorded in `Robot.unchecked`. A pair that is proven never to meet (`never_meet`), nor to come near, is left to
+the certificate, which proves it like any other; the search skips it, and `Robot.apart` records it. Every other pair is checked.
+What was found is kept between runs in the user's cache.
 """
 
 from __future__ import annotations
