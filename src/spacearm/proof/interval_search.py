@@ -1,7 +1,7 @@
 """The search for a proof: intervals of the motion are halved until every pair is proven to be apart on each of them.
 
-Links are first enclosed in balls, and many balls of a scene in cells. Pairs that these do not settle are evaluated capsule by
-capsule and ball by ball. A pair that is still open is evaluated again on both halves of its interval; settled pairs are not.
+Links are first enclosed in balls, and many balls of a scene in cells. Pairs that these do not settle are evaluated shape by
+shape and ball by ball. A pair that is still open is evaluated again on both halves of its interval; settled pairs are not.
 Halving goes on until half of the least measured clearance is proven. So the proven clearance does not depend on where the
 intervals happen to end.
 """
@@ -31,12 +31,12 @@ from spacearm.proof.separation import (
     NearestPair,
     OpenPairs,
     by_group,
-    capsule_pairs,
     clearance_bounds,
     halved,
     link_pairs,
     obstacle_groups,
     out_of_cells,
+    shape_pairs,
     some_of,
 )
 from spacearm.proof.solids import Polytopes, Solids, lengths
@@ -50,7 +50,8 @@ Status = Literal["holds", "fails", "undecided"]
 _PROVEN_SHARE = 0.5  # times the least measured excess: what is to be proven above what a pair is held to
 _BATCH = 128  # intervals evaluated at once
 _ROWS = 100_000  # pairs evaluated at once, which bounds the memory
-_ROWS_OF_POLYTOPES = 2_000  # likewise, of pairs with a polytope: each takes some arrays of its vertices
+_ROWS_OF_CORNERS = 10_000  # likewise, if a body may have up to 32 points in place of two
+_ROWS_OF_POLYTOPES = 2_000  # likewise, of solids that are polytopes: each takes some arrays of its vertices
 _MOST_INTERVALS = 100_000  # evaluated before the search gives up
 _LIKELY = 24  # pairs of links and solids that are evaluated first, to find the least clearance early
 _CLOSE = 2.0  # times the least excess: pairs that seem to have less are measured
@@ -274,7 +275,8 @@ class ClearanceProof:
         n: Array | None = None,
     ) -> ClearanceBounds:
         parts: list[ClearanceBounds] = []
-        step = _ROWS_OF_POLYTOPES if isinstance(solids, Polytopes) else _ROWS
+        step = _ROWS if len(self._bodies.groups) == 1 else _ROWS_OF_CORNERS
+        step = _ROWS_OF_POLYTOPES if isinstance(solids, Polytopes) else step
         for i in range(0, max(1, len(pairs.interval)), step):
             rows = slice(i, i + step)
             some, directions = pairs.select(rows), None if n is None else n[rows]
@@ -285,7 +287,7 @@ class ClearanceProof:
         return ClearanceBounds(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def _close_pairs(self, midpoints: IntervalMidpoints) -> list[OpenPairs]:
-        """Return the pairs of capsules and solids that their links' balls and their cells do not settle, by group."""
+        """Return the pairs of shapes and solids that their links' balls and their cells do not settle, by group."""
         coarse: list[tuple[OpenPairs, ClearanceBounds, Held]] = []
         for i, group in enumerate(self._groups):
             pairs = link_pairs(group, self._relative_bodies, len(midpoints.half))
@@ -306,11 +308,11 @@ class ClearanceProof:
                 held = self.requirements.on(i, left, midpoints)
                 known = self._bounds(midpoints, i, left, enough=self._target(held))
                 left = left.select(~self._settled(known, held))
-            out.append(capsule_pairs(group, self._bodies, self._relative_bodies, left))
+            out.append(shape_pairs(group, self._bodies, self._relative_bodies, left))
         return out
 
     def _find_least(self, midpoints: IntervalMidpoints, i: int, pairs: OpenPairs, excess: Array, held: Held) -> None:
-        """Look for the least excess of group i among the capsules of the links that seem closest, and measure one pair.
+        """Look for the least excess of group i among the shapes of the links that seem closest, and measure one pair.
 
         Pairs that are near at an end are left out: what they have there is known.
         """
@@ -318,7 +320,7 @@ class ClearanceProof:
         excess = np.where(held.phase_at_midpoint, np.inf, excess)
         likely = np.argpartition(excess, min(_LIKELY, len(excess)) - 1)[:_LIKELY]
         close = pairs.select(likely) if group.cells is None else out_of_cells(group.cells, pairs.select(likely))
-        close = capsule_pairs(group, self._bodies, self._relative_bodies, close)
+        close = shape_pairs(group, self._bodies, self._relative_bodies, close)
         held = self.requirements.on(i, close, midpoints)
         known = self._bounds(midpoints, i, close, enough=None)
         excess = known.at_most - held.at_midpoint
