@@ -176,7 +176,7 @@ inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* fr
                                    const asked_clearance<T>& asked, envelope_memory<T>& w, pack<T>& sum,
                                    bool stop_early) {
     const bool by_pair = !b.pair_margins.empty();
-    const depths how = stop_early ? depths::none : depths::along_axes;
+    const depths how = stop_early ? depths::none : depths::by_boxes;
     const int nodes = static_cast<int>(obstacles.tree.size());
     for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {  // the last link first: it collides most
         const cluster<T>& c = b.clusters[i];
@@ -260,7 +260,7 @@ inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames
         place_bodies(b, frames, i, w);
         place_bodies(b, frames, j, w);
         if (one.has_solids || two.has_solids) {
-            add_solid_self_shortfall(b, i, j, margin, w, sum, stop_early ? depths::none : depths::along_axes);
+            add_solid_self_shortfall(b, i, j, margin, w, sum, stop_early ? depths::none : depths::by_boxes);
             if (stop_early && !all(sum <= T(0))) return;
             continue;
         }
@@ -308,7 +308,7 @@ SPACEARM_INLINE pack<T> cluster_clearance(const link_envelope<T>& b, const frame
         const link_body<T>& body = b.bodies[k];
         const pack<T> from_middle = distance_to(o, w.middle[k]);
         if (all(pack<T>(body.reach + enough) <= from_middle)) continue;
-        least = min(least, body_clearance(b, w, k, o, enough, depths::along_axes));
+        least = min(least, body_clearance(b, w, k, o, enough, depths::by_boxes));
     }
     return least;
 }
@@ -329,7 +329,7 @@ inline pack<T> cluster_pair_clearance(const link_envelope<T>& b, const frame<T>*
             const vec3<T> between = w.middle[k] - w.middle[l];
             const T reach = c.reach + d.reach + enough;
             if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
-            least = min(least, c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, enough, depths::along_axes)
+            least = min(least, c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, enough, depths::by_boxes)
                                                             : capsule_clearance(b, w, k, l));
         }
     }
