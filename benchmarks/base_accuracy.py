@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from spacearm.dynamics import BaseMotion
 from spacearm.motion import Motion
 from spacearm.planner import PlannerSettings, Problem
-from spacearm.planner.clearance import SearchedClearance
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.robot import Robot, load_robot
 
 Array = NDArray[np.float64]

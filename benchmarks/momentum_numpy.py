@@ -22,8 +22,8 @@ from spacearm.core.rotations import exponential, running_products
 from spacearm.dynamics.momentum import free_rate, lumped_masses, moments_of_frames
 from spacearm.motion import basis
 from spacearm.planner import PlannerSettings, Problem
-from spacearm.planner.clearance import SearchedClearance
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.robot import Robot, joint_frames, load_robot
 
 ROBOT, PARTICLES, SAMPLES, INTERIOR = "servicer7", 96, 64, 2

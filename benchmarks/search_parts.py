@@ -23,9 +23,9 @@ import numpy as np
 from spacearm.core.native import native
 from spacearm.files import load_moveit
 from spacearm.planner import Problem
-from spacearm.planner.clearance import SEARCH_ROOM
 from spacearm.planner.kernel_model import kernel_model
-from spacearm.planner.planner_settings import SWARM, PlannerSettings
+from spacearm.planner.planner_settings import SWARM
+from spacearm.planner.searched_clearance import SEARCH_ROOM
 from spacearm.robot import load_robot
 from spacearm.swarm.swarm_settings import kernel_settings
 

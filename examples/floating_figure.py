@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 import spacearm as sa
 from spacearm.core.rotations import matrix_of
 from spacearm.show.drawing import base_envelope, envelope, skeleton
-from spacearm.show.outlines import silhouette
 from spacearm.show.figure_style import BLACK, BLUE, GREEN, SKY, SMALL, VERMILION, look, new_figure
+from spacearm.show.outlines import silhouette
 
 Array = NDArray[np.float64]
 

@@ -26,9 +26,9 @@ import numpy as np
 from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion
 from spacearm.planner import PlannerSettings, Problem, clearance
-from spacearm.planner.clearance import SearchedClearance
 from spacearm.planner.kernel_model import kernel_model
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from spacearm.study.reference_core import REFERENCE, load_now, machine, seconds_per_configuration
 
@@ -227,7 +227,9 @@ def threads(size: Size, rounds: int) -> dict[str, float]:
         for problem in size.problems:
             for count in (1, 2):
                 settings = PlannerSettings(evaluations=4 * EVALUATIONS, islands=2, threads=count)
-                islands = Islands(problem, problem.goal.q[None].copy(), settings, seed=round_, searched=SearchedClearance(asked=0.002))
+                islands = Islands(
+                    problem, problem.goal.q[None].copy(), settings, seed=round_, searched=SearchedClearance(asked=0.002)
+                )
                 run = lambda: islands.run(evaluations=4 * EVALUATIONS, seconds=0, until_first=False, stall=0)  # noqa: B023, E731
                 table[count].append(taken(run))
                 found[count].append(min((entry.fitness for entry in islands.history()), default=np.inf))

@@ -7,8 +7,8 @@ import time
 from cases import Case, Trace
 
 from spacearm.planner import PlannerSettings, plan
-from spacearm.planner.clearance import SearchedClearance
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.study.other_checker import dense_configurations
 
 

@@ -34,6 +34,7 @@ from spacearm.geometry import PolytopeSet as PolytopeSet
 from spacearm.geometry import Scene as Scene
 from spacearm.geometry import Sphere as Sphere
 from spacearm.geometry import SphereSet as SphereSet
+from spacearm.geometry import convex_pieces as convex_pieces
 from spacearm.geometry import enclose_mesh as enclose_mesh
 from spacearm.geometry import enclose_points as enclose_points
 from spacearm.geometry import pose as pose

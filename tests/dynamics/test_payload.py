@@ -1,4 +1,4 @@
-"""Something in the hand: it rides along, lies in its capsules, and keeps clear of the links that can meet it."""
+"""Something in the hand: it rides along as it is, has mass, and keeps clear of the links that can meet it."""
 
 from __future__ import annotations
 
@@ -6,19 +6,35 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import coal
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spacearm.core.errors import RobotError
+from spacearm.core.errors import ProblemError, RobotError
 from spacearm.dynamics import hold
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
+from spacearm.geometry import (
+    Box,
+    Capsule,
+    Cylinder,
+    HalfSpace,
+    Polytope,
+    PolytopeSet,
+    Scene,
+    Sphere,
+    SphereSet,
+    moved_shape,
+    pose,
+)
+from spacearm.geometry.solid_moments import solid_moments
 from spacearm.motion import Motion, Trajectory
+from spacearm.planner import Problem
 from spacearm.robot import Robot, forward_kinematics, load_robot
 from support import srdf_text, strategies, urdf_text
 from support.forward_kinematics import frame_transform, joint_transforms
 from support.messages import assert_refused
+from support.oracles.coal_shapes import distance, placed_shape
 from support.oracles.solids import from_segments
 
 ROUNDING = 1e-9
@@ -26,16 +42,12 @@ ARMS = srdf_text.loaded(srdf_text.two_arms(), tip="left_tool")
 ZHANG = load_robot("zhang2022")
 
 
-def inside(robot: Robot, q: np.ndarray, points: np.ndarray, name: str = "held") -> float:
-    """How far the farthest of points (k, 3) in the base frame is outside of what is held [m]."""
+def depths(robot: Robot, q: np.ndarray, points: np.ndarray, name: str = "held") -> np.ndarray:
+    """How far points (k, 3) in the base frame are outside of what is held, by Coal [m]; negative inside."""
     placed = [np.eye(4), *joint_transforms(robot, q)]
-    depths = []
-    for capsule in robot.capsules:
-        if capsule.name == name:
-            T = placed[capsule.joint + 1]
-            a, b = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))
-            depths.append(from_segments(points, a, b) - capsule.radius)
-    return float(np.min(depths, axis=0).max())
+    own = [placed_shape(moved_shape(part.shape, placed[part.joint + 1])) for part in robot.shapes if part.name == name]
+    ball = coal.Sphere(0.0)
+    return np.array([min(distance((ball, coal.Transform3s(np.eye(3), p)), one) for one in own) for p in points])
 
 
 def ball(count: int = 40) -> np.ndarray:
@@ -45,6 +57,7 @@ def ball(count: int = 40) -> np.ndarray:
     return np.column_stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z])
 
 
+TETRAHEDRON = np.array([(0, 0, 0), (0.2, 0, 0), (0, 0.3, 0), (0.05, 0.05, 0.1)])
 TURNED = pose((0.1, -0.2, 0.3), (0.5, 0.1, -0.7, 0.2))
 SHAPES: dict[str, tuple[Any, Callable[[], np.ndarray]]] = {
     "sphere": (Sphere((0.1, 0.2, 0.3), 0.05), lambda: np.array([0.1, 0.2, 0.3]) + 0.05 * ball()),
@@ -61,6 +74,15 @@ SHAPES: dict[str, tuple[Any, Callable[[], np.ndarray]]] = {
             + TURNED[:3, 3]
         ),
     ),
+    "polytope": (Polytope(TETRAHEDRON), lambda: TETRAHEDRON),
+    "rounded box": (
+        Box((0.3, 0.2, 0.05), TURNED, rounding=0.02),
+        lambda: (np.array([0.15, 0, 0.025 + 0.02]) * np.array([[1, 1, 1], [-1, 1, -1]])) @ TURNED[:3, :3].T + TURNED[:3, 3],
+    ),
+    "polytope set": (
+        PolytopeSet((Polytope(TETRAHEDRON), Polytope(TETRAHEDRON + 0.3)), excess=0.002),
+        lambda: np.vstack([TETRAHEDRON, TETRAHEDRON + 0.3]),
+    ),
     "sphere set": (
         SphereSet([(0, 0, 0), (0.1, 0, 0)], [0.05, 0.02], excess=0.004),
         lambda: np.vstack([0.05 * ball(), (0.1, 0, 0) + 0.02 * ball()]),
@@ -69,7 +91,7 @@ SHAPES: dict[str, tuple[Any, Callable[[], np.ndarray]]] = {
 
 
 @pytest.mark.parametrize("kind", SHAPES)
-def test_what_is_held_rides_on_the_hand_inside_its_capsules(kind: str) -> None:
+def test_what_is_held_rides_on_the_hand_as_it_is(kind: str) -> None:
     shape, points = SHAPES[kind]
     T_tool_x = pose((0, 0, 0.1), (0.3, 0.2, 0.9, -0.1))
     robot = hold(ARMS, shape, frame="right_tool", pose=T_tool_x)
@@ -77,7 +99,7 @@ def test_what_is_held_rides_on_the_hand_inside_its_capsules(kind: str) -> None:
     for q in generator.uniform(-1, 1, (5, robot.dof)):
         T = frame_transform(robot, q, "right_tool") @ T_tool_x
         there = points() @ T[:3, :3].T + T[:3, 3]
-        assert inside(robot, q, there) <= ROUNDING
+        assert abs(depths(robot, q, there).max()) <= 1e-6  # all are in it, and the farthest on its surface, as Coal sees it
         if hasattr(shape, "pose"):
             np.testing.assert_allclose(frame_transform(robot, q, "held"), T @ shape.pose, atol=ROUNDING)
     assert "mm too large" in robot.notes[-1] or "exact" in robot.notes[-1]
@@ -98,7 +120,7 @@ def test_an_obstacle_of_the_scene_is_taken_up_where_it_is(data: st.DataObject) -
 def test_it_keeps_clear_of_every_link_that_can_meet_it() -> None:
     robot = hold(ARMS, Sphere((0, 0, 0.1), 0.03))
     with_held = {pair[1 - pair.index("held")] for pair in robot.self_pairs if "held" in pair}
-    links = {capsule.name for capsule in ARMS.capsules}
+    links = {part.name for part in ARMS.shapes}
     # The fingers slide on the hand, and so can meet it; the hand itself is tied to it.
     assert with_held == links - {"left_hand"}
     assert set(ARMS.self_pairs) <= set(robot.self_pairs)
@@ -122,18 +144,21 @@ def test_two_things_may_be_held_under_two_names() -> None:
     assert ("cup", "lump") not in on_it.self_pairs
 
 
-def test_a_point_is_taken_for_a_pose_that_is_not_turned_and_more_capsules_fit_closer() -> None:
-    there = hold(ARMS, Sphere((0, 0, 0), 0.1), pose=(1, 2, 3)).capsules[-1]
-    assert there == hold(ARMS, Sphere((1, 2, 3), 0.1)).capsules[-1]
-    board = Box((0.3, 0.3, 0.02))
-    counts = [len(hold(ARMS, board, capsules_per_shape=count).capsules) - len(ARMS.capsules) for count in (1, 3)]
-    assert counts == [1, 3]
+def test_a_point_is_taken_for_a_pose_that_is_not_turned() -> None:
+    there = hold(ARMS, Sphere((0, 0, 0), 0.1), pose=(1, 2, 3)).shapes[-1]
+    assert there == hold(ARMS, Sphere((1, 2, 3), 0.1)).shapes[-1]
+
+
+def test_a_number_of_capsules_is_not_used_and_that_is_told() -> None:
+    robot = hold(ARMS, Box((0.3, 0.3, 0.02)), capsules_per_shape=3)
+    assert robot.shapes == hold(ARMS, Box((0.3, 0.3, 0.02))).shapes
+    assert "'held' keeps its shape: capsules_per_shape is no longer used" in robot.notes
 
 
 def test_a_robot_without_an_envelope_may_hold_something() -> None:
     bare = urdf_text.loaded(urdf_text.chain(urdf_text.joint("a", "link_0", "link_1")))
     robot = hold(bare, Box((0.1, 0.1, 0.1)))
-    assert {capsule.name for capsule in robot.capsules} == {"held"}
+    assert {part.name for part in robot.shapes} == {"held"}
     assert robot.self_pairs == ()
 
 
@@ -154,8 +179,6 @@ def test_a_robot_without_an_envelope_may_hold_something() -> None:
         ("held: pose of three by three", lambda: hold(ARMS, Sphere((0, 0, 0), 1), pose=np.eye(3))),
         ("held: pose of two numbers", lambda: hold(ARMS, Sphere((0, 0, 0), 1), pose=(1, 2))),
         ("held: pose that is no rotation", lambda: hold(ARMS, Sphere((0, 0, 0), 1), pose=2 * np.eye(4))),
-        ("held: no capsules", lambda: hold(ARMS, Box((1, 1, 1)), capsules_per_shape=0)),
-        ("held: more capsules than may be", lambda: hold(ARMS, Box((1, 1, 1)), capsules_per_shape=2**31)),
     ],
 )
 def test_what_cannot_be_held_is_refused(case: str, call: Callable[[], Robot]) -> None:
@@ -165,7 +188,8 @@ def test_what_cannot_be_held_is_refused(case: str, call: Callable[[], Robot]) ->
 # ---- masses -----------------------------------------------------------------------------------------------------------------
 SERVICER = load_robot("servicer7")
 BALLS = SphereSet([(0.1, 0, 0), (0.2, 0, 0), (0.1, 0.1, 0.3)], [0.1, 0.15, 0.05])
-WEIGHED: dict[str, Any] = {name: shape for name, (shape, _) in SHAPES.items() if not isinstance(shape, SphereSet)}
+ROUND = ("sphere", "capsule", "box", "cylinder")  # what `inside_of` knows
+WEIGHED: dict[str, Any] = {name: shape for name, (shape, _) in SHAPES.items() if name in ROUND}
 WEIGHED["sphere set"] = BALLS
 
 
@@ -216,7 +240,37 @@ def test_a_centre_and_an_inertia_are_taken_in_the_held_things_own_frame() -> Non
     assert np.allclose(body.inertia, own[:3, :3] @ matrix @ own[:3, :3].T)
 
 
+@pytest.mark.parametrize("kind", SHAPES)
+def test_a_density_fills_the_shape_evenly(kind: str) -> None:
+    shape, _ = SHAPES[kind]
+    even = solid_moments(shape)
+    robot = hold(SERVICER, shape, pose=TURNED, density=2700)
+    body = robot.bodies[-1]
+    assert body.mass == pytest.approx(2700 * even.volume)
+    by_mass = hold(SERVICER, shape, pose=TURNED, mass=body.mass).bodies[-1]
+    np.testing.assert_allclose(body.com, by_mass.com, atol=1e-12)
+    np.testing.assert_allclose(body.inertia, by_mass.inertia, atol=1e-12)
+    assert any(f"{body.mass:.4g} kg: 2700 kg/m^3" in note for note in robot.notes)
+    assert "held" not in dict(robot.unweighed)
+
+
+def test_a_floating_base_is_not_planned_with_a_payload_without_mass() -> None:
+    home = SERVICER.configuration("home")
+    robot = hold(SERVICER, Box((0.3, 0.2, 0.1)))
+    assert any("'held' is held, and nothing says its mass" in note for note in robot.notes)
+    assert_refused("held", "floating without mass", ProblemError, lambda: Problem(robot, Scene(), start=home, goal=home))
+    Problem(robot, Scene(), start=home, goal=home, base="fixed")
+    for weight in ({"mass": 3.0}, {"density": 1000.0}):
+        heavy = hold(SERVICER, Box((0.3, 0.2, 0.1)), **weight)
+        assert without_mass(heavy) == ()
+
+
 MASSES: dict[str, dict[str, Any]] = {
+    "mass and density": {"mass": 1, "density": 1000},
+    "density of 0": {"density": 0},
+    "density of text": {"density": "steel"},
+    "density and centre": {"density": 1000, "com": (0, 0, 0)},
+    "density and inertia": {"density": 1000, "inertia": np.eye(3)},
     "mass below 0": {"mass": -1},
     "mass of 0": {"mass": 0},
     "mass of text": {"mass": "heavy"},
@@ -233,6 +287,12 @@ MASSES: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("case", MASSES)
 def test_masses_that_cannot_be_are_refused(case: str) -> None:
     assert_refused("held", case, RobotError, lambda: hold(SERVICER, Box((1, 1, 1)), **MASSES[case]))
+
+
+def test_a_density_of_what_has_no_volume_is_refused() -> None:
+    plate = Polytope([(0, 0, 0), (1, 0, 0), (0, 1, 0)])
+    assert_refused("held", "density of a plate", RobotError, lambda: hold(SERVICER, plate, density=1000))
+    assert hold(SERVICER, plate, mass=6).bodies[-1].mass == 6
 
 
 def test_the_base_of_a_robot_that_holds_something_heavy_turns_with_it() -> None:

@@ -145,8 +145,8 @@ def test_a_scene_may_be_left_out(scene: str, tmp_path: Path) -> None:
 
 
 def test_the_planners_settings_are_read(tmp_path: Path) -> None:
-    text = PROBLEM + "planner: {islands: 4, margin: 1e-2}\nbase: fixed\n"
-    assert load_problem_file(written(tmp_path, text)).settings == PlannerSettings(islands=4, margin=0.01)
+    text = PROBLEM + "planner: {islands: 4, preferred_clearance: 1e-1}\nbase: fixed\n"
+    assert load_problem_file(written(tmp_path, text)).settings == PlannerSettings(islands=4, preferred_clearance=0.1)
     assert load_problem_file(written(tmp_path, PROBLEM)).settings == PlannerSettings()
 
 

@@ -186,10 +186,11 @@ def test_all_that_is_asked_of_a_base_counts_in_the_hash() -> None:
 
 def test_problems_from_before_bases_could_float_keep_their_hashes() -> None:
     """The number is that of a release whose problems had a fixed base at the origin, and no more."""
-    written = OUTCOMES["position"]
+    written = replace(OUTCOMES["position"], clearance=0.0)
     assert problem_hash(written) == "9aec95a09786c618c70bc4b5cace164e924771227f643d2496db2c87b909d271"
     values = problem_as_dict(written)
-    assert set(values) == {"robot", "base", "start", "goal", "obstacles"}
+    assert set(values) == {"robot", "base", "clearance", "start", "goal", "obstacles"}
+    del values["clearance"]
     values["robot"].pop("base", None)  # as it was then
     assert problem_from_dict(values) == written
     assert "base" not in plan_as_dict(plan(turn(scene=[]), SMALL, rng=0))
@@ -202,9 +203,11 @@ def test_a_plan_that_an_older_release_saved_is_still_read(found: Plan) -> None:
     assert "spacearm-certificate" not in json.loads(OLD.read_text())["certificate"]
     old = load_saved_plan(OLD)
     assert old.problem_hash == problem_hash(old.problem)
-    assert recheck_plan(OLD).notes == ()
-    assert old.trajectory == found.trajectory
-    assert load_plan(OLD, PROBLEM) == found.trajectory
+    (note,) = recheck_plan(OLD).notes
+    assert note.startswith("the file states no clearance")
+    assert (old.is_old, old.problem.clearance) == (True, 0.0)
+    before = replace(PROBLEM, clearance=0.0)
+    assert load_plan(OLD, before) == plan(before, SMALL, rng=0).trajectory
 
 
 # ---- refused ---------------------------------------------------------------------------------------------------------

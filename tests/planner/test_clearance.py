@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 from kernel import drawn, objectives
 from kernel.builds import Build, surround
 from spacearm.core.errors import RobotError
-from spacearm.core.native import available_levels, native
+from spacearm.core.native import available_levels
 from spacearm.geometry import Obstacle, Scene, Sphere, SphereSet
 from spacearm.planner import Problem, clearance, clearances
-from spacearm.planner.clearance import ClearanceModel, SearchedClearance, searched_clearance, self_clearances
+from spacearm.planner.clearance import ClearanceModel, self_clearances
 from spacearm.planner.kernel_model import kernel_model, make_kernel_model, self_capsule_pairs
+from spacearm.planner.searched_clearance import SearchedClearance, searched_clearance
 from spacearm.robot import LinkCapsule, Robot
 from support import strategies
 from support.dense_samples import arms, planar
@@ -146,8 +147,8 @@ def test_what_is_no_configuration_is_refused(q: Any) -> None:
 
 def kernel_pairs(searched: SearchedClearance) -> dict[str, np.ndarray]:
     """Pairs with a clearance of their own as the kernel's `PairMargins` takes them."""
-    pairs = {"body": searched.capsules, "obstacle": searched.obstacles, "other": searched.others}
-    return {**pairs, "margin": searched.of_pairs}
+    body, obstacle, other = (np.ascontiguousarray(column) for column in searched.rows.T)
+    return {"body": body, "obstacle": obstacle, "other": other, "margin": searched.of_pairs}
 
 
 def between_ends(clear: float, required: float) -> float:

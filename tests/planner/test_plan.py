@@ -519,7 +519,7 @@ def test_an_interrupted_search_gives_the_best_motion_that_holds(problem: Problem
     found = plan(problem, SMALL, rng=0, progress=interrupt)
     assert_proven(found)
     assert found.interrupted
-    assert found.message.startswith(STATUSES["found"] + "; it was interrupted; clearance is at least")
+    assert found.message.startswith(STATUSES["found"] + "; it was interrupted; clearance proven at least")
 
 
 def test_what_is_interrupted_before_there_is_anything_is_the_callers() -> None:

@@ -27,10 +27,10 @@ def relative_ends(robot: Robot, q: np.ndarray) -> np.ndarray:
     seen_from = {int(motion): -1 for motion in relative_bodies.motion[relative_bodies.scene_relative]}
     for relative, body in zip(relative_bodies.self_relative, relative_bodies.self_body, strict=True):
         seen_from[int(relative_bodies.motion[relative])] = int(bodies.joint[body])
-    out = np.empty((len(q), len(relative_bodies.body), bodies.ends.shape[1], 3))
+    out = np.empty((len(q), len(relative_bodies.body), bodies.groups[0].points.shape[1], 3))
     for i, (body, motion) in enumerate(zip(relative_bodies.body, relative_bodies.motion, strict=True)):
         T = np.linalg.inv(frames[:, seen_from[int(motion)]]) @ frames[:, bodies.joint[body]]
-        out[:, i] = bodies.ends[body] @ np.swapaxes(T[:, :3, :3], 1, 2) + T[:, None, :3, 3]
+        out[:, i] = bodies.groups[0].points[body] @ np.swapaxes(T[:, :3, :3], 1, 2) + T[:, None, :3, 3]
     return out
 
 
@@ -63,10 +63,10 @@ def test_no_end_gets_further_than_its_two_bounds_allow(data: st.DataObject) -> N
     q = curve.sample(np.concatenate([midpoints.u, u]))
     ends = relative_ends(robot, q)
     moved = ends[1:] - ends[:1]
-    assert (np.linalg.norm(moved, axis=-1) <= midpoints.displacement_bound[0] + 1e-9).all()
+    assert (np.linalg.norm(moved, axis=-1) <= midpoints.groups[0].displacement_bound[0] + 1e-9).all()
     along = np.abs(np.einsum("umec,mc->ume", moved, directions(robot, q[:1], n)))
-    speed = np.abs(midpoints.velocity[0] @ n) * midpoints.half[0]
-    assert (along <= speed + midpoints.second_order_bound[0] + 1e-9).all()
+    speed = np.abs(midpoints.groups[0].velocity[0] @ n) * midpoints.half[0]
+    assert (along <= speed + midpoints.groups[0].second_order_bound[0] + 1e-9).all()
 
 
 # ---- closed forms: the bound is at most this much above the truth ----------------------------------------------------
@@ -77,8 +77,8 @@ def displacement_of(robot: Robot, curve: Curve, relative: int) -> tuple[float, f
     midpoints, intervals = bounded(robot, curve, first_part(curve))
     ends = relative_ends(robot, curve.sample(np.concatenate([midpoints.u, intervals.ends[0]])))
     moved = np.linalg.norm(ends[1:] - ends[:1], axis=-1).max(axis=0)[relative]
-    end = int(np.argmax(midpoints.displacement_bound[0, relative]))
-    return float(midpoints.displacement_bound[0, relative, end]), float(moved[end])
+    end = int(np.argmax(midpoints.groups[0].displacement_bound[0, relative]))
+    return float(midpoints.groups[0].displacement_bound[0, relative, end]), float(moved[end])
 
 
 def second_order_of(robot: Robot, curve: Curve, relative: int, n: tuple[float, float, float]) -> tuple[float, float]:
@@ -88,9 +88,9 @@ def second_order_of(robot: Robot, curve: Curve, relative: int, n: tuple[float, f
     direction = np.asarray(n) / np.linalg.norm(n)
     ends = relative_ends(robot, q)
     along = np.abs(np.einsum("umec,mc->ume", ends[1:] - ends[:1], directions(robot, q[:1], direction)))
-    beyond = (along - np.abs(midpoints.velocity[0] @ direction) * midpoints.half[0])[:, relative].max(axis=0)
-    end = int(np.argmax(midpoints.second_order_bound[0, relative]))
-    return float(midpoints.second_order_bound[0, relative, end]), float(beyond[end])
+    beyond = (along - np.abs(midpoints.groups[0].velocity[0] @ direction) * midpoints.half[0])[:, relative].max(axis=0)
+    end = int(np.argmax(midpoints.groups[0].second_order_bound[0, relative]))
+    return float(midpoints.groups[0].second_order_bound[0, relative, end]), float(beyond[end])
 
 
 def first_part(curve: Curve) -> Intervals | None:
@@ -189,7 +189,7 @@ def test_only_the_joints_between_move_one_link_from_another() -> None:
     relative = relative_bodies.self_relative[0]
     assert (relative_bodies.sign[relative_bodies.motion[relative]] == [0, 1, 1]).all()
     midpoints, _ = bounded(three, line((-0.5, 0, 0), (0.5, 0, 0)))
-    assert midpoints.displacement_bound[0, relative].max() < 1e-12
+    assert midpoints.groups[0].displacement_bound[0, relative].max() < 1e-12
     assert bodies.joint[relative_bodies.self_body[0]] == 0
 
 
@@ -208,7 +208,9 @@ def test_two_arms_move_relative_to_each_other_through_their_common_root() -> Non
     midpoints, intervals = bounded(robot, turning_together)
     ends = relative_ends(robot, turning_together.sample(np.concatenate([midpoints.u, intervals.ends[0]])))
     relative = relative_bodies.self_relative[0] + 1
-    assert (np.linalg.norm(ends[1:, relative] - ends[:1, relative], axis=-1) <= midpoints.displacement_bound[0, relative]).all()
+    assert (
+        np.linalg.norm(ends[1:, relative] - ends[:1, relative], axis=-1) <= midpoints.groups[0].displacement_bound[0, relative]
+    ).all()
 
 
 def test_links_are_inside_of_their_balls() -> None:
@@ -220,9 +222,9 @@ def test_links_are_inside_of_their_balls() -> None:
         )
     )
     bodies, _ = bodies_of(robot)
-    assert bodies.capsules == 3
+    assert bodies.shapes == 3
     for ball, inside in ((3, (0, 1)), (4, (2,))):
         assert tuple(bodies.members[bodies.first[ball] :][: bodies.count[ball]]) == inside
         for i in inside:
-            far = np.linalg.norm(bodies.ends[i] - bodies.ends[ball], axis=1) + bodies.radius[i]
+            far = np.linalg.norm(bodies.groups[0].points[i] - bodies.groups[0].points[ball], axis=1) + bodies.radius[i]
             assert (far <= bodies.radius[ball]).all()

@@ -242,15 +242,15 @@ def test_no_end_of_a_drifting_robot_gets_further_than_its_two_bounds_allow(
     midpoints.bound(np.arange(len(relative_bodies.body)))
     u = np.concatenate([midpoints.u, intervals.ends[0], np.random.default_rng(0).uniform(*intervals.ends[0], 30)])
     at = frames(u, joints.values(curve.sample(u)))[:, bodies.joint]
-    ends = bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
+    ends = bodies.groups[0].points @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
     free = relative_bodies.free[relative_bodies.motion]
     ends = ends[:, relative_bodies.body[free]]
     moved = ends[1:] - ends[:1]
-    assert (np.linalg.norm(moved, axis=-1) <= midpoints.displacement_bound[0, free] + 1e-9).all()
+    assert (np.linalg.norm(moved, axis=-1) <= midpoints.groups[0].displacement_bound[0, free] + 1e-9).all()
     n = np.array(data.draw(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)))
     n /= np.linalg.norm(n)
-    speed = np.abs(midpoints.velocity[0, free] @ n) * midpoints.half[0]
-    assert (np.abs(moved @ n) <= speed + midpoints.second_order_bound[0, free] + 1e-9).all()
+    speed = np.abs(midpoints.groups[0].velocity[0, free] @ n) * midpoints.half[0]
+    assert (np.abs(moved @ n) <= speed + midpoints.groups[0].second_order_bound[0, free] + 1e-9).all()
 
 
 @pytest.mark.parametrize("share", [0.2, 1.0])
@@ -268,9 +268,9 @@ def test_a_panel_that_turns_falls_towards_the_centre_and_the_bound_is_just_above
     )
     midpoints.bound(np.arange(len(relative_bodies.body)))
     angle = share * np.diff(intervals.ends[0])[0] / 2 / 4
-    assert 1 - np.cos(angle) <= midpoints.second_order_bound[0, 1, 0] <= 1.2 * (1 - np.cos(angle)) + 1e-9
-    assert 2 * np.sin(angle / 2) <= midpoints.displacement_bound[0, 1, 0] <= 1.01 * angle + 1e-9
-    assert np.linalg.norm(midpoints.velocity[0, 1, 0]) == pytest.approx(share / 4, rel=1e-12)
+    assert 1 - np.cos(angle) <= midpoints.groups[0].second_order_bound[0, 1, 0] <= 1.2 * (1 - np.cos(angle)) + 1e-9
+    assert 2 * np.sin(angle / 2) <= midpoints.groups[0].displacement_bound[0, 1, 0] <= 1.01 * angle + 1e-9
+    assert np.linalg.norm(midpoints.groups[0].velocity[0, 1, 0]) == pytest.approx(share / 4, rel=1e-12)
 
 
 def skewed() -> Robot:
@@ -356,10 +356,10 @@ def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:
         ends = []
         for u in (midpoints.u, intervals.ends[:, side]):
             at = frames(u, joints.values(curve.sample(u)))[:, bodies.joint]
-            ends.append(bodies.ends @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3])
-        way = midpoints.velocity * (intervals.ends[:, side] - midpoints.u)[:, None, None, None]
+            ends.append(bodies.groups[0].points @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3])
+        way = midpoints.groups[0].velocity * (intervals.ends[:, side] - midpoints.u)[:, None, None, None]
         beyond = np.linalg.norm((ends[1] - ends[0])[:, relative_bodies.body] - way, axis=-1)
-        shares.append((beyond / midpoints.second_order_bound).max())
+        shares.append((beyond / midpoints.groups[0].second_order_bound).max())
     assert 1 / 8 < max(shares) < 1
 
 

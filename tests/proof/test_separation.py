@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spacearm.geometry import HalfSpace, Obstacle, Scene, Sphere, SphereSet
-from spacearm.proof.bodies import Balls, Solids, bodies_of, cells_of, solids_of
+from spacearm.proof.bodies import bodies_of
 from spacearm.proof.separation import (
     GUARD,
     ClearanceBounds,
@@ -16,10 +16,10 @@ from spacearm.proof.separation import (
     capsule_pairs,
     clearance_bounds,
     link_pairs,
-    link_solids,
     obstacle_groups,
     out_of_cells,
 )
+from spacearm.proof.solids import Balls, Solids, cells_of, solids_of
 from spacearm.robot import LinkCapsule, Robot
 from support import strategies
 from support.bounded_paths import bounded, line
@@ -145,7 +145,7 @@ def test_links_are_solids_where_they_are() -> None:
     robot = planar(self_pairs=(("upper", "fore"),))
     body, relative_bodies = bodies_of(robot)
     midpoints, _ = bounded(robot, line((0.3, 2.5), (0.3, 2.5)))
-    solids = link_solids(body, midpoints)
+    solids = midpoints.solids(0)
     relative = relative_bodies.self_relative[0] + 1  # the capsule in the first family
     pairs = OpenPairs(np.zeros(1, np.intp), np.array([relative]), np.array([0]))
     known = clearance_bounds(midpoints, body, relative_bodies, pairs, solids, enough=np.inf)

@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spacearm.core.errors import FileFormatError, RobotError, SpacearmError
+from spacearm.geometry import Box
 from spacearm.robot import builtin_robots, load_robot, load_urdf
 from spacearm.robot.build_robot import snapped, turned_onto_z
 from support import urdf_text
@@ -81,15 +82,19 @@ def test_boxes_masses_and_configurations_of_a_robot_file_are_read(tmp_path: Path
     np.testing.assert_allclose(hand.com, (0, 0, 1))
     np.testing.assert_array_equal(robot.configuration("home"), (0.5, 0.25))
     assert robot.self_pairs == (("base", "hand"),)
-    of_base = [capsule for capsule in robot.capsules if capsule.name == "base"]
-    assert 1 < len(of_base) <= 4
-    assert {capsule.joint for capsule in of_base} == {-1}
+    (box,) = [part for part in robot.shapes if part.name == "base"]
+    assert box.joint == -1
+    assert isinstance(box.shape, Box)
+    np.testing.assert_allclose(sorted(box.shape.size), (0.5, 1, 2))
+    np.testing.assert_allclose(box.shape.pose[:3, 3], (0, 0, -1))
+    assert any("boxes keep their shape, their number of capsules is not used: 'base'" in note for note in robot.notes)
+    capsules = load_robot(path, capsules_per_shape=3).capsules
+    of_base = [capsule for capsule in capsules if capsule.name == "base"]
+    assert len(of_base) > 1
     for capsule in of_base:  # along the long edge, which was turned onto y
         along = capsule.b - capsule.a
         assert abs(along[1]) == pytest.approx(np.linalg.norm(along))
-        assert capsule.a[2] == pytest.approx(-1, abs=0.25)
-    assert len(load_robot(path, capsules_per_shape=1).capsules) == 2 + len(of_base) + 1
-    assert load_robot(path, collision="none").capsules == ()
+    assert load_robot(path, collision="none").shapes == ()
     assert load_robot(path, fixed={"lift": 0.5}).configuration("home") == pytest.approx(0.5)
     assert load_robot(path, fixed={"lift": 0.5}).bodies[1].joint == 0
 

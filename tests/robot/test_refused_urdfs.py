@@ -66,7 +66,8 @@ FORMAT: dict[str, str] = {
     "collision without geometry": robot(link("link_0", "<collision/>"), link("link_1"), ONE),
     "collision with empty geometry": with_shape(""),
     "collision with two shapes": with_shape('<sphere radius="1"/><sphere radius="2"/>'),
-    "collision with a capsule": with_shape('<capsule radius="1" length="1"/>'),
+    "collision with a cone": with_shape('<cone radius="1" length="1"/>'),
+    "capsule without length": with_shape('<capsule radius="1"/>'),
     "sphere without radius": with_shape("<sphere/>"),
     "negative radius": with_shape('<sphere radius="-1"/>'),
     "cylinder without length": with_shape('<cylinder radius="1"/>'),
@@ -168,4 +169,4 @@ def test_a_mesh_that_is_none_is_refused(tmp_path: Path) -> None:
 def test_collision_shapes_do_not_matter_to_who_wants_none(case: str, tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text(FORMAT[case])
-    assert load_urdf(path, collision="none").capsules == ()
+    assert load_urdf(path, collision="none").shapes == ()

@@ -228,7 +228,7 @@ FAULTS: dict[str, tuple[tuple[tuple[str, str], ...], str, str, str]] = {
     "always meet": (
         (('xyz="0 0 0.6"', 'xyz="0 0 0.3"'), ('xyz="0 0 1.1"', 'xyz="0 0.7 -0.1"')),
         "pair-always-meets",
-        "warning",
+        "error",
         "base",
     ),
     "two tips": (

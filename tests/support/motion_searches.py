@@ -14,8 +14,8 @@ from kernel.builds import Build, surround
 from spacearm.core.native import available_levels
 from spacearm.geometry import Scene, Sphere
 from spacearm.planner import PlannerSettings, Problem
-from spacearm.planner.clearance import SearchedClearance
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.robot import Robot
 from support import strategies
 from support.dense_samples import planar

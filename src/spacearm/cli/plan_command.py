@@ -219,6 +219,7 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
     rows.append(("clearance", _clearance(found)))
     if found.certificate is not None:
         rows.append(("certificate", f"{found.certificate.status}: {found.certificate.message}"))
+        rows += [("near at an end", pair.text) for pair in found.certificate.near_pairs]
         rows += rows_on_unchecked(found.certificate.unchecked, found.certificate.bare)
     rows += [("note", note) for note in found.problem.notes]
     rows.append(("time", ", ".join(f"{name} {seconds * 1e3:.0f} ms" for name, seconds in found.timings.items())))

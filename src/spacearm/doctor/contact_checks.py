@@ -1,7 +1,7 @@
-"""Which links meet: pairs that an SRDF switches off although they can, and pairs whose envelopes always do.
+"""Which links meet: pairs that an SRDF switches off although they can, and pairs that overlap in every configuration.
 
-Where envelopes meet, the true collision shapes, which are smaller, decide (with Coal). The model must be loaded for that, so a
-copy of it is made loadable first: what can be mended is mended, what cannot is made fixed or removed.
+Where the convex pieces of a mesh meet something, its triangles, which lie inside, decide (with Coal). The model must be loaded
+for all that, so a copy of it is made loadable first: what can be mended is mended, what cannot is made fixed or removed.
 """
 
 from __future__ import annotations
@@ -21,17 +21,20 @@ from spacearm.doctor.diagnosis import Case, Chart, child_of, link_of, number_of
 from spacearm.doctor.shape_checks import mesh_path, mesh_size
 from spacearm.doctor.structure_checks import BROKEN
 from spacearm.robot.assembly import Assembly, assemble
-from spacearm.robot.capsules import clearance, link_axes, placed
+from spacearm.robot.collision_shapes import Shape
 from spacearm.robot.kinematics import base_and_joint_frames
+from spacearm.robot.link_distances import CONTACT, distances, link_bodies, placed
 from spacearm.robot.link_tree import LinkTree, advised, default_tip, ends_of, several_ends
 from spacearm.robot.model import Robot
-from spacearm.robot.self_collision import ALWAYS, LinkPair, find_self_pairs, finite_range
+from spacearm.robot.self_collision import NEARLY_ALWAYS, LinkPair, find_self_pairs
 from spacearm.robot.srdf import Srdf, pair
-from spacearm.robot.urdf import Shape, link_shapes, parsed_urdf, urdf_tree
+from spacearm.robot.unchecked_pairs import overlap_in_words
+from spacearm.robot.urdf import collision_shapes, urdf_tree
+from spacearm.robot.whole_range import finite_range
 
 Array = NDArray[np.float64]
 
-_MOST = 300  # configurations in which the true shapes are looked at
+_MOST = 300  # configurations in which triangles are looked at
 
 Parts = Sequence[tuple[Any, Array]]
 """Coal's shapes and their transforms in a link's frame, (4, 4)."""
@@ -49,17 +52,22 @@ def meeting_share(robot: Robot, shapes: Mapping[str, Sequence[Shape]], links: tu
     lower, upper = finite_range(robot)
     q = lower + np.random.default_rng(0).random((samples, robot.dof)) * (upper - lower)
     frames = base_and_joint_frames(robot, q)
-    axes = link_axes(robot)
-    near = np.flatnonzero(clearance(placed(axes[links[0]], frames), placed(axes[links[1]], frames)) < 0)
+    bodies = link_bodies(robot)
+    near = np.flatnonzero(distances(*(placed(bodies[link], frames) for link in links), enough=CONTACT) < 0)
     if not near.size:
         return 0.0
     share = near.size / samples
-    if not all(shapes.get(link) for link in links):
+    if not all(shapes.get(link) for link in links) or not has_mesh(shapes, links):
         return share
     looked = near[np.linspace(0, near.size - 1, min(near.size, _MOST)).astype(int)]
     first, second = ([_part(shape) for shape in shapes[link]] for link in links)
     places = [_places(robot, link, frames[looked]) for link in links]
     return share * float(np.mean([_meet(first, A, second, B) for A, B in zip(*places, strict=True)]))
+
+
+def has_mesh(shapes: Mapping[str, Sequence[Shape]], links: tuple[str, str]) -> bool:
+    """Whether a mesh is among the collision shapes of some links, so that convex pieces stand for it."""
+    return any(shape.kind == "mesh" for link in links for shape in shapes.get(link, ()))
 
 
 def _places(robot: Robot, link: str, frames: Array) -> Array:
@@ -88,13 +96,16 @@ def _part(shape: Shape) -> tuple[Any, Array]:
         made: Any = coal.Sphere(shape.size[0])
     elif shape.kind == "cylinder":
         made = coal.Cylinder(*shape.size)
+    elif shape.kind == "capsule":
+        made = coal.Capsule(*shape.size)
     elif shape.kind == "box":
         made = coal.Box(*shape.size)
     else:
-        assert shape.triangles is not None
+        surface = shape.triangles
+        assert surface is not None
         made = coal.BVHModelOBBRSS()
-        made.beginModel(len(shape.triangles), 3 * len(shape.triangles))
-        corners = shape.triangles.reshape(-1, 3)
+        made.beginModel(len(surface), 3 * len(surface))
+        corners = surface.reshape(-1, 3)
         triangles = coal.StdVec_Triangle()
         for k in range(0, len(corners), 3):
             triangles.append(coal.Triangle(k, k + 1, k + 2))
@@ -131,7 +142,7 @@ def look_at_touching(chart: Chart, cases_of_copy: list[Case], copy: Any, srdf: S
         _not_examined(chart, str(error).removeprefix(f"{chart.path}: "))
         return
     _tip(chart, tree, srdf)
-    if len({capsule.name for capsule in robot.capsules}) > 1:
+    if len({part.name for part in robot.shapes}) > 1:
         _pairs(chart, robot, shapes, srdf, srdf_root)
 
 
@@ -174,7 +185,7 @@ def _tree(chart: Chart, cases: list[Case], root: Any) -> tuple[LinkTree, dict[st
         path.write_bytes(etree.tostring(root, encoding="utf-8"))
         try:
             tree = urdf_tree(path, collision="urdf")
-            shapes = {link.name: link_shapes(link, path.parent) for link in parsed_urdf(path).links}
+            shapes = collision_shapes(path)
         except SpacearmError as error:
             raise type(error)(str(error).replace(str(path), str(chart.path))) from None
     return replace(tree, source=str(chart.path)), shapes
@@ -243,15 +254,19 @@ def _tip(chart: Chart, tree: LinkTree, srdf: Srdf | None) -> None:
 
 
 def _pairs(chart: Chart, robot: Robot, shapes: dict[str, list[Shape]], srdf: Srdf | None, srdf_root: Any) -> None:
-    found = find_self_pairs(robot)
-    for one in found.found:
-        off = srdf is not None and srdf.may_touch(*one.links)
-        if one.reason == "checked" and off and one.met > 0:
-            share = meeting_share(robot, shapes, one.links, samples=_SAMPLES)
+    for one in find_self_pairs(robot).found:
+        if srdf is not None and srdf.may_touch(*one.links):
+            share = meeting_share(robot, shapes, one.links, samples=_SAMPLES) if one.reason == "checked" and one.met > 0 else 0
             if share > 0:
                 _switched_off(chart, one, share, srdf, srdf_root)
-        elif not off and one.reason != "rigid" and one.met >= ALWAYS and (srdf is not None or one.reason == "always"):
-            _always(chart, one, srdf)
+        elif one.reason == "always":
+            meshes = has_mesh(shapes, one.links)
+            share = meeting_share(robot, shapes, one.links, samples=_SAMPLES) if meshes else 1.0
+            _overlap(chart, one, share, srdf)
+        elif one.overlaps_always and srdf is not None:
+            _forgotten(chart, one)
+        elif one.reason == "checked" and one.met >= NEARLY_ALWAYS:
+            _nearly_always(chart, one, srdf)
 
 
 def _switched_off(chart: Chart, one: LinkPair, share: float, srdf: Srdf | None, root: Any) -> None:
@@ -279,18 +294,50 @@ def _switched_off(chart: Chart, one: LinkPair, share: float, srdf: Srdf | None, 
     )
 
 
-def _always(chart: Chart, one: LinkPair, srdf: Srdf | None) -> None:
-    left_out = srdf is None or one.met == 1  # a pair that an SRDF wants apart is given up only where nothing keeps it so
+def _overlap(chart: Chart, one: LinkPair, share: float, srdf: Srdf | None) -> None:
+    """Report two links that overlap in every configuration: their shapes, or only the pieces that stand for a mesh."""
+    if share < 1:
+        what = f"the convex pieces of their meshes overlap in every configuration, the meshes' surfaces in {share:.1%} of all"
+        advice = "load the robot with more pieces for each mesh, correct the meshes, or allow the pair in an SRDF"
+    else:
+        what = overlap_in_words(one.depth, proven=one.proven)
+        advice = "correct the shapes, or allow the pair in an SRDF if the two belong together"
+    unwanted = ", and the SRDF does not allow them to" if srdf is not None else ""
     chart.found(
-        "warning" if left_out else "error",
+        "error" if share == 1 else "warning",
         "pair-always-meets",
         _joint_of(chart, one) if srdf is None else chart.root,
-        f"their envelopes meet in {one.met:.0%} of all configurations"
-        + (": spacearm does not check them" if left_out else ", and the SRDF wants them apart: hardly a plan can be found"),
+        f"{what}{unwanted}; no plan keeps them apart, and spacearm does not check them",
+        place=_both(one),
+        value=f"{one.depth:.3g} to {-one.clearance:.3g} m deep",
+        expected="shapes that can be apart",
+        advice=advice,
+    )
+
+
+def _forgotten(chart: Chart, one: LinkPair) -> None:
+    chart.found(
+        "warning",
+        "pair-always-meets",
+        chart.root,
+        "neighbours that overlap in every configuration, and the SRDF does not allow them to; spacearm does not check them",
+        place=_both(one),
+        value=f"up to {-one.clearance:.3g} m deep",
+        expected="neighbours that are switched off",
+        advice='write <disable_collisions link1="..." link2="..." reason="Adjacent"/> for them',
+    )
+
+
+def _nearly_always(chart: Chart, one: LinkPair, srdf: Srdf | None) -> None:
+    chart.found(
+        "warning",
+        "pair-nearly-always-meets",
+        _joint_of(chart, one) if srdf is None else chart.root,
+        f"they meet in {one.met:.1%} of all configurations, and are kept apart: that leaves hardly a motion",
         place=_both(one),
         value=f"up to {-one.clearance:.3g} m deep",
         expected="shapes that can be apart",
-        advice="make their collision shapes smaller, or switch the pair off in an SRDF if they belong together",
+        advice="correct the shapes, or allow the pair in an SRDF if the two belong together",
     )
 
 

@@ -18,8 +18,8 @@ from spacearm.core.rotations import rotation_from_rpy
 from spacearm.doctor.diagnosis import Chart, link_of, number_of, numbers_of, setting, written
 from spacearm.doctor.limit_checks import FARTHEST
 from spacearm.geometry.meshes import mesh_triangles
+from spacearm.robot.collision_shapes import chain_length, found_mesh, looks_like_millimetres
 from spacearm.robot.link_tree import LONGEST
-from spacearm.robot.urdf import chain_length, found_mesh, looks_like_millimetres
 
 Array = NDArray[np.float64]
 

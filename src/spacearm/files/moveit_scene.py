@@ -493,7 +493,7 @@ def note_matrix(robot: Robot, matrix: Matrix, objects: set[str], attached: set[s
                 f"the scene's matrix wants pairs of links kept clear that the robot does not check: {said}; acm=True takes the "
                 "matrix"
             )
-    links = {capsule.name for capsule in robot.capsules} | attached
+    links = {part.name for part in robot.shapes} | attached
     touching = {name for name in objects if any(matrix.may_touch(name, link) for link in links)}
     if touching:
         said = ", ".join(f"'{name}'" for name in sorted(touching)[:_MOST_NAMED])

@@ -114,7 +114,7 @@ def mesh_file(filename: str, directory: Path, scale: Array, *, excess: float | N
 
     def make(T: Array, name: str) -> Obstacle:
         from spacearm.geometry import enclose_mesh
-        from spacearm.robot.urdf import found_mesh
+        from spacearm.robot.collision_shapes import found_mesh
 
         path = found_mesh(filename, directory)
         if path is None:

@@ -36,11 +36,11 @@ from spacearm.geometry.scene import scene_as_list, scene_from_list
 from spacearm.motion import AnyTrajectory, RecordedTrajectory, Trajectory
 from spacearm.motion.recorded import for_robot
 from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_from_dict
-from spacearm.planner.clearance import SearchedClearance
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, goal_as_dict, goal_from_dict
 from spacearm.planner.inverse_kinematics import Reach, reaches
 from spacearm.planner.plan_result import BaseReport, Plan, report_base
 from spacearm.planner.problem import SNAP_TOLERANCE, AttitudeGoal, BaseLimits, Problem
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.proof import Certificate, certify
 from spacearm.proof.base_proofs import base_setup_of, require_same
 from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION, canonical, digest, trajectory_digest
@@ -109,7 +109,8 @@ def _searched_as_dict(searched: SearchedClearance) -> dict[str, Any]:
             "other": pair.other,
             "clearance_m": pair.clearance,
             "required_m": pair.required,
-            "searched_m": pair.searched,
+            "at_start_m": pair.at_start,
+            "at_goals_m": list(pair.at_goals),
         }
         for pair in searched.near
     ]

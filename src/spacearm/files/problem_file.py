@@ -6,7 +6,7 @@ The keys::
     robot: zhang2022           # a built-in robot, or the path of a file, relative to this one; or with options:
     robot: {file: arm.urdf, srdf: arm.srdf, group: arm, tip: hand, velocity_limit: 1.0, acceleration_limit: 1.0}
     scene:                     # the obstacles, inertial frame [m]; leave it out for free space
-      - sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}
+      - {name: client, sphere: {center: [0.5, 0.5, 0.0], radius: 0.1}}
       - capsule: {a: [0, 0.9, -0.5], b: [0, 0.9, -0.3], radius: 0.02}
       - box: {size: [0.1, 0.1, 0.1], position: [-0.5, 0.5, 0.5], rpy_deg: [0, 0, 45]}
       - cylinder: {radius: 0.1, length: 0.3, position: [-0.5, 0.5, -0.5]}
@@ -30,8 +30,8 @@ The keys::
     clearance: 0.02            # that is kept during the whole motion, and proven [m]; by default 0.01
     clearances:                # others, for some pairs
       - {obstacle: client, clearance: 0.05}
-      - {link: gripper, obstacle: client, clearance: 0.0}
-      - {links: [forearm, base], clearance: 0.03}
+      - {link: hand, obstacle: client, clearance: 0.0}
+      - {link: forearm, clearance: 0.03}   # or of two links: {links: [upper_arm, hand], clearance: 0.03}
     snap_tolerance: 1.0e-5     # a start or goal so little beyond a limit is set onto it [rad or m]
     planner: {islands: 2}      # any of PlannerSettings
 """
@@ -172,7 +172,7 @@ def read_robot(file: YamlFile, model: RobotModel) -> Robot:
         robot = _loaded(model, file.path.parent)
     for i, payload in enumerate(model.holding or ()):
         with file.at("robot", "holding", i):
-            robot = _with_payload(robot, payload, i, file.path.parent, model.capsules_per_shape)
+            robot = _with_payload(robot, payload, i, file.path.parent)
     return robot
 
 
@@ -190,7 +190,7 @@ def _loaded(model: RobotModel, directory: Path) -> Robot:
     )
 
 
-def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Path, count: int) -> Robot:
+def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Path) -> Robot:
     name = payload.name if payload.name is not None else "held" if index == 0 else f"held_{index + 1}"
     return hold(
         robot,
@@ -199,10 +199,10 @@ def _with_payload(robot: Robot, payload: PayloadModel, index: int, directory: Pa
         pose=placed(payload),
         touching=payload.touching or (),
         name=name,
-        capsules_per_shape=count,
         mass=payload.mass,
         com=payload.com,
         inertia=payload.inertia,
+        density=payload.density,
     )
 
 

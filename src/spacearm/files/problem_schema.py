@@ -16,7 +16,7 @@ from spacearm.core.strict_model import Number, StrictModel, wrong_form
 from spacearm.planner.planner_settings import TIME_LAWS, PlannerSettings, Weights
 from spacearm.planner.problem import SNAP_TOLERANCE
 from spacearm.proof import DEFAULT_CLEARANCE
-from spacearm.robot.urdf import CAPSULES_PER_SHAPE
+from spacearm.robot.envelope import PIECES_PER_MESH
 from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty
 
 
@@ -202,7 +202,8 @@ class PayloadModel(SolidModel):
     rpy_deg: Vector | None = Field(None, description=_RPY_DEG)
     touching: list[Text] | None = Field(None, description="links that it may touch, as the fingers around it")
     name: Text | None = Field(None, description="of the frame and the link that it becomes; by default held, held_2, ...")
-    mass: Number | None = Field(None, description="[kg], above 0; needed if the base floats")
+    mass: Number | None = Field(None, description="[kg], above 0; it or the density is needed if the base floats")
+    density: Number | None = Field(None, description="instead of the mass [kg/m^3], above 0: it is everywhere the same")
     com: Vector | None = Field(
         None, description="its centre of mass in its own frame [m]; by default that of the shape, evenly filled"
     )
@@ -231,8 +232,14 @@ class RobotModel(StrictModel):
     collision: Literal["urdf", "none"] = Field(
         "urdf", description="where the robot's envelope is from; none: it is meant to have none"
     )
-    capsules_per_shape: Count = Field(
-        CAPSULES_PER_SHAPE, description="how many capsules may enclose one box, cylinder or mesh, of the URDF or of a payload"
+    pieces_per_mesh: Count | dict[Text, Count] = Field(
+        PIECES_PER_MESH, description="how many convex pieces may enclose one mesh of the URDF; or by link"
+    )
+    excess: Number | dict[Text, Number] | None = Field(
+        None, description="fewer pieces are used where they stand out of a mesh by no more than this [m]; or by link"
+    )
+    capsules_per_shape: Count | None = Field(
+        None, description="encloses every shape of the robot in so many capsules at most; by default shapes are as they are"
     )
     self_collision: Literal["auto", "srdf", "computed", "none"] = Field(
         "auto", description="which links must keep clear of each other; auto: by the SRDF if there is one, else computed"

@@ -15,19 +15,16 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spacearm.core.checks import as_number, as_pose, as_readonly, as_whole, dimensions_of, shown
-from spacearm.core.errors import SceneError, nearest
+from spacearm.core.checks import as_number, as_pose, as_readonly, as_whole
+from spacearm.core.errors import SceneError
 from spacearm.geometry.ball_centers import Body, Cells, Centers, centers_for, joined_cells, joined_centers, one_cell
 from spacearm.geometry.mesh_queries import Array, Indices, Surface
-from spacearm.geometry.mesh_topology import Solid, solid_of, wound_solid
-from spacearm.geometry.meshes import mesh_of
+from spacearm.geometry.mesh_topology import Solid, meant_solid, require_inside
+from spacearm.geometry.meshes import LARGEST, scaled_mesh
 from spacearm.geometry.shapes import SphereSet
 
 _MOST_SPHERES = 50_000
-_LARGEST = 1e6  # [m] coordinates beyond this are refused
 _FINEST = 1e-9  # [m] shorter lengths are taken for 0
-_VAST = 100.0  # [m] a larger mesh may be in millimetres, which a note says
-_FLOAT32 = 2.0**-22  # of a coordinate: an upper bound of the rounding in files of single precision
 _SHARE = 0.02  # of the size of what is enclosed: the excess where neither excess nor spheres are given
 _MOST_CELLS = 150_000
 _TOLERANCE = 0.02  # of the excess: accuracy of the medial axis
@@ -78,20 +75,11 @@ def enclose_mesh(
         SceneError: numbers that are not finite, a scale of 0, a mesh whose inside cannot be found in the given way, or an
             excess that takes more than 50,000 balls.
     """
-    if inside not in ("filled", "oriented", "none"):
-        raise SceneError(
-            f"inside is {shown(inside)}, which is not known; {nearest(str(inside), ('filled', 'oriented', 'none'))}"
-        )
-    read = mesh_of(mesh)
-    triangles = read.triangles * _scale(scale)
-    if not np.isfinite(triangles).all() or np.abs(triangles).max() > _LARGEST:
-        raise SceneError(f"the mesh has coordinates beyond {_LARGEST:g} m, expected an arm's surroundings; check its scale")
+    require_inside(inside)
+    read = scaled_mesh(mesh, scale)
     what = f"mesh '{name}'" if name else "the mesh"
-    centers, radii, most, notes = _enclosed(triangles, spheres, excess, what=what, inside=inside)
+    centers, radii, most, notes = _enclosed(read.triangles, spheres, excess, what=what, inside=inside)
     T = as_pose("the mesh's pose", pose, SceneError)
-    size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
-    if size > _VAST:
-        notes = (f"it is {size:.3g} m in size: if it is in millimetres, give scale=0.001", *notes)
     return SphereSet(centers @ T[:3, :3].T + T[:3, 3], radii, excess=most, name=name, notes=(*read.notes, *notes))
 
 
@@ -118,8 +106,8 @@ def enclose_points(
     cloud = as_readonly("points", points, (None, 3), SceneError)
     if not len(cloud):
         raise SceneError("points is empty, expected at least one point (x, y, z)")
-    if np.abs(cloud).max() > _LARGEST:
-        raise SceneError(f"points has coordinates beyond {_LARGEST:g} m, expected an arm's surroundings; check the units")
+    if np.abs(cloud).max() > LARGEST:
+        raise SceneError(f"points has coordinates beyond {LARGEST:g} m, expected an arm's surroundings; check the units")
     radius = as_number("point_radius", point_radius, SceneError, at_least=0, unit="m")
     what = f"point cloud '{name}'" if name else "the point cloud"
     triangles = np.repeat(cloud[:, None], 3, axis=1)
@@ -148,7 +136,7 @@ def _enclosed(
     else:
         body = Body(local, None, None)
         if inside is not None:
-            solid = _solid(local, inside, what, fuzz=_FLOAT32 * float(np.abs(triangles).max()))
+            solid = meant_solid(local, inside, what=what, largest=float(np.abs(triangles).max()))
             body = Body(solid.triangles, Surface(solid.triangles), solid.inside)
         found = enclosing_balls(body, size=size, excess=wanted, spheres=most)
     if found is None:
@@ -160,28 +148,6 @@ def _enclosed(
     rounding += solid.slack
     radii = np.maximum(radii + rounding, _FINEST)
     return centers + middle, radii, float(out.max()) + rounding + _FINEST, solid.notes
-
-
-def _solid(triangles: Array, inside: str, what: str, *, fuzz: float) -> Solid:
-    if inside == "none":
-        return Solid(triangles, None, ("its surface alone is enclosed, as asked for",))
-    if inside == "filled":
-        return solid_of(triangles, fuzz=fuzz)
-    found = wound_solid(triangles)
-    if isinstance(found, str):
-        raise SceneError(
-            f'{what} has cavities that cannot be told, since {found}; expected a closed mesh for inside="oriented": '
-            'mend it, or let inside="filled" take them for solid'
-        )
-    return found
-
-
-def _scale(scale: ArrayLike) -> Array:
-    each: Any = (scale, scale, scale) if dimensions_of(scale) == 0 else scale
-    factors = as_readonly("scale", each, (3,), SceneError, advice="give one number, or three for x, y and z")
-    if not (np.abs(factors) > 0).all():
-        raise SceneError(f"scale is {factors.tolist()}, expected factors other than 0")
-    return factors
 
 
 def enclosing_balls(body: Body, *, size: float, excess: float | None, spheres: int) -> Balls | None:

@@ -8,13 +8,19 @@ holds it, or if the surface shuts it off from outside (`mesh_queries`). To take 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.checks import shown
+from spacearm.core.errors import SceneError, nearest
 from spacearm.geometry.mesh_queries import Array, Indices, Inside, Winding, Within
 
+CONVENTIONS = ("filled", "oriented", "none")
+"""Which part of a mesh is solid."""
+
+_FLOAT32 = 2.0**-22  # of a coordinate: an upper bound of the rounding in files of single precision
 _MOST = 200_000  # open edges; of a mesh with more no holes are closed
 _SMALL = 0.1  # of its part's area: a hole no larger is taken for closed
 _NARROW = 0.02  # of its part's size: a slit no wider is taken for closed, however long
@@ -56,6 +62,41 @@ class Solid:
     inside: Within | Inside | Winding | None
     notes: tuple[str, ...] = ()
     slack: float = 0.0
+
+
+def require_inside(inside: Any) -> None:
+    """Refuse what is no convention of `meant_solid`.
+
+    Raises:
+        SceneError: such a one.
+    """
+    if inside not in CONVENTIONS:
+        raise SceneError(f"inside is {shown(inside)}, which is not known; {nearest(str(inside), CONVENTIONS)}")
+
+
+def meant_solid(triangles: Array, inside: str, *, what: str, largest: float) -> Solid:
+    """Return what of a mesh is solid by one of the conventions.
+
+    Args:
+        triangles: (n, 3, 3) [m].
+        inside: "filled": all that may be meant as solid. "oriented": what the surface winds around. "none": the surface alone.
+        what: the mesh, for messages.
+        largest: coordinate that its file has [m], of which the rounding follows.
+
+    Raises:
+        SceneError: a mesh of which cannot be told what its surface winds around.
+    """
+    if inside == "none":
+        return Solid(triangles, None, ("its surface alone is enclosed, as asked for",))
+    if inside == "filled":
+        return solid_of(triangles, fuzz=_FLOAT32 * largest)
+    found = wound_solid(triangles)
+    if isinstance(found, str):
+        raise SceneError(
+            f'{what} has cavities that cannot be told, since {found}; expected a closed mesh for inside="oriented": '
+            'mend it, or let inside="filled" take them for solid'
+        )
+    return found
 
 
 def solid_of(triangles: Array, *, fuzz: float = 0.0) -> Solid:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import as_readonly, dimensions_of, shown, shown_error
 from spacearm.core.errors import FileFormatError, SceneError
@@ -25,6 +25,10 @@ from spacearm.core.reading import LFS_ADVICE, is_lfs_pointer, read_bytes
 
 Array = NDArray[np.float64]
 
+LARGEST = 1e6
+"""[m] coordinates beyond this are refused."""
+
+_VAST = 100.0  # [m] a larger mesh may be in millimetres, which a note says
 _STL_HEADER = 84  # bytes: a text of 80, and the number of triangles
 _STL_TRIANGLE = np.dtype([("numbers", "<f4", 12), ("attribute", "<u2")])  # a normal and three corners
 _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
@@ -231,11 +235,36 @@ def _surfaces(node: Any, T: Array, depth: int) -> Iterator[Array]:
                 yield corners @ T[:3, :3].T + T[:3, 3]
 
 
-def mesh_of(mesh: str | os.PathLike[str] | Any) -> Mesh:
+def scaled_mesh(mesh: Mesh | str | os.PathLike[str] | Any, scale: ArrayLike) -> Mesh:
+    """Return a mesh with its coordinates scaled, and what was assumed.
+
+    Args:
+        mesh: as for `mesh_of`.
+        scale: one number, or three for x, y and z.
+
+    Raises:
+        FileFormatError: a file that is missing, or that holds no mesh.
+        SceneError: no mesh, a scale of 0, or coordinates that are not finite or vast.
+    """
+    read = mesh_of(mesh)
+    each: Any = (scale, scale, scale) if dimensions_of(scale) == 0 else scale
+    factors = as_readonly("scale", each, (3,), SceneError, advice="give one number, or three for x, y and z")
+    if not (np.abs(factors) > 0).all():
+        raise SceneError(f"scale is {factors.tolist()}, expected factors other than 0")
+    triangles = read.triangles * factors
+    if not np.isfinite(triangles).all() or np.abs(triangles).max() > LARGEST:
+        raise SceneError(f"the mesh has coordinates beyond {LARGEST:g} m, expected an arm's surroundings; check its scale")
+    size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
+    vast = (f"it is {size:.3g} m in size: if it is in millimetres, give scale=0.001",) if size > _VAST else ()
+    return Mesh(triangles, (*read.notes, *vast))
+
+
+def mesh_of(mesh: Mesh | str | os.PathLike[str] | Any) -> Mesh:
     """Return the triangles (n, 3, 3) of a mesh, n > 0 [m], and what was assumed in reading it.
 
     Args:
-        mesh: a file's path, a `trimesh.Trimesh` (or what else has vertices and faces), or triangles (n, 3, 3).
+        mesh: a file's path, a mesh that was read, a `trimesh.Trimesh` (or what else has vertices and faces), or
+            triangles (n, 3, 3).
 
     Raises:
         FileFormatError: a file that is missing, or that holds no mesh.
@@ -243,6 +272,8 @@ def mesh_of(mesh: str | os.PathLike[str] | Any) -> Mesh:
     """
     if isinstance(mesh, (str, os.PathLike)):
         return _mesh_in(mesh)
+    if isinstance(mesh, Mesh):
+        return mesh
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         vertices = as_readonly("the mesh's vertices", mesh.vertices, (None, 3), SceneError)
         faces = np.asarray(mesh.faces if dimensions_of(mesh.faces) >= 0 else ())

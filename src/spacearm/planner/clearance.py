@@ -1,9 +1,9 @@
-"""Clearances: how far the robot's links are from obstacles and from each other, and what a search asks for of each pair."""
+"""Clearances: how far the robot's links are from obstacles and from each other, beside what is required of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol, cast
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,10 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import keep, shown
 from spacearm.core.errors import ProblemError
 from spacearm.core.native import native
-from spacearm.dynamics.base_models import BASE_MODELS, BaseModel
 from spacearm.geometry import Scene
-from spacearm.planner.kernel_model import kernel_model, self_capsule_pairs
-from spacearm.proof.required_clearance import RequiredClearance, held_to, required_clearance
+from spacearm.planner.kernel_model import kernel_model, self_shape_pairs
+from spacearm.proof.required_clearance import RequiredClearance, required_clearance
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
 
@@ -42,9 +41,9 @@ class ClearanceModel:
     The base stands at the origin of the scene's frame. Configurations are rows (b, n) that fit the robot; they are not checked.
 
     Attributes:
-        robot: with c capsules, of which p pairs must keep clear of each other.
+        robot: with c shapes, of which p pairs must keep clear of each other.
         scene: with k obstacles.
-        pairs: (p, 2) indices into `robot.capsules`.
+        pairs: (p, 2) indices into `robot.shapes`.
         obstacle_of: (j,) which of the scene's obstacles each of the kernel's is; a sphere set is several.
     """
 
@@ -56,10 +55,10 @@ class ClearanceModel:
 
     def __post_init__(self) -> None:
         model = kernel_model(self.robot, self.scene)
-        keep(self, pairs=self_capsule_pairs(self.robot), obstacle_of=model.obstacle_of, _model=model.model64)
+        keep(self, pairs=self_shape_pairs(self.robot), obstacle_of=model.obstacle_of, _model=model.model64)
 
     def to_obstacles(self, q: Array) -> Array:
-        """Return the signed distances (b, c, k) of capsules and obstacles [m]."""
+        """Return the signed distances (b, c, k) of shapes and obstacles [m]."""
         found, count = self.to_kernel_obstacles(q), len(self.scene.obstacles)
         if len(self.obstacle_of) == count:
             return found
@@ -69,7 +68,7 @@ class ClearanceModel:
         return out
 
     def to_kernel_obstacles(self, q: Array) -> Array:
-        """Return the signed distances (b, c, j) of capsules and the kernel's obstacles [m]."""
+        """Return the signed distances (b, c, j) of shapes and the kernel's obstacles [m]."""
         return self._model.obstacle_clearances(np.ascontiguousarray(q))
 
     def between_links(self, q: Array) -> Array:
@@ -93,7 +92,7 @@ class ClearanceModel:
     def required_of(self, required: RequiredClearance) -> KernelClearance:
         """Return what is required of the kernel's pairs."""
         row = {link: i for i, link in enumerate(required.links)}
-        rows = np.array([row[capsule.name] for capsule in self.robot.capsules], dtype=np.intp)
+        rows = np.array([row[part.name] for part in self.robot.shapes], dtype=np.intp)
         one, two = (rows[self.pairs[:, k]] for k in range(2))
         to_obstacles = np.zeros((len(rows), 0))
         if len(self.scene.obstacles):  # there may be none though the problem has some: where they are is not known
@@ -106,8 +105,8 @@ class KernelClearance:
     """A clearance of each of the kernel's pairs.
 
     Attributes:
-        to_obstacles: (c, j) of capsules and the kernel's obstacles [m].
-        between_links: (p,) of the pairs of capsules [m].
+        to_obstacles: (c, j) of shapes and the kernel's obstacles [m].
+        between_links: (p,) of the pairs of shapes [m].
     """
 
     to_obstacles: Array
@@ -132,15 +131,6 @@ class Room:
         """Return those of some configurations."""
         return Room(least=self.least[rows], beyond=self.beyond[rows], lacking=self.lacking[rows])
 
-    def put(self, rows: NDArray[np.bool_], other: Room) -> None:
-        """Put others' in the place of some rows."""
-        for name in ("least", "beyond", "lacking"):
-            getattr(self, name)[rows] = getattr(other, name)[rows]
-
-    def copy(self) -> Room:
-        """Return a copy."""
-        return Room(least=self.least.copy(), beyond=self.beyond.copy(), lacking=self.lacking.copy())
-
 
 def _least(to_scene: Array, between: Array) -> Array:
     of_scene: Array = to_scene.min(axis=(-2, -1), initial=np.inf)
@@ -148,11 +138,12 @@ def _least(to_scene: Array, between: Array) -> Array:
 
 
 def clearances(problem: HasScene, q: ArrayLike) -> Array:
-    """Return the clearance of every link's capsule and every obstacle: the least signed distance of the capsule's axis to
-    the obstacle, less the capsule's radius. A floating base is where it stands at the beginning.
+    """Return the clearance of every shape of the links and every obstacle: their signed distance.
+
+    A floating base is where it stands at the beginning.
 
     Args:
-        problem: the robot, with c capsules, and the scene, with k obstacles.
+        problem: the robot, with c shapes, and the scene, with k obstacles.
         q: (..., n) configurations [rad or m].
 
     Returns:
@@ -162,15 +153,15 @@ def clearances(problem: HasScene, q: ArrayLike) -> Array:
         RobotError: q does not fit the robot or is not finite.
     """
     rows, shape = _rows(problem.robot, q)
-    found = _prepared(problem).to_obstacles(rows)
+    found = prepared(problem).to_obstacles(rows)
     return found.reshape(*shape, *found.shape[1:])
 
 
 def self_clearances(problem: HasScene, q: ArrayLike) -> Array:
-    """Return the clearance between the robot's own capsules.
+    """Return the clearance between the robot's own shapes.
 
     Args:
-        problem: the robot, with p pairs of capsules that must keep clear (`self_capsule_pairs` lists them).
+        problem: the robot, with p pairs of shapes that must keep clear (`self_shape_pairs` lists them).
         q: (..., n) configurations [rad or m].
 
     Returns:
@@ -180,7 +171,7 @@ def self_clearances(problem: HasScene, q: ArrayLike) -> Array:
         RobotError: q does not fit the robot or is not finite.
     """
     rows, shape = _rows(problem.robot, q)
-    found = _prepared(problem).between_links(rows)
+    found = prepared(problem).between_links(rows)
     return found.reshape(*shape, *found.shape[1:])
 
 
@@ -201,7 +192,7 @@ def clearance(problem: HasScene, q: ArrayLike) -> Array:
     if not (isinstance(getattr(problem, "robot", None), Robot) and isinstance(getattr(problem, "scene", None), Scene)):
         raise ProblemError(f"problem is {shown(problem)}, expected a Problem, or what else has a robot and a scene")
     rows, shape = _rows(problem.robot, q)
-    return _prepared(problem).least(rows).reshape(shape)
+    return prepared(problem).least(rows).reshape(shape)
 
 
 def _rows(robot: Robot, q: ArrayLike) -> tuple[Array, tuple[int, ...]]:
@@ -210,183 +201,13 @@ def _rows(robot: Robot, q: ArrayLike) -> tuple[Array, tuple[int, ...]]:
     return array.reshape(-1, robot.dof), array.shape[:-1]
 
 
-def _prepared(problem: HasScene) -> ClearanceModel:
+def prepared(problem: HasScene) -> ClearanceModel:
     """Return the model of a problem as it is told in the frame of its base at the beginning, if it has a base."""
     here: HasScene = getattr(problem, "local", problem)
     return ClearanceModel(here.robot, here.scene)
 
 
-# ---- What a search asks for between its ends ------------------------------------------------------------------------
-
-SEARCH_ROOM = 0.002
-"""[m] A search asks for so much more than is required at the instants that it looks at: what lies between them, and the proof,
-need room."""
-
-
-def _none() -> NDArray[np.int32]:
-    return np.zeros(0, dtype=np.int32)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NearPair:
-    """Two things that begin or end nearer to each other than is required of them.
-
-    Attributes:
-        link: name of the robot's link.
-        other: what it is near to, as in "obstacle 'shelf'" or "link 'forearm'".
-        clearance: the least that they have at the start or a goal [m]; 0 or less: they are in contact.
-        required: of them everywhere else [m].
-        searched: the clearance asked of the two while they are near [m].
-    """
-
-    link: str
-    other: str
-    clearance: float
-    required: float
-    searched: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SearchedClearance:
-    """The clearances that a search asks for at the instants that it looks at.
-
-    Attributes:
-        asked: of all pairs but those below [m].
-        near: pairs that begin or end nearer than is required of them, the nearest first.
-        touching: whether something has no clearance at all at the start or a goal.
-        capsules, obstacles, others: (p,) pairs of which another clearance is asked, for the kernel: capsules, and its
-            obstacles, or -1 and other capsules.
-        of_pairs: (p,) the clearance asked of these [m].
-    """
-
-    asked: float
-    near: tuple[NearPair, ...] = ()
-    touching: bool = False
-    capsules: NDArray[np.int32] = field(default_factory=_none)
-    obstacles: NDArray[np.int32] = field(default_factory=_none)
-    others: NDArray[np.int32] = field(default_factory=_none)
-    of_pairs: Array = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def kernel_pairs(self) -> native.PairMargins | None:
-        """The pairs as the kernel takes them; None if there are none."""
-        if not len(self.of_pairs):
-            return None
-        return native.PairMargins(body=self.capsules, obstacle=self.obstacles, other=self.others, margin=self.of_pairs)
-
-
 def required_of(problem: HasScene) -> RequiredClearance:
-    """Return the clearance that is required of every pair; nothing more than no contact where the problem does not say."""
+    """Return the clearance that is required of every pair; no more than no contact where the problem does not say."""
     found = getattr(problem, "required", None)
     return found if isinstance(found, RequiredClearance) else required_clearance(problem.robot, problem.scene, 0.0, ())
-
-
-def searched_clearance(problem: HasScene, ends: ArrayLike) -> SearchedClearance:
-    """Return the clearances that a search asks for between ends.
-
-    Of each pair it is what is required of it and 2 mm more; of a pair that has less at an end, half of what it has there
-    beyond what is required. A pair that has less at an end than is required is held to what it has there.
-
-    Args:
-        problem: the robot and the scene, and what is required.
-        ends: (e, n) configurations, the start and goals [rad or m].
-    """
-    model, required = _prepared(problem), required_of(problem)
-    rows = np.asarray(ends, dtype=np.float64)
-    to_scene: Array = model.to_kernel_obstacles(rows).min(axis=0)  # (c, j)
-    to_self: Array = model.between_links(rows).min(axis=0)  # (p,)
-    of_pairs = model.required_of(required)
-    of_scene, of_links = of_pairs.to_obstacles, of_pairs.between_links
-    asked = usual_clearance(problem)
-    if _all_alike(of_scene, of_links, asked) and min(to_scene.min(initial=np.inf), to_self.min(initial=np.inf)) >= (
-        asked + SEARCH_ROOM
-    ):
-        return SearchedClearance(asked=asked)
-    base: BaseModel = getattr(problem, "base_model", BASE_MODELS["fixed"])
-    if not base.follows_arm:  # no motion changes the distance between a base that stays and an obstacle
-        to_scene[[capsule.joint < 0 for capsule in model.robot.capsules]] = np.inf
-    return _by_pair(model, asked, (to_scene, of_scene), (to_self, of_links))
-
-
-def clearance_of_goals(problem: HasScene, model: ClearanceModel) -> SearchedClearance:
-    """Return the clearances that a search for goal configurations asks for.
-
-    Of links that are nearer to each other at the start than is required, and may be so in every configuration, it is what
-    they have there.
-
-    Args:
-        problem: with a start, and what is required.
-        model: of its robot, among what it may meet at the goal.
-    """
-    required = model.required_of(required_of(problem))
-    start: Array = getattr(problem, "start")  # noqa: B009
-    at_start = model.between_links(start[None])[0]
-    at_start = np.where(at_start < required.between_links, at_start, np.inf)
-    far = np.full(required.to_obstacles.shape, np.inf)
-    return _by_pair(model, usual_clearance(problem), (far, required.to_obstacles), (at_start, required.between_links))
-
-
-def usual_clearance(problem: HasScene) -> float:
-    """Return the clearance that a search asks for of pairs for which the problem states none of their own [m]."""
-    return float(getattr(problem, "clearance", 0.0)) + SEARCH_ROOM
-
-
-def _all_alike(of_scene: Array, of_links: Array, asked: float) -> bool:
-    return bool((of_scene + SEARCH_ROOM == asked).all() and (of_links + SEARCH_ROOM == asked).all())
-
-
-def _between_ends(clear: float, required: float) -> float:
-    """Return what is asked of a pair [m] that has a clearance at the nearest end, and of which one is required."""
-    if clear <= 0:
-        return 0.0
-    held = float(held_to(clear, required))
-    return held + min(SEARCH_ROOM, (clear - held) / 2)
-
-
-def _by_pair(model: ClearanceModel, asked: float, scene: tuple[Array, Array], links: tuple[Array, Array]) -> SearchedClearance:
-    """Return what is asked of each pair, of clearances at the nearest end and those required: (c, j) and (p,) each."""
-    names = [capsule.name for capsule in model.robot.capsules]
-    capsules_of: dict[str, list[int]] = {}  # of each link
-    for i, name in enumerate(names):
-        capsules_of.setdefault(name, []).append(i)
-    closest: dict[tuple[str, str], tuple[float, float]] = {}  # the least that a pair has, and what is required of it
-    of_kernel: list[tuple[int, int, int, float]] = []
-    touching = False
-
-    def meet(link: str, other: str, clear: float, required: float) -> None:
-        known = closest.get((link, other), (np.inf, 0.0))
-        closest[link, other] = min(known[0], clear), max(known[1], required)
-
-    to_scene, of_scene = scene
-    special = (to_scene < of_scene + 2 * SEARCH_ROOM) | (of_scene + SEARCH_ROOM != asked)
-    chosen: list[list[int]] = np.argwhere(special.T).tolist()
-    for obstacle, link in dict.fromkeys((k, names[i]) for k, i in chosen):
-        of_link = capsules_of[link]
-        least, required = float(to_scene[of_link, obstacle].min()), float(of_scene[of_link[0], obstacle])
-        meet(link, f"obstacle {model.scene.called(int(model.obstacle_of[obstacle]))}", least, required)
-        of_kernel += [(i, obstacle, -1, _between_ends(least, required)) for i in of_link]
-    to_self, of_links = links
-    special = (to_self < of_links + 2 * SEARCH_ROOM) | (of_links + SEARCH_ROOM != asked)
-    if special.any():
-        of_pairs = cast("list[list[int]]", model.pairs.tolist())
-        for (i, k), clear, required in zip(of_pairs, to_self.tolist(), of_links.tolist(), strict=True):
-            meet(names[i], f"link '{names[k]}'", clear, required)
-        for i, k in of_pairs:
-            least, required = closest[names[i], f"link '{names[k]}'"]
-            if least < required + 2 * SEARCH_ROOM or required + SEARCH_ROOM != asked:
-                of_kernel.append((i, -1, k, _between_ends(least, required)))
-    touching = any(clear <= 0 for clear, _ in closest.values())
-    first, second, third = (np.array([row[column] for row in of_kernel], dtype=np.int32) for column in range(3))
-    return SearchedClearance(
-        asked=asked,
-        near=tuple(
-            NearPair(link=link, other=other, clearance=clear, required=required, searched=_between_ends(clear, required))
-            for (link, other), (clear, required) in sorted(closest.items(), key=lambda item: item[1][0])
-            if clear < required or clear <= 0
-        ),
-        touching=touching,
-        capsules=first,
-        obstacles=second,
-        others=third,
-        of_pairs=np.array([row[3] for row in of_kernel]),
-    )

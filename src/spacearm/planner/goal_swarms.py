@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from spacearm.core.exact import product, sines
 from spacearm.core.native import native
 from spacearm.geometry import Scene
-from spacearm.planner.clearance import SearchedClearance
 from spacearm.planner.goals import PositionGoal, SpaceGoal
 from spacearm.planner.kernel_model import make_kernel_model
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.robot.model import Robot
 from spacearm.swarm import PSO, run_trials
 

@@ -17,11 +17,12 @@ from spacearm.core.checks import keep
 from spacearm.core.exact import length, product, solved
 from spacearm.core.native import native
 from spacearm.core.rotations import rotation_vectors, turns_between
-from spacearm.planner.clearance import SEARCH_ROOM, ClearanceModel, KernelClearance, Room, clearance_of_goals
+from spacearm.planner.clearance import ClearanceModel, KernelClearance, Room
 from spacearm.planner.goal_swarms import GoalSwarms, Slack
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, JointGoal, PositionGoal, SpaceGoal
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem, nearest_turns
+from spacearm.planner.searched_clearance import SEARCH_ROOM, clearance_of_goals
 from spacearm.robot.kinematics import tree_model
 from spacearm.robot.model import Robot
 

@@ -24,13 +24,13 @@ from spacearm.core.random_seed import Rng, seed_of
 from spacearm.dynamics.base_models import BaseDemands
 from spacearm.motion import Motion
 from spacearm.motion.limit_margins import as_jerk_limit
-from spacearm.planner.clearance import SearchedClearance, searched_clearance
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
 from spacearm.planner.inverse_kinematics import FAR
 from spacearm.planner.kernel_model import KernelModel, kernel_model, make_kernel_model
 from spacearm.planner.plan_result import Improvement
 from spacearm.planner.planner_settings import PlannerSettings, as_planner_settings
 from spacearm.planner.problem import Problem, as_searchable
+from spacearm.planner.searched_clearance import SearchedClearance, searched_clearance
 from spacearm.robot.unchecked_pairs import require_envelope
 from spacearm.swarm import Swarm
 from spacearm.swarm.swarm_settings import kernel_settings
@@ -117,6 +117,7 @@ class Islands:
             centers=np.array(self._model.centres, dtype=np.int32),
             weights=weights,
             base=problem.base_model.kernel_base(robot, problem.momentum, problem.duration, demands),
+            near_pairs=self.searched.kernel_near_pairs(len(self._goals)),
         )
 
     def _search_settings(self) -> native.SearchSettings:

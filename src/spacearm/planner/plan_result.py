@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from spacearm.core.errors import ProblemError
 from spacearm.core.rotations import angle, conjugate, multiplied, quaternion_of
 from spacearm.motion import AnyTrajectory, Trajectory
-from spacearm.planner.clearance import SearchedClearance
 from spacearm.planner.explanations import EndReport
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.inverse_kinematics import GoalConfigurations, pose_errors
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem
+from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.proof import Certificate
 from spacearm.proof.base_proofs import BaseProof, base_setup_of, begun_base_proof, broken_base_limits
 from spacearm.robot import forward_kinematics

@@ -151,7 +151,7 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     achievable, looked = None, status != "found" and not search.interrupted and _lacks_clearance(problem, proof)
     if looked:
         tell("a motion with less clearance")
-        achievable = _achievable(problem, found.q, settings, seed, clock)
+        achievable = _achievable(problem, found.q, settings, seed, clock, proof)
         clock.lap("less clearance")
         status = status if achievable is None else "not_found"
     return Plan(
@@ -244,6 +244,7 @@ class _Search:
     proof: _Proof | None = field(default=None, init=False)
     proofs: int = field(default=0, init=False)
     interrupted: bool = field(default=False, init=False)
+    _fallback: _Proof | None = field(default=None, init=False)
 
     def run(self) -> Status:
         """Search until the budget is spent, and prove the best motion; where that fails, look for another."""
@@ -283,7 +284,7 @@ class _Search:
         for _ in range(self.settings.proofs):
             motion = self.islands.best
             if motion is None and self.proof is None:
-                return "not_found"
+                return self._of_fallback()
             if self.proof is not None and self.clock.left_again <= 0:
                 return "not_proven"
             if motion is not None:
@@ -310,12 +311,20 @@ class _Search:
             raise KeyboardInterrupt
         return "not_found" if self.proof is None else "not_proven"
 
+    def _of_fallback(self) -> Status:
+        """Prove the motion that lacks least: it may have what is required, though not the room that the search wants."""
+        proof = self.of_fallback()
+        if proof is None or not proof.as_asked:
+            return "not_found"
+        self.proof, self.proofs = proof, 1
+        return "found"
+
     def of_fallback(self) -> _Proof | None:
-        """Return what is known of the motion that is least in collision, if any was looked at."""
-        if self.islands.fallback is None:
-            return None
-        trajectory = _timed(self.problem, self.settings, self.islands.fallback)
-        return _proof(self.problem, trajectory, certify(self.problem, trajectory))
+        """Return what is known of the motion that lacks least, if any was looked at."""
+        if self._fallback is None and self.islands.fallback is not None:
+            self._fallback = _prove(self.problem, self.settings, self.islands.projected(self.islands.fallback))
+            self.clock.lap("certify")
+        return self._fallback
 
     def _prove(self, motion: Motion) -> _Proof:
         self.tell("proof")
@@ -408,6 +417,7 @@ def _uniform(problem: Problem, motion: Motion, duration: float | None = None, *,
 
 _LESS_SHARE = 0.125  # of `evaluations` and `convergence`, or of what is left of `time_budget`, for each try with less clearance
 _LESS_PROOFS = 4  # motions given to the proof in each
+_SURELY_KEPT = 0.95  # of what the closest pair of a motion was measured to have
 _BISECTIONS = 4  # tries between no clearance at all and the one that is required
 
 
@@ -417,13 +427,17 @@ def _lacks_clearance(problem: Problem, proof: _Proof | None) -> bool:
     return asked and (proof is None or not proof.collision_free)
 
 
-def _achievable(problem: Problem, goals: Array, settings: PlannerSettings, seed: int, clock: _Clock) -> float | None:
+def _achievable(
+    problem: Problem, goals: Array, settings: PlannerSettings, seed: int, clock: _Clock, failed: _Proof | None
+) -> float | None:
     """Return the share of the clearances required with which a motion is found and proven; None: not even with 0.
 
-    It is found by bisection. The searches have seeds of their own, which follow from the plan's.
+    If the motion whose proof failed last keeps some of them, it is the first. More is found by bisection. The searches have
+    seeds of their own, which follow from the plan's.
     """
     share, most = None, 1.0
     try:
+        share = _share_kept(problem, settings, failed)
         for number in range(1 + _BISECTIONS):
             if clock.left_again <= 0:
                 break
@@ -437,6 +451,16 @@ def _achievable(problem: Problem, goals: Array, settings: PlannerSettings, seed:
     except KeyboardInterrupt:
         interrupt_taken()
     return share
+
+
+def _share_kept(problem: Problem, settings: PlannerSettings, failed: _Proof | None) -> float | None:
+    """Return a share of the clearances required that a motion is proven to keep; None if it is proven to keep none."""
+    near = None if failed is None else failed.certificate.closest
+    if failed is None or near is None or not 0 < near.clearance < near.required:
+        return None
+    share = math.floor(_SURELY_KEPT * near.clearance / near.required * 100) / 100
+    proof = _prove(with_less_clearance(problem, share), settings, failed.trajectory.motion)
+    return share if proof.as_asked else None
 
 
 def with_less_clearance(problem: Problem, share: float) -> Problem:
@@ -455,12 +479,12 @@ def _is_met(problem: Problem, goals: Array, settings: PlannerSettings, seed: int
     for _ in range(_LESS_PROOFS):
         seconds = 0.0 if settings.time_budget is None else max(_LEAST_SECONDS, _LESS_SHARE * clock.left_again)
         islands.run(evaluations=evaluations, seconds=seconds, until_first=True, stall=stall)
-        motion = islands.best
+        motion = islands.best or islands.fallback
         if motion is None:
             return False
         proof = _prove(problem, settings, islands.projected(motion))
-        if proof.as_asked:
-            return True
+        if proof.as_asked or islands.best is None:
+            return proof.as_asked
         near = proof.certificate.closest
         if proof.collision_free or near is None or not 0 < near.u < 1 or clock.left_again <= 0:
             return False
@@ -500,7 +524,7 @@ def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool) 
         near = f"{near}; {', and '.join(missed)}"
     if status == "not_found":
         said = [f"the best one: {near}"] if near else []
-        other = "or more interior_points" if missed else "or a smaller clearance" if on_less else "or more interior_points"
+        other = "or a smaller clearance" if on_less.startswith("with ") and not missed else "or more interior_points"
         return "; ".join([*([on_less] if on_less else []), *said, f"allow more evaluations or time_budget, {other}"])
     if status == "not_proven" and missed and proof is not None and proof.collision_free:
         return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"

@@ -16,6 +16,7 @@ from spacearm.geometry.scene import scene_as_list
 from spacearm.motion import AnyTrajectory, LimitMargins
 from spacearm.motion.trajectory_values import trajectory_as_dict
 from spacearm.proof.base_proofs import LOST, BaseFindings, BaseSetup
+from spacearm.proof.required_clearance import PairClearance, pair_clearance_as_dict
 from spacearm.robot import Robot
 from spacearm.robot.model import robot_as_dict
 from spacearm.robot.unchecked_pairs import REASONS, UncheckedPair, lacks_envelope, words_on_unchecked
@@ -33,6 +34,7 @@ _DIGITS = 9  # decimals of recorded measurements [m, rad, s]
 _LEAST_ERROR = 1e-9  # [rad] a smaller error of the attitude is recorded as this, for it depends on the processor's rounding
 _LEAST_RESIDUAL = 1e-12  # a smaller residual momentum is recorded as this, for the same reason
 _NOTABLE_ERROR = 1e-7  # [rad] a message mentions larger errors of the attitude
+_LISTED = 3  # pairs near at an end that a message names
 _PROVENANCE = ("source", "notes", "apart", "unchecked", "collision", "solid", "unweighed")
 # Keys of a robot that are left out of hashes: where it comes from, and what follows from the other keys.
 
@@ -48,6 +50,7 @@ class ClosestApproach:
         time: the instant [s].
         u: the parameter of the trajectory's curve.
         clearance: [m]; negative for a penetration.
+        required: what the pair is held to there [m].
         points: (2, 3) the nearest points of the two, or those that penetrate deepest, in the inertial frame [m].
     """
 
@@ -57,7 +60,48 @@ class ClosestApproach:
     time: float
     u: float
     clearance: float
+    required: float
     points: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NearPair:
+    """A pair of bodies that has less than the required clearance at the start or the goal, and what it is held to instead.
+
+    A pair that is near at both ends and gets out between them is listed once for each end.
+
+    Attributes:
+        link: name of the robot's link.
+        other: the other body, as in "obstacle 'shelf'", "obstacle 3" or "link 'forearm'".
+        obstacle: index in the scene of the obstacle; None if it is a link.
+        ends: where it is near: "start", "goal", or "both" for a pair that does not get out between them.
+        clearance: what it has there, at both ends the lesser [m].
+        required: the clearance that is asked for [m]. It is held to this before `begin` and after `end`.
+        held_to: what it has to keep from `begin` to `end` [m].
+        proven: it has at least this from `begin` to `end` [m]; None unless the certificate holds.
+        measured: the least measured from `begin` to `end` [m].
+        begin, end: the times between which it is held to less than is asked for [s].
+    """
+
+    link: str
+    other: str
+    obstacle: int | None
+    ends: Literal["start", "goal", "both"]
+    clearance: float
+    required: float
+    held_to: float
+    proven: float | None
+    measured: float
+    begin: float
+    end: float
+
+    @property
+    def text(self) -> str:
+        """The pair and what is proven or required of it, in words."""
+        where = "at start and goal" if self.ends == "both" else f"at the {self.ends}"
+        times = {"start": f"up to t = {self.end:.4g} s", "goal": f"from t = {self.begin:.4g} s", "both": "all the time"}
+        kept = f"held to {_mm(self.held_to)}" if self.proven is None else f"proven at least {_mm(self.proven)}"
+        return f"link '{self.link}' and {self.other}, {_mm(self.clearance)} {where}: {kept} {times[self.ends]}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,10 +113,13 @@ class Certificate:
             from contact at the stated resolution, or the base's attitude is not known well enough.
         clear: whether the clearance is proven, whatever is found about limits and about what the trajectory states.
         clearance: proven: the clearance is at least this for all t [m]; None unless the certificate holds; infinite if nothing
-            is in the way. It is about obstacles and `robot.self_pairs`. Pairs that cannot meet (`robot.apart`) do not touch.
-        minimum_clearance: the clearance that must be exceeded [m].
-        closest: the least clearance measured at an instant; None without obstacles or links. If the certificate does not hold
-            because of pairs that cannot meet, it is theirs.
+            is in the way. It is about obstacles and `robot.self_pairs`, all the time but for the times in `near_pairs`; if no
+            pair is ever held to the full, it is the least of those. Pairs that cannot meet (`robot.apart`) do not touch.
+        required: the clearance that is asked for [m].
+        required_by_pair: the clearances that are asked for of some pairs, in place of it.
+        closest: the least clearance measured at an instant, of what `clearance` is about; None without obstacles or links. If
+            the certificate fails, it is the pair that lacks most to what it is held to; if it does so because of pairs that
+            cannot meet, it is theirs.
         limits: margins of the joint limits, for all t.
         checked: the limits that were asked for: "position", "velocity", "acceleration", "jerk".
         resolution: the shortest interval evaluated, as a share of the curve, all its pieces counting alike.
@@ -82,6 +129,7 @@ class Certificate:
         robot, scene, trajectory: what it is about.
         base_setup: how the base is held, its start pose, and the momentum.
         base_findings: what was found about a base that the arm moves; None if the base is fixed, or its motion unknown.
+        near_pairs: the pairs that have less than is asked for at the start or the goal, and what was proven for them.
         unchecked: the pairs of links that are not part of the claim, each with the reason.
         bare: links without an envelope: nothing is claimed of them.
         notes: further remarks, a sentence each.
@@ -90,7 +138,7 @@ class Certificate:
     status: Literal["holds", "fails", "undecided"]
     clear: bool
     clearance: float | None
-    minimum_clearance: float
+    required: float
     closest: ClosestApproach | None
     limits: LimitMargins
     checked: tuple[Limit, ...]
@@ -103,6 +151,8 @@ class Certificate:
     trajectory: AnyTrajectory = field(repr=False)
     base_setup: BaseSetup = field(repr=False)
     base_findings: BaseFindings | None = None
+    required_by_pair: tuple[PairClearance, ...] = ()
+    near_pairs: tuple[NearPair, ...] = ()
     unchecked: tuple[UncheckedPair, ...] = ()
     bare: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -174,14 +224,14 @@ class Certificate:
         """The result in a sentence, with what is not part of the claim."""
         said = [self._finding, *self.notes]
         if self.status == "holds":
-            said.insert(1, words_on_unchecked(self.unchecked, self.bare))
+            said[1:1] = [self._near_finding, words_on_unchecked(self.unchecked, self.bare)]
         return "; ".join(filter(None, said))
 
     @property
     def _finding(self) -> str:
         near, base = self.closest, self.base_findings
-        if near is not None and near.clearance <= self.minimum_clearance and self.status == "fails":
-            return _too_close(near, self.minimum_clearance)
+        if near is not None and near.clearance <= near.required and self.status == "fails":
+            return _too_close(near)
         for sentence in self.contradictions[:1]:
             return sentence
         if base is not None and base.broken:
@@ -204,15 +254,26 @@ class Certificate:
         near = self.closest
         if near is None:
             kept = f"{', '.join(self.checked)} limits hold for all t" if self.checked else "limits were not looked at"
-            free = "nothing is in the way" if self.robot.capsules else "the robot is meant to have no envelope"
+            free = "nothing is in the way" if self.robot.shapes else "the robot is meant to have no envelope"
             return f"{free}; {kept}"
         where = f"link '{near.link}' and {near.other} at t = {near.time:.4g} s"
         if self.status == "undecided":
-            than = f"{self.minimum_clearance * 1e3:.4g} mm" if self.minimum_clearance else "contact"
+            than = _mm(near.required) if near.required else "contact"
             error = self.base_error or 0.0
             known = "" if error < _NOTABLE_ERROR else f" (the base's attitude is known to {error:.2g} rad)"
             return f"{where} come within {near.clearance * 1e3:.3g} mm, too close to be told from {than}{known}"
-        return f"clearance is at least {(self.clearance or 0) * 1e3:.4g} mm for all t; closest measured: {where}"
+        return (
+            f"clearance proven at least {_mm(self.clearance or 0)} for all t, measured closest {_mm(near.clearance)}: {where}"
+        )
+
+    @property
+    def _near_finding(self) -> str:
+        """What is proven of the pairs that are near at an end; "" without any."""
+        said = [near.text for near in self.near_pairs[:_LISTED]]
+        more = len(self.near_pairs) - _LISTED
+        if more > 0:
+            said.append(f"{more} more")
+        return f"but nearer at an end: {', '.join(said)}" if said else ""
 
     def as_dict(self) -> dict[str, object]:
         """Return the certificate as plain values, None for what is infinite.
@@ -227,8 +288,10 @@ class Certificate:
             "status": self.status,
             "message": self.message,
             "clearance_m": None if self.clearance is None or math.isinf(self.clearance) else _rounded_down(self.clearance),
-            "minimum_clearance_m": self.minimum_clearance,
+            "required_clearance_m": self.required,
+            "required_by_pair": [pair_clearance_as_dict(pair) for pair in self.required_by_pair],
             "closest": None if near is None else _closest_as_dict(near),
+            "near_pairs": [_near_pair_as_dict(pair) for pair in self.near_pairs],
             "limits": {
                 "checked": list(self.checked),
                 "position_margin": _finite(limits.position),
@@ -258,7 +321,24 @@ def _closest_as_dict(near: ClosestApproach) -> dict[str, object]:
         "time_s": round(near.time, _DIGITS),
         "u": round(near.u, _DIGITS),
         "clearance_m": round(near.clearance, _DIGITS),
+        "required_m": _rounded_down(near.required),
         "points_m": [[round(x, _DIGITS) for x in point] for point in near.points.tolist()],
+    }
+
+
+def _near_pair_as_dict(near: NearPair) -> dict[str, object]:
+    return {
+        "link": near.link,
+        "other": near.other,
+        "obstacle": near.obstacle,
+        "ends": near.ends,
+        "clearance_m": round(near.clearance, _DIGITS),
+        "required_m": near.required,
+        "held_to_m": _rounded_down(near.held_to),
+        "proven_m": None if near.proven is None else _rounded_down(near.proven),
+        "measured_m": round(near.measured, _DIGITS),
+        "begin_s": round(near.begin, _DIGITS),
+        "end_s": round(near.end, _DIGITS),
     }
 
 
@@ -301,11 +381,15 @@ def _beyond(name: str, share: float) -> str:
     return f"may exceed its {name} limit: {share:.6g} times it"
 
 
-def _too_close(near: ClosestApproach, minimum: float) -> str:
+def _too_close(near: ClosestApproach) -> str:
     where = f"link '{near.link}' and {near.other} at t = {near.time:.4g} s"
     if near.clearance <= 0:
         return f"{where} penetrate by {0.0 - near.clearance * 1e3:.3g} mm"
-    return f"{where} come within {near.clearance * 1e3:.4g} mm, expected more than {minimum * 1e3:.4g} mm"
+    return f"{where} come within {_mm(near.clearance)}, expected more than {_mm(near.required)}"
+
+
+def _mm(length: float) -> str:
+    return f"{length * 1e3:.4g} mm"
 
 
 def _rounded_down(length: float) -> float:

@@ -32,8 +32,15 @@ from spacearm.proof.base_proofs import (
     require_same,
     time_at,
 )
-from spacearm.proof.certificate import Certificate, ClosestApproach, Limit, broken_limits
+from spacearm.proof.certificate import Certificate, ClosestApproach, Limit, NearPair, broken_limits
 from spacearm.proof.interval_search import ClearanceProof, Status
+from spacearm.proof.required_clearance import (
+    DEFAULT_CLEARANCE,
+    PairClearance,
+    RequiredClearance,
+    as_pair_clearances,
+    required_clearance,
+)
 from spacearm.proof.separation import NearestPair
 from spacearm.robot import Robot
 from spacearm.robot.unchecked_pairs import UncheckedPair, bare_links, lacks_envelope, unchecked_pairs
@@ -46,8 +53,9 @@ _LARGEST = 1e6  # [m or rad] the rounding of larger numbers, 1e-10 of them, is l
 class HasScene(Protocol):
     """An object with a robot and a scene, such as a Problem.
 
-    It may also have `base`, `base_start` and `momentum`. Defaults: the robot's base model, the identity, no momentum. It may
-    have `base_limits`, which a floating base has to keep at every instant.
+    It may also have `clearance`, the clearance that is required [m], and `clearances`, a row of `PairClearance`. Defaults:
+    `DEFAULT_CLEARANCE`, and none. It may have `base`, `base_start` and `momentum`. Defaults: the robot's base model, the
+    identity, no momentum. It may have `base_limits`, which a floating base has to keep at every instant.
     """
 
     @property
@@ -67,22 +75,28 @@ def certify(
     *,
     limits: Sequence[Limit] = LIMITS,
     jerk_limit: ArrayLike | None = None,
-    minimum_clearance: float = 0.0,
+    clearance: float | None = None,
     resolution: float = RESOLUTION,
+    minimum_clearance: None = None,
 ) -> Certificate:
     """Prove that a trajectory keeps clear of the obstacles and of the robot itself, and within the limits, for all t.
 
+    Each pair of bodies has to keep its required clearance, or more than 0 where 0 is required. A pair that has less at the
+    start or the goal is held to what it has there until it gets out; `required_clearance` has the rule.
+
     Args:
-        problem: the robot, the pairs of its links that must keep clear, the scene, how the base is held, and how much a
-            floating base may be disturbed.
+        problem: the robot, the pairs of its links that must keep clear, the scene, the clearances required, how the base is
+            held, and how much a floating base may be disturbed.
         trajectory: of that robot and that base, of spacearm or of another program. Its joints are matched by their names:
             another order is corrected, and noted. The motion of a floating base is integrated anew, from the masses and the
             joints' path. What the trajectory itself states of its base is compared.
         limits: those to be kept, of "position", "velocity" and "acceleration". A path with corners has no acceleration.
         jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: jerk is not checked.
-        minimum_clearance: the clearance must be more than this [m]; for pairs that cannot meet (`robot.apart`) more than 0.
+        clearance: that is required of all pairs without a value of their own in `problem.clearances` [m]; None: the problem's.
+            Pairs that cannot meet (`robot.apart`) have to keep more than 0, or their own value.
         resolution: intervals shorter than this share of the curve, all its pieces counting alike, are not halved. The
             certificate is undecided then.
+        minimum_clearance: former name; no longer taken.
 
     Returns:
         The certificate. It never says that a motion holds when it does not; it may be undecided. docs/certificate.md has the
@@ -102,21 +116,30 @@ def certify(
     setup = base_setup_of(problem, robot, who="problem")
     require_same(setup, base_setup_of(trajectory, robot, who="trajectory"))
     checked = _checked_limits(limits)
-    minimum = as_number("minimum_clearance", minimum_clearance, ProblemError, at_least=0, unit="m")
+    if minimum_clearance is not None:
+        raise ProblemError(
+            f"certify is given minimum_clearance {shown(minimum_clearance)}, which it no longer takes; give the problem its "
+            "clearance, as in Problem(..., clearance=0.01), or certify(..., clearance=0.01)"
+        )
+    asked, by_pair = _asked(problem, clearance)
     finest = as_number("resolution", resolution, ProblemError, above=0)
     begun = time.perf_counter()
-    base, proof = _prepared(problem, trajectory, setup, minimum=minimum, finest=finest)
+    base, proof = _prepared(
+        problem, trajectory, setup, required=required_clearance(robot, problem.scene, asked, by_pair), finest=finest
+    )
     margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
     checked = checked if jerk_limit is None else (*checked, "jerk")
-    found = _clearance(problem, trajectory, base, proof, finest=finest)
+    found = _clearance(problem, trajectory, base, proof, by_pair=by_pair, finest=finest)
     clear = found.status == "holds"
     kept = _limits_kept(robot, trajectory, margins, checked, found.base)
     return Certificate(
         status=found.status if kept else "fails",
         clear=clear,
-        clearance=proof.proven if clear and kept else None,
-        minimum_clearance=minimum,
+        clearance=proof.proven_in_full if clear and kept else None,
+        required=asked,
+        required_by_pair=by_pair,
         closest=found.closest,
+        near_pairs=_near_pairs(proof, robot, problem.scene, base, holds=clear and kept),
         limits=margins,
         checked=checked,
         resolution=found.resolution,
@@ -134,8 +157,20 @@ def certify(
     )
 
 
+def _asked(problem: HasScene, clearance: float | None) -> tuple[float, tuple[PairClearance, ...]]:
+    """Return the clearance that is required [m], and those by pair.
+
+    Raises:
+        ProblemError: a clearance below 0, or no row of PairClearance.
+    """
+    if clearance is None:
+        clearance = getattr(problem, "clearance", DEFAULT_CLEARANCE)
+    asked = as_number("clearance", clearance, ProblemError, at_least=0, unit="m")
+    return asked, as_pair_clearances(getattr(problem, "clearances", ()))
+
+
 def _prepared(
-    problem: HasScene, trajectory: AnyTrajectory, setup: BaseSetup, *, minimum: float, finest: float
+    problem: HasScene, trajectory: AnyTrajectory, setup: BaseSetup, *, required: RequiredClearance, finest: float
 ) -> tuple[BaseProof, ClearanceProof]:
     """Return the proofs of base and clearance, with nothing computed yet.
 
@@ -144,7 +179,7 @@ def _prepared(
     """
     with np.errstate(over="ignore", invalid="ignore"):  # such numbers are refused below
         base = base_proof(problem.robot, trajectory, setup)
-        proof = ClearanceProof(problem.robot, problem.scene, base, minimum=minimum, resolution=finest)
+        proof = ClearanceProof(problem.robot, problem.scene, base, required=required, resolution=finest)
         largest = proof.largest_number()
     if not largest <= _LARGEST:
         raise ProblemError(
@@ -174,7 +209,13 @@ class _Clearance(NamedTuple):
 
 
 def _clearance(
-    problem: HasScene, trajectory: AnyTrajectory, base: BaseProof, proof: ClearanceProof, *, finest: float
+    problem: HasScene,
+    trajectory: AnyTrajectory,
+    base: BaseProof,
+    proof: ClearanceProof,
+    *,
+    by_pair: tuple[PairClearance, ...],
+    finest: float,
 ) -> _Clearance:
     """Prove that all pairs of bodies keep apart: those with a clearance, then those that cannot meet."""
     robot, scene = problem.robot, problem.scene
@@ -189,21 +230,25 @@ def _clearance(
     closest = None if near is None else _closest(near, robot, scene, base)
     result = _Clearance(status, closest, found, proof.evaluations, proof.resolution)
     if status == "holds" and robot.apart is not None:
-        result = _with_apart(result, proof.proven, _apart(robot, trajectory, finest=finest))
+        result = _with_apart(result, proof.proven_in_full, _apart(robot, trajectory, by_pair=by_pair, finest=finest))
     if result.status == "holds" and lacks_envelope(robot):
         result = result._replace(status="undecided")
     return result
 
 
-def _apart(robot: Robot, trajectory: AnyTrajectory, *, finest: float) -> _Clearance:
+def _apart(robot: Robot, trajectory: AnyTrajectory, *, by_pair: tuple[PairClearance, ...], finest: float) -> _Clearance:
     """Prove that the pairs of links that cannot meet within the limits do not meet on the trajectory.
 
-    Only contact matters for them, since their distance does not depend on the planner. The motion of the base does not matter.
+    Only contact matters for them, unless a pair has a clearance of its own: the planner does not look at them. The motion of
+    the base does not matter.
     """
     links = _with_apart_only(robot)
     at_rest = BaseSetup(model=BASE_MODELS["fixed"], start=np.eye(4), linear=np.zeros(3), angular=np.zeros(3))
     base = FixedBaseProof(links, trajectory, at_rest)
-    proof = ClearanceProof(links, Scene(), base, minimum=0.0, resolution=finest, proven_share=0.0)
+    named = {(min(link, other), max(link, other)) for link, other in links.self_pairs}
+    own = [one for one in by_pair if one.link and one.other_link and tuple(sorted((one.link, one.other_link))) in named]
+    required = required_clearance(links, Scene(), 0.0, own)
+    proof = ClearanceProof(links, Scene(), base, required=required, resolution=finest, proven_share=0.0)
     proof.integrate_base()
     status, near = proof.result()
     closest = None if near is None else _closest(near, links, Scene(), base)
@@ -232,8 +277,8 @@ def _with_apart_only(robot: Robot) -> Robot:
     """Return the robot with only the links that cannot meet, and with their pairs as those that must keep clear."""
     assert robot.apart is not None
     links = {link for pair in robot.apart.pairs for link in pair}
-    capsules = tuple(capsule for capsule in robot.capsules if capsule.name in links)
-    return replace(robot, capsules=capsules, self_pairs=robot.apart.pairs, apart=None)
+    shapes = tuple(part for part in robot.shapes if part.name in links)
+    return replace(robot, shapes=shapes, self_pairs=robot.apart.pairs, apart=None)
 
 
 @cached_by_identity
@@ -245,14 +290,44 @@ def _closest(near: NearestPair, robot: Robot, scene: Scene, base: BaseProof) -> 
     """Return a closest approach with names, time, and the parameter of the trajectory's own curve."""
     obstacle = near.obstacle
     return ClosestApproach(
-        link=robot.capsules[near.capsule].name,
-        other=f"link '{robot.capsules[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
+        link=robot.shapes[near.capsule].name,
+        other=f"link '{robot.shapes[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
         obstacle=obstacle,
         time=float(time_at(base, np.array(near.u))),
         u=own_parameter(base, near.u),
         clearance=near.clearance,
+        required=near.required,
         points=near.points,
     )
+
+
+def _near_pairs(proof: ClearanceProof, robot: Robot, scene: Scene, base: BaseProof, *, holds: bool) -> tuple[NearPair, ...]:
+    """Return the pairs that are near at an end, with names and times: once for each end, or once for both."""
+    begin, end = base.curve.domain
+    links = tuple(dict.fromkeys(shape.name for shape in robot.shapes))
+    out: list[NearPair] = []
+    for i, near in enumerate(proof.requirements.near):
+        obstacle = near.other if near.other < len(scene.obstacles) else None
+        for part in near.parts:
+            phase = 3 * i + part.phase
+            times = time_at(base, np.clip([part.begin, part.end], begin, end))
+            pair = NearPair(
+                link=links[near.link],
+                other=f"link '{links[near.other - len(scene.obstacles)]}'"
+                if obstacle is None
+                else f"obstacle {scene.called(obstacle)}",
+                obstacle=obstacle,
+                ends=part.ends,
+                clearance=part.has,
+                required=near.required,
+                held_to=near.held(part.phase),
+                proven=float(proof.proven[phase]) if holds else None,
+                measured=min(part.has, float(proof.measured.clearance[phase])),
+                begin=float(times[0]),
+                end=float(times[1]),
+            )
+            out.append(pair)
+    return tuple(out)
 
 
 def _limits_kept(

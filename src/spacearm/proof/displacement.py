@@ -246,13 +246,17 @@ class IntervalMidpoints:
 
     def bound(self, used: Indices) -> None:
         """Bound the motions of some relative bodies (m,), and of no others of their groups."""
-        of = self._bodies.group[self._relative_bodies.body[used]]
-        for group in np.unique(of).tolist():
-            self._bound_group(group, used[of == group])
+        if len(self.groups) == 1:
+            self.row = np.full(len(self._relative_bodies.body), -1)
+            self._bound_group(0, used)
+            return
+        every = self._bodies.group[self._relative_bodies.body]
+        for group in np.unique(every[used]).tolist():
+            self.row[every == group] = -1  # nothing is known of the others any more
+            self._bound_group(group, used[every[used] == group])
 
     def _bound_group(self, group: int, used: Indices) -> None:
         into = self.groups[group]
-        self.row[self._bodies.group[self._relative_bodies.body] == group] = -1
         self.row[used] = np.arange(len(used))
         size = into.position.shape[0] * into.position.shape[2] * self._step.shape[1]
         batch = max(1, _NUMBERS // max(size, 1))

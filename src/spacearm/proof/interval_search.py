@@ -11,7 +11,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import deque
 from itertools import accumulate
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +20,15 @@ from spacearm.geometry import Scene
 from spacearm.proof.base_proofs import BaseProof
 from spacearm.proof.bodies import JointMap
 from spacearm.proof.displacement import IntervalMidpoints, Intervals, LinearBounds, PathIntervals
+from spacearm.proof.near_pairs import InstantMeasurements, find_near
+from spacearm.proof.pair_requirements import Held, PairRequirements
+from spacearm.proof.required_clearance import RequiredClearance
 from spacearm.proof.separation import (
     DISAGREEMENT,
     GUARD,
     ClearanceBounds,
     Measurements,
     NearestPair,
-    ObstacleGroup,
     OpenPairs,
     by_group,
     capsule_pairs,
@@ -44,13 +46,13 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Status = Literal["holds", "fails", "undecided"]
 
-_PROVEN_SHARE = 0.5  # times the least measured clearance (less the minimum): what is to be proven
+_PROVEN_SHARE = 0.5  # times the least measured excess: what is to be proven above what a pair is held to
 _BATCH = 128  # intervals evaluated at once
 _ROWS = 100_000  # pairs evaluated at once, which bounds the memory
 _ROWS_OF_POLYTOPES = 2_000  # likewise, of pairs with a polytope: each takes some arrays of its vertices
 _MOST_INTERVALS = 100_000  # evaluated before the search gives up
 _LIKELY = 24  # pairs of links and solids that are evaluated first, to find the least clearance early
-_CLOSE = 2.0  # times the least clearance (less the minimum): pairs that seem closer are measured
+_CLOSE = 2.0  # times the least excess: pairs that seem to have less are measured
 _CONTACTS = 8  # pairs measured at once of those that seem to touch
 _LOOSE = 1e-7  # [m] Coal is asked about a pair if its bounds at the midpoint are further apart than this
 
@@ -58,10 +60,15 @@ _LOOSE = 1e-7  # [m] Coal is asked about a pair if its bounds at the midpoint ar
 class ClearanceProof:
     """A search for a proof that a robot keeps more than a clearance from a scene and from itself along a trajectory.
 
+    What a pair has more than it is held to is its excess. `pair_requirements` says what a pair is held to, and in which phase
+    it is; what is proven and measured is remembered by phase.
+
     Attributes:
         witness: kinematics and distances.
         measured: the measurements, with the closest approach.
-        proven: the clearance is at least this for all pairs that are settled so far [m]; infinite if nothing is in the way.
+        requirements: what pairs are held to, and which are near at an end.
+        proven: (p,) the clearance is at least this for all pairs that are settled so far, by phase [m]; infinite if nothing is
+            in the way.
         evaluations: configurations evaluated.
         resolution: the shortest interval evaluated, as a share of the curve, all its pieces counting alike.
     """
@@ -72,7 +79,7 @@ class ClearanceProof:
         scene: Scene,
         base: BaseProof,
         *,
-        minimum: float,
+        required: RequiredClearance,
         resolution: float,
         proven_share: float = _PROVEN_SHARE,
     ) -> None:
@@ -81,16 +88,17 @@ class ClearanceProof:
         Args:
             robot, scene: what must keep clear.
             base: the base along the trajectory.
-            minimum: the clearance that must be exceeded [m].
+            required: the clearances that must be exceeded.
             resolution: intervals shorter than this share of the curve are not halved.
-            proven_share: of the least measured clearance, above the minimum, that is to be proven.
+            proven_share: of the least measured excess, that is to be proven.
         """
         self._bodies, self._relative_bodies = base.bodies()
         self._joints, self._groups = JointMap(robot), obstacle_groups(scene, self._relative_bodies)
-        self._base, self._curve, self._minimum, self._finest = base, base.curve, minimum, resolution
+        self._base, self._curve, self._finest = base, base.curve, resolution
         self.witness = Witness(robot, self._bodies)
-        self.measured = Measurements(self.witness, self._groups, self._bodies, self._relative_bodies)
-        self.proven = self._least = np.inf
+        self.requirements = PairRequirements(required, robot, self._bodies, self._relative_bodies, self._groups)
+        self.measured = Measurements(self.witness, self._groups, self._bodies, self._relative_bodies, self.requirements.at)
+        self.proven, self._least = np.full(1, np.inf), np.full(1, np.inf)  # _least: (p,) the least excess seen
         self._proven_share = proven_share
         self.evaluations, self.resolution = 0, 1.0
 
@@ -111,19 +119,62 @@ class ClearanceProof:
         return self._frames(u, self._joints.values(self._curve.sample(u)))
 
     def result(self) -> tuple[Status, NearestPair | None]:
-        """Search, then measure around the closest approach; these measurements count, too.
+        """Search, then measure around the closest approaches; these measurements count, too.
 
         Returns:
-            The status, and the closest approach; None if nothing is in the way.
+            The status, and the closest approach, or the worst one if it fails; None if nothing is in the way.
         """
+        self._find_near()
         status = self._search()
         begin, end = self._curve.domain
-        nearest = self.measured.closest((begin, end), self.frames_at, (end - begin) * min(self.resolution, 0.1))
-        if nearest is not None and nearest.clearance <= self._minimum:
-            return "fails", nearest
-        if nearest is not None and status == "holds" and nearest.clearance < self.proven - DISAGREEMENT:
-            return "undecided", nearest
-        return status, nearest
+        self.measured.zoom((begin, end), self.frames_at, (end - begin) * min(self.resolution, 0.1))
+        worst = self.measured.worst
+        if worst is not None and worst.clearance <= worst.required:
+            return "fails", worst
+        if status == "holds" and (self.measured.clearance < self.proven - DISAGREEMENT).any():
+            return "undecided", worst
+        if status == "undecided":
+            return status, worst
+        nearest = self.measured.closest(self.requirements.full_phases)
+        return status, nearest or self.measured.closest(range(len(self.proven)))
+
+    @property
+    def proven_in_full(self) -> float:
+        """The clearance is at least this for all pairs that are held to what is required [m]; infinite if there are none.
+
+        If none is held to that at any time, it is the clearance of all pairs.
+        """
+        full = float(self.proven[self.requirements.full_phases].min())
+        return full if np.isfinite(full) else float(self.proven.min())
+
+    def _find_near(self) -> None:
+        """Find the pairs that are near at an end, if any clearance is required."""
+        if not self._groups or not self.requirements.greatest:
+            return
+        measure = InstantMeasurements(
+            self._bodies,
+            self._relative_bodies,
+            self._joints,
+            self._groups,
+            self.requirements,
+            self.witness,
+            self._curve.sample,
+            self._frames,
+            self._bounds_at_instants,
+        )
+        near = find_near(self.requirements, measure, self._curve.domain)
+        if near:
+            self.requirements.set_near(near)
+            phases = self.requirements.phases
+            self.measured.begin(phases=phases)
+            self.proven, self._least = np.full(phases, np.inf), np.full(phases, np.inf)
+            self._least[1:] = self.requirements.known_excess()
+
+    def _bounds_at_instants(self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, cells: bool) -> ClearanceBounds:
+        of_cells = self._groups[group].cells
+        if cells and of_cells is not None:
+            return self._bounds_to(of_cells, midpoints, pairs, enough=None)
+        return self._bounds(midpoints, group, pairs, enough=None)
 
     def _search(self) -> Status:
         """Halve intervals until the proof holds, a collision is found, or the two cannot be distinguished."""
@@ -137,12 +188,12 @@ class ClearanceProof:
             self.evaluations += len(intervals)
             self.resolution = min(self.resolution, float(intervals.share.min()))
             left = self._settle(midpoints, pairs)
-            if self.measured.clearance <= self._minimum:
+            if (self.measured.excess <= 0).any():
                 return "fails"
             which = np.unique(np.concatenate([of_group.interval for of_group in left]))
             open_intervals = intervals.select(which)
             hopeless = (open_intervals.share / 2 < self._finest).any() or (which.size and self.evaluations > _MOST_INTERVALS)
-            if self.measured.contradicted or hopeless or self._least <= self._minimum + GUARD:
+            if self.measured.contradicted or hopeless or (self._least <= GUARD).any():
                 return "undecided"
             if not which.size:
                 continue
@@ -168,26 +219,34 @@ class ClearanceProof:
             first = self._bodies.group[self._relative_bodies.body] == 0  # the balls around links are among them
             midpoints.bound(np.flatnonzero(first))
             pairs = self._close_pairs(midpoints)
-            used = _used(pairs)
-            midpoints.bound(used[~first[used]])
+            if not first.all():
+                used = _used(pairs)
+                midpoints.bound(used[~first[used]])
         else:
             midpoints.bound(_used(pairs))
-        found = [self._sharpened(midpoints, group, of_group) for group, of_group in enumerate(pairs)]
-        self._measure_nearest(midpoints, pairs, found)
-        return [of_group.select(~self._settled(known)) for of_group, known in zip(pairs, found, strict=True)]
+        held = [self.requirements.on(group, of_group, midpoints) for group, of_group in enumerate(pairs)]
+        found = [self._sharpened(midpoints, group, pairs[group], of_group) for group, of_group in enumerate(held)]
+        self._measure_nearest(midpoints, pairs, found, held)
+        return [pairs[i].select(~self._settled(found[i], of_group)) for i, of_group in enumerate(held)]
 
-    def _target(self) -> float:
-        """Return the clearance that is to be proven [m]."""
-        return self._minimum + self._proven_share * max(0.0, self._least - self._minimum)
+    def _target(self, held: Held) -> Array | float:
+        """Return the clearances that are to be proven [m]."""
+        return held.required + self._proven_share * np.maximum(0.0, self._least[held.phase])
 
-    def _settled(self, known: ClearanceBounds) -> NDArray[np.bool_]:
+    def _settled(self, known: ClearanceBounds, held: Held) -> NDArray[np.bool_]:
         """Return which pairs are proven to be apart, and remember how far."""
-        settled = known.on_interval > self._target()
-        self.proven = min(self.proven, float(known.on_interval[settled].min(initial=np.inf)))
+        settled = known.on_interval > self._target(held)
+        _note_least(self.proven, known.on_interval[settled], _some(held.phase, settled))
         return settled
 
     def _bounds(
-        self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, *, enough: float | None, n: Array | None = None
+        self,
+        midpoints: IntervalMidpoints,
+        group: int,
+        pairs: OpenPairs,
+        *,
+        enough: Array | float | None,
+        n: Array | None = None,
     ) -> ClearanceBounds:
         """Bound the clearance of pairs of a group; see `clearance_bounds`."""
         solids, bodies = self._groups[group].solids, self._bodies
@@ -198,14 +257,22 @@ class ClearanceProof:
             some = pairs.select(rows)
             solid = some.interval * len(bodies.groups[other].body) + bodies.place[some.solid]
             directions = None if n is None else n[rows]
-            return self._bounds_to(midpoints.solids(other), midpoints, some._replace(solid=solid), enough=enough, n=directions)
+            return self._bounds_to(
+                midpoints.solids(other), midpoints, some._replace(solid=solid), enough=_some(enough, rows), n=directions
+            )
 
         if len(bodies.groups) == 1:
             return of_group(0, slice(None))
         return by_group(bodies.group[pairs.solid], of_group)
 
     def _bounds_to(
-        self, solids: Solids, midpoints: IntervalMidpoints, pairs: OpenPairs, *, enough: float | None, n: Array | None = None
+        self,
+        solids: Solids,
+        midpoints: IntervalMidpoints,
+        pairs: OpenPairs,
+        *,
+        enough: Array | float | None,
+        n: Array | None = None,
     ) -> ClearanceBounds:
         parts: list[ClearanceBounds] = []
         step = _ROWS_OF_POLYTOPES if isinstance(solids, Polytopes) else _ROWS
@@ -213,78 +280,112 @@ class ClearanceProof:
             rows = slice(i, i + step)
             some, directions = pairs.select(rows), None if n is None else n[rows]
             of_rows = clearance_bounds(
-                midpoints, self._bodies, self._relative_bodies, some, solids, enough=enough, n=directions
+                midpoints, self._bodies, self._relative_bodies, some, solids, enough=_some(enough, rows), n=directions
             )
             parts.append(of_rows)
         return ClearanceBounds(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def _close_pairs(self, midpoints: IntervalMidpoints) -> list[OpenPairs]:
         """Return the pairs of capsules and solids that their links' balls and their cells do not settle, by group."""
-        coarse: list[tuple[ObstacleGroup, OpenPairs, ClearanceBounds]] = []
+        coarse: list[tuple[OpenPairs, ClearanceBounds, Held]] = []
         for i, group in enumerate(self._groups):
             pairs = link_pairs(group, self._relative_bodies, len(midpoints.half))
             if group.cells is None:
-                known = self._bounds(midpoints, i, pairs, enough=self._minimum)
+                held = self.requirements.on(i, pairs, midpoints)
+                known = self._bounds(midpoints, i, pairs, enough=held.required)
             else:
-                known = self._bounds_to(group.cells, midpoints, pairs, enough=self._minimum)
-            coarse.append((group, pairs, known))
-        for i, (group, pairs, known) in enumerate(coarse):
-            self._find_least(midpoints, i, group, pairs, known)
+                held = self.requirements.on_cells(i, pairs)
+                known = self._bounds_to(group.cells, midpoints, pairs, enough=held.required)
+            coarse.append((pairs, known, held))
+        for i, (pairs, known, held) in enumerate(coarse):
+            self._find_least(midpoints, i, pairs, known.at_midpoint - held.at_midpoint, held)
         out: list[OpenPairs] = []
-        for i, (group, pairs, known) in enumerate(coarse):
-            left = pairs.select(~self._settled(known))
+        for i, (group, (pairs, known, held)) in enumerate(zip(self._groups, coarse, strict=True)):
+            left = pairs.select(~self._settled(known, held))
             if group.cells is not None:
                 left = out_of_cells(group.cells, left)
-                left = left.select(~self._settled(self._bounds(midpoints, i, left, enough=self._target())))
+                held = self.requirements.on(i, left, midpoints)
+                known = self._bounds(midpoints, i, left, enough=self._target(held))
+                left = left.select(~self._settled(known, held))
             out.append(capsule_pairs(group, self._bodies, self._relative_bodies, left))
         return out
 
-    def _find_least(
-        self, midpoints: IntervalMidpoints, i: int, group: ObstacleGroup, pairs: OpenPairs, known: ClearanceBounds
-    ) -> None:
-        """Look for the least clearance to group i among the capsules of the links that seem closest, and measure one pair."""
-        likely = np.argpartition(known.at_midpoint, min(_LIKELY, len(known.at_midpoint)) - 1)[:_LIKELY]
+    def _find_least(self, midpoints: IntervalMidpoints, i: int, pairs: OpenPairs, excess: Array, held: Held) -> None:
+        """Look for the least excess of group i among the capsules of the links that seem closest, and measure one pair.
+
+        Pairs that are near at an end are left out: what they have there is known.
+        """
+        group = self._groups[i]
+        excess = np.where(held.phase_at_midpoint, np.inf, excess)
+        likely = np.argpartition(excess, min(_LIKELY, len(excess)) - 1)[:_LIKELY]
         close = pairs.select(likely) if group.cells is None else out_of_cells(group.cells, pairs.select(likely))
         close = capsule_pairs(group, self._bodies, self._relative_bodies, close)
+        held = self.requirements.on(i, close, midpoints)
         known = self._bounds(midpoints, i, close, enough=None)
-        row = int(np.argmin(known.at_most))
+        excess = known.at_most - held.at_midpoint
+        row = int(np.argmin(np.where(held.phase_at_midpoint, np.inf, excess)))
         self.measured.measure(i, close, row, midpoints, proven=float(known.at_midpoint[row]))
-        self._least = min(self._least, float(known.at_most[row]), self.measured.clearance)
+        _note_least(self._least, excess, held.phase_at_midpoint)
+        self._least = np.minimum(self._least, self.measured.excess)
 
-    def _sharpened(self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs) -> ClearanceBounds:
+    def _sharpened(self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, held: Held) -> ClearanceBounds:
         """Bound the clearance of pairs; where a better direction may settle a pair, ask Coal for one."""
-        target = self._target()
+        target = self._target(held)
         known = self._bounds(midpoints, group, pairs, enough=target)
         ask = np.flatnonzero((known.on_interval <= target) & (known.at_most > target))
         loose = known.at_most[ask] - known.at_midpoint[ask]
-        ask = ask[(loose > _LOOSE) & (known.on_interval[ask] + loose > target)]
+        ask = ask[(loose > _LOOSE) & (known.on_interval[ask] + loose > _some(target, ask))]
         if not ask.size:
             return known
         measured = [
             self.measured.measure(group, pairs, row, midpoints, proven=float(known.at_midpoint[row])) for row in ask.tolist()
         ]
         n = np.array([direction for _, direction in measured])
-        better = self._bounds(midpoints, group, pairs.select(ask), enough=target, n=n)
+        better = self._bounds(midpoints, group, pairs.select(ask), enough=_some(target, ask), n=n)
         known.on_interval[ask] = np.fmax(known.on_interval[ask], better.on_interval)
         known.at_midpoint[ask] = np.fmax(known.at_midpoint[ask], better.at_midpoint)
         known.at_most[ask] = np.fmin(known.at_most[ask], [clearance for clearance, _ in measured])
         return known
 
-    def _measure_nearest(self, midpoints: IntervalMidpoints, pairs: list[OpenPairs], found: list[ClearanceBounds]) -> None:
-        """Measure what seems close: on every interval the pair that seems closest, and some of those that seem to touch."""
-        most = np.concatenate([known.at_most for known in found])
-        self._least = min(self._least, float(most.min(initial=np.inf)))
-        close = np.flatnonzero(most <= self._minimum + _CLOSE * max(self._least - self._minimum, GUARD))
+    def _measure_nearest(
+        self, midpoints: IntervalMidpoints, pairs: list[OpenPairs], found: list[ClearanceBounds], held: list[Held]
+    ) -> None:
+        """Measure what seems close: on every interval the pair that seems closest, and some of those that seem to touch.
+
+        Close means that the pair has little more at the midpoint than it is held to there.
+        """
+        excess = [known.at_most - of_group.at_midpoint for known, of_group in zip(found, held, strict=True)]
+        for of_rows, of_group in zip(excess, held, strict=True):
+            _note_least(self._least, of_rows, of_group.phase_at_midpoint)
+        least = [
+            np.broadcast_to(self._least[of_group.phase_at_midpoint], of_rows.shape)
+            for of_rows, of_group in zip(excess, held, strict=True)
+        ]
+        most = np.concatenate(excess)
+        close = np.flatnonzero(most <= _CLOSE * np.maximum(np.concatenate(least), GUARD))
         close = close[np.argsort(most[close], kind="stable")]
         interval = np.concatenate([of_group.interval for of_group in pairs])[close]
         _, nearest = np.unique(interval, return_index=True)
-        touching = np.flatnonzero(most[close[:_CONTACTS]] <= self._minimum + GUARD)
+        touching = np.flatnonzero(most[close[:_CONTACTS]] <= GUARD)
         first = list(accumulate((len(of_group.interval) for of_group in pairs), initial=0))
         for i in close[np.union1d(nearest, touching)].tolist():
             group = bisect_right(first, i) - 1
             row = i - first[group]
             self.measured.measure(group, pairs[group], row, midpoints, proven=float(found[group].at_midpoint[row]))
-        self._least = min(self._least, self.measured.clearance)
+        self._least = np.minimum(self._least, self.measured.excess)
+
+
+def _note_least(least: Array, values: Array, phase: Indices | int) -> None:
+    """Lessen the least values of phases by values (t,) of one phase, or of a phase each."""
+    if isinstance(phase, int):
+        least[phase] = min(least[phase], float(values.min(initial=np.inf)))
+    else:
+        np.minimum.at(least, phase, values)
+
+
+def _some(values: Any, which: Indices | NDArray[np.bool_] | slice) -> Any:
+    """Return some of an array; a number stays."""
+    return values if values is None or isinstance(values, (int, float)) else values[which]
 
 
 def _used(pairs: list[OpenPairs]) -> Indices:

@@ -132,7 +132,7 @@ def required_clearance(
     """
     least = as_number("clearance", clearance, ProblemError, at_least=0, unit="m")
     pairs = as_pair_clearances(by_pair)
-    links = tuple(dict.fromkeys(shape.name for shape in robot.capsules))
+    links = tuple(dict.fromkeys(shape.name for shape in robot.shapes))
     to_obstacles = np.full((len(links), len(scene.obstacles)), least)
     between_links = np.full((len(links), len(links)), least)
     for pair in sorted(pairs, key=_names_two):  # stable: of equals the later one is written last
@@ -213,23 +213,36 @@ def held_to(at_end: ArrayLike, required: ArrayLike) -> Array:
     return np.where(near, held, r)
 
 
+def out_level(greatest: ArrayLike, required: ArrayLike) -> Array:
+    """Return the clearance from which on pairs count as out.
+
+    It is r and a little more, so that there is room for a proof where the requirement changes: 1e-4 m, or half of the most that
+    the pair has above r on this motion. A pair that never has more than r + 2e-5 m never gets out.
+
+    Args:
+        greatest: (...) the greatest clearances of the pairs on the motion [m].
+        required: (...) their required clearances r [m].
+
+    Returns:
+        (...) [m]; infinite for a pair that never gets out.
+    """
+    r = np.asarray(required, np.float64)
+    room = np.minimum(_OUT, (np.asarray(greatest, np.float64) - r) / 2)
+    return np.where(room >= _LEAST_OUT, r + room, np.inf)
+
+
 def out_between(clearances: Array, required: ArrayLike) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return when pairs are out: first, and last.
 
-    A pair is out where it has r and a little more: 1e-4 m, or half of the most that it has above r on this motion. So there is
-    room for a proof where the requirement changes. A pair that never has more than r + 2e-5 m never gets out.
-
     Args:
         clearances: (m, ...) of the pairs at m instants, in order [m].
-        required: (...) their required clearances r [m].
+        required: (...) their required clearances [m].
 
     Returns:
         The first and the last instant at which each pair is out, (...) each; m and -1 for one that never is.
     """
-    above = np.asarray(clearances) - np.asarray(required, np.float64)
-    room = np.minimum(_OUT, above.max(axis=0) / 2)
-    out = (above >= room) & (room >= _LEAST_OUT)
-    never, count = ~out.any(axis=0), len(above)
+    out = clearances >= out_level(clearances.max(axis=0), required)
+    never, count = ~out.any(axis=0), len(clearances)
     first = np.where(never, count, np.argmax(out, axis=0))
     last = np.where(never, -1, count - 1 - np.argmax(out[::-1], axis=0))
     return first, last

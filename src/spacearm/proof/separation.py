@@ -7,7 +7,7 @@ loses no more of this gap than its displacement bound, and no more than its spee
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -147,7 +147,7 @@ def clearance_bounds(
     pairs: OpenPairs,
     solids: Solids,
     *,
-    enough: float | None,
+    enough: Array | float | None,
     n: Array | None = None,
 ) -> ClearanceBounds:
     """Bound the clearance of pairs, at the midpoints and on the whole intervals.
@@ -157,7 +157,8 @@ def clearance_bounds(
         bodies, relative_bodies: of the robot.
         pairs: the pairs.
         solids: those that the pairs name.
-        enough: a bound on the interval that is more than this [m] is not improved. None: nothing is proven on intervals.
+        enough: a bound on the interval that is more than this [m], one number or (t,), is not improved. None: nothing is
+            proven on intervals.
         n: (t, 3) directions in the inertial frame from solid to body, of any length. A vector that is no direction proves
             nothing. None: the directions to the nearest points.
     """
@@ -166,7 +167,8 @@ def clearance_bounds(
 
     def of_group(group: int, rows: Indices | slice) -> ClearanceBounds:
         some = pairs.select(rows)
-        return planes.bounds(group, some, body[rows], enough=enough, n=None if n is None else n[rows])
+        few = enough[rows] if isinstance(enough, np.ndarray) else enough
+        return planes.bounds(group, some, body[rows], enough=few, n=None if n is None else n[rows])
 
     if len(bodies.groups) == 1:
         return of_group(0, slice(None))
@@ -189,10 +191,13 @@ class _Planes:
     def __init__(self, midpoints: IntervalMidpoints, bodies: Bodies, solids: Solids) -> None:
         self._midpoints, self._bodies, self._solids = midpoints, bodies, solids
 
-    def bounds(self, group: int, pairs: OpenPairs, body: Indices, *, enough: float | None, n: Array | None) -> ClearanceBounds:
+    def bounds(
+        self, group: int, pairs: OpenPairs, body: Indices, *, enough: Array | float | None, n: Array | None
+    ) -> ClearanceBounds:
         """Bound the clearance of pairs whose bodies (t,) are of one group; see `clearance_bounds`."""
         points, some, solids = self._midpoints.groups[group], self._bodies.groups[group], self._solids
-        interval, k, place = pairs.interval, pairs.solid, self._bodies.place[body]
+        interval, k = pairs.interval, pairs.solid
+        place = body if len(self._bodies.groups) == 1 else self._bodies.place[body]
         axes, origin = solids.placed(k)
         x = points.position[interval, place] - origin[:, None]  # (t, e, 3)
         if axes is not None:
@@ -216,7 +221,7 @@ class _Planes:
             part_gap[none] = -np.inf
         at_midpoint = (gap if part_gap is None else part_gap).min(axis=1)
         at_most = apart - radii
-        if own is not None and isinstance(solids, HalfSpaces):  # the gap to a half-space is exact
+        if n is None and own is not None and isinstance(solids, HalfSpaces):  # the gap along the normal is exact
             at_most = np.where(none, at_most, at_midpoint + guard)
         if enough is None:
             return ClearanceBounds(np.full(len(gap), -np.inf), at_midpoint, at_most)
@@ -340,6 +345,7 @@ class NearestPair:
         other: index in the robot of the other capsule, or -1.
         u: where on the curve.
         clearance: [m].
+        required: what the pair is held to there [m].
         points: (2, 3) the nearest points, in the inertial frame [m].
     """
 
@@ -348,21 +354,44 @@ class NearestPair:
     other: int
     u: float
     clearance: float
+    required: float
     points: Array
 
 
 class Measurements:
-    """Measures pairs with Coal, and remembers the closest approach.
+    """Measures pairs with Coal, and remembers the closest approaches.
 
     Attributes:
-        clearance: the least clearance measured so far [m]; infinite before the first measurement.
+        clearance: (p,) the least clearance measured so far in each phase [m]; infinite before the first measurement.
+        excess: (p,) likewise, less what the pair is held to at the instant [m].
         contradicted: whether a measurement was below what is proven, by more than DISAGREEMENT.
     """
 
-    def __init__(self, witness: Witness, groups: list[ObstacleGroup], bodies: Bodies, relative_bodies: RelativeBodies) -> None:
+    def __init__(
+        self,
+        witness: Witness,
+        groups: list[ObstacleGroup],
+        bodies: Bodies,
+        relative_bodies: RelativeBodies,
+        held_to: Callable[[int, int, int, float], tuple[float, int]],
+    ) -> None:
+        """Prepare for a proof with one phase.
+
+        Args:
+            witness: it measures.
+            groups, bodies, relative_bodies: of the proof.
+            held_to: takes a group, a capsule, a solid and an instant, gives what the pair is held to [m] and the phase.
+        """
         self._witness, self._groups, self._bodies, self._relative_bodies = witness, groups, bodies, relative_bodies
-        self.clearance, self.contradicted = np.inf, False
-        self._closest: tuple[MeasuredPair, float, Array] | None = None  # the pair, the parameter, and the nearest points
+        self._held_to, self.contradicted = held_to, False
+        self.begin(phases=1)
+
+    def begin(self, *, phases: int) -> None:
+        """Forget all measurements, and expect some number of phases."""
+        self.clearance, self.excess = np.full(phases, np.inf), np.full(phases, np.inf)
+        self._closest: dict[int, tuple[MeasuredPair, NearestPair]] = {}  # by phase
+        self._worst: tuple[MeasuredPair, NearestPair] | None = None
+        self._least = (True, np.inf)  # of the worst: whether it does not touch, and the excess, or the clearance if it does
 
     def measure(
         self, group: int, pairs: OpenPairs, row: int, midpoints: IntervalMidpoints, *, proven: float
@@ -378,26 +407,37 @@ class Measurements:
         self.contradicted |= found[0] < proven - DISAGREEMENT
         return found
 
-    def closest(self, domain: tuple[float, float], frames: Callable[[Array], Array], reach: float) -> NearestPair | None:
-        """Return the closest approach, after the same pair was measured at more parameters around it.
+    @property
+    def worst(self) -> NearestPair | None:
+        """The pair that lacks most to what it is held to; of pairs that touch, the one that penetrates deepest."""
+        return None if self._worst is None else self._worst[1]
+
+    def closest(self, phases: Sequence[int]) -> NearestPair | None:
+        """Return the closest approach measured in some phases."""
+        found = [self._closest[phase][1] for phase in phases if phase in self._closest]
+        return min(found, key=lambda near: near.clearance, default=None)
+
+    def zoom(self, domain: tuple[float, float], frames: Callable[[Array], Array], reach: float) -> None:
+        """Measure the closest pair of each phase, and the worst pair, at more instants around.
 
         Args:
             domain: of the curve.
             frames: takes parameters (r,), gives T_w_joint (r, j + 1, 4, 4).
             reach: how far around it, in the curve's parameter.
         """
-        if self._closest is None:
-            return None
-        for _ in range(_ZOOMS):
-            pair, u, _ = self._closest
-            around = np.clip(np.linspace(u - reach, u + reach, _ZOOM_POINTS), *domain)
-            for at, placed in zip(around.tolist(), frames(around), strict=True):
-                self._measured(pair, placed, at)
-            reach *= 2 / (_ZOOM_POINTS - 1)
-        pair, u, points = self._closest
-        solids = self._groups[pair.group].solids
-        obstacle, other = (None, pair.solid) if solids is None else (int(solids.obstacle[pair.solid]), -1)
-        return NearestPair(capsule=pair.capsule, obstacle=obstacle, other=other, u=u, clearance=self.clearance, points=points)
+
+        def around(now: Callable[[], tuple[MeasuredPair, NearestPair]]) -> None:
+            for i in range(_ZOOMS):
+                pair, near = now()
+                away = reach * (2 / (_ZOOM_POINTS - 1)) ** i
+                u = np.clip(np.linspace(near.u - away, near.u + away, _ZOOM_POINTS), *domain)
+                for at, placed in zip(u.tolist(), frames(u), strict=True):
+                    self._measured(pair, placed, at)
+
+        for phase in list(self._closest):
+            around(lambda phase=phase: self._closest[phase])
+        if self._worst is not None and self._worst not in self._closest.values():
+            around(lambda: self._worst or self._closest[0])
 
     def _measured(self, pair: MeasuredPair, frames: Array, u: float) -> tuple[float, Array]:
         solids = self._groups[pair.group].solids
@@ -405,6 +445,29 @@ class Measurements:
             found = self._witness.distance_between(frames, pair.capsule, pair.solid)
         else:
             found = self._witness.distance(frames, pair.capsule, solids, pair.solid)
-        if found[0] < self.clearance:
-            self.clearance, self._closest = found[0], (pair, u, self._witness.nearest_points())
+        self._remember(pair, u, found[0])
         return found
+
+    def _remember(self, pair: MeasuredPair, u: float, clearance: float) -> None:
+        required, phase = self._held_to(pair.group, pair.capsule, pair.solid, u)
+        excess = clearance - required
+        self.excess[phase] = min(self.excess[phase], excess)
+        least = (True, excess) if clearance > 0 else (False, clearance)
+        nearest, lacks = clearance < self.clearance[phase], least < self._least
+        if not (nearest or lacks):
+            return
+        solids = self._groups[pair.group].solids
+        obstacle, other = (None, pair.solid) if solids is None else (int(solids.obstacle[pair.solid]), -1)
+        near = NearestPair(
+            capsule=pair.capsule,
+            obstacle=obstacle,
+            other=other,
+            u=u,
+            clearance=clearance,
+            required=required,
+            points=self._witness.nearest_points(),
+        )
+        if nearest:
+            self.clearance[phase], self._closest[phase] = clearance, (pair, near)
+        if lacks:
+            self._least, self._worst = least, (pair, near)

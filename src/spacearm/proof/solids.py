@@ -26,7 +26,7 @@ Indices = NDArray[np.intp]
 _OUTWARD = 1 + 1e-12  # times the radius of an enclosing ball, which covers its rounding
 _CELL = 16  # balls in a cell
 _FEW = 64  # up to this number of balls no cells are made
-_STEPS = 10  # towards the nearest point of a polytope, at most
+_STEPS = 6  # towards the nearest point of a polytope: of drawn ones with 16 vertices it is reached, with 64 within 1 mm
 _TINY = 1e-280  # [m^2] in place of a squared length of 0 in a quotient
 
 
@@ -194,6 +194,8 @@ class Polytopes:
             edge = vertices[row, high] - vertices[row, low]
             squared = np.maximum(np.einsum("tc,tc->t", edge, edge), _TINY)
             moved = np.minimum((height[row, high] - height[row, low]) / squared, weight[row, high])
+            if not moved.any():
+                break
             weight[row, high] -= moved
             weight[row, low] += moved
             point = point - moved[:, None] * edge

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, MutableSequence, Sequence
 from importlib import import_module
 from itertools import product
-from typing import Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +20,15 @@ from spacearm.proof.bodies import Bodies
 from spacearm.proof.solids import Balls, Boxes, Cylinders, Polytopes, Solids
 from spacearm.robot import Robot
 
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull  # pyright: ignore[reportMissingTypeStubs]
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _COAL_TOLERANCE = 1e-9  # [m] with Coal's default 1e-6 its distance of a capsule and a cylinder can be 0.34 mm too large
 _COAL_ITERATIONS = 256  # of GJK, at most: twice the default, for the tolerance is a thousandth of the default
-_THICKER = 1e-9  # times the size of a flat hull: how much thicker it is made to every side, below what is a disagreement
+_THICKER = 1e-9  # times the size of a flat hull: how much thicker it is made to every side
 _SMALLEST = 1e-3  # [m] in place of the size of a smaller flat hull
 
 
@@ -231,16 +234,9 @@ def coal_polytope(vertices: Array, radius: float) -> CoalShape:
     """Return the hull of vertices (k, 3), with a rounding [m].
 
     A hull without volume is made thicker by _THICKER of its size to all sides, because Coal needs triangles around it. Its
-    clearance is then measured that much too small.
+    clearance is then measured that much too small, which is less than what is a disagreement.
     """
-    from scipy.spatial import ConvexHull, QhullError  # pyright: ignore[reportMissingTypeStubs]
-
-    try:
-        hull = ConvexHull(vertices)
-    except QhullError:
-        size = max(float(np.ptp(vertices, axis=0).max()), _SMALLEST)
-        corners = np.array(list(product((-1.0, 1.0), repeat=3)))
-        hull = ConvexHull((vertices[:, None] + _THICKER * size * corners).reshape(-1, 3))
+    hull = _hull(vertices)
     library, number = coal(), {int(k): i for i, k in enumerate(hull.vertices)}
     points, triangles = library.StdVec_Vec3s(), library.StdVec_Triangle()
     points.extend(np.asarray(hull.points, dtype=np.float64)[hull.vertices])
@@ -249,6 +245,20 @@ def coal_polytope(vertices: Array, radius: float) -> CoalShape:
         outward = float(np.cross(b - a, c - a) @ plane[:3]) > 0
         triangles.append(library.Triangle(*(number[int(k)] for k in (corners if outward else corners[::-1]))))
     return _rounded(library.Convex(points, triangles), radius)
+
+
+def _hull(vertices: Array) -> ConvexHull:
+    """Return the hull of vertices (k, 3), made thicker if it has no volume."""
+    from scipy.spatial import ConvexHull, QhullError  # pyright: ignore[reportMissingTypeStubs]
+
+    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    size = max(float(np.abs(vertices).max()), _SMALLEST)
+    for thicker in (0.0, _THICKER, 1e2 * _THICKER):
+        try:
+            return ConvexHull((vertices[:, None] + thicker * size * corners).reshape(-1, 3) if thicker else vertices)
+        except QhullError:  # no volume, or less than rounding
+            continue
+    raise AssertionError("a hull with volume is refused")
 
 
 def _rounded(shape: CoalShape, radius: float) -> CoalShape:

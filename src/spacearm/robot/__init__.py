@@ -1,8 +1,8 @@
 """What moves: robots, as data; from URDF, from spacearm's own files, or built in."""
 
-from spacearm.robot.envelope import LinkEnvelope, envelope_report
+from spacearm.robot.envelope import LinkEnvelope
 from spacearm.robot.kinematics import forward_kinematics, joint_centres, joint_frames
-from spacearm.robot.load_robot import builtin_robots, load_robot
+from spacearm.robot.load_robot import builtin_robots, envelope_report, load_robot
 from spacearm.robot.model import Body, Frame, Joint, LinkCapsule, LinkShape, NamedConfiguration, Robot
 from spacearm.robot.self_collision import LinkPair, SelfPairs, find_self_pairs
 from spacearm.robot.unchecked_pairs import ApartPairs, UncheckedPair, unchecked_pairs

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -19,6 +19,7 @@ from spacearm.core.checks import as_number, shown, value_fields
 from spacearm.core.errors import RobotError, nearest
 from spacearm.core.exact import product, sines
 from spacearm.core.reading import located
+from spacearm.geometry.shapes import ConvexShape, Polytope, Sphere
 from spacearm.robot.build_robot import build_robot, choose_base, notes_on_base, require_tree, rooted, turned_onto_z
 from spacearm.robot.joint_limits import narrowed, with_joint_limits_file
 from spacearm.robot.kinematics import base_and_joint_frames
@@ -33,7 +34,7 @@ SelfCollision = Literal["auto", "srdf", "computed", "none"]
 
 _SELF_COLLISION = ("auto", "srdf", "computed", "none")
 _MOVING = ("revolute", "continuous", "prismatic")
-_SHAPES = ("joints", "capsules", "frames", "bodies")  # what a change of which cannot be repeated with joints elsewhere
+_SHAPES = ("joints", "shapes", "frames", "bodies")  # what a change of which cannot be repeated with joints elsewhere
 
 _ROUNDING = 1e-6  # [rad or m] limits and locked values are often rounded, each in a file of its own
 _FEW = 4  # joints that are all named
@@ -127,16 +128,21 @@ def _require_choices(choices: Assembly) -> None:
 
 def _with_spheres(tree: LinkTree, srdf: Srdf) -> LinkTree:
     """Take the SRDF's spheres for the links that have no envelope."""
-    enclosed = {link for link, *_ in tree.capsules}
-    taken, capsules = [], list(tree.capsules)
+    enclosed = {link for link, _ in tree.shapes}
+    taken, shapes = [], list(tree.shapes)
     for link, spheres in srdf.spheres:
         if tree.with_envelope and link in tree.links and link not in enclosed and spheres:
             taken.append(link)
-            capsules += [(link, np.array(sphere[:3]), np.array(sphere[:3]), sphere[3]) for sphere in spheres]
+            shapes += [(link, _ball(sphere)) for sphere in spheres]
     if not taken:
         return tree
     note = f"the envelope of {', '.join(taken)} is the SRDF's sphere approximation, since the file gives none"
-    return replace(tree, capsules=tuple(capsules), notes=(*tree.notes, note))
+    return replace(tree, shapes=tuple(shapes), notes=(*tree.notes, note))
+
+
+def _ball(sphere: Sequence[float]) -> ConvexShape:
+    *center, radius = sphere
+    return Sphere(center, radius) if radius > 0 else Polytope([center])
 
 
 def _with_tip(tree: LinkTree, choices: Assembly, srdf: Srdf | None, members: Members | None) -> LinkTree:
@@ -251,7 +257,7 @@ def default_value(robot: Robot, dof: int) -> float:
 
 
 def _with_self_pairs(robot: Robot, tree: LinkTree, srdf: Srdf | None, choice: SelfCollision) -> Robot:
-    links = {capsule.name for capsule in robot.capsules}
+    links = {part.name for part in robot.shapes}
     if choice == "auto" and srdf is None and not isinstance(tree.self_collision, str):
         pairs = tuple(pair for pair in tree.self_collision if links.issuperset(pair))
         return replace(robot, self_pairs=pairs)

@@ -16,9 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import shown
 from spacearm.core.errors import RobotError, nearest
 from spacearm.core.exact import length, product
+from spacearm.geometry.convex_cores import moved_shape
+from spacearm.geometry.shapes import ConvexShape
 from spacearm.robot.joint_limits import joint_limits, require_ceiling
+from spacearm.robot.link_shapes import LinkShape
 from spacearm.robot.link_tree import LONGEST, LinkJoint, LinkMass, LinkTree, Mimic, default_tip, leader_of
-from spacearm.robot.model import Body, Frame, Joint, LinkCapsule, Robot
+from spacearm.robot.model import Body, Frame, Joint, Robot
 from spacearm.robot.srdf import Srdf, VirtualJoint
 from spacearm.robot.unchecked_pairs import lacks_masses
 
@@ -66,7 +69,7 @@ def build_robot(tree: LinkTree, *, velocity_limit: Any = None, acceleration_limi
             Frame(name=link, joint=j, T_joint_frame=T, parent=parents.get(link, "")) for link, (j, T) in places.items()
         ),
         bodies=tuple(_body(mass, places[mass.link]) for mass in tree.masses),
-        capsules=tuple(_carried(link, places[link], a, b, radius) for link, a, b, radius in tree.capsules),
+        shapes=tuple(_carried(link, places[link], shape) for link, shape in tree.shapes),
         tip=_tip(tree, places),
         dof_names=tuple(leaders),
         lower=limits[0],
@@ -210,9 +213,9 @@ def _placed(
     return joints, {link: places[link] for link in tree.links}
 
 
-def _carried(link: str, place: tuple[int, Array], a: Array, b: Array, radius: float) -> LinkCapsule:
+def _carried(link: str, place: tuple[int, Array], shape: ConvexShape) -> LinkShape:
     joint, T = place
-    return LinkCapsule(name=link, joint=joint, a=_at(T, a), b=_at(T, b), radius=radius)
+    return LinkShape(name=link, joint=joint, shape=moved_shape(shape, T))
 
 
 def _at(T: Array, point: Array) -> Array:
@@ -317,7 +320,7 @@ def rooted(tree: LinkTree, choice: Literal["fixed", "floating"] | None) -> LinkT
         advice = "; give base='floating' to let the base float" if joint.kind == "floating" else ""
         note = f"joint '{joint.name}' between the root and '{joint.child}' is {joint.kind}, and locked at its origin{advice}"
         return replace(tree, joints=joints, notes=(*tree.notes, note))
-    full = {link for link, *_ in tree.capsules} | {mass.link for mass in tree.masses if mass.mass > 0}
+    full = {link for link, _ in tree.shapes} | {mass.link for mass in tree.masses if mass.mass > 0}
     if joint.kind == "planar" or len(leaving) > 1 or full & above:
         why = (
             "is planar"

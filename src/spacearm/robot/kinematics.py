@@ -91,7 +91,7 @@ def skeleton(robot: Robot) -> Robot:
     """Return the robot without all that does not move it: quicker to find in a cache."""
     tip = replace(robot.frame(robot.tip), parent="")
     nothing = dict.fromkeys(
-        ("capsules", "bodies", "self_pairs", "unchecked", "solid", "unweighed", "configurations", "notes"), ()
+        ("shapes", "bodies", "self_pairs", "unchecked", "solid", "unweighed", "configurations", "notes"), ()
     )
     return replace(robot, frames=(tip,), apart=None, **nothing)
 

@@ -11,12 +11,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.errors import RobotError, nearest
+from spacearm.geometry.shapes import ConvexShape
+
+if TYPE_CHECKING:
+    from spacearm.robot.envelope import LinkEnclosure
 
 Array = NDArray[np.float64]
 
@@ -78,7 +82,8 @@ class LinkTree:
     Attributes:
         name: for people.
         links, joints: names of links, and joints, in the file's order.
-        capsules: the envelope, (link, a, b, radius) in the link's frame [m].
+        shapes: the envelope, each as the link's name and a convex shape in the link's frame [m].
+        envelopes: what these stand for, of links with collision shapes.
         masses: of the links that have one.
         shaped: links of a URDF with a shape, drawn or for collision.
         unreadable: links whose mass the file states so that it cannot be used, each with what is wrong.
@@ -94,7 +99,8 @@ class LinkTree:
     name: str
     links: tuple[str, ...]
     joints: tuple[LinkJoint, ...]
-    capsules: tuple[tuple[str, Array, Array, float], ...] = ()
+    shapes: tuple[tuple[str, ConvexShape], ...] = ()
+    envelopes: tuple[LinkEnclosure, ...] = ()
     masses: tuple[LinkMass, ...] = ()
     shaped: tuple[str, ...] = ()
     unreadable: tuple[tuple[str, str], ...] = ()

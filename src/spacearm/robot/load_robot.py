@@ -11,14 +11,15 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from spacearm.core.checks import as_whole, shown
+from spacearm.core.checks import shown
 from spacearm.core.errors import FileFormatError, RobotError, nearest
 from spacearm.core.reading import read_bytes, read_yaml
 from spacearm.robot.assembly import Assembly, SelfCollision, assemble
 from spacearm.robot.build_robot import require_collision
+from spacearm.robot.envelope import PIECES_PER_MESH, LinkEnvelope, Progress, ShapeLimits
 from spacearm.robot.link_tree import LinkTree
 from spacearm.robot.model import Robot
-from spacearm.robot.urdf import CAPSULES_PER_SHAPE, MOST_CAPSULES_PER_SHAPE, urdf_tree
+from spacearm.robot.urdf import urdf_tree
 
 _BUILTIN = resources.files("spacearm.robot") / "builtin"
 
@@ -40,9 +41,12 @@ def load_robot(
     position_limits: Mapping[str, tuple[float, float]] | None = None,
     joint_limits: str | os.PathLike[str] | None = None,
     collision: Literal["urdf", "none"] = "urdf",
-    capsules_per_shape: int = CAPSULES_PER_SHAPE,
+    pieces_per_mesh: int | Mapping[str, int] = PIECES_PER_MESH,
+    excess: float | Mapping[str, float] | None = None,
+    capsules_per_shape: int | None = None,
     self_collision: SelfCollision = "auto",
     base: Literal["fixed", "floating"] | None = None,
+    progress: Progress | None = None,
 ) -> Robot:
     """Load a robot that comes with spacearm, or one from a file.
 
@@ -67,21 +71,25 @@ def load_robot(
             one holds.
         collision: "urdf" takes the envelope the file describes; "none" leaves the robot without one, on purpose. A robot
             that comes out without one otherwise is told in its notes, and not planned with.
-        capsules_per_shape: how many capsules may enclose one cylinder, box or mesh of a URDF, or a box of a robot file
-            that does not say so itself; more hug it closer and take longer in every check. Fewer are used where more do
-            not pay (`envelope_report` tells).
+        pieces_per_mesh: how many convex pieces may enclose one collision mesh of a URDF; a mapping names links. All of the mesh
+            is inside them. Other shapes are taken as they are.
+        excess: fewer pieces are used where these stand out of the mesh by no more than this [m]; a mapping names links. By
+            default about 1 % of the mesh's size. `envelope_report` tells by how much they do.
+        capsules_per_shape: encloses every shape in capsules, at most so many each, as robots of earlier versions were; they
+            stand out of the shapes, by as much as the robot's notes tell. By default no capsules are put around anything.
         self_collision: which links must keep clear of each other. "srdf": all but those that the SRDF allows to
             touch, and those that meet in every configuration; "computed": those that `find_self_pairs` finds;
             "none". "auto" is the SRDF where there is one, else computed for a URDF and none for other robots.
         base: "fixed" or "floating", unless a problem says otherwise. By default as spacearm's own
             robot file says; else fixed, whatever an SRDF's virtual joint would allow, which a note tells.
+        progress: called with the work done, the work in all, and what is being done, as each shape is enclosed.
 
     Raises:
         RobotError: no such built-in robot, group, joint or link, or a robot that cannot be.
         FileFormatError: a file that is missing, broken or of another format.
     """
     require_collision(collision)
-    count = as_whole("capsules_per_shape", capsules_per_shape, RobotError, at_least=1, at_most=MOST_CAPSULES_PER_SHAPE)
+    limits = ShapeLimits(pieces=pieces_per_mesh, excess=excess, capsules=capsules_per_shape)
     choices = Assembly(
         srdf=srdf,
         group=group,
@@ -94,24 +102,54 @@ def load_robot(
         self_collision=self_collision,
         base=base,
     )
+    return assemble(_described(source, collision, limits, progress), choices)
+
+
+def envelope_report(
+    source: str | os.PathLike[str],
+    *,
+    pieces_per_mesh: int | Mapping[str, int] = PIECES_PER_MESH,
+    excess: float | Mapping[str, float] | None = None,
+    capsules_per_shape: int | None = None,
+) -> tuple[LinkEnvelope, ...]:
+    """Measure the envelope that `load_robot` gives to the links of a robot.
+
+    Args:
+        source: a built-in robot's name, or the path of a URDF file or of a robot file.
+        pieces_per_mesh, excess, capsules_per_shape: as in `load_robot`.
+
+    Returns:
+        One record for each link with collision shapes. What stands out is a bound for meshes, and good to about two percent for
+        capsules.
+
+    Raises:
+        FileFormatError: no such file, or no robot in it.
+        RobotError: no such built-in robot, a mesh that cannot be read, or limits that are none.
+    """
+    limits = ShapeLimits(pieces=pieces_per_mesh, excess=excess, capsules=capsules_per_shape)
+    return tuple(one.measured() for one in _described(source, "urdf", limits, None).envelopes)
+
+
+def _described(
+    source: str | os.PathLike[str], collision: Literal["urdf", "none"], limits: ShapeLimits, progress: Progress | None
+) -> LinkTree:
+    """Read the description of a robot, of whatever kind it is."""
     if isinstance(source, str) and _is_name(source):
         if source not in builtin_robots():
             raise RobotError(f"robot {shown(source)} is neither a file nor built in; {nearest(source, builtin_robots())}")
         with resources.as_file(_BUILTIN / f"{source}.yaml") as path:
-            tree = _tree_of_robot_file(path, source, collision, count)
-    elif _is_xml(source):
-        return assemble(urdf_tree(source, collision=collision, capsules_per_shape=count), choices)
-    else:
-        tree = _tree_of_robot_file(source, str(source), collision, count)
-    return assemble(tree, choices)
+            return _tree_of_robot_file(path, source, collision, limits)
+    if _is_xml(source):
+        return urdf_tree(source, collision=collision, limits=limits, progress=progress)
+    return _tree_of_robot_file(source, str(source), collision, limits)
 
 
-def _tree_of_robot_file(path: str | os.PathLike[str], source: str, collision: str, count: int) -> LinkTree:
+def _tree_of_robot_file(path: str | os.PathLike[str], source: str, collision: str, limits: ShapeLimits) -> LinkTree:
     from spacearm.robot.robot_yaml import tree_from_yaml
 
     file = read_yaml(path, key="spacearm-robot", what="a robot file")
-    tree = tree_from_yaml(file, source=source, capsules_per_shape=count)
-    return replace(tree, capsules=(), with_envelope=False) if collision == "none" else tree
+    tree = tree_from_yaml(file, source=source, limits=limits)
+    return replace(tree, shapes=(), envelopes=(), with_envelope=False) if collision == "none" else tree
 
 
 def _is_name(source: str) -> bool:

@@ -26,9 +26,15 @@ Key by key::
         mimic: {joint: shoulder, multiplier: -1, offset: 0}   # follows another joint; default 1 and 0
     capsules:                  # optional: what encloses the links; the segment's ends in the link's frame [m]
       - {link: forearm, from: [0, 0, 0], to: [0, 0.4, 0], radius: 0.05}
-    boxes:                     # optional: boxes on the links, each enclosed in parallel capsules
-      - {link: panel, size: [3, 6, 0.1], xyz: [0, 4, 0], rpy_deg: [0, 0, 0], capsules: 9}
-                               #   edges and centre [m]; rpy [rad] instead of rpy_deg; capsules: how many at most
+    boxes:                     # optional: boxes on the links
+      - {link: panel, size: [3, 6, 0.1], xyz: [0, 4, 0], rpy_deg: [0, 0, 0], rounding: 0}
+                               #   edges and centre [m]; rpy [rad] instead of rpy_deg; rounding: all within it belongs to it [m]
+    shapes:                    # optional: shapes of any kind; xyz, rpy, rpy_deg and rounding as those of boxes, default 0
+      - {link: base, box: {size: [1, 1, 2], xyz: [0, 0, 1]}}
+      - {link: base, cylinder: {radius: 0.4, length: 1, rpy_deg: [0, 90, 0]}}      # about its middle, along its z [m]
+      - {link: forearm, sphere: {xyz: [0, 0, 0], radius: 0.1}}
+      - {link: forearm, capsule: {from: [0, 0, 0], to: [0, 0.4, 0], radius: 0.05}}
+      - {link: hand, polytope: {vertices: [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]]}}   # the hull of points [m]
     masses:                    # optional: of links, each once
       - {link: forearm, mass: 12, com: [0, 0.2, 0], inertia: [0.2, 0.1, 0.2, 0, 0, 0]}
                                #   [kg]; centre of mass in the link's frame [m], default 0 0 0; moments about that centre along
@@ -44,7 +50,7 @@ A link's frame is that of the joint whose child it is. Imported only when such a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -52,15 +58,21 @@ from numpy.typing import NDArray
 from pydantic import Field, Strict, field_validator
 
 from spacearm.core.checks import as_number, as_readonly, as_whole, shown
-from spacearm.core.errors import RobotError, nearest
+from spacearm.core.errors import RobotError, SceneError, nearest
 from spacearm.core.reading import YamlFile
 from spacearm.core.rotations import rotation_from_rpy
 from spacearm.core.strict_model import Number, StrictModel, wrong_form
-from spacearm.robot.capsule_fit import box_capsules
+from spacearm.geometry.convex_cores import moved_shape
+from spacearm.geometry.shapes import Box, Capsule, ConvexShape, Cylinder, Polytope, Sphere
+from spacearm.robot.collision_shapes import listed
+from spacearm.robot.envelope import Enclosure, LinkEnclosure, ShapeLimits, link_enclosure, notes_on_excess
+from spacearm.robot.link_shapes import LinkCapsule
 from spacearm.robot.link_tree import LONGEST, LinkJoint, LinkMass, LinkTree, Mimic
 from spacearm.robot.model import require_possible_inertia
 
 Array = NDArray[np.float64]
+
+_MOST = 1000  # capsules around one box
 
 Text = Annotated[str, Strict()]
 
@@ -102,15 +114,65 @@ class CapsuleModel(StrictModel):
     radius: Number | None = None
 
 
-class BoxModel(StrictModel):
-    """A box on a link, to be enclosed in capsules."""
+class PlacedModel(StrictModel):
+    """A shape with a place and a rounding."""
 
-    link: Text
-    size: list[Number]
     xyz: list[Number] = [0.0, 0.0, 0.0]  # noqa: RUF012
     rpy: list[Number] | None = None
     rpy_deg: list[Number] | None = None
+    rounding: Number = 0.0
+
+
+class SizedModel(PlacedModel):
+    """A box about its own origin."""
+
+    size: list[Number]
+
+
+class BoxModel(SizedModel):
+    """A box on a link."""
+
+    link: Text
     count: int | None = Field(default=None, alias="capsules", strict=True)
+
+
+class CylinderModel(PlacedModel):
+    """A cylinder about its own origin, along its z."""
+
+    radius: Number
+    length: Number
+
+
+class PolytopeModel(PlacedModel):
+    """The convex hull of points."""
+
+    vertices: list[list[Number]]
+
+
+class SphereModel(StrictModel):
+    """A ball."""
+
+    xyz: list[Number] = [0.0, 0.0, 0.0]  # noqa: RUF012
+    radius: Number
+
+
+class RodModel(StrictModel):
+    """A capsule."""
+
+    start: list[Number] = Field(alias="from")
+    end: list[Number] = Field(alias="to")
+    radius: Number
+
+
+class ShapeModel(StrictModel):
+    """A shape of any kind on a link."""
+
+    link: Text
+    box: SizedModel | None = None
+    cylinder: CylinderModel | None = None
+    sphere: SphereModel | None = None
+    capsule: RodModel | None = None
+    polytope: PolytopeModel | None = None
 
 
 class MassModel(StrictModel):
@@ -142,6 +204,7 @@ class RobotModel(StrictModel):
     joints: list[JointModel]
     capsules: list[CapsuleModel] = []  # noqa: RUF012
     boxes: list[BoxModel] = []  # noqa: RUF012
+    shapes: list[ShapeModel] = []  # noqa: RUF012
     masses: list[MassModel] = []  # noqa: RUF012
     configurations: list[ConfigurationModel] = []  # noqa: RUF012
     self_collision: Literal["none", "computed"] | list[list[Text]] = "none"
@@ -154,33 +217,82 @@ class RobotModel(StrictModel):
         return given
 
 
-_MOST = 1000  # capsules around one box
-
 Stated = tuple[str, tuple[tuple[str, float], ...]]
 """A configuration: its name, and the value of each joint that it names [rad or m]."""
 
 
-def capsules_of_box(box: BoxModel, links: Sequence[str], count: int) -> list[tuple[str, Array, Array, float]]:
-    """Enclose a box in capsules, (link, a, b, radius) in the link's frame [m].
-
-    Args:
-        box: as the file has it.
-        links: names of the robot's.
-        count: how many capsules at most, if the box does not say it.
+def box_on_link(box: BoxModel, links: Sequence[str]) -> ConvexShape:
+    """Return a box in the frame of its link [m].
 
     Raises:
-        RobotError: a link that is not there, or edges or a number of capsules that are none.
+        RobotError: a link that is not there, or edges that are none.
     """
     where = f"box of link '{box.link}'"
     require_link(where, box.link, links)
+    if box.count is not None:
+        as_whole(f"{where}: capsules", box.count, RobotError, at_least=1, at_most=_MOST)
+    return _box(where, box)
+
+
+def shape_on_link(given: ShapeModel, links: Sequence[str]) -> tuple[str, ConvexShape]:
+    """Return the kind of a shape, and the shape in the frame of its link [m].
+
+    Raises:
+        RobotError: a link that is not there, no shape or several, or one that cannot be.
+    """
+    where = f"shape of link '{given.link}'"
+    require_link(where, given.link, links)
+    kinds = [kind for kind in _MAKERS if getattr(given, kind) is not None]
+    if len(kinds) != 1:
+        raise RobotError(f"{where} has {' and '.join(kinds) or 'no kind'}, expected one of {', '.join(_MAKERS)}")
+    (kind,) = kinds
+    where = f"{kind} of link '{given.link}'"
+    try:
+        return kind, _MAKERS[kind](where, getattr(given, kind))
+    except SceneError as error:  # what shapes themselves refuse: no length above 0, a negative rounding
+        raise RobotError(f"{where}: {error}") from None
+
+
+def _box(where: str, box: SizedModel) -> ConvexShape:
     size = as_readonly(f"{where}: size", box.size, (3,), RobotError)
     if not (size > 0).all() or size.max() > LONGEST:
         raise RobotError(f"{where}: size is {size.tolist()}, expected three edges above 0 and at most {LONGEST:g} [m]")
-    T = placed(where, box)
-    if box.count is not None:
-        count = as_whole(f"{where}: capsules", box.count, RobotError, at_least=1, at_most=_MOST)
-    capsules = box_capsules(tuple(size.tolist()), count)
-    return [(box.link, T[:3, :3] @ c.a + T[:3, 3], T[:3, :3] @ c.b + T[:3, 3], c.radius) for c in capsules]
+    return Box(size, placed(where, box), rounding=_rounding(where, box))
+
+
+def _cylinder(where: str, given: CylinderModel) -> ConvexShape:
+    return Cylinder(given.radius, given.length, placed(where, given), rounding=_rounding(where, given))
+
+
+def _sphere(where: str, given: SphereModel) -> ConvexShape:
+    return Sphere(as_readonly(f"{where}: xyz", given.xyz, (3,), RobotError), given.radius)
+
+
+def _rod(where: str, given: RodModel) -> ConvexShape:
+    ends = (
+        as_readonly(f"{where}: from", given.start, (3,), RobotError),
+        as_readonly(f"{where}: to", given.end, (3,), RobotError),
+    )
+    return Capsule(*ends, given.radius)
+
+
+def _polytope(where: str, given: PolytopeModel) -> ConvexShape:
+    points = [as_readonly(f"{where}: vertices[{i}]", point, (3,), RobotError) for i, point in enumerate(given.vertices)]
+    return moved_shape(Polytope(np.reshape(points, (-1, 3)), rounding=_rounding(where, given)), placed(where, given))
+
+
+def _rounding(where: str, given: PlacedModel) -> float:
+    return as_number(f"{where}: rounding", given.rounding, RobotError, at_least=0, unit="m")
+
+
+_MAKERS: dict[str, Callable[[str, Any], ConvexShape]] = {
+    "box": _box,
+    "cylinder": _cylinder,
+    "sphere": _sphere,
+    "capsule": _rod,
+    "polytope": _polytope,
+}
+"""What makes a shape of each kind."""
 
 
 def link_mass(mass: MassModel, links: Sequence[str], earlier: Sequence[str]) -> LinkMass:
@@ -227,7 +339,7 @@ def stated_configuration(given: ConfigurationModel, joints: Sequence[LinkJoint],
     return given.name, tuple((joint.name, float(value)) for joint, value in zip(moving, values, strict=True))
 
 
-def placed(where: str, given: JointModel | BoxModel) -> Array:
+def placed(where: str, given: JointModel | PlacedModel) -> Array:
     """Return the transform (4, 4) of the keys xyz and rpy or rpy_deg.
 
     Raises:
@@ -264,13 +376,13 @@ def require_link(where: str, link: str, links: Sequence[str]) -> None:
         raise RobotError(f"{where}: no joint names that link; {nearest(link, links)}")
 
 
-def tree_from_yaml(file: YamlFile, *, source: str, capsules_per_shape: int) -> LinkTree:
+def tree_from_yaml(file: YamlFile, *, source: str, limits: ShapeLimits) -> LinkTree:
     """Make a tree of links from a robot file.
 
     Args:
         file: the file, read.
         source: how the robot is to name its origin.
-        capsules_per_shape: how many capsules may enclose a box that does not say it.
+        limits: how closely shapes are to be enclosed, if they are.
 
     Raises:
         FileFormatError: keys or values that are not those of the format.
@@ -282,13 +394,7 @@ def tree_from_yaml(file: YamlFile, *, source: str, capsules_per_shape: int) -> L
         with file.at("joints", i):
             joints.append(_joint(joint))
     links = tuple(dict.fromkeys(link for joint in joints for link in (joint.parent, joint.child)))
-    capsules = []
-    for i, capsule in enumerate(model.capsules):
-        with file.at("capsules", i):
-            capsules.append(_capsule(capsule, links, model.link_radius))
-    for i, box in enumerate(model.boxes):
-        with file.at("boxes", i):
-            capsules += capsules_of_box(box, links, capsules_per_shape)
+    enclosed, notes = _envelopes(file, model, links, limits)
     masses: list[LinkMass] = []
     for i, mass in enumerate(model.masses):
         with file.at("masses", i):
@@ -301,28 +407,71 @@ def tree_from_yaml(file: YamlFile, *, source: str, capsules_per_shape: int) -> L
         name=model.name,
         links=links,
         joints=tuple(joints),
-        capsules=tuple(capsules),
+        shapes=tuple((one.link, part) for one in enclosed for part in one.parts),
+        envelopes=_by_link(enclosed),
         self_collision=_self_collision(file, model, links),
         masses=tuple(masses),
         base=model.base,
         configurations=tuple(configurations),
         tip=model.tip,
         source=source,
-        notes=tuple(model.notes),
+        notes=(*model.notes, *notes),
+    )
+
+
+def _envelopes(
+    file: YamlFile, model: RobotModel, links: tuple[str, ...], limits: ShapeLimits
+) -> tuple[list[LinkEnclosure], tuple[str, ...]]:
+    """Return what stands for each shape of the file, in its order, and what is to be said of it."""
+    limits.require_links(links)
+    found: list[LinkEnclosure] = []
+
+    def add(link: str, kind: str, shape: ConvexShape, capsules: int | None = None) -> None:
+        found.append(link_enclosure(link, (kind,), [Enclosure(parts=(shape,))], [shape], capsules))
+
+    for i, capsule in enumerate(model.capsules):
+        with file.at("capsules", i):
+            add(capsule.link, "capsule", _capsule(capsule, links, model.link_radius))
+    for i, box in enumerate(model.boxes):
+        with file.at("boxes", i):
+            count = None if limits.capsules is None else box.count or limits.capsules
+            add(box.link, "box", box_on_link(box, links), count)
+    for i, shape in enumerate(model.shapes):
+        with file.at("shapes", i):
+            add(shape.link, *shape_on_link(shape, links), limits.capsules)
+    told = [box.link for box in model.boxes if box.count is not None and limits.capsules is None]
+    notes = [f"boxes keep their shape, their number of capsules is not used: {listed(dict.fromkeys(told))}"] if told else []
+    return found, (*notes, *notes_on_excess(_by_link(found), limits))
+
+
+def _by_link(found: Sequence[LinkEnclosure]) -> tuple[LinkEnclosure, ...]:
+    """Gather what stands for the shapes of each link."""
+    links: dict[str, list[LinkEnclosure]] = {}
+    for one in found:
+        links.setdefault(one.link, []).append(one)
+    return tuple(
+        LinkEnclosure(
+            link=link,
+            kinds=tuple(kind for one in own for kind in one.kinds),
+            each=tuple(part for one in own for part in one.each),
+            parts=tuple(part for one in own for part in one.parts),
+            excess=max(one.excess for one in own),
+        )
+        for link, own in links.items()
     )
 
 
 def _self_collision(file: YamlFile, model: RobotModel, links: tuple[str, ...]) -> str | tuple[tuple[str, str], ...]:
     if isinstance(model.self_collision, str):
         return model.self_collision
-    enclosed = {shape.link for shape in (*model.capsules, *model.boxes)}
+    enclosed = {shape.link for shape in (*model.capsules, *model.boxes, *model.shapes)}
     for i, pair in enumerate(model.self_collision):
         with file.at("self_collision", i):
             if len(pair) != 2 or pair[0] == pair[1]:
                 raise RobotError(f"self_collision[{i}] is {shown(pair)}, expected the names of two different links")
             for link in pair:
                 if link not in enclosed:
-                    lack = "has no capsules" if link in links else "does not exist"
+                    lack = "has no shapes" if link in links else "does not exist"
                     raise RobotError(
                         f"self_collision[{i}] names link '{link}', which {lack}; {nearest(link, sorted(enclosed))}"
                     )
@@ -360,15 +509,16 @@ def _positive(where: str, what: str, value: float | None) -> float | None:
     return None if value is None else as_number(f"{where}: {what}", value, RobotError, above=0)
 
 
-def _capsule(capsule: CapsuleModel, links: tuple[str, ...], link_radius: float | None) -> tuple[str, Array, Array, float]:
+def _capsule(capsule: CapsuleModel, links: tuple[str, ...], link_radius: float | None) -> ConvexShape:
     where = f"capsule of link '{capsule.link}'"
     require_link(where, capsule.link, links)
     radius = link_radius if capsule.radius is None else capsule.radius
     if radius is None:
         raise RobotError(f"{where} states no radius; add radius [m], or link_radius for all")
-    return (
-        capsule.link,
-        as_readonly(f"{where}: from", capsule.start, (3,), RobotError),
-        as_readonly(f"{where}: to", capsule.end, (3,), RobotError),
-        as_number(f"{where}: radius", radius, RobotError, at_least=0, unit="m"),
-    )
+    return LinkCapsule(
+        name=capsule.link,
+        joint=-1,
+        a=as_readonly(f"{where}: from", capsule.start, (3,), RobotError),
+        b=as_readonly(f"{where}: to", capsule.end, (3,), RobotError),
+        radius=as_number(f"{where}: radius", radius, RobotError, at_least=0, unit="m"),
+    ).as_shape.shape

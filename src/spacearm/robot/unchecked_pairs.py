@@ -5,12 +5,14 @@ from __future__ import annotations
 import hashlib
 import itertools
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from spacearm.core.checks import Frozen, as_name, keep, shown
+from spacearm.core.checks import UNWRITTEN, Frozen, as_name, as_number, keep, shown
 from spacearm.core.errors import RobotError
+from spacearm.geometry.convex_cores import core_of
+from spacearm.robot.link_shapes import LinkShape, as_capsule
 
 if TYPE_CHECKING:
     from spacearm.robot.model import Robot
@@ -28,11 +30,17 @@ REASONS = {
 }
 """Why a pair of links is not checked, and how that is said."""
 
+_SHORT = {"rigid": "rigid to each other"}  # where no more than a count is said
+
 NAMED = ("always", "changed")
 """Reasons for which messages name the pair: nobody said that it may touch."""
 
 COLLISIONS = ("envelope", "none")
 _LISTED = 3  # names in a message, before it would no longer be read
+_TOUCHING = 1e-6  # [m] what overlaps by less than this touches
+
+REMEDY = "correct the shapes, or allow the pair in the SRDF"
+"""What is to be done about two links that overlap in every configuration."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -44,24 +52,36 @@ class UncheckedPair(Frozen):
         reason: a key of `REASONS`.
         made_for: of a pair that is always in contact: the hash of the shapes, joints and limits for which that was found;
             for others the pair is not known to be in contact.
+        depth: of such a pair: two of its shapes overlap at least so deep in every configuration [m]; 0 if that is not known.
+        proven: whether that is proven for all configurations within the limits; else it was so in all that were drawn.
 
     Raises:
-        RobotError: no two names, or a reason that is none.
+        RobotError: no two names, a reason that is none, or a depth below 0.
     """
 
     links: Pair
     reason: str
     made_for: str = ""
+    depth: float = field(default=0.0, metadata=UNWRITTEN)
+    proven: bool = field(default=False, metadata=UNWRITTEN)
 
     def __post_init__(self) -> None:
         keep(self, links=_as_pair("an unchecked pair", self.links))
         if not isinstance(self.reason, str) or self.reason not in REASONS:
             raise RobotError(f"an unchecked pair has reason {shown(self.reason)}, expected one of {', '.join(REASONS)}")
+        keep(self, depth=as_number("an unchecked pair's depth", self.depth, RobotError, at_least=0, unit="m"))
+        if not isinstance(self.proven, bool):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise RobotError(f"an unchecked pair's proven is {shown(self.proven)}, expected True or False")
+
+    @property
+    def why(self) -> str:
+        """The reason in words, with the depth of an overlap."""
+        return overlap_in_words(self.depth, proven=self.proven) if self.reason == "always" else REASONS[self.reason]
 
     @property
     def text(self) -> str:
         """The pair and the reason in words."""
-        return f"{called(self.links)} ({REASONS[self.reason]})"
+        return f"{called(self.links)} ({self.why})"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -95,24 +115,42 @@ def _as_pair(what: str, given: Any) -> Pair:
     return min(first, second), max(first, second)
 
 
+def overlap_in_words(depth: float, *, proven: bool) -> str:
+    """Say that two links always overlap, with the depth [m] that they have at least; or that they touch."""
+    where = "in every configuration" if proven else "in every configuration that was drawn"
+    tenths = math.floor(depth * 1e4)  # of a millimetre
+    deep = f" by {tenths / 10:g} mm or more" if tenths else ""
+    return f"overlap{deep} {where}" if depth > _TOUCHING else REASONS["always"]
+
+
 def called(links: Pair) -> str:
     """Return a pair's names for a message."""
     return f"'{links[0]}' and '{links[1]}'"
 
 
 def fingerprint(robot: Robot, links: Iterable[str], *, limits: bool = True) -> str:
-    """Return the SHA-256 of all that decides whether some links can meet: their capsules, the joints, and the limits."""
+    """Return the SHA-256 of all that decides whether some links can meet: their shapes, the joints, and the limits."""
     wanted, hashed = set(links), hashlib.sha256()
     for joint in robot.joints:
         hashed.update(f"{joint.kind} {joint.parent} {joint.dof} {joint.multiplier!r} {joint.offset!r};".encode())
         hashed.update(joint.T_parent_joint.tobytes())
     if limits:
         hashed.update(robot.lower.tobytes() + robot.upper.tobytes())
-    for capsule in robot.capsules:
-        if capsule.name in wanted:
-            hashed.update(f"{capsule.name!r} {capsule.joint} {capsule.radius!r};".encode())
-            hashed.update(capsule.a.tobytes() + capsule.b.tobytes())
+    for part in robot.shapes:
+        if part.name in wanted:
+            _hash_shape(hashed.update, part)
     return hashed.hexdigest()
+
+
+def _hash_shape(update: Callable[[bytes], None], part: LinkShape) -> None:
+    capsule = as_capsule(part)
+    if capsule is not None:
+        update(f"{part.name!r} {part.joint} {capsule.radius!r};".encode())
+        update(capsule.a.tobytes() + capsule.b.tobytes())
+        return
+    core = core_of(part.shape)
+    update(f"{part.name!r} {part.joint} {core.kind} {len(core.vertices)} {core.radius!r};".encode())
+    update(core.T.tobytes() + core.half.tobytes() + core.vertices.tobytes())
 
 
 def apart_pairs(robot: Robot, pairs: Iterable[Pair]) -> ApartPairs | None:
@@ -136,9 +174,9 @@ def _within(robot: Robot, apart: ApartPairs) -> bool:
     return lower and all(high is None or value <= high for high, value in zip(apart.upper, robot.upper.tolist(), strict=True))
 
 
-def always_meets(robot: Robot, links: Pair) -> UncheckedPair:
-    """Note down for a robot, as it is now, that two links are always in contact."""
-    return UncheckedPair(links=links, reason="always", made_for=fingerprint(robot, links))
+def always_meets(robot: Robot, links: Pair, *, depth: float = 0.0, proven: bool = False) -> UncheckedPair:
+    """Note down for a robot, as it is now, that two links are always in contact; arguments as in `UncheckedPair`."""
+    return UncheckedPair(links=links, reason="always", made_for=fingerprint(robot, links), depth=depth, proven=proven)
 
 
 def settled_pairs(robot: Robot) -> dict[str, Any]:
@@ -147,7 +185,7 @@ def settled_pairs(robot: Robot) -> dict[str, Any]:
     What the search skipped for other shapes, joints or limits is checked again. What names links without an
     envelope is dropped, as is a reason for not checking a pair that is checked.
     """
-    enclosed = {capsule.name for capsule in robot.capsules}
+    enclosed = {part.name for part in robot.shapes}
     pairs, apart = robot.self_pairs, robot.apart
     if apart is not None:
         left = [pair for pair in apart.pairs if pair not in set(pairs) and enclosed.issuperset(pair)]
@@ -181,10 +219,10 @@ def unchecked_pairs(robot: Robot) -> tuple[UncheckedPair, ...]:
 
 
 def ways_to_links(robot: Robot) -> dict[str, list[frozenset[int]]]:
-    """Return for each link with an envelope the joints between the base and what its capsules ride on."""
+    """Return for each link with an envelope the joints between the base and what its shapes ride on."""
     carriers: dict[str, set[int]] = {}
-    for capsule in robot.capsules:
-        carriers.setdefault(capsule.name, set()).add(capsule.joint)
+    for part in robot.shapes:
+        carriers.setdefault(part.name, set()).add(part.joint)
     return {link: [way_to(robot, joint) for joint in joints] for link, joints in carriers.items()}
 
 
@@ -210,28 +248,43 @@ def words_on_unchecked(pairs: Sequence[UncheckedPair], bare: Sequence[str], *, c
     Args:
         pairs: all that are not checked; those that nobody said may touch are named.
         bare: links without an envelope; they are named.
-        counted: say how many pairs there are, too.
+        counted: say how many pairs there are of each kind, too.
     """
     named = [one for one in pairs if one.reason in NAMED]
     said = []
-    if pairs and (counted or named):
-        count = len(pairs) if counted else len(named)
-        words = f"{count} pair{'s' if count > 1 else ''} of links not checked"
-        if named:
-            words += f"{', among them' if count > len(named) else ':'} {_some([one.text for one in named])}"
-        said.append(words)
+    listed = [one for one in pairs if counted or one.reason in NAMED]
+    if listed:
+        kinds = [_kind([one for one in listed if one.reason == reason]) for reason in REASONS]
+        count = f"{len(listed)} pair{'s' if len(listed) > 1 else ''} of links not checked"
+        said.append(f"{count}: {', '.join(filter(None, kinds))}")
+    if any(one.reason == "always" for one in named):
+        said.append(f"links that overlap in every configuration are a fault of the model: {REMEDY}")
     if bare:
         said.append(f"kept clear of nothing, for want of an envelope: {_some([repr(link) for link in bare])}")
     return "; ".join(said)
+
+
+def _kind(pairs: Sequence[UncheckedPair]) -> str:
+    """Count the pairs with one reason; name them, if nobody said that they may touch."""
+    if not pairs:
+        return ""
+    reason = pairs[0].reason
+    if reason not in NAMED:
+        return f"{len(pairs)} {_SHORT.get(reason, REASONS[reason])}"
+    named = [f"{called(one.links)} {one.why if one.depth else ''}".strip() for one in pairs]
+    return f"{len(pairs)} {REASONS[reason]} ({_some(named)})"
 
 
 def rows_on_unchecked(pairs: Sequence[UncheckedPair], bare: Sequence[str]) -> list[tuple[str, str]]:
     """Return all that is not checked as rows of a list: a name, and the pairs with one reason."""
     rows = []
     for reason, words in REASONS.items():
-        listed = [f"{one.links[0]} - {one.links[1]}" for one in pairs if one.reason == reason]
+        found = [one for one in pairs if one.reason == reason]
+        listed = [" - ".join(one.links) + (f" {one.why}" if one.depth else "") for one in found]
+        remedy = f"; a fault of the model: {REMEDY}" if reason == "always" else ""
         if listed:
-            rows.append(("not checked", f"{len(listed)} pair{'s' if len(listed) > 1 else ''}, {words}: {', '.join(listed)}"))
+            count = f"{len(listed)} pair{'s' if len(listed) > 1 else ''}"
+            rows.append(("not checked", f"{count}, {words}: {', '.join(listed)}{remedy}"))
     if bare:
         rows.append(("no envelope", ", ".join(bare)))
     return rows
@@ -244,7 +297,7 @@ def _some(words: Sequence[str]) -> str:
 
 def lacks_envelope(robot: Robot) -> str:
     """Say that a robot has no envelope, unless none is meant; "" if all is well."""
-    if robot.collision == "none" or robot.capsules:
+    if robot.collision == "none" or robot.shapes:
         return ""
     return (
         f"robot '{robot.name}' has no envelope: none of its links has a collision shape, so it would be kept clear of nothing; "
@@ -277,12 +330,12 @@ def notes_on_envelope(robot: Robot) -> tuple[str, ...]:
 def bare_links(robot: Robot) -> tuple[str, ...]:
     """List the links that have a shape or a mass in their file, but no envelope; none if none is meant to have one.
 
-    Where no file tells, these are what a joint moves on which no capsule rides: bodies away from its origin, and what reaches
+    Where no file tells, these are what a joint moves on which no shape rides: bodies away from its origin, and what reaches
     from it to a next joint or to the end effector.
     """
     if robot.collision == "none":
         return ()
-    enclosed, carrying = {capsule.name for capsule in robot.capsules}, {capsule.joint for capsule in robot.capsules}
+    enclosed, carrying = {part.name for part in robot.shapes}, {part.joint for part in robot.shapes}
     free = [body for body in robot.bodies if body.joint >= 0 and body.joint not in carrying]
     solid = [*robot.solid, *(body.name for body in free if body.mass > 0 and body.com.any())]
     if not robot.solid:
@@ -308,9 +361,9 @@ def without_mass(robot: Robot) -> tuple[tuple[str, str], ...]:
     """
     weighed = {body.joint for body in robot.bodies}
     known = dict(robot.unweighed)
-    for capsule in robot.capsules:
-        if capsule.joint >= 0 and capsule.joint not in weighed:
-            known.setdefault(capsule.name, "none is stated")
+    for part in robot.shapes:
+        if part.joint >= 0 and part.joint not in weighed:
+            known.setdefault(part.name, "none is stated")
     return tuple(known.items())
 
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from spacearm.geometry import Scene
 from spacearm.planner import ConfigurationGoal, Plan, PlannerSettings, Problem, plan
-from spacearm.planner.clearance import searched_clearance
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.searched_clearance import searched_clearance
 from spacearm.robot import Robot
 from spacearm.study.motionbenchmaker import Item, RobotFiles, read_item
 from spacearm.study.other_checker import OtherChecker, dense_configurations

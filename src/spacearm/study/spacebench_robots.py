@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.errors import RobotError
-from spacearm.robot import Frame, Joint, LinkCapsule, Robot, forward_kinematics, load_robot
-from spacearm.robot.capsule_fit import box_capsules
+from spacearm.geometry import Box
+from spacearm.robot import Frame, Joint, LinkShape, Robot, forward_kinematics, load_robot
 from spacearm.robot.model import Body
 from spacearm.robot.self_collision import find_self_pairs
 
@@ -111,12 +111,12 @@ def two_arms(mass: float) -> Robot:
     left, right = (_mounted(arm, side, x, first) for side, x, first in (("left", -_SHOULDER, 0), ("right", _SHOULDER, arm.dof)))
     square = np.square(_BUS)
     base = Body(name="base", joint=-1, mass=mass, com=np.zeros(3), inertia=mass / 12 * np.diag(square.sum() - square))
-    bus = tuple(LinkCapsule(name="base", joint=-1, a=c.a, b=c.b, radius=c.radius) for c in box_capsules(_BUS, 10))
+    bus = LinkShape(name="base", joint=-1, shape=Box(_BUS))
     root = next(frame for frame in arm.frames if frame.name == "base")
     robot = Robot(
         name=f"srs7-twice-{mass:g}kg",
         joints=(*left.joints, *right.joints),
-        capsules=(*bus, *left.capsules, *right.capsules),
+        shapes=(bus, *left.shapes, *right.shapes),
         frames=(root, *left.frames, *right.frames),
         tip="left_tip",
         dof_names=(*left.dof_names, *right.dof_names),
@@ -141,7 +141,7 @@ class _Parts:
     """An arm without a base of its own."""
 
     joints: tuple[Joint, ...]
-    capsules: tuple[LinkCapsule, ...]
+    shapes: tuple[LinkShape, ...]
     frames: tuple[Frame, ...]
     dof_names: tuple[str, ...]
     bodies: tuple[Body, ...]
@@ -174,4 +174,4 @@ def _mounted(arm: Robot, side: str, x: float, first: int) -> _Parts:
     frames = tuple(
         replace(frame, parent=frame.parent if frame.parent == "base" else named(frame.parent)) for frame in riding(arm.frames)
     )
-    return _Parts(joints, riding(arm.capsules), frames, tuple(named(n) for n in arm.dof_names), riding(arm.bodies))
+    return _Parts(joints, riding(arm.shapes), frames, tuple(named(n) for n in arm.dof_names), riding(arm.bodies))

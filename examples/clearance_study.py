@@ -1,13 +1,13 @@
-"""A study: how the margin that the planner keeps changes the length of the motion and its proven clearance.
+"""A study: how the clearance that is asked for changes the length of the motion and its proven clearance.
 
-    python examples/margin_study.py
+    python examples/clearance_study.py
 
-The records go into margin_study.jsonl as they come. Run again, the program goes on where it was stopped.
+The records go into clearance_study.jsonl as they come. Run again, the program goes on where it was stopped.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from spacearm import PlannerSettings, load_problem, plan
@@ -17,15 +17,15 @@ from spacearm.study.study_records import file_digest
 from spacearm.study.study_tables import Table, markdown, number, percent
 
 PROBLEM = Path(__file__).parent / "problem.yaml"
-MARGINS = (0.002, 0.01, 0.02)  # [m]
+CLEARANCES = (0.0, 0.01, 0.02)  # [m]
 EVALUATIONS = 2000  # of each plan
 
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """A plan with a margin [m] and a seed."""
+    """A plan with a clearance [m] and a seed."""
 
-    margin: float
+    clearance: float
     seed: int
 
 
@@ -33,58 +33,58 @@ class Task:
 class Record:
     """What became of it: the status, the length [rad] and the proven clearance [m] of the motion; None without one."""
 
-    margin: float
+    asked: float
     status: str
     length: float | None
-    clearance: float | None
+    proven: float | None
 
 
 def run(task: Task) -> Record:
     """Plan."""
-    settings = PlannerSettings(margin=task.margin, evaluations=EVALUATIONS, threads=1)
-    found = plan(load_problem(PROBLEM), settings, rng=task.seed)
+    settings = PlannerSettings(evaluations=EVALUATIONS, threads=1)
+    found = plan(replace(load_problem(PROBLEM), clearance=task.clearance), settings, rng=task.seed)
     proven = found.found and found.trajectory is not None and found.certificate is not None
     return Record(
-        margin=task.margin,
+        asked=task.clearance,
         status=found.status,
         length=found.trajectory.motion.length() if proven else None,
-        clearance=found.certificate.clearance if proven else None,
+        proven=found.certificate.clearance if proven else None,
     )
 
 
 STUDY = Study(
-    name="margins",
+    name="clearances",
     run=run,
     record=Record,
-    key=lambda task: f"margin {1e3 * task.margin:g} mm, seed {task.seed}",
+    key=lambda task: f"clearance {1e3 * task.clearance:g} mm, seed {task.seed}",
     definition=lambda task: {"problem": file_digest(PROBLEM), "evaluations": EVALUATIONS},
 )
 
 
 def main() -> None:
     """Run the study and print its table."""
-    tasks = [Task(margin=margin, seed=seed) for margin in MARGINS for seed in range(4)]
-    records = run_study(STUDY, tasks, records="margin_study.jsonl", jobs=2)
+    tasks = [Task(clearance=clearance, seed=seed) for clearance in CLEARANCES for seed in range(4)]
+    records = run_study(STUDY, tasks, records="clearance_study.jsonl", jobs=2)
     rows = []
-    for margin in MARGINS:
-        these = [record for record in records if record.margin == margin]
+    for asked in CLEARANCES:
+        these = [record for record in records if record.asked == asked]
         found = sum(record.status == "found" for record in these)
         low, high = share_interval(found, len(these))
         rows.append(
             (
-                f"{1e3 * margin:g} mm",
+                f"{1e3 * asked:g} mm",
                 f"{found} of {len(these)}",
                 f"{percent(low)} to {percent(high)}",
                 number(mean([record.length for record in these if record.length is not None]), 2),
-                number(1e3 * mean([record.clearance for record in these if record.clearance is not None]), 1),
+                number(1e3 * mean([record.proven for record in these if record.proven is not None]), 1),
             )
         )
-    header = ("margin", "found", "interval", "length [rad]", "clearance [mm]")
+    header = ("asked for", "found", "interval", "length [rad]", "proven [mm]")
     notes = (
         "interval: the share of motions found lies in it with 95 % confidence",
-        "length and clearance: means of the motions found",
+        "length and proven clearance: means of the motions found",
     )
-    print(markdown([Table("How the margin matters", header, rows)], notes))
+    print(markdown([Table("How the clearance matters", header, rows)], notes))
 
 
 if __name__ == "__main__":

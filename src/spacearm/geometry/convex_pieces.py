@@ -1,0 +1,154 @@
+"""Convex pieces that hold a mesh: its surface, and what is solid behind it.
+
+The convex hull is taken if it stands out little. Else planes cut the solid into parts, and each piece is the hull of one part,
+or of several (`piece_search`). That nothing lies between the pieces follows from how they are made (`mesh_parts`). That each
+piece holds its part is looked at point by point: what is outside of it, by rounding or because it has fewer vertices, makes
+its rounding radius grow.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spacearm.core.checks import as_number, as_pose, as_whole
+from spacearm.core.errors import SceneError
+from spacearm.core.long_work import LongWork
+from spacearm.core.user_cache import cached_arrays
+from spacearm.geometry.mesh_topology import Solid, meant_solid, require_inside
+from spacearm.geometry.meshes import Mesh, scaled_mesh
+from spacearm.geometry.piece_excess import Excess
+from spacearm.geometry.piece_search import Piece, Search
+from spacearm.geometry.point_hulls import Hull, few_vertices, holding
+from spacearm.geometry.shapes import Polytope, PolytopeSet
+
+Array = NDArray[np.float64]
+
+PIECES = 16
+"""How many pieces hold a mesh at most, where nothing else is asked for."""
+
+VERTICES = 64
+"""How many vertices a piece has at most, where nothing else is asked for."""
+
+SHARE = 0.02
+"""Of the mesh's largest edge: how far pieces may stand out, where nothing else is asked for."""
+
+MOST_PIECES = 1000
+"""No more pieces may be asked for."""
+
+_ALGORITHM = 1  # its version in the cache: raise it when other pieces come from the same mesh
+_FINEST = 1e-9  # [m] shorter lengths are taken for 0
+
+
+def convex_pieces(
+    mesh: Mesh | str | os.PathLike[str] | Any,
+    *,
+    pieces: int = PIECES,
+    excess: float | None = None,
+    vertices: int = VERTICES,
+    pose: ArrayLike | None = None,
+    scale: ArrayLike = 1.0,
+    name: str = "",
+    inside: Literal["filled", "oriented", "none"] = "filled",
+    cache: bool = True,
+) -> PolytopeSet:
+    """Enclose a mesh in convex pieces.
+
+    Its surface is enclosed, and what is solid: every point of both is in a piece. What is solid is told as by `enclose_mesh`,
+    for meshes that are double-sided, mirrored, cracked, open, or of parts that overlap. The result's `notes` say what was
+    found. Results are kept between runs, by the mesh's content (`SPACEARM_CACHE`).
+
+    Args:
+        mesh: the path of a mesh file (STL, OBJ, PLY, DAE, GLB, ...), a `trimesh.Trimesh`, or triangles (n, 3, 3).
+        pieces: how many, at most.
+        excess: how far pieces may stand out of the mesh [m]; by default 2 % of its largest edge. As few pieces are made as are
+            found to keep it. If `pieces` of them do not, they stand out further, and a note says by how much.
+        vertices: of a piece, at most. A hull with more becomes one with fewer and a rounding radius.
+        pose: (4, 4), T_w_mesh; a point (3,) is taken for a mesh that is not turned.
+        scale: of the file's coordinates, before the pose: one number or three (along its x, y and z).
+        name: for messages.
+        inside: what is solid: "filled", "oriented" or "none", as for `enclose_mesh`.
+        cache: whether the result may come from an earlier run, and is kept for later ones.
+
+    Returns:
+        The pieces. Their `excess` is an upper bound of how far any of them stands out of the mesh [m].
+
+    Raises:
+        FileFormatError: a file that is missing, or that holds no mesh.
+        SceneError: numbers that are not finite, a scale of 0, fewer than 1 piece or 4 vertices, or a mesh whose inside cannot
+            be found in the given way.
+    """
+    require_inside(inside)
+    most = as_whole("pieces", pieces, SceneError, at_least=1, at_most=MOST_PIECES)
+    corners = as_whole("vertices", vertices, SceneError, at_least=4)
+    asked = None if excess is None else as_number("excess", excess, SceneError, at_least=_FINEST, unit="m")
+    read = scaled_mesh(mesh, scale)
+    what = f"mesh '{name}'" if name else "the mesh"
+
+    def make() -> dict[str, NDArray[Any]]:
+        return _made(read.triangles, most, asked, corners, inside=inside, what=what)
+
+    key = [read.triangles, most, asked, corners, inside]
+    found = cached_arrays("convex-pieces", _ALGORITHM, key, make) if cache else make()
+    T = as_pose("the mesh's pose", pose, SceneError)
+    placed = found["vertices"] @ T[:3, :3].T + T[:3, 3]
+    moved = 1e-15 * float(np.abs(T[:3, 3]).max())  # rounding
+    out = float(found["excess"]) + moved
+    made = [
+        Polytope(part, rounding=float(radius) + moved, name=name)
+        for part, radius in zip(np.split(placed, found["ends"][:-1]), found["rounding"], strict=True)
+    ]
+    notes = (*read.notes, *found["notes"].tolist(), *_excess_note(len(made), out, asked, float(found["wanted"])))
+    return PolytopeSet(made, excess=out, name=name, notes=notes)
+
+
+def _excess_note(count: int, excess: float, asked: float | None, wanted: float) -> list[str]:
+    held = "its convex hull stands out of it" if count == 1 else f"{count} convex pieces hold it, and stand out of it"
+    said = f"{held} by up to {1000 * excess:.3g} mm"
+    if excess <= wanted:
+        return [said]
+    limit = f"more than the {1000 * wanted:.3g} mm {'that are 2 % of its size' if asked is None else 'that were asked for'}"
+    return [f"{said}, {limit}; allow more pieces or vertices"]
+
+
+def _made(
+    triangles: Array, pieces: int, asked: float | None, vertices: int, *, inside: str, what: str
+) -> dict[str, NDArray[Any]]:
+    """Return the pieces as arrays: their vertices, where each one's end, their rounding, how far they stand out, and notes."""
+    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    middle, size = (low + high) / 2, float((high - low).max())
+    far = max(size, float(np.abs(middle).max()))
+    local, rounding = triangles - middle, 1e-12 * far
+    wanted = max(SHARE * size, _FINEST) if asked is None else asked
+    if size <= _FINEST:  # one place
+        solid = Solid(local, None)
+        hulls, out = [Hull(np.zeros((1, 3)), np.zeros((1, 3, 3)), np.zeros((0, 4)), rounding=2 * size)], [size]
+    else:
+        solid = meant_solid(local, inside, what=what, largest=float(np.abs(triangles).max()))
+        rounding += solid.slack
+        found = _searched(solid, pieces, wanted, size=size, inside=inside, what=what)
+        hulls = [holding(few_vertices(piece.hull, vertices), piece.points) for piece in found]
+        out = [piece.excess for piece in found]
+    radii = np.array([hull.rounding for hull in hulls]) + rounding
+    return {
+        "vertices": np.concatenate([hull.vertices for hull in hulls]) + middle,
+        "ends": np.cumsum([len(hull.vertices) for hull in hulls]),
+        "rounding": radii,
+        "excess": np.array(float((np.array(out) + radii).max()) + rounding),
+        "wanted": np.array(wanted),
+        "notes": np.array(solid.notes, dtype=np.str_),
+    }
+
+
+def _searched(solid: Solid, pieces: int, wanted: float, *, size: float, inside: str, what: str) -> Sequence[Piece]:
+    work = LongWork()
+
+    def tell(count: int) -> None:
+        work.say(f"{what} is cut into convex pieces: {count} so far")
+
+    measure = Excess(solid, size=size, has_cavities=inside == "oriented")
+    return Search(solid, measure, size=size, tell=tell).pieces(pieces, wanted)

@@ -1,0 +1,247 @@
+"""Where to cut a solid so that the convex hulls of few parts stand out little.
+
+The part whose hull stands out most is cut in two, again and again. Cuts that are tried are at right angles to some directions:
+the axes, the part's own axes, and the normals of its flat faces; at equal steps, and where flat faces are. The cut that leaves
+the least volume in both hulls is made, and of cuts that are much the same, the most even one: a ring is halved before its
+halves are, which alone saves nothing. In the end, parts whose common hull stands out no more than is asked for become one
+again: a plane cuts through more than it has to.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.geometry.mesh_parts import Part, clipped, halves, whole
+from spacearm.geometry.mesh_topology import Solid
+from spacearm.geometry.piece_excess import Excess
+from spacearm.geometry.point_hulls import Hull, hull_of
+
+Array = NDArray[np.float64]
+
+_STEPS = 7  # cuts at equal steps along each direction
+_FACES = 5  # cuts along flat faces for each direction
+_NORMALS = 3  # directions of flat faces
+_BALANCE = 0.15  # times the difference of both volumes: so much less volume in all is worth a less even cut
+_ROUGH = 500  # triangles, of larger surfaces, by which cuts are compared
+_EDGE = 0.02  # of the part's extent: no cut is nearer to its ends
+_SPARE = 1.5  # times the parts that are asked for are made before parts are joined
+_SPHERE = 90  # directions in which the farthest points stand for a hull
+_JOINED = 8  # pairs of neighbours whose common hull is looked at in a round
+_PRECISION = 0.05  # of an excess, or of what is wanted: how precise its upper bound is
+_FINEST, _COARSEST = 1e-4, 2e-3  # of the solid's size: more and less precise than this is not needed
+_SKIN = 0.02  # of the solid's size: flat hulls have a volume, too
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """A convex hull of one part of a solid, or of several.
+
+    Attributes:
+        hull: of all of it.
+        surface: (n, 3, 3) what of the solid's surface is in it [m].
+        points: (p, 3) whose hull it is [m].
+        excess: about how far it stands out, or an upper bound [m].
+        is_proven: whether it is an upper bound.
+        part: what may be cut further; None if it was joined of several.
+    """
+
+    hull: Hull
+    surface: Array
+    points: Array
+    excess: float
+    is_proven: bool = False
+    part: Part | None = None
+
+
+class Search:
+    """Finds pieces of one solid."""
+
+    def __init__(self, solid: Solid, excess: Excess, *, size: float, tell: Callable[[int], None]) -> None:
+        """Take a solid, what measures excesses, the solid's size [m], and what is told the number of pieces now and then."""
+        self._inside, self._excess, self._size, self._tell = solid.inside, excess, size, tell
+        self._whole = whole(solid)
+
+    def pieces(self, most: int, wanted: float) -> list[Piece]:
+        """Return few pieces that together hold the solid.
+
+        Args:
+            most: how many, at most.
+            wanted: how far they may stand out [m]; if that takes too many pieces, they stand out further.
+        """
+        done: list[Piece] = []
+        open_ = [self._piece(self._whole)]
+        limit, few = most if most == 1 else max(most + 2, int(_SPARE * most)), None
+        while open_ and len(open_) + len(done) < limit:
+            worst = max(range(len(open_)), key=lambda i: open_[i].excess)
+            piece = open_.pop(worst)
+            piece = self._proven(piece, wanted) if piece.excess <= wanted else piece
+            parts = None if piece.excess <= wanted else self._cut(piece)
+            if parts is None:
+                done.append(piece)
+                continue
+            open_ += parts
+            self._tell(len(open_) + len(done))
+            if len(open_) + len(done) == most:
+                few = [*open_, *done]
+        many = self._joined([*open_, *done], most, wanted)
+        if few is not None and _worst(many) > max(wanted, _worst(few)):
+            many = few
+        return [self._proven(piece, wanted) for piece in many]
+
+    def _piece(self, part: Part) -> Piece:
+        return Piece(part.hull, part.triangles, part.points, self._excess.about(part.hull), part=part)
+
+    def _proven(self, piece: Piece, wanted: float) -> Piece:
+        """Return a piece with an upper bound of its excess."""
+        if piece.is_proven:
+            return piece
+        length = min(max(_PRECISION * wanted, _FINEST * self._size), _COARSEST * self._size)
+        excess = self._excess.bound(piece.hull, piece.surface, share=_PRECISION, length=length)
+        return replace(piece, excess=excess, is_proven=True)
+
+    def _cut(self, piece: Piece) -> list[Piece] | None:
+        """Return the two halves of a piece; None if no cut is of use."""
+        assert piece.part is not None
+        plane = self._best_plane(piece.part)
+        if plane is None:
+            return None
+        found = halves(piece.part, *plane, inside=self._inside, size=self._size)
+        parts = [self._piece(part) for part in found if part is not None]
+        return parts if len(parts) > 1 else None
+
+    def _best_plane(self, part: Part) -> tuple[Array, float] | None:
+        """Return the normal and the offset of the cut that leaves the least volume in the hulls of both halves."""
+        rough = _selection(part.triangles)
+        best, least = None, np.inf
+        for normal in _directions(part):
+            for offset in _offsets(part.triangles, normal):
+                below, above = clipped(rough, -normal, -offset), clipped(rough, normal, offset)
+                if len(below) and len(above):
+                    one, other = self._bulk(below), self._bulk(above)
+                    cost = one + other + _BALANCE * abs(one - other)
+                    if cost < least:
+                        best, least = (normal, offset), cost
+        return best
+
+    def _bulk(self, triangles: Array) -> float:
+        """Return about the volume of the hull of triangles with a thin skin around it [m^3]."""
+        from scipy.spatial import ConvexHull, QhullError
+
+        corners = triangles.reshape(-1, 3)
+        points = corners[np.unique((corners @ _SPREAD.T).argmax(axis=0))]
+        try:
+            hull = ConvexHull(points)
+        except (QhullError, ValueError):
+            extent = np.sort(np.linalg.svd(points - points.mean(axis=0), compute_uv=False))[::-1]
+            return float(np.prod(np.append(extent, np.zeros(3))[:2]) * self._size * _SKIN)
+        return float(hull.volume + hull.area * self._size * _SKIN)
+
+    def _joined(self, pieces: list[Piece], most: int, wanted: float) -> list[Piece]:
+        """Join pieces whose common hull stands out no more than is wanted, and others while there are more than `most`."""
+        tried: dict[tuple[int, int], Piece] = {}
+        kept = list(pieces)  # all that ever was, so that no two have one identity
+        while len(pieces) > 1:
+            pairs = self._pairs(pieces)
+            if not pairs:
+                break
+            for a, b in pairs:
+                if (id(a), id(b)) not in tried:
+                    hull = hull_of(np.concatenate([a.hull.vertices, b.hull.vertices]))
+                    surface, points = np.concatenate([a.surface, b.surface]), np.concatenate([a.points, b.points])
+                    tried[id(a), id(b)] = Piece(hull, surface, points, self._excess.about(hull))
+            first, second = min(pairs, key=lambda pair: tried[id(pair[0]), id(pair[1])].excess)
+            joined = tried[id(first), id(second)]
+            if len(pieces) <= most and joined.excess <= wanted and not joined.is_proven:
+                tried[id(first), id(second)] = self._proven(joined, wanted)
+                continue
+            if len(pieces) <= most and joined.excess > wanted:
+                break
+            pieces = [piece for piece in pieces if piece is not first and piece is not second] + [joined]
+            kept.append(joined)
+        return pieces
+
+    def _pairs(self, pieces: list[Piece]) -> list[tuple[Piece, Piece]]:
+        """Return the pairs of neighbours whose common hulls have the least volume more than their own."""
+        low = np.array([piece.hull.vertices.min(axis=0) for piece in pieces])
+        high = np.array([piece.hull.vertices.max(axis=0) for piece in pieces])
+        own = [self._bulk(piece.hull.vertices) for piece in pieces]
+        found: list[tuple[float, int, int]] = []
+        for i, k in itertools.combinations(range(len(pieces)), 2):
+            if (np.maximum(low[i], low[k]) <= np.minimum(high[i], high[k]) + 1e-6 * self._size).all():
+                both = np.concatenate([pieces[i].hull.vertices, pieces[k].hull.vertices])
+                found.append((self._bulk(both) - own[i] - own[k], i, k))
+        return [(pieces[i], pieces[k]) for _, i, k in sorted(found)[:_JOINED]]
+
+
+def _worst(pieces: list[Piece]) -> float:
+    return max(piece.excess for piece in pieces)
+
+
+def _selection(triangles: Array) -> Array:
+    """Return some of many triangles: those at the ends of many directions, and others evenly."""
+    if len(triangles) <= _ROUGH:
+        return triangles
+    ends = np.unique((triangles.reshape(-1, 3) @ _SPREAD.T).argmax(axis=0) // 3)
+    return triangles[np.union1d(ends, np.linspace(0, len(triangles) - 1, _ROUGH - _SPHERE).astype(np.intp))]
+
+
+def _directions(part: Part) -> list[Array]:
+    """Return unit normals (3,) of cuts: the axes, the part's principal axes, and the normals of its largest flat faces."""
+    corners = part.hull.vertices
+    principal = np.linalg.svd(corners - corners.mean(axis=0))[2] if len(corners) > 2 else np.eye(3)
+    normals, area = _normals(part.triangles)
+    flat: list[Array] = []
+    if len(normals):
+        alike, which = np.unique(np.round(normals, 3), axis=0, return_inverse=True)
+        total = np.bincount(which.reshape(-1), weights=area)
+        flat = [alike[i] / np.linalg.norm(alike[i]) for i in np.argsort(-total, kind="stable")[:_NORMALS]]
+    out: list[Array] = []
+    for normal in (*np.eye(3), *flat, *principal):
+        if all(abs(float(normal @ other)) < 0.999 for other in out):
+            out.append(normal)
+    return out
+
+
+def _normals(triangles: Array) -> tuple[Array, Array]:
+    """Return the normals (n, 3), each or its opposite, and the areas (n,) of triangles with an area."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    normal, length = normal[length > 0], length[length > 0]
+    normal = normal / length[:, None]
+    first = (np.abs(normal) > 1e-6).argmax(axis=1)
+    return normal * np.sign(normal[np.arange(len(normal)), first])[:, None], length / 2
+
+
+def _offsets(triangles: Array, normal: Array) -> list[float]:
+    """Return where to cut along a direction: at equal steps, and at the largest flat faces at right angles to it [m]."""
+    along = triangles @ normal
+    low, high = along.min(axis=1), along.max(axis=1)
+    first, last = float(low.min()), float(high.max())
+    span = last - first
+    steps = (first + span * np.arange(1, _STEPS + 1) / (_STEPS + 1)).tolist()
+    flat = (high - low <= 1e-6 * span) & (low > first + _EDGE * span) & (high < last - _EDGE * span)
+    if not flat.any():
+        return steps
+    levels, which = np.unique(np.round((low[flat] - first) / max(span, 1e-300), 6), return_inverse=True)
+    area = np.bincount(which.reshape(-1), weights=_normals_area(triangles[flat]))
+    return steps + [first + span * float(levels[i]) for i in np.argsort(-area, kind="stable")[:_FACES]]
+
+
+def _normals_area(triangles: Array) -> Array:
+    return np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
+
+
+def _sphere(count: int) -> Array:
+    """Return directions (count, 3) all around, evenly (Fibonacci's lattice)."""
+    i = np.arange(count) + 0.5
+    z, turn = 1 - 2 * i / count, np.pi * (1 + 5**0.5) * i
+    across = np.sqrt(1 - z * z)
+    return np.stack([across * np.cos(turn), across * np.sin(turn), z], axis=1)
+
+
+_SPREAD = _sphere(_SPHERE)
