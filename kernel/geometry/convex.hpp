@@ -18,8 +18,8 @@
 
 namespace SPACEARM_NAMESPACE {
 
-// How deep overlapping cores are: exactly, or no less than that and with little work, along the axes of both shapes.
-enum class depths : std::uint8_t { exact, along_axes };
+// How deep overlapping cores are: exactly; or not asked, then any lower bound below 0 will do.
+enum class depths : std::uint8_t { exact, none };
 
 namespace convex_detail {
 
@@ -51,22 +51,6 @@ SPACEARM_NOINLINE void search_depths(const convex_shape<T>& a, const convex_shap
     }
     lower = pack<T>::load(bound);
 }
-// The same with little work: the cores are no deeper than along one axis of either. An axis that is none is passed
-// over.
-template <class Pair, class T>
-SPACEARM_INLINE void look_along_axes(const Pair& pair, const frame<T>& b_in_a, const pack_mask<T>& open,
-                                     pack<T>& lower) {
-    const pack<T> zero(T(0)), one(T(1));
-    const vec3<T> to = b_in_a.origin;
-    const vec3<T> axes[6] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one},
-                             b_in_a.column[0],  b_in_a.column[1],  b_in_a.column[2]};
-    for (const vec3<T>& axis : axes) {
-        const pack_mask<T> away = zero < dot(axis, to);
-        const vec3<T> n{select(away, -axis.x, axis.x), select(away, -axis.y, axis.y), select(away, -axis.z, axis.z)};
-        const pack_mask<T> is_one = T(0.5) * one < dot(n, n);
-        lower = select(open & is_one, max(lower, dot(n, pair.least_along(n))), lower);
-    }
-}
 template <class T> SPACEARM_INLINE vec3<T> seen_from(const placed_shape<T>& a, const vec3<T>& v) {
     return {dot(a.axis[0], v), dot(a.axis[1], v), dot(a.axis[2], v)};
 }
@@ -79,13 +63,13 @@ SPACEARM_INLINE pack<T> pair_distance(const Pair& pair, const convex_shape<T>& a
     const gjk_bounds<T> found = gjk(pair, nothing, enough);
     pack<T> lower = found.lower;
     const pack_mask<T> open = (lower < -found.slack) & (lower < pack<T>(enough)) & (nothing <= pack<T>(T(0)));
-    if (!any(open)) return lower + nothing;
+    if (how == depths::none || !any(open)) return lower + nothing;
     if constexpr (Pair::symmetric) {
         pack<T> of_edges = lower;
         pair.try_edges(of_edges);
         lower = select(open, of_edges, lower);
-    } else if (how == depths::along_axes) look_along_axes(pair, b_in_a, open, lower);
-    if (!boxes && how == depths::exact) search_depths(a, b, b_in_a, open, lower);
+    }
+    if (!boxes) search_depths(a, b, b_in_a, open, lower);
     return lower + nothing;
 }
 
@@ -139,7 +123,8 @@ SPACEARM_INLINE pack<T> ordered_distance(const placed_shape<T>& a, const placed_
 }  // namespace convex_detail
 
 // The signed distance of two shapes [m]: negative where they overlap, by the penetration depth. Lanes at `enough` or
-// beyond may return any lower bound of at least `enough`. A lane with a number that is none returns NaN.
+// beyond may return any lower bound of at least `enough`; with depths::none, lanes where the cores overlap any lower
+// bound of the depth. A lane with a number that is none returns NaN.
 template <class T>
 inline pack<T> signed_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough,
                                depths how = depths::exact) {

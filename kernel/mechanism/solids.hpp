@@ -72,7 +72,7 @@ SPACEARM_INLINE pack<T> slope_at(const own_cylinder<T>& o, const vec3<T>& p, con
 // ---- clearances [m]; lanes at `enough` or beyond may return any lower bound of at least `enough` --------------------
 // Of a solid and a capsule.
 template <class T>
-SPACEARM_NOINLINE pack<T> axis_clearance(const placed_solid<T>& s, const placed_axis<T>& axis, T enough, bool depth) {
+SPACEARM_NOINLINE pack<T> axis_clearance(const placed_solid<T>& s, const placed_axis<T>& axis, T enough, depths how) {
     const auto turned = [&](const vec3<T>& d) {
         return vec3<T>{dot(s.at.axis[0], d), dot(s.at.axis[1], d), dot(s.at.axis[2], d)};
     };
@@ -103,7 +103,7 @@ SPACEARM_NOINLINE pack<T> axis_clearance(const placed_solid<T>& s, const placed_
     const vec3<T> none{zero, zero, zero};
     const placed_shape<T> core{
         &segment, {none, none, is_point ? none : scaled(axis.ab, pack<T>(T(1) / length))}, axis.middle};
-    return signed_distance(core, s.at, enough, depth);
+    return signed_distance(core, s.at, enough, how);
 }
 
 // Whether a bounding sphere is at least `enough` away from the box around a solid, in all lanes.
@@ -116,10 +116,10 @@ SPACEARM_INLINE bool box_is_far(const placed_solid<T>& s, const vec3<T>& center,
 
 // Of two solids.
 template <class T>
-SPACEARM_NOINLINE pack<T> solid_clearance(const placed_solid<T>& s, const placed_solid<T>& t, T enough, bool depth) {
+SPACEARM_NOINLINE pack<T> solid_clearance(const placed_solid<T>& s, const placed_solid<T>& t, T enough, depths how) {
     if (box_is_far(s, t.at.origin, t.reach, enough) || box_is_far(t, s.at.origin, s.reach, enough))
         return pack<T>(enough);
-    return signed_distance(s.at, t.at, enough, depth);
+    return signed_distance(s.at, t.at, enough, how);
 }
 
 // Of a solid and an obstacle.
@@ -149,20 +149,20 @@ template <class T, class Shape, class Use> SPACEARM_INLINE auto with_solid(const
     return use(placed_solid<T>{standing_o.placed(), half, reach});
 }
 template <class T, class Shape>
-pack<T> obstacle_clearance(const placed_solid<T>& s, const Shape& o, T enough, bool depth) {
+pack<T> obstacle_clearance(const placed_solid<T>& s, const Shape& o, T enough, depths how) {
     if constexpr (std::is_same_v<Shape, half_space_obstacle<T>>) {
         return signed_distance(s.at, o, enough);
     } else if constexpr (std::is_same_v<Shape, sphere<T>> || std::is_same_v<Shape, capsule_obstacle<T>>) {
-        return axis_clearance(s, axis_of(o), enough, depth);
+        return axis_clearance(s, axis_of(o), enough, how);
     } else {
-        return with_solid<T>(o, [&](const placed_solid<T>& t) { return solid_clearance(s, t, enough, depth); });
+        return with_solid<T>(o, [&](const placed_solid<T>& t) { return solid_clearance(s, t, enough, how); });
     }
 }
 // Of a capsule and an obstacle; only polytopes need `enough`.
 template <class T, class Shape>
-SPACEARM_INLINE pack<T> obstacle_clearance(const placed_axis<T>& axis, const Shape& o, T enough, bool depth) {
+SPACEARM_INLINE pack<T> obstacle_clearance(const placed_axis<T>& axis, const Shape& o, T enough, depths how) {
     if constexpr (std::is_same_v<Shape, polytope_obstacle<T>>) {
-        return with_solid<T>(o, [&](const placed_solid<T>& s) { return axis_clearance(s, axis, enough, depth); });
+        return with_solid<T>(o, [&](const placed_solid<T>& s) { return axis_clearance(s, axis, enough, how); });
     } else {
         return axis_distance(o, axis.a, axis.ab, axis.inverse_squared_length) - axis.radius;
     }

@@ -1,4 +1,4 @@
-// Python's arrays and a model: where it is, and depth far from what is around it.
+// Python's arrays and a model: where it is, and how far from what is around it.
 #pragma once
 
 #include "python/bind_world.hpp"
@@ -124,7 +124,7 @@ template <class T> struct placed_bodies {
     template <class Shape> pack<T> to_obstacle(int i, const Shape& o) const {
         const link_body<T>& body = m.envelope.bodies[i];
         if (!has_axis_distance<T, Shape> || body.solid >= 0)
-            return body_clearance(m.envelope, memory, i, o, far, true);
+            return body_clearance(m.envelope, memory, i, o, far, depths::exact);
         const pack<T> d = body.inverse_squared_length == T(0)
                               ? distance_to(o, memory.a[i])
                               : axis_distance(o, memory.a[i], memory.ab[i], body.inverse_squared_length);
@@ -133,7 +133,7 @@ template <class T> struct placed_bodies {
     pack<T> between(int i, int k) const {
         const bool capsules = m.envelope.bodies[i].solid < 0 && m.envelope.bodies[k].solid < 0;
         return capsules ? capsule_clearance(m.envelope, memory, i, k)
-                        : body_clearance(m.envelope, memory, i, k, far, true);
+                        : body_clearance(m.envelope, memory, i, k, far, depths::exact);
     }
 };
 
