@@ -140,7 +140,7 @@ SPACEARM_NOINLINE void add_solid_shortfall(const link_envelope<T>& b, int i, con
                                            const envelope_memory<T>& w, pack<T>& sum, depths how) {
     const cluster<T>& c = b.clusters[i];
     for (int k = c.first; k < c.last; ++k) {
-        if (all(pack<T>(b.bodies[k].reach + margin) <= distance_to(o, w.middle[k]))) continue;
+        if (all(pack<T>(b.bodies[k].reach + margin + rounding_of<T>(o)) <= distance_to(o, w.middle[k]))) continue;
         sum += above_zero(margin - body_clearance(b, w, k, o, margin, how));
     }
 }
@@ -148,12 +148,13 @@ SPACEARM_NOINLINE void add_solid_shortfall(const link_envelope<T>& b, int i, con
 // Adds to `sum`, lane by lane, by how much the clearance of a cluster and an obstacle falls short of the margin: for
 // each of its bodies [m].
 template <class T, class Shape>
-SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* frames, int i, const Shape& o, T margin,
+SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* frames, int i, const Shape& o, T asked,
                                    envelope_memory<T>& w, pack<T>& sum, depths how) {
     const cluster<T>& c = b.clusters[i];
+    const T margin = asked + rounding_of<T>(o);
     if (all(pack<T>(c.radius + margin) <= distance_to(o, w.centers[i]))) return;
     place_bodies(b, frames, i, w);
-    if (!has_axis_distance<T, Shape> || c.has_solids) return add_solid_shortfall(b, i, o, margin, w, sum, how);
+    if (!has_axis_distance<T, Shape> || c.has_solids) return add_solid_shortfall(b, i, o, asked, w, sum, how);
     for (int k = c.first; k < c.last; ++k) {
         const link_body<T>& body = b.bodies[k];
         const pack<T> from_middle = distance_to(o, w.middle[k]);
@@ -302,12 +303,13 @@ SPACEARM_INLINE pack<T> cluster_clearance(const link_envelope<T>& b, const frame
                                           T enough, envelope_memory<T>& w) {
     const cluster<T>& c = b.clusters[i];
     pack<T> least(enough);
-    if (all(pack<T>(c.radius + enough) <= distance_to(o, w.centers[i]))) return least;
+    const T apart = enough + rounding_of<T>(o);
+    if (all(pack<T>(c.radius + apart) <= distance_to(o, w.centers[i]))) return least;
     place_bodies(b, frames, i, w);
     for (int k = c.first; k < c.last; ++k) {
         const link_body<T>& body = b.bodies[k];
         const pack<T> from_middle = distance_to(o, w.middle[k]);
-        if (all(pack<T>(body.reach + enough) <= from_middle)) continue;
+        if (all(pack<T>(body.reach + apart) <= from_middle)) continue;
         least = min(least, body_clearance(b, w, k, o, enough, depths::none));
     }
     return least;

@@ -164,7 +164,7 @@ SPACEARM_INLINE pack<T> obstacle_clearance(const placed_axis<T>& axis, const Sha
     if constexpr (std::is_same_v<Shape, polytope_obstacle<T>>) {
         return with_solid<T>(o, [&](const placed_solid<T>& s) { return axis_clearance(s, axis, enough, how); });
     } else {
-        return axis_distance(o, axis.a, axis.ab, axis.inverse_squared_length) - axis.radius;
+        return axis_distance(o, axis.a, axis.ab, axis.inverse_squared_length) - (axis.radius + rounding_of<T>(o));
     }
 }
 

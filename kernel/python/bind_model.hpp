@@ -128,7 +128,7 @@ template <class T> struct placed_bodies {
         const pack<T> d = body.inverse_squared_length == T(0)
                               ? distance_to(o, memory.a[i])
                               : axis_distance(o, memory.a[i], memory.ab[i], body.inverse_squared_length);
-        return d - body.radius;
+        return d - (body.radius + rounding_of<T>(o));
     }
     pack<T> between(int i, int k) const {
         const bool capsules = m.envelope.bodies[i].solid < 0 && m.envelope.bodies[k].solid < 0;
