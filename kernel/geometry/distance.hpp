@@ -59,7 +59,8 @@ template <class T, class Shape> SPACEARM_INLINE T rounding_of(const Shape& o) {
     else return T(0);
 }
 
-// ---- signed distance of a point [m], of a box and a cylinder without their rounding ---------------------------------------------------------------------------------
+// ---- signed distance of a point [m], of a box and a cylinder without their rounding
+// ---------------------------------------------------------------------------------
 template <class T> SPACEARM_INLINE pack<T> distance_to(const sphere<T>& o, const vec3<T>& p) {
     const vec3<T> d = p - constant(o.center);
     return sqrt(dot(d, d)) - o.radius;

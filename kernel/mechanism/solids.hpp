@@ -2,8 +2,8 @@
 //
 // Bounds come first: bounding spheres, then the bounding box of one body against the bounding sphere of the other. Only
 // where a pair is near in some lane its distance is computed. The axis of a capsule is measured in the frame of the box
-// or the cylinder, as it is by an obstacle of that shape: inside, the distance is how deep the axis' deepest point lies.
-// All other pairs are left to signed_distance.
+// or the cylinder, as it is by an obstacle of that shape: inside, the distance is how deep the axis' deepest point
+// lies. All other pairs are left to signed_distance.
 #pragma once
 
 #include <memory>
@@ -52,8 +52,7 @@ template <class T> SPACEARM_INLINE pack<T> distance_to(const own_box<T>& o, cons
 template <class T> SPACEARM_INLINE pack<T> distance_to(const own_cylinder<T>& o, const vec3<T>& p) {
     return outside(sqrt(p.x * p.x + p.y * p.y) - o.radius, abs(p.z) - o.half_length) - o.rounding;
 }
-template <class T>
-SPACEARM_INLINE pack<T> slope_at(const own_box<T>& o, const vec3<T>& p, const vec3<T>& direction) {
+template <class T> SPACEARM_INLINE pack<T> slope_at(const own_box<T>& o, const vec3<T>& p, const vec3<T>& direction) {
     const pack<T> beyond[3] = {abs(p.x) - o.half[0], abs(p.y) - o.half[1], abs(p.z) - o.half[2]};
     const pack<T> slope[3] = {with_sign_of(direction.x, p.x), with_sign_of(direction.y, p.y),
                               with_sign_of(direction.z, p.z)};
@@ -72,7 +71,7 @@ SPACEARM_INLINE pack<T> slope_at(const own_cylinder<T>& o, const vec3<T>& p, con
 // ---- clearances [m]; lanes at `enough` or beyond may return any lower bound of at least `enough` --------------------
 // Of a solid and a capsule.
 template <class T>
-SPACEARM_NOINLINE pack<T> axis_clearance(const placed_solid<T>& s, const placed_axis<T>& axis, T enough, depths how) {
+SPACEARM_NOINLINE pack<T> axis_clearance(const placed_solid<T>& s, const placed_axis<T>& axis, T enough, bool depth) {
     const auto turned = [&](const vec3<T>& d) {
         return vec3<T>{dot(s.at.axis[0], d), dot(s.at.axis[1], d), dot(s.at.axis[2], d)};
     };
@@ -103,12 +102,11 @@ SPACEARM_NOINLINE pack<T> axis_clearance(const placed_solid<T>& s, const placed_
     const vec3<T> none{zero, zero, zero};
     const placed_shape<T> core{
         &segment, {none, none, is_point ? none : scaled(axis.ab, pack<T>(T(1) / length))}, axis.middle};
-    return signed_distance(core, s.at, enough, how);
+    return signed_distance(core, s.at, enough, depth);
 }
 
 // Whether a bounding sphere is at least `enough` away from the box around a solid, in all lanes.
-template <class T>
-SPACEARM_INLINE bool box_is_far(const placed_solid<T>& s, const vec3<T>& center, T reach, T enough) {
+template <class T> SPACEARM_INLINE bool box_is_far(const placed_solid<T>& s, const vec3<T>& center, T reach, T enough) {
     const vec3<T> d = center - s.at.origin;
     const vec3<T> seen{dot(s.at.axis[0], d), dot(s.at.axis[1], d), dot(s.at.axis[2], d)};
     return all(pack<T>(reach + enough) <= distance_to(own_box<T>{s.half, s.at.shape->radius}, seen));
@@ -116,10 +114,10 @@ SPACEARM_INLINE bool box_is_far(const placed_solid<T>& s, const vec3<T>& center,
 
 // Of two solids.
 template <class T>
-SPACEARM_NOINLINE pack<T> solid_clearance(const placed_solid<T>& s, const placed_solid<T>& t, T enough, depths how) {
+SPACEARM_NOINLINE pack<T> solid_clearance(const placed_solid<T>& s, const placed_solid<T>& t, T enough, bool depth) {
     if (box_is_far(s, t.at.origin, t.reach, enough) || box_is_far(t, s.at.origin, s.reach, enough))
         return pack<T>(enough);
-    return signed_distance(s.at, t.at, enough, how);
+    return signed_distance(s.at, t.at, enough, depth);
 }
 
 // Of a solid and an obstacle.
@@ -149,20 +147,20 @@ template <class T, class Shape, class Use> SPACEARM_INLINE auto with_solid(const
     return use(placed_solid<T>{standing_o.placed(), half, reach});
 }
 template <class T, class Shape>
-pack<T> obstacle_clearance(const placed_solid<T>& s, const Shape& o, T enough, depths how) {
+pack<T> obstacle_clearance(const placed_solid<T>& s, const Shape& o, T enough, bool depth) {
     if constexpr (std::is_same_v<Shape, half_space_obstacle<T>>) {
         return signed_distance(s.at, o, enough);
     } else if constexpr (std::is_same_v<Shape, sphere<T>> || std::is_same_v<Shape, capsule_obstacle<T>>) {
-        return axis_clearance(s, axis_of(o), enough, how);
+        return axis_clearance(s, axis_of(o), enough, depth);
     } else {
-        return with_solid<T>(o, [&](const placed_solid<T>& t) { return solid_clearance(s, t, enough, how); });
+        return with_solid<T>(o, [&](const placed_solid<T>& t) { return solid_clearance(s, t, enough, depth); });
     }
 }
 // Of a capsule and an obstacle; only polytopes need `enough`.
 template <class T, class Shape>
-SPACEARM_INLINE pack<T> obstacle_clearance(const placed_axis<T>& axis, const Shape& o, T enough, depths how) {
+SPACEARM_INLINE pack<T> obstacle_clearance(const placed_axis<T>& axis, const Shape& o, T enough, bool depth) {
     if constexpr (std::is_same_v<Shape, polytope_obstacle<T>>) {
-        return with_solid<T>(o, [&](const placed_solid<T>& s) { return axis_clearance(s, axis, enough, how); });
+        return with_solid<T>(o, [&](const placed_solid<T>& s) { return axis_clearance(s, axis, enough, depth); });
     } else {
         return axis_distance(o, axis.a, axis.ab, axis.inverse_squared_length) - (axis.radius + rounding_of<T>(o));
     }

@@ -1,7 +1,7 @@
 """The search for a proof: intervals of the motion are halved until every pair is proven to be apart on each of them.
 
-Links are first enclosed in balls, and many balls of a scene in cells. Pairs that these do not settle are evaluated capsule by
-capsule and ball by ball. A pair that is still open is evaluated again on both halves of its interval; settled pairs are not.
+Links are first enclosed in balls, and many balls of a scene in cells. Pairs that these do not settle are evaluated shape by
+shape and ball by ball. A pair that is still open is evaluated again on both halves of its interval; settled pairs are not.
 Halving goes on until half of the least measured clearance is proven. So the proven clearance does not depend on where the
 intervals happen to end.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import deque
 from itertools import accumulate
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,12 +31,13 @@ from spacearm.proof.separation import (
     NearestPair,
     OpenPairs,
     by_group,
-    capsule_pairs,
     clearance_bounds,
     halved,
     link_pairs,
     obstacle_groups,
     out_of_cells,
+    shape_pairs,
+    some_of,
 )
 from spacearm.proof.solids import Polytopes, Solids, lengths
 from spacearm.proof.witness import Witness
@@ -49,7 +50,8 @@ Status = Literal["holds", "fails", "undecided"]
 _PROVEN_SHARE = 0.5  # times the least measured excess: what is to be proven above what a pair is held to
 _BATCH = 128  # intervals evaluated at once
 _ROWS = 100_000  # pairs evaluated at once, which bounds the memory
-_ROWS_OF_POLYTOPES = 2_000  # likewise, of pairs with a polytope: each takes some arrays of its vertices
+_ROWS_OF_CORNERS = 10_000  # likewise, if a body may have up to 32 points in place of two
+_ROWS_OF_POLYTOPES = 2_000  # likewise, of solids that are polytopes: each takes some arrays of its vertices
 _MOST_INTERVALS = 100_000  # evaluated before the search gives up
 _LIKELY = 24  # pairs of links and solids that are evaluated first, to find the least clearance early
 _CLOSE = 2.0  # times the least excess: pairs that seem to have less are measured
@@ -236,7 +238,7 @@ class ClearanceProof:
     def _settled(self, known: ClearanceBounds, held: Held) -> NDArray[np.bool_]:
         """Return which pairs are proven to be apart, and remember how far."""
         settled = known.on_interval > self._target(held)
-        _note_least(self.proven, known.on_interval[settled], _some(held.phase, settled))
+        _note_least(self.proven, known.on_interval[settled], some_of(held.phase, settled))
         return settled
 
     def _bounds(
@@ -256,10 +258,8 @@ class ClearanceProof:
         def of_group(other: int, rows: Indices | slice) -> ClearanceBounds:
             some = pairs.select(rows)
             solid = some.interval * len(bodies.groups[other].body) + bodies.place[some.solid]
-            directions = None if n is None else n[rows]
-            return self._bounds_to(
-                midpoints.solids(other), midpoints, some._replace(solid=solid), enough=_some(enough, rows), n=directions
-            )
+            of_rows, directions = some_of(enough, rows), None if n is None else n[rows]
+            return self._bounds_to(midpoints.solids(other), midpoints, some._replace(solid=solid), enough=of_rows, n=directions)
 
         if len(bodies.groups) == 1:
             return of_group(0, slice(None))
@@ -275,18 +275,19 @@ class ClearanceProof:
         n: Array | None = None,
     ) -> ClearanceBounds:
         parts: list[ClearanceBounds] = []
-        step = _ROWS_OF_POLYTOPES if isinstance(solids, Polytopes) else _ROWS
+        step = _ROWS if len(self._bodies.groups) == 1 else _ROWS_OF_CORNERS
+        step = _ROWS_OF_POLYTOPES if isinstance(solids, Polytopes) else step
         for i in range(0, max(1, len(pairs.interval)), step):
             rows = slice(i, i + step)
             some, directions = pairs.select(rows), None if n is None else n[rows]
             of_rows = clearance_bounds(
-                midpoints, self._bodies, self._relative_bodies, some, solids, enough=_some(enough, rows), n=directions
+                midpoints, self._bodies, self._relative_bodies, some, solids, enough=some_of(enough, rows), n=directions
             )
             parts.append(of_rows)
         return ClearanceBounds(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def _close_pairs(self, midpoints: IntervalMidpoints) -> list[OpenPairs]:
-        """Return the pairs of capsules and solids that their links' balls and their cells do not settle, by group."""
+        """Return the pairs of shapes and solids that their links' balls and their cells do not settle, by group."""
         coarse: list[tuple[OpenPairs, ClearanceBounds, Held]] = []
         for i, group in enumerate(self._groups):
             pairs = link_pairs(group, self._relative_bodies, len(midpoints.half))
@@ -307,11 +308,11 @@ class ClearanceProof:
                 held = self.requirements.on(i, left, midpoints)
                 known = self._bounds(midpoints, i, left, enough=self._target(held))
                 left = left.select(~self._settled(known, held))
-            out.append(capsule_pairs(group, self._bodies, self._relative_bodies, left))
+            out.append(shape_pairs(group, self._bodies, self._relative_bodies, left))
         return out
 
     def _find_least(self, midpoints: IntervalMidpoints, i: int, pairs: OpenPairs, excess: Array, held: Held) -> None:
-        """Look for the least excess of group i among the capsules of the links that seem closest, and measure one pair.
+        """Look for the least excess of group i among the shapes of the links that seem closest, and measure one pair.
 
         Pairs that are near at an end are left out: what they have there is known.
         """
@@ -319,7 +320,7 @@ class ClearanceProof:
         excess = np.where(held.phase_at_midpoint, np.inf, excess)
         likely = np.argpartition(excess, min(_LIKELY, len(excess)) - 1)[:_LIKELY]
         close = pairs.select(likely) if group.cells is None else out_of_cells(group.cells, pairs.select(likely))
-        close = capsule_pairs(group, self._bodies, self._relative_bodies, close)
+        close = shape_pairs(group, self._bodies, self._relative_bodies, close)
         held = self.requirements.on(i, close, midpoints)
         known = self._bounds(midpoints, i, close, enough=None)
         excess = known.at_most - held.at_midpoint
@@ -334,14 +335,14 @@ class ClearanceProof:
         known = self._bounds(midpoints, group, pairs, enough=target)
         ask = np.flatnonzero((known.on_interval <= target) & (known.at_most > target))
         loose = known.at_most[ask] - known.at_midpoint[ask]
-        ask = ask[(loose > _LOOSE) & (known.on_interval[ask] + loose > _some(target, ask))]
+        ask = ask[(loose > _LOOSE) & (known.on_interval[ask] + loose > some_of(target, ask))]
         if not ask.size:
             return known
         measured = [
             self.measured.measure(group, pairs, row, midpoints, proven=float(known.at_midpoint[row])) for row in ask.tolist()
         ]
         n = np.array([direction for _, direction in measured])
-        better = self._bounds(midpoints, group, pairs.select(ask), enough=_some(target, ask), n=n)
+        better = self._bounds(midpoints, group, pairs.select(ask), enough=some_of(target, ask), n=n)
         known.on_interval[ask] = np.fmax(known.on_interval[ask], better.on_interval)
         known.at_midpoint[ask] = np.fmax(known.at_midpoint[ask], better.at_midpoint)
         known.at_most[ask] = np.fmin(known.at_most[ask], [clearance for clearance, _ in measured])
@@ -354,15 +355,17 @@ class ClearanceProof:
 
         Close means that the pair has little more at the midpoint than it is held to there.
         """
-        excess = [known.at_most - of_group.at_midpoint for known, of_group in zip(found, held, strict=True)]
-        for of_rows, of_group in zip(excess, held, strict=True):
-            _note_least(self._least, of_rows, of_group.phase_at_midpoint)
-        least = [
-            np.broadcast_to(self._least[of_group.phase_at_midpoint], of_rows.shape)
-            for of_rows, of_group in zip(excess, held, strict=True)
-        ]
-        most = np.concatenate(excess)
-        close = np.flatnonzero(most <= _CLOSE * np.maximum(np.concatenate(least), GUARD))
+        most = np.concatenate([known.at_most - of_group.at_midpoint for known, of_group in zip(found, held, strict=True)])
+        phase: Indices | int = 0
+        if self.requirements.near:
+            phase = np.concatenate(
+                [
+                    np.broadcast_to(of_group.phase_at_midpoint, known.at_most.shape)
+                    for known, of_group in zip(found, held, strict=True)
+                ]
+            )
+        _note_least(self._least, most, phase)
+        close = np.flatnonzero(most <= _CLOSE * np.maximum(self._least[phase], GUARD))
         close = close[np.argsort(most[close], kind="stable")]
         interval = np.concatenate([of_group.interval for of_group in pairs])[close]
         _, nearest = np.unique(interval, return_index=True)
@@ -381,11 +384,6 @@ def _note_least(least: Array, values: Array, phase: Indices | int) -> None:
         least[phase] = min(least[phase], float(values.min(initial=np.inf)))
     else:
         np.minimum.at(least, phase, values)
-
-
-def _some(values: Any, which: Indices | NDArray[np.bool_] | slice) -> Any:
-    """Return some of an array; a number stays."""
-    return values if values is None or isinstance(values, (int, float)) else values[which]
 
 
 def _used(pairs: list[OpenPairs]) -> Indices:

@@ -20,9 +20,9 @@ from spacearm.proof.separation import (
     ClearanceBounds,
     ObstacleGroup,
     OpenPairs,
-    capsule_pairs,
     link_pairs,
     out_of_cells,
+    shape_pairs,
 )
 from spacearm.proof.solids import Solids
 from spacearm.proof.witness import Witness
@@ -40,7 +40,7 @@ Bound = Callable[[IntervalMidpoints, int, OpenPairs, bool], ClearanceBounds]
 
 
 class Measured(NamedTuple):
-    """Measured clearances of t pairs of capsules and solids at instants.
+    """Measured clearances of t pairs of shapes and solids at instants.
 
     Attributes:
         instant: (t,) index of the instant.
@@ -114,7 +114,7 @@ class InstantMeasurements:
             pairs = pairs.select(known.at_midpoint < of_cells[self._requirements.link_of(pairs), pairs.solid])
             pairs = out_of_cells(which.cells, pairs)
         pairs, _ = self._close(group, midpoints, pairs, limit)
-        pairs, known = self._close(group, midpoints, capsule_pairs(which, self._bodies, self._relative_bodies, pairs), limit)
+        pairs, known = self._close(group, midpoints, shape_pairs(which, self._bodies, self._relative_bodies, pairs), limit)
         clearance = self._measured(group, midpoints, pairs, known)
         return Measured(pairs.interval, *self._requirements.bodies_of(group, pairs), clearance)
 
@@ -126,6 +126,9 @@ class InstantMeasurements:
         self, group: int, midpoints: IntervalMidpoints, pairs: OpenPairs, limit: Array
     ) -> tuple[OpenPairs, ClearanceBounds]:
         """Return the pairs that may have less than their limit, with their bounds."""
+        if not len(pairs.interval):
+            none = np.zeros(0)
+            return pairs, ClearanceBounds(none, none, none)
         known = self._bound(midpoints, group, pairs, False)
         close = known.at_midpoint < self._limits(group, pairs, limit)
         return pairs.select(close), known.select(close)
@@ -135,14 +138,14 @@ class InstantMeasurements:
         clearance, solids = known.at_most.copy(), self._groups[group].solids
         for row in np.flatnonzero(known.at_most - known.at_midpoint > _LOOSE).tolist():
             frames, solid = midpoints.frames[pairs.interval[row]], int(pairs.solid[row])
-            capsule = int(self._relative_bodies.body[pairs.relative[row]])
-            clearance[row] = self._between(frames, capsule, solids, solid)
+            shape = int(self._relative_bodies.body[pairs.relative[row]])
+            clearance[row] = self._between(frames, shape, solids, solid)
         return clearance
 
-    def _between(self, frames: Array, capsule: int, solids: Solids | None, solid: int) -> float:
+    def _between(self, frames: Array, shape: int, solids: Solids | None, solid: int) -> float:
         if solids is None:
-            return self._witness.distance_between(frames, capsule, solid)[0]
-        return self._witness.distance(frames, capsule, solids, solid)[0]
+            return self._witness.distance_between(frames, shape, solid)[0]
+        return self._witness.distance(frames, shape, solids, solid)[0]
 
 
 def _repeated(pairs: OpenPairs, count: int) -> OpenPairs:
