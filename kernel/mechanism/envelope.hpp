@@ -108,7 +108,8 @@ inline void place_bodies(const link_envelope<T>& b, const frame<T>* frames, int 
 template <class T>
 SPACEARM_INLINE placed_solid<T> solid_of(const link_envelope<T>& b, const envelope_memory<T>& w, int k) {
     const link_body<T>& body = b.bodies[k];
-    return {w.solids[body.solid], b.solids[body.solid].half, body.reach};
+    const link_solid<T>& s = b.solids[body.solid];
+    return {w.solids[body.solid], s.half, s.reach, s.rod};
 }
 template <class T>
 SPACEARM_INLINE placed_axis<T> axis_of(const link_envelope<T>& b, const envelope_memory<T>& w, int k) {
