@@ -113,10 +113,13 @@ def test_what_was_assumed_of_a_robot_is_told(told: Told, tmp_path: Path) -> None
     assert said in told(["certify", tmp_path / "out" / "plan.json"])[2]
 
 
-def test_more_clearance_than_there_is_fails(told: Told, planned: Path) -> None:
-    code, out, _ = told(["certify", planned / "plan.json", "--minimum-clearance", "5"])
+def test_more_clearance_than_there_is_fails(told: Told, problem: Path, tmp_path: Path) -> None:
+    """More than the motion has among the balls, and less than it has at its ends: a pair that is nearer there is excused."""
+    problem.write_text((Path(__file__).parents[2] / "examples" / "problem.yaml").read_text())
+    assert told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures"])[0] == 0
+    code, out, _ = told(["certify", tmp_path / "out" / "plan.json", "--clearance", "0.05"])
     assert code == 1
-    assert "expected more than 5000 mm" in out
+    assert "expected more than 50 mm" in out
 
 
 def test_another_problem_is_told(told: Told, planned: Path, problem: Path) -> None:
@@ -148,5 +151,5 @@ def test_wrong_input_is_told_in_a_sentence(refused: Refused, planned: Path, prob
     )
     refused("certify: interpolation of a plan", "certify", planned / "plan.json", "--interpolation", "cubic")
     refused(("--limits is 'speed'", "position, velocity, acceleration"), "certify", planned / "plan.json", "--limits", "speed")
-    refused(("clearance is -1", "[m]"), "certify", planned / "plan.json", "--minimum-clearance", "-1")
+    refused(("clearance is -1", "[m]"), "certify", planned / "plan.json", "--clearance", "-1")
     refused(("'--problm'", "did you mean '--problem'?"), "certify", planned / "plan.json", "--problm", problem)

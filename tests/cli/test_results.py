@@ -83,7 +83,11 @@ def test_json_is_the_file_and_nothing_else(told: Told, problem: Path, tmp_path: 
 @pytest.mark.parametrize(
     ("text", "status", "said"),
     [
-        (REACHED_BUT_BLOCKED, "not_found", "no motion with a clearance of 10 mm was found; none was found with clearance 0 either"),
+        (
+            REACHED_BUT_BLOCKED,
+            "not_found",
+            "no motion with a clearance of 10 mm was found; none was found with clearance 0 either",
+        ),
         (WITHIN_THE_SPHERE_OF_REACH_ONLY, "goal_unreachable", "would have to be at"),
         (OUT_OF_REACH, "goal_unreachable", "gets at most 1.336 m far"),
     ],

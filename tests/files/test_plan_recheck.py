@@ -118,7 +118,7 @@ def test_a_plan_can_be_proven_for_another_problem(saved: Path) -> None:
 
 
 def test_options_are_the_proofs(saved: Path) -> None:
-    assert not recheck_plan(saved, minimum_clearance=1.0).certificate.holds
+    assert not recheck_plan(saved, clearance=1.0).certificate.holds
     with pytest.raises(ProblemError):
         recheck_plan(saved, limits=("speed",))
 

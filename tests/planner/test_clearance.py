@@ -19,6 +19,7 @@ from spacearm.planner import Problem, clearance, clearances
 from spacearm.planner.clearance import ClearanceModel, self_clearances
 from spacearm.planner.kernel_model import kernel_model, make_kernel_model, self_capsule_pairs
 from spacearm.planner.searched_clearance import SearchedClearance, searched_clearance
+from spacearm.proof import PairClearance
 from spacearm.robot import LinkCapsule, Robot
 from support import strategies
 from support.dense_samples import arms, planar
@@ -161,13 +162,15 @@ def between_ends(clear: float, required: float) -> float:
 
 
 @settings(max_examples=30)
-@given(st.data(), OBSTACLES, st.sampled_from([0.0, 0.05, 0.5]), st.sampled_from([32, 64]))
+@given(st.data(), OBSTACLES, st.sampled_from([0.0, 0.05, 0.5]), st.sampled_from([None, 0.0, 0.3]), st.sampled_from([32, 64]))
 def test_every_pair_is_asked_for_what_is_required_and_2_mm_more_or_what_there_is_room_for(
-    data: st.DataObject, obstacles: list[Obstacle], required: float, precision: int
+    data: st.DataObject, obstacles: list[Obstacle], usual: float, of_link: float | None, precision: int
 ) -> None:
-    """The search's shortfall is that of the definition: each pair by its own clearance."""
+    """The search's shortfall is that of the definition: each pair by its own clearance, lower or higher than the others'."""
     robot = data.draw(arms(self_pairs=True))
-    problem = replace(problem_of(robot, obstacles), clearance=required)
+    special = robot.capsules[0].name
+    own = [] if of_link is None else [PairClearance(of_link, link=special)]
+    problem = replace(problem_of(robot, obstacles), clearance=usual, clearances=own)
     ends = data.draw(strategies.configurations(robot, (2,)))
     asked = searched_clearance(problem, ends)
     model = make_kernel_model(robot, problem.scene, pair_margins=asked.kernel_pairs)
@@ -183,24 +186,25 @@ def test_every_pair_is_asked_for_what_is_required_and_2_mm_more_or_what_there_is
             continue
         of = [k for k, name in enumerate(links) if name == links[i]]
         for k in range(to_scene.shape[2]):
-            near = float(at_ends[:, of, k].min())
+            near, required = float(at_ends[:, of, k].min()), usual if of_link is None or links[i] != special else of_link
             expected += np.maximum(0.0, between_ends(near, required) - to_scene[:, i, k])
             touching |= near <= 0
-            if near < required or near <= 0:
+            if 0 < near < required:
                 close.add((links[i], f"obstacle {model.obstacle_of[k]}"))
     pairs = self_capsule_pairs(robot)
     between, before = self_clearances(problem, q), self_clearances(problem, ends)
     named = [(links[i], links[k]) for i, k in pairs.tolist()]
     for p, pair in enumerate(named):
+        required = usual if of_link is None or special not in pair else of_link
         near = float(before[:, [other for other, same in enumerate(named) if same == pair]].min())
         expected += np.maximum(0.0, between_ends(near, required) - between[:, p])
         touching |= near <= 0
-        if near < required or near <= 0:
+        if 0 < near < required:
             close.add((pair[0], f"link '{pair[1]}'"))
     found = searched.shortfalls(np.ascontiguousarray(q, dtype=f"f{precision // 8}"), asked.asked, False)
     size = 1 + np.abs(to_scene).max(initial=0.0)
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=(1e-4 if precision == 32 else 1e-9) * size)
-    assert asked.asked == required + 0.002
+    assert asked.asked == usual + 0.002
     assert {(near.link, near.other) for near in asked.near} == close
     assert [near.clearance for near in asked.near] == sorted(near.clearance for near in asked.near)
     assert asked.touching == touching

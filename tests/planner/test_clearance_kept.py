@@ -23,7 +23,7 @@ from support.oracles import coal_shapes, pinocchio_points
 
 SMALL = PlannerSettings(evaluations=2000, goal_candidates=2)
 BALL = Sphere((1.2, 1.2, 0.0), 0.3, name="ball")
-INSTANTS = 4001
+INSTANTS = 1001
 
 
 def turn(scene: Any = (BALL,), **asked: Any) -> Problem:
@@ -125,9 +125,8 @@ def test_what_cannot_be_met_is_not_found_and_the_clearance_that_can_is_told() ->
     assert found.achievable is not None
     share = found.achievable
     assert 0.005 <= 0.01 * share < 0.006
-    assert found.message.startswith(
-        f"no motion with a clearance of 10 mm was found; with clearance {0.01 * share:.4g} a motion is found and proven; the best"
-    )
+    told = f"with clearance {0.01 * share:.4g} a motion is found and proven"
+    assert found.message.startswith(f"no motion with a clearance of 10 mm was found; {told}; the best one: ")
     assert plan_as_dict(found)["achievable"] == {"share": share, "clearance_m": 0.01 * share}
     assert plan(problem, SMALL, rng=0).achievable == share  # repeatable
     assert plan(replace(problem, clearance=0.01 * share), SMALL, rng=0).found

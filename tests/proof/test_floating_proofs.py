@@ -348,6 +348,7 @@ class Limited(NamedTuple):
     scene: Scene
     base_limits: BaseLimits
     base: str = "floating"
+    clearance: float = 0.0
 
 
 def test_a_base_that_cannot_be_followed_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -361,8 +362,17 @@ def test_a_base_that_cannot_be_followed_is_undecided(monkeypatch: pytest.MonkeyP
 def test_the_file_of_a_fixed_base_is_as_it_was() -> None:
     robot, scene = lander(), Scene([Sphere((0, 5, 0), 0.1)])
     fixed = judged(Adrift(robot, scene, base="fixed"), SWING)
-    keys = "spacearm-certificate status message clearance_m minimum_clearance_m closest limits not_checked remarks resolution"
-    assert list(fixed.as_dict()) == [*keys.split(), "evaluations", "witness", "problem_hash", "trajectory_hash"]
+    keys = "spacearm-certificate status message clearance_m required_clearance_m required_by_pair closest near_pairs limits"
+    assert list(fixed.as_dict()) == [
+        *keys.split(),
+        "not_checked",
+        "remarks",
+        "resolution",
+        "evaluations",
+        "witness",
+        "problem_hash",
+        "trajectory_hash",
+    ]
     assert fixed.problem_hash == judged(Adrift(replace(robot, base="fixed"), scene, base="fixed"), SWING).problem_hash
     floating = judged(Adrift(robot, scene), SWING)
     assert floating.problem_hash != fixed.problem_hash

@@ -285,15 +285,15 @@ def test_more_clearance_can_be_asked_for() -> None:
     trajectory = Trajectory(robot, Motion([[-1.0], [1.0]]))
     ball = SHAPES["sphere"](0.3, 0.1)
     for wanted in (0.0, 0.05, 0.0999):
-        certificate = judged(robot, [ball], trajectory, minimum_clearance=wanted)
+        certificate = judged(robot, [ball], trajectory, clearance=wanted)
         assert certificate.holds
         assert certificate.clearance is not None
         assert wanted < certificate.clearance <= 0.1
     for wanted in (0.1001, 0.5):
-        certificate = judged(robot, [ball], trajectory, minimum_clearance=wanted)
+        certificate = judged(robot, [ball], trajectory, clearance=wanted)
         assert certificate.status == "fails"
         assert "expected more than" in certificate.message
-    assert judged(robot, [ball], trajectory, minimum_clearance=0.1).status != "holds"
+    assert judged(robot, [ball], trajectory, clearance=0.1).status != "holds"
 
 
 def test_a_coarse_resolution_is_undecided_sooner() -> None:
@@ -311,8 +311,8 @@ def test_a_coarse_resolution_is_undecided_sooner() -> None:
         {"limits": "position"},
         {"limits": ("speed",)},
         {"limits": 3},
-        {"minimum_clearance": -1e-9},
-        {"minimum_clearance": np.nan},
+        {"clearance": -1e-9},
+        {"clearance": np.nan},
         {"resolution": 0.0},
         {"jerk_limit": 0.0},
         {"jerk_limit": "much"},

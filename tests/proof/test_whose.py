@@ -168,7 +168,7 @@ def test_pairs_that_cannot_meet_are_part_of_the_claim_but_not_of_its_figure() ->
     certificate = certify(
         Problem(robot, [Sphere((0, 5, 0), 0.1)], start=np.zeros(3), goal=[0.1, 0, 0]),
         Trajectory(robot, Motion([np.zeros(3), [0.2, 0.1, 0.2]])),
-        minimum_clearance=0.5,
+        clearance=0.5,
     )
     assert certificate.holds  # neighbours are 0.1 m apart, wherever the limits let them go
     assert certificate.unchecked == ()
@@ -198,10 +198,14 @@ def test_pairs_that_nobody_allows_but_that_always_meet_are_named_in_message_and_
     problem = Problem(robot, [], start=np.zeros(3), goal=[0.5, 0, 0])
     certificate = certify(problem, Trajectory(robot, Motion([np.zeros(3), [0.5, 0, 0]])))
     assert certificate.holds
-    assert "3 pairs of links not checked, among them 'a' and 'c' (always in contact)" in certificate.message
+    assert (
+        "3 pairs of links not checked: 1 always in contact ('a' and 'c' overlap by 59.9 mm or more in every"
+        in certificate.message
+    )
+    assert "a fault of the model: correct the shapes, or allow the pair in the SRDF" in certificate.message
     assert certificate.as_dict()["not_checked"]["pairs"] == [
         {"links": ["a", "b"], "reason": "allowed to touch"},
-        {"links": ["a", "c"], "reason": "always in contact"},
+        {"links": ["a", "c"], "reason": "overlap by 59.9 mm or more in every configuration"},
         {"links": ["b", "c"], "reason": "allowed to touch"},
     ]
 
@@ -215,7 +219,7 @@ def test_links_without_an_envelope_are_named_in_message_and_file() -> None:
 
 
 def test_nothing_is_proven_of_a_robot_without_an_envelope_unless_none_is_meant() -> None:
-    bare = replace(rods(), capsules=(), self_pairs=(), solid=())
+    bare = replace(rods(), shapes=(), self_pairs=(), solid=())
     motion, inside = Motion([np.zeros(3), [0.1, 0, 0]]), [Box((9, 9, 9))]
     problem = Problem(bare, inside, start=np.zeros(3), goal=[0.1, 0, 0])
     certificate = certify(problem, Trajectory(bare, motion))

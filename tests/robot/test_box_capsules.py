@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spacearm.robot.capsule_fit import box_capsules
-from spacearm.robot.capsules import point_segment_distance
+from support.segments import point_segment_distance
 
 ROUNDING = 1e-9  # share of the box's size
 SIZES = st.tuples(*[st.floats(0.01, 10)] * 3)

@@ -10,15 +10,18 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spacearm.core.errors import RobotError, SpacearmError
+from spacearm.core.errors import FileFormatError, RobotError
 from spacearm.geometry import Box, Capsule, Cylinder, Polytope, Sphere, moved_shape, pose, support
 from spacearm.robot import Robot, envelope_report, load_robot
+from spacearm.robot.collision_shapes import found_mesh
 from support import srdf_text, strategies, urdf_text
 from support.forward_kinematics import joint_transforms
 from support.messages import assert_refused
+from support.oracles.coal_shapes import distance, placed_shape
 
 ROUNDING = 1e-9
 SNAPPED = 1e-7  # load_urdf takes a rotation within 1e-9 of a signed permutation for one
@@ -278,6 +281,124 @@ def test_an_srdfs_spheres_are_shapes_of_links_without_one() -> None:
     assert [part.shape for part in robot.shapes] == [Sphere((1, 2, 3), 0.5)]
 
 
+# ---- meshes ------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "dae", "glb"])
+@pytest.mark.parametrize(
+    ("filename", "place"),
+    [
+        ("part", "arm/urdf"),
+        ("../meshes/part", "arm/meshes"),
+        ("package://arm/meshes/part", "arm/meshes"),
+        ("package://renamed/meshes/part", "arm/meshes"),
+        ("package://elsewhere/part", "elsewhere"),
+    ],
+)
+def test_a_convex_mesh_is_its_hull(suffix: str, filename: str, place: str, tmp_path: Path) -> None:
+    mesh = trimesh.creation.cone(radius=0.3, height=0.9)
+    mesh.apply_translation((0.1, 0.2, 0.3))
+    path = with_mesh(tmp_path, mesh, place, f"{filename}.{suffix}", scale="1 2 0.5", xyz="0 0 1")
+    reach = (DIRECTIONS @ (mesh.vertices * (1.0, 2.0, 0.5) + np.array((0, 0, 1))).T).max(axis=1)
+    for _ in range(2):  # the second comes from the cache
+        (part,) = load_robot(path).shapes
+        assert isinstance(part.shape, Polytope)
+        np.testing.assert_allclose(support(part.shape, DIRECTIONS), reach, atol=1e-5)  # the files hold single precision
+        assert (support(part.shape, DIRECTIONS) >= reach - 1e-6).all()
+
+
+def with_mesh(
+    folder: Path, mesh: trimesh.Trimesh, place: str, filename: str, *, scale: str = "1 1 1", xyz: str = "0 0 0"
+) -> Path:
+    """Write a URDF of a link with a mesh, and the mesh."""
+    for directory in ("arm/urdf", place):
+        (folder / directory).mkdir(parents=True, exist_ok=True)
+    mesh.export(folder / place / Path(filename).name)
+    path = folder / "arm" / "urdf" / "arm.urdf"
+    shape = urdf_text.collision(f'<mesh filename="{filename}" scale="{scale}"/>', xyz=xyz)
+    path.write_text(
+        urdf_text.robot(urdf_text.link("base"), urdf_text.link("arm", shape), urdf_text.joint("elbow", "base", "arm"))
+    )
+    return path
+
+
+def angle() -> trimesh.Trimesh:
+    """Two rods at a right angle."""
+    rods = [trimesh.creation.box((1, 0.1, 0.1)), trimesh.creation.box((0.1, 0.1, 1.0))]
+    rods[1].apply_translation((0.45, 0, 0.5))
+    return trimesh.util.concatenate(rods)
+
+
+def depth_of(points: np.ndarray, shapes: list[Any]) -> np.ndarray:
+    """How far points are outside of shapes together, by Coal [m]."""
+    solids = [placed_shape(shape) for shape in shapes]
+    ball = coal.Sphere(0.0)
+    return np.array([min(distance((ball, coal.Transform3s(np.eye(3), p)), one) for one in solids) for p in points])
+
+
+def test_a_mesh_that_is_not_convex_is_held_by_pieces_that_stand_out_as_little_as_is_told(tmp_path: Path) -> None:
+    mesh = angle()
+    path = with_mesh(tmp_path, mesh, "arm/urdf", "angle.stl")
+    robot = load_robot(path)
+    pieces = [part.shape for part in robot.shapes]
+    assert 1 < len(pieces) <= 16
+    assert depth_of(mesh.sample(500, seed=3), pieces).max() <= 1e-6
+    (record,) = envelope_report(path)
+    assert (record.shapes, record.parts) == (("mesh",), len(pieces))
+    assert record.excess <= 0.02 * 1.05 + 1e-9
+    corners = np.concatenate([piece.vertices for piece in pieces])
+    away = -trimesh.proximity.signed_distance(mesh, corners)
+    assert away.max() <= record.excess + max(piece.rounding for piece in pieces) + 1e-6
+    (note,) = [note for note in robot.notes if note.startswith("convex pieces of meshes stand out")]
+    assert f"'arm' {1000 * record.excess:.3g} mm" in note
+
+
+def test_the_number_of_pieces_and_their_excess_are_limited_for_all_or_by_link(tmp_path: Path) -> None:
+    path = with_mesh(tmp_path, angle(), "arm/urdf", "angle.stl")
+
+    def count(**limits: Any) -> int:
+        return len(load_robot(path, **limits).shapes)
+
+    assert count(pieces_per_mesh=1) == count(pieces_per_mesh={"arm": 1}) == count(excess=1.0) == count(excess={"arm": 1.0}) == 1
+    assert count(pieces_per_mesh={"base": 1}) == count(excess={"base": 1.0}) == count() > 1
+    alone = load_robot(path, pieces_per_mesh=1)
+    assert any("cannot hold as closely" in note and "'arm'" in note for note in alone.notes)
+    (record,) = envelope_report(path, pieces_per_mesh=1)
+    assert record.excess > 0.1
+
+
+def test_a_mesh_that_was_changed_is_read_anew(tmp_path: Path) -> None:
+    path = with_mesh(tmp_path, trimesh.creation.box((1, 1, 1)), "arm/urdf", "part.stl")
+    load_robot(path)
+    trimesh.creation.box((2, 1, 1)).export(path.parent / "part.stl")
+    (part,) = load_robot(path).shapes
+    assert support(part.shape, np.array([1.0, 0, 0])) == pytest.approx(1.0)
+
+
+def test_a_flat_mesh_is_a_plate_and_that_is_told(tmp_path: Path) -> None:
+    plate = trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)])
+    robot = load_robot(with_mesh(tmp_path, plate, "arm/urdf", "plate.stl"))
+    (part,) = robot.shapes
+    assert np.ptp(part.shape.vertices[:, 2]) + part.shape.rounding <= 1e-6
+    assert any("flat" in note and "'arm'" in note for note in robot.notes)
+
+
+def test_a_mesh_is_named_by_every_form_of_uri_but_never_fetched(tmp_path: Path) -> None:
+    (tmp_path / "arm" / "my meshes").mkdir(parents=True)
+    path = tmp_path / "arm" / "my meshes" / "part.stl"
+    trimesh.creation.box((1, 1, 1)).export(path)
+    for name in (
+        f"file:{path}",
+        f"file://{path}",
+        path.as_uri(),
+        f"file://localhost{path}",
+        "package://arm/my%20meshes/part.stl",
+    ):
+        assert found_mesh(name, tmp_path) == path, name
+    for name in ("http://arm/my%20meshes/part.stl", "https://arm/my meshes/part.stl"):
+        assert found_mesh(name, tmp_path) is None, name
+
+
 # ---- spacearm's own files ----------------------------------------------------------------------------------------------------
 
 OWN = """\
@@ -341,10 +462,14 @@ WRONG = {
 }
 
 
+OF_THE_FORMAT = ("shape of an unknown kind", "sphere without radius", "polytope of numbers")
+
+
 @pytest.mark.parametrize("case", WRONG)
 def test_shapes_of_robot_files_that_cannot_be_are_refused(case: str, tmp_path: Path) -> None:
     path = own_file(tmp_path, OWN + f"  - {WRONG[case]}\n")
-    assert_refused("robot_file", case, SpacearmError, lambda: load_robot(path), path=path)
+    error = FileFormatError if case in OF_THE_FORMAT else RobotError
+    assert_refused("robot_file", case, error, lambda: load_robot(path), path=path)
 
 
 # ---- limits ------------------------------------------------------------------------------------------------------------------

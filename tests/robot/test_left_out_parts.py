@@ -53,11 +53,11 @@ def test_pairs_that_cannot_meet_are_left_to_the_certificate_and_not_left_out() -
     "change",
     [
         lambda r: {"lower": [-3] * 3, "upper": [3] * 3},
-        lambda r: {"capsules": tuple(replace(c, radius=c.radius + 0.01) for c in r.capsules)},
+        lambda r: {"shapes": tuple(replace(c, shape=replace(c.shape, radius=0.06)) for c in r.shapes)},
         lambda r: {"joints": (r.joints[0], replace(r.joints[1], offset=0.5), r.joints[2])},
         lambda r: {"joints": (r.joints[0], replace(r.joints[1], multiplier=2.0), r.joints[2])},
     ],
-    ids=["limits", "capsules", "offset", "multiplier"],
+    ids=["limits", "shapes", "offset", "multiplier"],
 )
 def test_pairs_that_could_not_meet_are_checked_once_the_robot_is_another(change: Any) -> None:
     robot = folding()
@@ -88,7 +88,7 @@ def test_joints_that_turn_without_end_have_pairs_apart_too() -> None:
 
 def test_pairs_whose_links_lose_their_envelope_go_with_it() -> None:
     robot = folding()
-    without = replace(robot, capsules=tuple(c for c in robot.capsules if c.name != "l3"))
+    without = replace(robot, shapes=tuple(c for c in robot.shapes if c.name != "l3"))
     assert ("l0", "l2") in without.self_pairs
     assert not any("l3" in pair for pair in without.self_pairs)
     assert bare_links(without) == ("l3",)
@@ -150,7 +150,7 @@ def test_every_pair_of_links_is_checked_or_named() -> None:
         srdf_text.loaded(text, tip="left_tool", self_collision="none"),
         srdf_text.loaded(text, srdf_text.srdf(srdf_text.disabled("torso", "left_fore")), tip="left_tool"),
     ):
-        links = sorted({capsule.name for capsule in robot.capsules})
+        links = sorted({part.name for part in robot.shapes})
         checked = {*robot.self_pairs, *(() if robot.apart is None else robot.apart.pairs)}
         assert checked.isdisjoint(reasons(robot))
         assert len(checked) + len(reasons(robot)) == len(links) * (len(links) - 1) // 2

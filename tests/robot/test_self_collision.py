@@ -16,13 +16,13 @@ from scipy.optimize import lsq_linear
 
 from spacearm.core.errors import FileFormatError, RobotError
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot, find_self_pairs, load_robot
-from spacearm.robot.capsules import segment_distance
 from spacearm.robot.link_distances import body_of
 from spacearm.robot.self_collision import NEARLY_ALWAYS
 from spacearm.robot.whole_range import finite_range, joints_between, never_meet
 from support import srdf_text, strategies, urdf_text
 from support.forward_kinematics import joint_transforms
 from support.messages import assert_refused
+from support.segments import segment_distance
 
 MBM = os.environ.get("SPACEARM_MBM")
 WITH_MBM = pytest.mark.skipif(MBM is None, reason="SPACEARM_MBM does not name the MotionBenchMaker data")

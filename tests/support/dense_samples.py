@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion, Trajectory
+from spacearm.proof import PairClearance
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from support import strategies
 from support.drawn_motions import motions_of
@@ -21,6 +22,8 @@ class Setting(NamedTuple):
 
     robot: Robot
     scene: Scene
+    clearance: float = 0.0
+    clearances: tuple[PairClearance, ...] = ()
 
 
 def moving_frames(robot: Robot, q: np.ndarray) -> np.ndarray:

@@ -213,9 +213,15 @@ FAULTS: dict[str, tuple[tuple[tuple[str, str], ...], str, str, str]] = {
         "upper",
     ),
     "unknown shape": (
-        ((COLLISION, '<collision><geometry><capsule radius="1" length="1"/></geometry></collision>'),),
+        ((COLLISION, '<collision><geometry><ellipsoid radii="1 1 1"/></geometry></collision>'),),
         "shape-unknown",
         "error",
+        "upper",
+    ),
+    "a capsule": (
+        ((COLLISION, COLLISION.replace("cylinder", "capsule")),),
+        "capsule-uncommon",
+        "note",
         "upper",
     ),
     "no collision shape": (
@@ -226,7 +232,7 @@ FAULTS: dict[str, tuple[tuple[tuple[str, str], ...], str, str, str]] = {
     ),
     "no shape": (((COLLISION, ""),), "shape-missing", "warning", "upper"),
     "always meet": (
-        (('xyz="0 0 0.6"', 'xyz="0 0 0.3"'), ('xyz="0 0 1.1"', 'xyz="0 0.7 -0.1"')),
+        (('xyz="0 0 0.6"', 'xyz="0 0 0.3"'), ('xyz="0 0 1.1"', 'xyz="0 0.2 -0.1"')),
         "pair-always-meets",
         "error",
         "base",

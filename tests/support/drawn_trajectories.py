@@ -34,6 +34,7 @@ class Case(NamedTuple):
     base: str
     base_start: Any
     momentum: Momentum | None
+    clearance: float = 0.0
 
 
 def drawn_case(seed: int, number: int) -> Case:

@@ -23,6 +23,7 @@ class Adrift(NamedTuple):
     base: str = "floating"
     base_start: Any = None
     momentum: Momentum | None = None
+    clearance: float = 0.0
 
 
 # ---- robots ----------------------------------------------------------------------------------------------------------

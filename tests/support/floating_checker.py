@@ -32,6 +32,7 @@ class Case(NamedTuple):
     base: str
     base_start: Array
     momentum: Momentum
+    clearance: float = 0.0
 
 
 class Motions(NamedTuple):

@@ -149,7 +149,7 @@ CALLS: dict[str, Call] = {
     "Trajectory.margins": (lambda **k: TRAJECTORY.margins(**k), {"jerk_limit": 9.0}),
     "certify": (
         lambda **k: sa.certify(PROBLEM, sa.Trajectory(ROBOT, MOTION, base="fixed"), **k),
-        {"jerk_limit": 9.0, "minimum_clearance": 0.0},
+        {"jerk_limit": 9.0, "clearance": 0.0},
     ),
     "clearance": (lambda **k: sa.clearance(PROBLEM, **k), {"q": START}),
     "forward_kinematics": (lambda **k: sa.forward_kinematics(ROBOT, **k), {"q": START}),

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.terminal import base_rows, show_list, tell_notes, tell_robot
+from spacearm.cli.terminal import base_rows, loading, show_list, tell_notes, tell_robot
 from spacearm.core.errors import SettingsError
 from spacearm.core.output import require_new
 from spacearm.core.reading import located, read_bytes
@@ -44,7 +44,7 @@ class Options:
         time_unit: unit of the times in the trajectory; none: as the file says, else seconds.
         limits: the joint limits that must be kept; a path with corners has no acceleration, so leave that out for one.
         jerk_limit: jerk limit of every joint [rad/s^3 or m/s^3]; none: jerk is not limited.
-        minimum_clearance: the clearance must be more than this [m].
+        clearance: that the motion must keep [m]; none: as the problem states.
         resolution: an interval shorter than this share of the motion is not halved again.
         json: print the certificate as JSON instead of the summary.
     """
@@ -58,14 +58,14 @@ class Options:
     time_unit: Literal["s", "ms", "us", "ns"] | None = None
     limits: tuple[Literal["position", "velocity", "acceleration"], ...] = ("position", "velocity", "acceleration")
     jerk_limit: float | None = None
-    minimum_clearance: float = 0.0
+    clearance: float | None = None
     resolution: float = 1e-7
     json: bool = False
 
     @property
     def of_proof(self) -> dict[str, Any]:
         """Those that `certify` takes."""
-        names = ("limits", "jerk_limit", "minimum_clearance", "resolution")
+        names = ("limits", "jerk_limit", "clearance", "resolution")
         return {name: getattr(self, name) for name in names}
 
 
@@ -77,7 +77,8 @@ def run(arguments: Sequence[str]) -> int:
 
     if options.output is not None:
         require_new(options.output, advice="choose another name with -o")
-    problem = None if options.problem is None else load_problem(options.problem)
+    with loading():
+        problem = None if options.problem is None else load_problem(options.problem)
     found = _found(options, problem)
     from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION
 

@@ -18,7 +18,9 @@ from spacearm.core.rotations import rotation_from_rpy
 from spacearm.doctor.diagnosis import Chart, link_of, number_of, numbers_of, setting, written
 from spacearm.doctor.limit_checks import FARTHEST
 from spacearm.geometry.meshes import mesh_triangles
-from spacearm.robot.collision_shapes import chain_length, found_mesh, looks_like_millimetres
+from spacearm.geometry.shapes import Capsule
+from spacearm.geometry.solid_moments import solid_moments
+from spacearm.robot.collision_shapes import SHAPES, chain_length, found_mesh, looks_like_millimetres
 from spacearm.robot.link_tree import LONGEST
 
 Array = NDArray[np.float64]
@@ -144,13 +146,18 @@ def _own(shape: Any, directory: Path) -> tuple[Array | None, float, Array, Array
         volume = 4 / 3 * math.pi * size[0] ** 3
         return None, volume, np.zeros(3), np.eye(3) * (0.4 * volume * size[0] ** 2)
     r, h = size
+    if shape.tag == "capsule":
+        found = solid_moments(Capsule((0, 0, -h / 2), (0, 0, h / 2), r)) if r > 0 else None
+        volume, inertia = (0.0, np.zeros((3, 3))) if found is None else (found.volume, found.inertia)
+        return None, volume, np.zeros(3), inertia * volume
     volume, across = math.pi * r * r * h, (3 * r * r + h * h) / 12
     return None, volume, np.zeros(3), np.diag([across, across, r * r / 2]) * volume
 
 
 def _size(shape: Any) -> tuple[float, ...] | None:
-    """Return the edges of a box, the radius of a sphere, radius and length of a cylinder; None if they cannot be used."""
-    parts = {"box": (("size", 3),), "sphere": (("radius", 1),), "cylinder": (("radius", 1), ("length", 1))}.get(shape.tag, ())
+    """Return the edges of a box, the radius of a sphere, radius and length of others; None if they cannot be used."""
+    long = (("radius", 1), ("length", 1))
+    parts = {"box": (("size", 3),), "sphere": (("radius", 1),), "cylinder": long, "capsule": long}.get(shape.tag, ())
     size: tuple[float, ...] = ()
     for attribute, count in parts:
         numbers = numbers_of(shape, attribute, count)
@@ -191,6 +198,8 @@ def _round_half(shape: Any, R: Array) -> Array:
         return np.full(3, radius)
     length = (numbers_of(shape, "length", 1) or (0.0,))[0]
     along = np.abs(R[:, 2])
+    if shape.tag == "capsule":
+        return along * length / 2 + radius
     return along * length / 2 + radius * np.sqrt(np.clip(1 - along * along, 0, None))
 
 
@@ -208,7 +217,6 @@ def _united(solids: list[Solid]) -> Solid:
     return Solid(low, high, volume, center, moments)
 
 
-_SHAPES = ("box", "cylinder", "sphere", "mesh")
 _LONGEST = 80  # characters of a path
 _SEARCHED = 5000  # files looked at for a mesh that has moved
 _LEAST = 1e-9  # [m] smaller meshes are points
@@ -228,7 +236,7 @@ def _look_at_shape(chart: Chart, part: Any, *, needed: bool) -> None:
     geometry = part.find("geometry")
     shapes = [] if geometry is None else [shape for shape in geometry if isinstance(shape.tag, str)]
     severity = "error" if needed else "warning"
-    if len(shapes) != 1 or shapes[0].tag not in _SHAPES:
+    if len(shapes) != 1 or shapes[0].tag not in SHAPES:
         given = " and ".join(f"<{shape.tag}>" for shape in shapes)
         chart.found(
             severity,
@@ -236,11 +244,19 @@ def _look_at_shape(chart: Chart, part: Any, *, needed: bool) -> None:
             part,
             f"a <{part.tag}> needs one shape",
             value=given,
-            expected=f"one of <{'>, <'.join(_SHAPES)}>",
-            advice="replace it; for a capsule, take a cylinder with a sphere on each end",
+            expected=f"one of <{'>, <'.join(SHAPES)}>",
+            advice="replace it by one of these, or by several <collision> elements",
         )
         return
     mesh = shapes[0]
+    if mesh.tag == "capsule":
+        chart.found(
+            "note",
+            "capsule-uncommon",
+            mesh,
+            "not every reader knows <capsule>; spacearm takes it as it is",
+            advice="for other readers, take a cylinder with a sphere on each end",
+        )
     if mesh.tag != "mesh":
         return
     name, directory = mesh.get("filename") or "", chart.path.parent
@@ -376,7 +392,7 @@ def _without_shape(chart: Chart) -> None:
 def _can_enclose(visual: Any, directory: Path) -> bool:
     geometry = visual.find("geometry")
     shapes = [] if geometry is None else [shape for shape in geometry if isinstance(shape.tag, str)]
-    if len(shapes) != 1 or shapes[0].tag not in _SHAPES:
+    if len(shapes) != 1 or shapes[0].tag not in SHAPES:
         return False
     if shapes[0].tag != "mesh":
         return True

@@ -13,10 +13,10 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema, model_validator
 
 from spacearm.core.strict_model import Number, StrictModel, wrong_form
+from spacearm.geometry.convex_pieces import PIECES
 from spacearm.planner.planner_settings import TIME_LAWS, PlannerSettings, Weights
 from spacearm.planner.problem import SNAP_TOLERANCE
 from spacearm.proof import DEFAULT_CLEARANCE
-from spacearm.robot.envelope import PIECES_PER_MESH
 from spacearm.swarm import IPSO, PSO, FeasibleFirst, Penalty
 
 
@@ -233,7 +233,7 @@ class RobotModel(StrictModel):
         "urdf", description="where the robot's envelope is from; none: it is meant to have none"
     )
     pieces_per_mesh: Count | dict[Text, Count] = Field(
-        PIECES_PER_MESH, description="how many convex pieces may enclose one mesh of the URDF; or by link"
+        PIECES, description="how many convex pieces may enclose one mesh of the URDF; or by link"
     )
     excess: Number | dict[Text, Number] | None = Field(
         None, description="fewer pieces are used where they stand out of a mesh by no more than this [m]; or by link"

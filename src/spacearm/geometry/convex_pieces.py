@@ -40,7 +40,9 @@ SHARE = 0.02
 MOST_PIECES = 1000
 """No more pieces may be asked for."""
 
-_ALGORITHM = 1  # its version in the cache: raise it when other pieces come from the same mesh
+ALGORITHM = 1
+"""Its version in the cache: raise it when other pieces come from the same mesh."""
+
 _FINEST = 1e-9  # [m] shorter lengths are taken for 0
 
 
@@ -93,7 +95,7 @@ def convex_pieces(
         return _made(read.triangles, most, asked, corners, inside=inside, what=what)
 
     key = [read.triangles, most, asked, corners, inside]
-    found = cached_arrays("convex-pieces", _ALGORITHM, key, make) if cache else make()
+    found = cached_arrays("convex-pieces", ALGORITHM, key, make) if cache else make()
     T = as_pose("the mesh's pose", pose, SceneError)
     placed = found["vertices"] @ T[:3, :3].T + T[:3, 3]
     moved = 1e-15 * float(np.abs(T[:3, 3]).max())  # rounding

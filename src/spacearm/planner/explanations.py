@@ -125,7 +125,7 @@ def check_ends(problem: Problem) -> EndReport:
 
 def contacts(model: ClearanceModel, q: Array) -> tuple[Contact, ...]:
     """List what touches or penetrates in one configuration (n,), deepest first, each pair of names once."""
-    names = [capsule.name for capsule in model.robot.capsules]
+    names = [part.name for part in model.robot.shapes]
     deepest: dict[tuple[str, str, Literal["obstacle", "link"]], float] = {}
     to_obstacles, between_links = model.to_obstacles(q[None])[0], model.between_links(q[None])[0]
     met: list[list[int]] = np.argwhere(to_obstacles <= 0).tolist()
@@ -205,7 +205,7 @@ def _goal_in_collision(model: ClearanceModel, goal: JointGoal) -> EndReport:
 def _advice(what: str, met: tuple[Contact, ...]) -> str:
     if met and all(contact.kind == "link" for contact in met):
         other = "let the links touch (an SRDF says which may, `touching` what a held thing may)"
-        closer = "if the real parts are apart, a larger `capsules_per_shape` encloses them more closely"
+        closer = "if the real parts are apart, a smaller `excess` encloses their meshes more closely"
         return f"change `{what}`, or {other}; {closer}"
     return f"change `{what}` or the scene"
 

@@ -18,6 +18,7 @@ from spacearm.core.exact import length, product, solved
 from spacearm.core.native import native
 from spacearm.core.rotations import rotation_vectors, turns_between
 from spacearm.planner.clearance import ClearanceModel, KernelClearance, Room
+from spacearm.planner.goal_choice import LEAST_CLEARANCE, distinct, with_room
 from spacearm.planner.goal_swarms import GoalSwarms, Slack
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, JointGoal, PositionGoal, SpaceGoal
 from spacearm.planner.planner_settings import PlannerSettings
@@ -32,12 +33,8 @@ FAR = 1e3
 """[rad or m] A joint limit so far from the start is as good as none: the box of a search ends nearer."""
 LEVER = 0.2
 """[m] An error of 1 rad weighs as much as an error of this length."""
-_LEAST_CLEARANCE = 1e-6  # [m] what only just does not touch leaves no room to prove a motion
-_ALIKE = 1e-3  # [m] configurations that lack as much of the clearance required, but for this, are as good
 _WORTH_MOVING = 1e-3  # [rad or m] a tolerance of a goal configuration within which it may gain clearance
 _SWARMS = 4  # around each goal configuration that is in collision
-_DISTINCT = 0.2  # [rad or m] goal configurations closer than this, in every joint, count as one
-_WIDER = 1.3  # factor of that distance, until no more than asked for are left
 _PULLS = 6  # steps towards the start
 _PULL_ROUNDS = 4  # of damped least squares after each of them
 _CLOSER = 1e-3  # [rad or m] by which a step must at least bring it nearer
@@ -215,9 +212,9 @@ def _beside(
         room = search.room(x)
         counts.reached += len(x)
         counts.in_collision += int((room.least <= 0).sum())
-        free = np.flatnonzero((room.beyond > _LEAST_CLEARANCE) & (room.least > _LEAST_CLEARANCE))
+        free = np.flatnonzero((room.beyond > LEAST_CLEARANCE) & (room.least > LEAST_CLEARANCE))
         if not (free.size or roomy):
-            free = np.flatnonzero(room.least > _LEAST_CLEARANCE)
+            free = np.flatnonzero(room.least > LEAST_CLEARANCE)
         if free.size:
             best = free[np.argmin(np.linalg.norm(x[free] - row, axis=1))]
             found.append((x[best], float(room.least[best])))
@@ -280,12 +277,12 @@ def _find_in_space(reach: Reach, start: Array, search: _Search, *, pull: bool) -
         counts.in_collision += int(((there | as_seen) & ~free).sum())
         # What is at the goal's centre goes before what is only within its tolerance.
         for q, good, has, at_centre in ((onto, there, room, True), (seen, as_seen, room_as_seen, False)):
-            roomy = _with_room(good, has)
+            roomy = with_room(good, has)
             if roomy.any():
                 q, clear = q[roomy], has.least[roomy]
                 if pull:
                     q, clear = _pulled(reach, q, has.select(roomy), start, search, at_centre=at_centre)
-                chosen = _distinct(q, start, search.candidates)
+                chosen = distinct(q, start, search.candidates)
                 return counts.found(q[chosen], clear[chosen], start)
         best.offer(reach, onto, room.least)
         best.offer(reach, seen, room_as_seen.least)
@@ -304,16 +301,6 @@ def reaching_bounds(robot: Robot, start: Array) -> tuple[Array, Array]:
 def _beyond_reach(robot: Robot, goal: SpaceGoal) -> bool:
     near, _ = goal.tolerances
     return bool(np.linalg.norm(goal.position) > reach_of(robot, goal.frame or robot.tip) + near)
-
-
-def _with_room(good: NDArray[np.bool_], room: Room) -> NDArray[np.bool_]:
-    """Choose, of what is good, what has room beyond what is required; if nothing has, what lacks least of it."""
-    free = good & (room.least > _LEAST_CLEARANCE)
-    for beyond in (SEARCH_ROOM, 0.0):
-        roomy = free & (room.beyond >= beyond)
-        if roomy.any():
-            return roomy
-    return free & (room.lacking <= room.lacking[free].min(initial=np.inf) + _ALIKE)
 
 
 @dataclass(slots=True)
@@ -371,26 +358,6 @@ def _pulled(reach: Reach, q: Array, room: Room, start: Array, search: _Search, *
         near[good], clear[good], away[good] = tried[good], new_room.least[good], new_away[good]
         share = np.where(good, share, share * 0.4)
     return np.vstack([near, q]), np.concatenate([clear, room.least])
-
-
-def _distinct(q: Array, start: Array, most: int) -> NDArray[np.intp]:
-    """Choose configurations that differ: nearest to the start first, and none near one that was chosen.
-
-    What counts as near is widened until no more than asked for are left.
-    """
-    order: list[int] = np.argsort(np.linalg.norm(q - start, axis=1), kind="stable").tolist()
-    apart = np.zeros((len(q), len(q)))
-    for joint in q.T:
-        np.maximum(apart, np.abs(joint[:, None] - joint), out=apart)
-    radius = _DISTINCT
-    while True:
-        chosen: list[int] = []
-        for i in order:
-            if (apart[i, chosen] > radius).all():
-                chosen.append(i)
-        if len(chosen) <= most:
-            return np.array(chosen, dtype=np.intp)
-        radius *= _WIDER
 
 
 # ---- The distance of configurations from a goal in space, and damped least squares onto it ---------------------------

@@ -22,6 +22,11 @@ Array = NDArray[np.float64]
 SEARCH_ROOM = 0.002
 """[m] A search asks for so much more than is required, for the instants between those that it looks at, and for the proof."""
 
+_OUT_ROOM = 3e-4
+"""[m] A pair near at an end counts as out where it has so much more than is required. The proof says so from 0.1 mm on: a pair
+that the one calls out and the other does not may be asked for too little. Where this is too little room, the proof fails and
+the search looks there, too."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NearAtEnd:
@@ -30,7 +35,7 @@ class NearAtEnd:
     Attributes:
         link: name of the robot's link.
         other: what it is near to, as in "obstacle 'shelf'" or "link 'forearm'".
-        clearance: the least that they have at the start or a goal [m]; 0 or less: they are in contact.
+        clearance: the least that they have at the start or a goal [m], above 0.
         required: of them as soon as they are out [m].
         at_start: what is asked of the two from the start until they are out [m].
         at_goals: likewise before each of the goals; none where the arm moves its base, whose place there is not known.
@@ -46,7 +51,7 @@ class NearAtEnd:
     @property
     def out(self) -> float:
         """The clearance asked of the two once they are out [m]."""
-        return self.required + SEARCH_ROOM
+        return self.required + _OUT_ROOM
 
     @property
     def least(self) -> float:
@@ -180,12 +185,10 @@ class _Pairs:
         self._add_obstacles(to_scene, required.to_obstacles)
         self._add_links(to_links, required.between_links)
         near = sorted(self._near, key=lambda entry: entry[0].clearance)
-        kept = [(one, rows) for one, rows in near if one.clearance > 0]
-        listed = (*(one for one, _ in kept), *(one for one, _ in near if one.clearance <= 0))
-        near_rows = [(k, *row) for k, (_, rows) in enumerate(kept) for row in rows]
+        near_rows = [(k, *row) for k, (_, rows) in enumerate(near) for row in rows]
         return SearchedClearance(
             asked=self._asked,
-            near=listed if not near_rows else tuple(one for one, _ in kept),
+            near=tuple(one for one, _ in near),
             touching=self._touching,
             rows=np.array(list(self._of_rows), dtype=np.int32).reshape(-1, 3),
             of_pairs=np.array(list(self._of_rows.values()), dtype=np.float64),
@@ -204,7 +207,7 @@ class _Pairs:
             bodies = self._bodies[link]
             least, asked = float(at_ends[:, bodies, obstacle].min()), float(required[bodies[0], obstacle])
             self._put([(i, obstacle, -1) for i in bodies], least, asked)
-            if held_to(least, asked) < asked or least <= 0:
+            if held_to(least, asked) < asked:
                 near.setdefault((link, int(self._model.obstacle_of[obstacle])), asked)
         for (link, obstacle), asked in near.items():
             bodies, parts = self._bodies[link], np.flatnonzero(self._model.obstacle_of == obstacle).tolist()
@@ -226,7 +229,7 @@ class _Pairs:
                 continue
             rows = [(pairs[p][0], -1, pairs[p][1]) for p in some]
             self._put(rows, least, asked)
-            if held_to(least, asked) < asked or least <= 0:
+            if held_to(least, asked) < asked:
                 self._add_near(link, f"link '{other}'", of_ends, asked, rows)
 
     def _put(self, rows: Iterable[Row], least: float, required: float) -> None:
@@ -243,6 +246,6 @@ class _Pairs:
             at_start=between_ends(start, required),
             at_goals=tuple(between_ends(goal, required) for goal in goals),
         )
-        self._near.append((near, rows))
         if near.clearance > 0:
+            self._near.append((near, rows))
             self._of_rows.update(dict.fromkeys(rows, near.least))

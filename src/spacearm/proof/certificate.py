@@ -19,7 +19,7 @@ from spacearm.proof.base_proofs import LOST, BaseFindings, BaseSetup
 from spacearm.proof.required_clearance import PairClearance, pair_clearance_as_dict
 from spacearm.robot import Robot
 from spacearm.robot.model import robot_as_dict
-from spacearm.robot.unchecked_pairs import REASONS, UncheckedPair, lacks_envelope, words_on_unchecked
+from spacearm.robot.unchecked_pairs import UncheckedPair, lacks_envelope, words_on_unchecked
 
 Limit = Literal["position", "velocity", "acceleration", "jerk"]
 
@@ -301,7 +301,7 @@ class Certificate:
             },
             **({} if self.base_findings is None else {"base": _findings_as_dict(self.base_findings)}),
             "not_checked": {
-                "pairs": [{"links": list(one.links), "reason": REASONS[one.reason]} for one in self.unchecked],
+                "pairs": [{"links": list(one.links), "reason": one.why} for one in self.unchecked],
                 "links_without_envelope": list(self.bare),
             },
             "remarks": list(self.notes),

@@ -11,7 +11,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import deque
 from itertools import accumulate
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,7 @@ from spacearm.proof.separation import (
     link_pairs,
     obstacle_groups,
     out_of_cells,
+    some_of,
 )
 from spacearm.proof.solids import Polytopes, Solids, lengths
 from spacearm.proof.witness import Witness
@@ -236,7 +237,7 @@ class ClearanceProof:
     def _settled(self, known: ClearanceBounds, held: Held) -> NDArray[np.bool_]:
         """Return which pairs are proven to be apart, and remember how far."""
         settled = known.on_interval > self._target(held)
-        _note_least(self.proven, known.on_interval[settled], _some(held.phase, settled))
+        _note_least(self.proven, known.on_interval[settled], some_of(held.phase, settled))
         return settled
 
     def _bounds(
@@ -256,10 +257,8 @@ class ClearanceProof:
         def of_group(other: int, rows: Indices | slice) -> ClearanceBounds:
             some = pairs.select(rows)
             solid = some.interval * len(bodies.groups[other].body) + bodies.place[some.solid]
-            directions = None if n is None else n[rows]
-            return self._bounds_to(
-                midpoints.solids(other), midpoints, some._replace(solid=solid), enough=_some(enough, rows), n=directions
-            )
+            of_rows, directions = some_of(enough, rows), None if n is None else n[rows]
+            return self._bounds_to(midpoints.solids(other), midpoints, some._replace(solid=solid), enough=of_rows, n=directions)
 
         if len(bodies.groups) == 1:
             return of_group(0, slice(None))
@@ -280,7 +279,7 @@ class ClearanceProof:
             rows = slice(i, i + step)
             some, directions = pairs.select(rows), None if n is None else n[rows]
             of_rows = clearance_bounds(
-                midpoints, self._bodies, self._relative_bodies, some, solids, enough=_some(enough, rows), n=directions
+                midpoints, self._bodies, self._relative_bodies, some, solids, enough=some_of(enough, rows), n=directions
             )
             parts.append(of_rows)
         return ClearanceBounds(*(np.concatenate(column) for column in zip(*parts, strict=True)))
@@ -334,14 +333,14 @@ class ClearanceProof:
         known = self._bounds(midpoints, group, pairs, enough=target)
         ask = np.flatnonzero((known.on_interval <= target) & (known.at_most > target))
         loose = known.at_most[ask] - known.at_midpoint[ask]
-        ask = ask[(loose > _LOOSE) & (known.on_interval[ask] + loose > _some(target, ask))]
+        ask = ask[(loose > _LOOSE) & (known.on_interval[ask] + loose > some_of(target, ask))]
         if not ask.size:
             return known
         measured = [
             self.measured.measure(group, pairs, row, midpoints, proven=float(known.at_midpoint[row])) for row in ask.tolist()
         ]
         n = np.array([direction for _, direction in measured])
-        better = self._bounds(midpoints, group, pairs.select(ask), enough=_some(target, ask), n=n)
+        better = self._bounds(midpoints, group, pairs.select(ask), enough=some_of(target, ask), n=n)
         known.on_interval[ask] = np.fmax(known.on_interval[ask], better.on_interval)
         known.at_midpoint[ask] = np.fmax(known.at_midpoint[ask], better.at_midpoint)
         known.at_most[ask] = np.fmin(known.at_most[ask], [clearance for clearance, _ in measured])
@@ -354,15 +353,17 @@ class ClearanceProof:
 
         Close means that the pair has little more at the midpoint than it is held to there.
         """
-        excess = [known.at_most - of_group.at_midpoint for known, of_group in zip(found, held, strict=True)]
-        for of_rows, of_group in zip(excess, held, strict=True):
-            _note_least(self._least, of_rows, of_group.phase_at_midpoint)
-        least = [
-            np.broadcast_to(self._least[of_group.phase_at_midpoint], of_rows.shape)
-            for of_rows, of_group in zip(excess, held, strict=True)
-        ]
-        most = np.concatenate(excess)
-        close = np.flatnonzero(most <= _CLOSE * np.maximum(np.concatenate(least), GUARD))
+        most = np.concatenate([known.at_most - of_group.at_midpoint for known, of_group in zip(found, held, strict=True)])
+        phase: Indices | int = 0
+        if self.requirements.near:
+            phase = np.concatenate(
+                [
+                    np.broadcast_to(of_group.phase_at_midpoint, known.at_most.shape)
+                    for known, of_group in zip(found, held, strict=True)
+                ]
+            )
+        _note_least(self._least, most, phase)
+        close = np.flatnonzero(most <= _CLOSE * np.maximum(self._least[phase], GUARD))
         close = close[np.argsort(most[close], kind="stable")]
         interval = np.concatenate([of_group.interval for of_group in pairs])[close]
         _, nearest = np.unique(interval, return_index=True)
@@ -381,11 +382,6 @@ def _note_least(least: Array, values: Array, phase: Indices | int) -> None:
         least[phase] = min(least[phase], float(values.min(initial=np.inf)))
     else:
         np.minimum.at(least, phase, values)
-
-
-def _some(values: Any, which: Indices | NDArray[np.bool_] | slice) -> Any:
-    """Return some of an array; a number stays."""
-    return values if values is None or isinstance(values, (int, float)) else values[which]
 
 
 def _used(pairs: list[OpenPairs]) -> Indices:

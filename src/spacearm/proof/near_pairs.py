@@ -126,6 +126,9 @@ class InstantMeasurements:
         self, group: int, midpoints: IntervalMidpoints, pairs: OpenPairs, limit: Array
     ) -> tuple[OpenPairs, ClearanceBounds]:
         """Return the pairs that may have less than their limit, with their bounds."""
+        if not len(pairs.interval):
+            none = np.zeros(0)
+            return pairs, ClearanceBounds(none, none, none)
         known = self._bound(midpoints, group, pairs, False)
         close = known.at_midpoint < self._limits(group, pairs, limit)
         return pairs.select(close), known.select(close)

@@ -221,6 +221,8 @@ class PairRequirements:
 
     def at(self, group: int, capsule: int, solid: int, u: float) -> tuple[float, int]:
         """Return what a capsule and a solid of a group are held to at an instant [m], and the phase."""
+        if self._uniform is not None and not self.near:
+            return self._uniform, 0
         link, solids = self._link[capsule], self._groups[group].solids
         other = self.obstacles + self._link[solid] if solids is None else solids.obstacle[solid]
         required, near = self.required[link, other], self._near[link, other]
@@ -246,7 +248,7 @@ class PairRequirements:
 def _links_of(required: RequiredClearance, robot: Robot, bodies: Bodies) -> Indices:
     """Return the links (b,) of bodies: of capsules, then of the balls around links."""
     place = {name: i for i, name in enumerate(required.links)}
-    of_capsules = np.array([place[part.name] for part in robot.shapes], dtype=np.intp)
+    of_capsules = np.array([place[shape.name] for shape in robot.shapes], dtype=np.intp)
     balls = bodies.members[bodies.first[len(of_capsules) :]]
     return np.concatenate([of_capsules, of_capsules[balls]])
 

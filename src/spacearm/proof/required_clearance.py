@@ -19,7 +19,7 @@ from spacearm.core.checks import Frozen, as_name, as_number, is_a_row, keep, req
 from spacearm.core.errors import ProblemError, nearest
 from spacearm.geometry import Scene
 from spacearm.robot import Robot
-from spacearm.robot.unchecked_pairs import REASONS, called, unchecked_pairs
+from spacearm.robot.unchecked_pairs import called, unchecked_pairs
 
 Array = NDArray[np.float64]
 
@@ -188,7 +188,7 @@ def _require_checked(robot: Robot, link: str, other: str) -> None:
     for one in unchecked_pairs(robot):
         if one.links == links:
             raise ProblemError(
-                f"a clearance is given for the links {called(links)}, which are not kept apart ({REASONS[one.reason]}); "
+                f"a clearance is given for the links {called(links)}, which are not kept apart ({one.why}); "
                 "leave it out, or add the pair to the robot's self_pairs"
             )
 

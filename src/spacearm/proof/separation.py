@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,8 +157,8 @@ def clearance_bounds(
         bodies, relative_bodies: of the robot.
         pairs: the pairs.
         solids: those that the pairs name.
-        enough: a bound on the interval that is more than this [m], one number or (t,), is not improved. None: nothing is
-            proven on intervals.
+        enough: a bound on the interval that is more than this [m], one number or (t,), is not improved. None: nothing is proven
+            on intervals.
         n: (t, 3) directions in the inertial frame from solid to body, of any length. A vector that is no direction proves
             nothing. None: the directions to the nearest points.
     """
@@ -167,12 +167,18 @@ def clearance_bounds(
 
     def of_group(group: int, rows: Indices | slice) -> ClearanceBounds:
         some = pairs.select(rows)
-        few = enough[rows] if isinstance(enough, np.ndarray) else enough
-        return planes.bounds(group, some, body[rows], enough=few, n=None if n is None else n[rows])
+        return planes.bounds(group, some, body[rows], enough=some_of(enough, rows), n=None if n is None else n[rows])
 
     if len(bodies.groups) == 1:
         return of_group(0, slice(None))
     return by_group(bodies.group[body], of_group)
+
+
+def some_of(values: Any, which: Indices | NDArray[np.bool_] | slice) -> Any:
+    """Return some of an array; a number, or None, stays."""
+    if values is None or isinstance(values, (int, float)):
+        return values
+    return values[which]
 
 
 def by_group(group: Indices, bounds: Callable[[int, Indices], ClearanceBounds]) -> ClearanceBounds:

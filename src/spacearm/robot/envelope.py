@@ -7,7 +7,7 @@ all of it. Capsules are fitted around every shape only where somebody asks for t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,23 +16,16 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import as_number, as_whole, shown
 from spacearm.core.errors import RobotError, nearest
+from spacearm.core.long_work import LongWork
 from spacearm.core.user_cache import cached_arrays
 from spacearm.geometry.convex_cores import moved_shape
+from spacearm.geometry.convex_pieces import ALGORITHM, MOST_PIECES, PIECES, convex_pieces
 from spacearm.geometry.meshes import Mesh
 from spacearm.geometry.shapes import Box, Capsule, ConvexShape, Cylinder, Polytope, Sphere
 from spacearm.geometry.solid_moments import solid_moments
 from spacearm.robot.collision_shapes import MeshFile, Shape, looks_like_millimetres, notes_by_link
 
 Array = NDArray[np.float64]
-
-Progress = Callable[[int, int, str], Any]
-"""Called with the work done, the work in all, and what is being done."""
-
-PIECES_PER_MESH = 16
-"""The default of how many convex pieces may enclose a mesh."""
-
-MOST_PIECES = 1000
-"""How many that may be at most."""
 
 MOST_CAPSULES_PER_SHAPE = 100
 """How many capsules may enclose a shape at most."""
@@ -58,7 +51,7 @@ class ShapeLimits:
         RobotError: numbers that are none.
     """
 
-    pieces: int | Mapping[str, int] = PIECES_PER_MESH
+    pieces: int | Mapping[str, int] = PIECES
     excess: float | Mapping[str, float] | None = None
     capsules: int | None = None
 
@@ -72,7 +65,7 @@ class ShapeLimits:
 
     def of(self, link: str) -> tuple[int, float | None]:
         """Return the number of pieces, and the excess [m], for the meshes of a link."""
-        pieces = self.pieces.get(link, PIECES_PER_MESH) if isinstance(self.pieces, Mapping) else self.pieces
+        pieces = self.pieces.get(link, PIECES) if isinstance(self.pieces, Mapping) else self.pieces
         excess = self.excess.get(link) if isinstance(self.excess, Mapping) else self.excess
         most = int(pieces) if self.capsules is None else min(int(pieces), self.capsules)
         return most, None if excess is None else float(excess)
@@ -175,7 +168,7 @@ class LinkEnclosure:
 
 
 def envelopes_of(
-    links: Mapping[str, Sequence[Shape]], limits: ShapeLimits, *, chain: float = 0.0, progress: Progress | None = None
+    links: Mapping[str, Sequence[Shape]], limits: ShapeLimits, *, chain: float = 0.0
 ) -> tuple[tuple[LinkEnclosure, ...], tuple[str, ...]]:
     """Enclose the collision shapes of links.
 
@@ -183,7 +176,6 @@ def envelopes_of(
         links: each link's collision shapes.
         limits: how closely they are to be enclosed.
         chain: how far the robot's joints reach, `chain_length` [m].
-        progress: is told how many shapes are done.
 
     Returns:
         What stands for the shapes of each link that has some, and what was assumed and enlarged, a sentence a kind.
@@ -192,13 +184,12 @@ def envelopes_of(
         RobotError: a mesh that cannot be used, or a link in the limits that is not there.
     """
     limits.require_links(list(links))
-    total, done = sum(len(shapes) for shapes in links.values()), 0
+    total, done, work = sum(len(shapes) for shapes in links.values()), 0, LongWork()
     found: list[LinkEnclosure] = []
     for link, shapes in links.items():
         each: list[Enclosure] = []
         for shape in shapes:
-            if progress is not None:
-                progress(done, total, f"shapes of {link}")
+            work.say(f"shapes of link '{link}': {done} of {total} of the robot are done")
             each.append(_enclosure(shape, *limits.of(link), chain))
             done += 1
         if shapes:
@@ -299,6 +290,10 @@ def _mesh_enclosure(mesh: MeshFile, T: Array, pieces: int, excess: float | None,
         )
     if bool(kept["flat"]):
         remarks.append("a mesh that is flat has no inside, and is enclosed as a plate without thickness")
+    if bool(kept["beyond"]):
+        remarks.append(
+            "meshes that pieces_per_mesh= pieces cannot hold as closely as excess= asks (by default 2 % of their size)"
+        )
     return Enclosure(
         parts=parts,
         excess=float(kept["excess"]),
@@ -320,13 +315,11 @@ def _cached_pieces(mesh: MeshFile, pieces: int, excess: float | None) -> dict[st
         content = mesh.path.read_bytes()
     except OSError as error:
         raise mesh.unreadable(error) from None
-    return cached_arrays("link-mesh", _VERSION, [content, ending, mesh.scale, pieces, excess], make)
+    return cached_arrays("link-mesh", _VERSION, [content, ending, mesh.scale, pieces, excess, ALGORITHM], make)
 
 
 def _described(mesh: Mesh, pieces: int, excess: float | None) -> dict[str, Any]:
-    from spacearm.geometry.convex_pieces import convex_pieces
-
-    found = convex_pieces(mesh, pieces=pieces, excess=excess, cache=False)
+    found = convex_pieces(mesh.triangles, pieces=pieces, excess=excess, cache=False)
     corners = mesh.triangles.reshape(-1, 3)
     some = corners[:: max(1, len(corners) // _LOOKED_AT)]
     spread = np.linalg.svd(some - some[0], compute_uv=False)
@@ -339,7 +332,8 @@ def _described(mesh: Mesh, pieces: int, excess: float | None) -> dict[str, Any]:
         "extent": np.array(float(np.ptp(corners, axis=0).max())),
         "flat": np.array(bool(spread[-1] <= _FLAT * spread[0])),
         "volume": np.array(abs(float(np.einsum("ki,ki->", a, np.cross(b, c)))) / 6),
-        "notes": np.array(found.notes, dtype=np.str_),
+        "notes": np.array((*mesh.notes, *found.notes[:-1]), dtype=np.str_),  # the last is on the excess
+        "beyond": np.array("allow more" in found.notes[-1]),
     }
 
 

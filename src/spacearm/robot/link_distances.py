@@ -102,8 +102,10 @@ def link_bodies(robot: Robot) -> dict[str, LinkBody]:
 
 def placed(body: LinkBody, frames: Array) -> PlacedBody:
     """Place a link by the base's and the joints' frames (m, 1 + joints, 4, 4)."""
-    T = frames[:, body.joint + 1]  # (m, k, 4, 4)
-    center = np.einsum("mkij,kj->mki", T[..., :3, :3], body.center) + T[..., :3, 3]
+    center = np.empty((len(frames), len(body.joint), 3))
+    for joint in np.unique(body.joint):
+        own, T = body.joint == joint, frames[:, joint + 1]
+        center[:, own] = product(T[:, :3, :3], body.center[own].T).swapaxes(1, 2) + T[:, None, :3, 3]
     middle = center.mean(axis=1)
     radius = (np.linalg.norm(center - middle[:, None], axis=2) + body.reach).max(axis=1)
     return PlacedBody(body, frames, center, middle, radius)
@@ -126,8 +128,10 @@ def distances(first: PlacedBody, second: PlacedBody, *, enough: float = np.inf) 
 
 
 def _distances(first: PlacedBody, second: PlacedBody, rows: Rows, enough: float) -> Array:
-    between = np.linalg.norm(first.center[rows][:, :, None] - second.center[rows][:, None], axis=-1)
-    least = between - (first.body.reach[:, None] + second.body.reach)  # (r, k, l), of the balls
+    square = 0.0
+    for axis in range(3):
+        square += (first.center[rows, :, axis][:, :, None] - second.center[rows, :, axis][:, None]) ** 2
+    least = np.sqrt(square) - (first.body.reach[:, None] + second.body.reach)  # (r, k, l), of the balls
     balls = first.body.is_ball[:, None] & second.body.is_ball
     best = np.minimum(least.min(axis=(1, 2), where=balls, initial=np.inf), enough)
     others = np.argwhere(~balls)

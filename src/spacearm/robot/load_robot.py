@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -13,10 +14,12 @@ from numpy.typing import ArrayLike
 
 from spacearm.core.checks import shown
 from spacearm.core.errors import FileFormatError, RobotError, nearest
+from spacearm.core.long_work import on_progress
 from spacearm.core.reading import read_bytes, read_yaml
+from spacearm.geometry.convex_pieces import PIECES
 from spacearm.robot.assembly import Assembly, SelfCollision, assemble
 from spacearm.robot.build_robot import require_collision
-from spacearm.robot.envelope import PIECES_PER_MESH, LinkEnvelope, Progress, ShapeLimits
+from spacearm.robot.envelope import LinkEnvelope, ShapeLimits
 from spacearm.robot.link_tree import LinkTree
 from spacearm.robot.model import Robot
 from spacearm.robot.urdf import urdf_tree
@@ -41,12 +44,12 @@ def load_robot(
     position_limits: Mapping[str, tuple[float, float]] | None = None,
     joint_limits: str | os.PathLike[str] | None = None,
     collision: Literal["urdf", "none"] = "urdf",
-    pieces_per_mesh: int | Mapping[str, int] = PIECES_PER_MESH,
+    pieces_per_mesh: int | Mapping[str, int] = PIECES,
     excess: float | Mapping[str, float] | None = None,
     capsules_per_shape: int | None = None,
     self_collision: SelfCollision = "auto",
     base: Literal["fixed", "floating"] | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> Robot:
     """Load a robot that comes with spacearm, or one from a file.
 
@@ -74,7 +77,7 @@ def load_robot(
         pieces_per_mesh: how many convex pieces may enclose one collision mesh of a URDF; a mapping names links. All of the mesh
             is inside them. Other shapes are taken as they are.
         excess: fewer pieces are used where these stand out of the mesh by no more than this [m]; a mapping names links. By
-            default about 1 % of the mesh's size. `envelope_report` tells by how much they do.
+            default 2 % of the mesh's size. `envelope_report` tells by how much they do.
         capsules_per_shape: encloses every shape in capsules, at most so many each, as robots of earlier versions were; they
             stand out of the shapes, by as much as the robot's notes tell. By default no capsules are put around anything.
         self_collision: which links must keep clear of each other. "srdf": all but those that the SRDF allows to
@@ -82,7 +85,7 @@ def load_robot(
             "none". "auto" is the SRDF where there is one, else computed for a URDF and none for other robots.
         base: "fixed" or "floating", unless a problem says otherwise. By default as spacearm's own
             robot file says; else fixed, whatever an SRDF's virtual joint would allow, which a note tells.
-        progress: called with the work done, the work in all, and what is being done, as each shape is enclosed.
+        progress: called with a few words once a second, if loading takes longer than that.
 
     Raises:
         RobotError: no such built-in robot, group, joint or link, or a robot that cannot be.
@@ -102,13 +105,14 @@ def load_robot(
         self_collision=self_collision,
         base=base,
     )
-    return assemble(_described(source, collision, limits, progress), choices)
+    with nullcontext() if progress is None else on_progress(progress):
+        return assemble(_described(source, collision, limits), choices)
 
 
 def envelope_report(
     source: str | os.PathLike[str],
     *,
-    pieces_per_mesh: int | Mapping[str, int] = PIECES_PER_MESH,
+    pieces_per_mesh: int | Mapping[str, int] = PIECES,
     excess: float | Mapping[str, float] | None = None,
     capsules_per_shape: int | None = None,
 ) -> tuple[LinkEnvelope, ...]:
@@ -127,12 +131,10 @@ def envelope_report(
         RobotError: no such built-in robot, a mesh that cannot be read, or limits that are none.
     """
     limits = ShapeLimits(pieces=pieces_per_mesh, excess=excess, capsules=capsules_per_shape)
-    return tuple(one.measured() for one in _described(source, "urdf", limits, None).envelopes)
+    return tuple(one.measured() for one in _described(source, "urdf", limits).envelopes)
 
 
-def _described(
-    source: str | os.PathLike[str], collision: Literal["urdf", "none"], limits: ShapeLimits, progress: Progress | None
-) -> LinkTree:
+def _described(source: str | os.PathLike[str], collision: Literal["urdf", "none"], limits: ShapeLimits) -> LinkTree:
     """Read the description of a robot, of whatever kind it is."""
     if isinstance(source, str) and _is_name(source):
         if source not in builtin_robots():
@@ -140,7 +142,7 @@ def _described(
         with resources.as_file(_BUILTIN / f"{source}.yaml") as path:
             return _tree_of_robot_file(path, source, collision, limits)
     if _is_xml(source):
-        return urdf_tree(source, collision=collision, limits=limits, progress=progress)
+        return urdf_tree(source, collision=collision, limits=limits)
     return _tree_of_robot_file(source, str(source), collision, limits)
 
 

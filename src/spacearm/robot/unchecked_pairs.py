@@ -242,22 +242,19 @@ def is_rigid(robot: Robot, first: Sequence[frozenset[int]], second: Sequence[fro
     return not any(robot.joints[j].multiplier for j in between)
 
 
-def words_on_unchecked(pairs: Sequence[UncheckedPair], bare: Sequence[str], *, counted: bool = True) -> str:
-    """Say in a phrase what is not checked; "" if nothing is to be said.
+def words_on_unchecked(pairs: Sequence[UncheckedPair], bare: Sequence[str]) -> str:
+    """Say in a phrase what is not checked, folded by reason; "" if nothing is to be said.
 
     Args:
         pairs: all that are not checked; those that nobody said may touch are named.
         bare: links without an envelope; they are named.
-        counted: say how many pairs there are of each kind, too.
     """
-    named = [one for one in pairs if one.reason in NAMED]
     said = []
-    listed = [one for one in pairs if counted or one.reason in NAMED]
-    if listed:
-        kinds = [_kind([one for one in listed if one.reason == reason]) for reason in REASONS]
-        count = f"{len(listed)} pair{'s' if len(listed) > 1 else ''} of links not checked"
+    if pairs:
+        kinds = [_kind([one for one in pairs if one.reason == reason]) for reason in REASONS]
+        count = f"{len(pairs)} pair{'s' if len(pairs) > 1 else ''} of links not checked"
         said.append(f"{count}: {', '.join(filter(None, kinds))}")
-    if any(one.reason == "always" for one in named):
+    if any(one.reason == "always" for one in pairs):
         said.append(f"links that overlap in every configuration are a fault of the model: {REMEDY}")
     if bare:
         said.append(f"kept clear of nothing, for want of an envelope: {_some([repr(link) for link in bare])}")

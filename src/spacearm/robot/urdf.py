@@ -18,10 +18,11 @@ from spacearm.core.checks import shown
 from spacearm.core.errors import FileFormatError, nearest
 from spacearm.core.reading import located, read_bytes
 from spacearm.core.rotations import rotation_from_rpy
+from spacearm.geometry.convex_pieces import PIECES
 from spacearm.robot.assembly import Assembly, assemble
 from spacearm.robot.build_robot import require_collision
 from spacearm.robot.collision_shapes import SHAPES, WITH_COMMAS, Shape, chain_length, link_shapes, origin_of
-from spacearm.robot.envelope import PIECES_PER_MESH, Progress, ShapeLimits, envelopes_of
+from spacearm.robot.envelope import ShapeLimits, envelopes_of
 from spacearm.robot.link_tree import LinkJoint, LinkMass, LinkTree, Mimic
 from spacearm.robot.model import Robot, inertia_fault
 from spacearm.robot.robot_xml import note_on_repairs, numbers_in, xacro_left_in, xml_document, xml_root
@@ -48,7 +49,7 @@ def load_urdf(
     path: str | os.PathLike[str],
     *,
     collision: Literal["urdf", "none"] = "urdf",
-    pieces_per_mesh: int | Mapping[str, int] = PIECES_PER_MESH,
+    pieces_per_mesh: int | Mapping[str, int] = PIECES,
     excess: float | Mapping[str, float] | None = None,
     capsules_per_shape: int | None = None,
     **choices: Any,
@@ -80,7 +81,6 @@ def urdf_tree(
     *,
     collision: Literal["urdf", "none"],
     limits: ShapeLimits | None = None,
-    progress: Progress | None = None,
 ) -> LinkTree:
     """Read a URDF file as a tree of links.
 
@@ -88,7 +88,6 @@ def urdf_tree(
         path: the file.
         collision: as in `load_urdf`.
         limits: how closely shapes are to be enclosed; None: as by default.
-        progress: is told how many shapes are done.
 
     Raises:
         FileFormatError, RobotError: as those of `load_urdf`.
@@ -105,7 +104,7 @@ def urdf_tree(
         notes = (*note_on_repairs(repairs, "the URDF"), *notes_on_masses(unreadable), *_notes_on_soft_limits(joints, soft))
         chain = chain_length((one.parent, one.child, float(np.linalg.norm(one.T_parent_child[:3, 3]))) for one in joints)
         shapes = _shapes_by_link(root, Path(path).parent)
-        found, said = envelopes_of(shapes, ShapeLimits() if limits is None else limits, chain=chain, progress=progress)
+        found, said = envelopes_of(shapes, ShapeLimits() if limits is None else limits, chain=chain)
         return LinkTree(
             name=root.get("name"),
             links=tuple(link.get("name") for link in root.findall("link")),
