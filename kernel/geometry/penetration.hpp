@@ -167,6 +167,13 @@ class growing_hull {
     }
 };
 
+// Four points that span a body which is not thin: the furthest along the diagonals of a cube.
+template <class T> bool quickly_spanning(const difference<T>& d, double size, point3 (&corner)[4]) {
+    const point3 diagonals[4] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+    for (int i = 0; i < 4; ++i) corner[i] = d.furthest_along(diagonals[i]);
+    const point3 n = cross(corner[1] - corner[0], corner[2] - corner[0]);
+    return std::abs(dot(n, corner[3] - corner[0])) > 1e-4 * size * size * size;
+}
 // Four points that span the difference, or the direction in which it is flat: `flat` is then a unit vector.
 template <class T> bool spanning(const difference<T>& d, double rounding, point3 (&corner)[4], point3& flat) {
     double widest = -1;
@@ -224,7 +231,7 @@ double penetration_depth(const convex_shape<T>& a, const convex_shape<T>& b, con
     point3 corner[4], flat{};
     const double size = extent(a) + extent(b) + length_of(d.origin), rounding = 1e-14 * size;
     const auto support = [&](const point3& n) { return dot(n, d.furthest_along(n)); };
-    if (!spanning(d, rounding, corner, flat))
+    if (!quickly_spanning(d, size, corner) && !spanning(d, rounding, corner, flat))
         return std::min(known, std::min(support(flat), support(scaled(flat, -1))));
     static thread_local growing_hull hull;
     hull.begin(corner);
