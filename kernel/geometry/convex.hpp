@@ -18,9 +18,6 @@
 
 namespace SPACEARM_NAMESPACE {
 
-// How deep overlapping cores are: exactly, or no less than that and with little work, along the axes of both shapes.
-enum class depths : std::uint8_t { exact, along_axes };
-
 namespace convex_detail {
 
 // What GJK leaves open: cores that overlap. Their depth is searched for one lane at a time, in double. B's axes and
@@ -46,74 +43,54 @@ SPACEARM_NOINLINE void search_depths(const convex_shape<T>& a, const convex_shap
             for (int r = 0; r < 3; ++r) axes.c[k][r] = double(pose[3 * k + r][i]);
             origin[k] = double(pose[9 + k][i]);
         }
-        const T found = static_cast<T>(-penetration_depth(a, b, axes, origin));
+        const T found = static_cast<T>(-penetration_depth(a, b, axes, origin, -double(bound[i])));
         bound[i] = bound[i] < found ? found : bound[i];
     }
     lower = pack<T>::load(bound);
 }
-// The same with little work: the cores are no deeper than along one axis of either. An axis that is none is passed over.
-template <class Pair, class T>
-SPACEARM_INLINE void look_along_axes(const Pair& pair, const frame<T>& b_in_a, const pack_mask<T>& open,
-                                     pack<T>& lower) {
-    const pack<T> zero(T(0)), one(T(1));
-    const vec3<T> to = b_in_a.origin;
-    const vec3<T> axes[6] = {{one, zero, zero},  {zero, one, zero},  {zero, zero, one},
-                             b_in_a.column[0],   b_in_a.column[1],   b_in_a.column[2]};
-    for (const vec3<T>& axis : axes) {
-        const pack_mask<T> away = zero < dot(axis, to);
-        const vec3<T> n{select(away, -axis.x, axis.x), select(away, -axis.y, axis.y), select(away, -axis.z, axis.z)};
-        const pack_mask<T> is_one = T(0.5) * one < dot(n, n);
-        lower = select(open & is_one, max(lower, dot(n, pair.least_along(n))), lower);
-    }
-}
-template <class T> SPACEARM_INLINE pack_mask<T> open_lanes(const gjk_bounds<T>& found, T enough) {
-    return (found.lower < -found.slack) & (found.lower < pack<T>(enough));
-}
-
 template <class T> SPACEARM_INLINE vec3<T> seen_from(const placed_shape<T>& a, const vec3<T>& v) {
     return {dot(a.axis[0], v), dot(a.axis[1], v), dot(a.axis[2], v)};
 }
 template <class T> SPACEARM_INLINE pack<T> sum_of(const vec3<T>& v) { return v.x + v.y + v.z; }
 
-template <core_kind A, core_kind B, class T>
-SPACEARM_NOINLINE pack<T> core_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough, depths how) {
-    const frame<T> f{{seen_from(a, b.axis[0]), seen_from(a, b.axis[1]), seen_from(a, b.axis[2])},
-                     seen_from(a, b.origin - a.origin)};
-    const pack<T> nothing = (sum_of(f.column[0]) + sum_of(f.column[1]) + sum_of(f.column[2]) + sum_of(f.origin)) * T(0);
-    const core_pair<A, B, T> pair{*a.shape, *b.shape, f};
+// GJK, and where cores overlap the edges; `search` goes on with what is open then.
+template <bool exact, class Pair, class T, class Search>
+SPACEARM_INLINE pack<T> pair_distance(const Pair& pair, const pack<T>& nothing, T enough, bool depth,
+                                      const Search& search) {
     const gjk_bounds<T> found = gjk(pair, nothing, enough);
     pack<T> lower = found.lower;
-    const pack_mask<T> open = open_lanes(found, enough);
-    if (!any(open)) return lower + nothing;
-    if (how != depths::exact) look_along_axes(pair, f, open, lower);
-    else if constexpr (A == core_kind::box && B == core_kind::box) {  // with the faces, all that can be nearest
+    const pack_mask<T> open = (lower < -found.slack) & (lower < pack<T>(enough)) & (nothing <= pack<T>(T(0)));
+    if (depth && any(open)) {
         pack<T> of_edges = lower;
-        try_box_edges(a.shape->half, b.shape->half, f, of_edges);
+        pair.try_edges(of_edges);
         lower = select(open, of_edges, lower);
-    } else search_depths(*a.shape, *b.shape, f, open, lower);
+        if constexpr (!exact) search(open, lower);
+    }
     return lower + nothing;
 }
 
+template <core_kind A, core_kind B, class T>
+SPACEARM_NOINLINE pack<T> core_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough, bool depth) {
+    const frame<T> f{{seen_from(a, b.axis[0]), seen_from(a, b.axis[1]), seen_from(a, b.axis[2])},
+                     seen_from(a, b.origin - a.origin)};
+    const pack<T> nothing = (sum_of(f.column[0]) + sum_of(f.column[1]) + sum_of(f.column[2]) + sum_of(f.origin)) * T(0);
+    constexpr bool boxes = A == core_kind::box && B == core_kind::box;  // faces and edges are all that matter
+    return pair_distance<boxes>(
+        core_pair<A, B, T>{*a.shape, *b.shape, f}, nothing, enough, depth,
+        [&](const pack_mask<T>& open, pack<T>& lower) { search_depths(*a.shape, *b.shape, f, open, lower); });
+}
 template <core_kind A, class T>
 SPACEARM_NOINLINE pack<T> distance_of_segment(const placed_shape<T>& segment, const placed_shape<T>& a, T enough,
-                                              depths how) {
+                                              bool depth) {
     const vec3<T> along = seen_from(a, segment.axis[2]), middle = seen_from(a, segment.origin - a.origin);
     const vec3<T> half = scaled(along, pack<T>(segment.shape->half[2]));
     const pack<T> zero(T(0)), nothing = (sum_of(along) + sum_of(middle)) * T(0);
-    const segment_pair<A, T> pair{*a.shape, middle, half};
-    const gjk_bounds<T> found = gjk(pair, nothing, enough);
-    pack<T> lower = found.lower;
-    const pack_mask<T> open = open_lanes(found, enough);
     const vec3<T> none{zero, zero, zero};  // a segment has no other axes
-    const frame<T> f{{none, none, along}, middle};
-    if (!any(open)) return lower + nothing;
-    if (how != depths::exact) look_along_axes(pair, f, open, lower);
-    else if constexpr (A == core_kind::box) {
-        pack<T> of_edges = lower;
-        try_box_edges(a.shape->half, half, middle, of_edges);
-        lower = select(open, of_edges, lower);
-    } else search_depths(*a.shape, *segment.shape, f, open, lower);
-    return lower + nothing;
+    return pair_distance<A == core_kind::box>(segment_pair<A, T>{*a.shape, middle, half}, nothing, enough, depth,
+                                              [&](const pack_mask<T>& open, pack<T>& lower) {
+                                                  search_depths(*a.shape, *segment.shape, {{none, none, along}, middle},
+                                                                open, lower);
+                                              });
 }
 
 template <class T> SPACEARM_INLINE pack<T> distance_of_segments(const placed_shape<T>& a, const placed_shape<T>& b) {
@@ -127,33 +104,33 @@ template <class T> SPACEARM_INLINE pack<T> distance_of_segments(const placed_sha
 
 // The kinds in the order of core_kind: the first is not after the second.
 template <class T>
-SPACEARM_INLINE pack<T> ordered_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough, depths how) {
+SPACEARM_INLINE pack<T> ordered_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough, bool depth) {
     using enum core_kind;
     const auto pair = [](core_kind one, core_kind two) { return static_cast<int>(one) * 4 + static_cast<int>(two); };
     switch (pair(a.shape->kind, b.shape->kind)) {
         case pair(segment, segment): return distance_of_segments(a, b);
-        case pair(segment, box): return distance_of_segment<box>(a, b, enough, how);
-        case pair(segment, cylinder): return distance_of_segment<cylinder>(a, b, enough, how);
-        case pair(segment, polytope): return distance_of_segment<polytope>(a, b, enough, how);
-        case pair(box, box): return core_distance<box, box>(a, b, enough, how);
-        case pair(box, cylinder): return core_distance<box, cylinder>(a, b, enough, how);
-        case pair(box, polytope): return core_distance<box, polytope>(a, b, enough, how);
-        case pair(cylinder, cylinder): return core_distance<cylinder, cylinder>(a, b, enough, how);
-        case pair(cylinder, polytope): return core_distance<cylinder, polytope>(a, b, enough, how);
-        default: return core_distance<polytope, polytope>(a, b, enough, how);
+        case pair(segment, box): return distance_of_segment<box>(a, b, enough, depth);
+        case pair(segment, cylinder): return distance_of_segment<cylinder>(a, b, enough, depth);
+        case pair(segment, polytope): return distance_of_segment<polytope>(a, b, enough, depth);
+        case pair(box, box): return core_distance<box, box>(a, b, enough, depth);
+        case pair(box, cylinder): return core_distance<box, cylinder>(a, b, enough, depth);
+        case pair(box, polytope): return core_distance<box, polytope>(a, b, enough, depth);
+        case pair(cylinder, cylinder): return core_distance<cylinder, cylinder>(a, b, enough, depth);
+        case pair(cylinder, polytope): return core_distance<cylinder, polytope>(a, b, enough, depth);
+        default: return core_distance<polytope, polytope>(a, b, enough, depth);
     }
 }
 
 }  // namespace convex_detail
 
 // The signed distance of two shapes [m]: negative where they overlap, by the penetration depth. Lanes at `enough` or
-// beyond may return any lower bound of at least `enough`. A lane with a number that is none returns NaN.
+// beyond may return any lower bound of at least `enough`. Without `depth`, lanes where the cores overlap may return any
+// lower bound: it is below 0, and costs less. A lane with a number that is none returns NaN.
 template <class T>
-inline pack<T> signed_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough,
-                               depths how = depths::exact) {
-    if (b.shape->kind < a.shape->kind) return signed_distance(b, a, enough, how);
+inline pack<T> signed_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough, bool depth = true) {
+    if (b.shape->kind < a.shape->kind) return signed_distance(b, a, enough, depth);
     const T radii = a.shape->radius + b.shape->radius, apart = enough + radii;
-    const pack<T> core = convex_detail::ordered_distance(a, b, apart, how), found = core - radii;
+    const pack<T> core = convex_detail::ordered_distance(a, b, apart, depth), found = core - radii;
     return select(pack<T>(apart) <= core, max(found, pack<T>(enough)), found);
 }
 
@@ -173,7 +150,7 @@ template <class T> inline pack<T> least_along(const placed_shape<T>& a, const T*
     return dot(a.origin, normal) - (depth + s.radius);
 }
 template <class T>
-inline pack<T> signed_distance(const placed_shape<T>& a, const half_space_obstacle<T>& o, T, depths = depths::exact) {
+inline pack<T> signed_distance(const placed_shape<T>& a, const half_space_obstacle<T>& o, T, bool = true) {
     return least_along(a, o.normal) - o.offset;
 }
 

@@ -63,105 +63,122 @@ template <core_kind K, class T> SPACEARM_INLINE vec3<T> furthest(const convex_sh
     }
 }
 
-// ---- the faces and edges of boxes: every direction that can matter where two of them overlap (Gottschalk, 1996)
-// ------
+// ---- directions that are often the best, and all that matter where two boxes overlap (Gottschalk, 1996)
+// ----------------
 
-// A direction along one of A's axes, and g of it.
-template <class T>
-SPACEARM_INLINE void take_axis(int k, const pack<T>& to, const pack<T>& g, vec3<T>& n, pack<T>& lower) {
-    const pack<T> zero(T(0)), one(T(1)), towards = select(zero < to, zero - one, one);
-    const pack_mask<T> better = lower < g;
-    n = select3(better, vec3<T>{k == 0 ? towards : zero, k == 1 ? towards : zero, k == 2 ? towards : zero}, n);
-    lower = select(better, g, lower);
+// How far a core goes along a direction from its middle, either way: of all but polytopes.
+template <core_kind K, class T> SPACEARM_INLINE pack<T> reach_along(const convex_shape<T>& s, const vec3<T>& n) {
+    const pack<T> along = abs(n.z) * s.half[2];
+    if constexpr (K == core_kind::segment) return along;
+    else if constexpr (K == core_kind::box) return abs(n.x) * s.half[0] + abs(n.y) * s.half[1] + along;
+    else return sqrt(n.x * n.x + n.y * n.y) * s.half[0] + along;
 }
-template <class T>
-SPACEARM_INLINE void try_box_faces(const T* a, const T* b, const frame<T>& f, vec3<T>& n, pack<T>& lower) {
-    const pack<T> zero(T(0));
-    const auto row = [&](const pack<T>& x, const pack<T>& y, const pack<T>& z, const T* half) {
-        return abs(x) * half[0] + abs(y) * half[1] + abs(z) * half[2];
-    };
-    const vec3<T>& t = f.origin;
-    const vec3<T>(&c)[3] = f.column;
-    take_axis(0, t.x, abs(t.x) - (row(c[0].x, c[1].x, c[2].x, b) + a[0]), n, lower);
-    take_axis(1, t.y, abs(t.y) - (row(c[0].y, c[1].y, c[2].y, b) + a[1]), n, lower);
-    take_axis(2, t.z, abs(t.z) - (row(c[0].z, c[1].z, c[2].z, b) + a[2]), n, lower);
-    for (int k = 0; k < 3; ++k) {
-        const pack<T> to = dot(t, c[k]), g = abs(to) - (row(c[k].x, c[k].y, c[k].z, a) + b[k]);
-        const pack_mask<T> better = lower < g, away = zero < to;
-        n = select3(better, select3(away, vec3<T>{zero - c[k].x, zero - c[k].y, zero - c[k].z}, c[k]), n);
-        lower = select(better, g, lower);
-    }
-}
-template <class T>
-SPACEARM_INLINE void try_box_faces(const T* a, const vec3<T>& half, const vec3<T>& to, vec3<T>& n, pack<T>& lower) {
-    take_axis(0, to.x, abs(to.x) - (abs(half.x) + a[0]), n, lower);
-    take_axis(1, to.y, abs(to.y) - (abs(half.y) + a[1]), n, lower);
-    take_axis(2, to.z, abs(to.z) - (abs(half.z) + a[2]), n, lower);
-}
-// The direction square to A's k-th axis and to an edge, unless both are parallel to the last places: then another
-// direction is as good. reach(n) is how far B goes along a direction.
-template <class T, class Reach>
-SPACEARM_INLINE void try_edge(const T* a, int k, const vec3<T>& edge, const vec3<T>& to, const Reach& reach,
-                              pack<T>& lower) {
+// The direction square to two others, where these are not parallel to the last places; else none, which is 0.
+template <class T> SPACEARM_INLINE vec3<T> square_to(const vec3<T>& a, const vec3<T>& b) {
     const pack<T> zero(T(0)), tiny(std::numeric_limits<T>::min());
-    const pack<T> p = k == 0 ? edge.y : k == 1 ? edge.z : edge.x, q = k == 0 ? edge.z : k == 1 ? edge.x : edge.y;
-    const pack<T> squared = p * p + q * q, inverse = pack<T>(T(1)) / sqrt(max(squared, tiny));
-    const pack<T> x = (zero - q) * inverse, y = p * inverse;
-    const vec3<T> n = k == 0 ? vec3<T>{zero, x, y} : k == 1 ? vec3<T>{y, zero, x} : vec3<T>{x, y, zero};
-    const T u = a[(k + 1) % 3], v = a[(k + 2) % 3];
-    const pack<T> g = abs(dot(n, to)) - (abs(x) * u + abs(y) * v + reach(n));
     constexpr T parallel = 64 * std::numeric_limits<T>::epsilon();
-    lower = select(dot(edge, edge) * (parallel * parallel) < squared, max(g, lower), lower);
-}
-template <class T> SPACEARM_INLINE void try_box_edges(const T* a, const T* b, const frame<T>& f, pack<T>& lower) {
-    const vec3<T>(&c)[3] = f.column;
-    const auto reach = [&](const vec3<T>& n) {
-        return abs(dot(c[0], n)) * b[0] + abs(dot(c[1], n)) * b[1] + abs(dot(c[2], n)) * b[2];
-    };
-    for (const vec3<T>& edge : c) {
-        for (int k = 0; k < 3; ++k) try_edge(a, k, edge, f.origin, reach, lower);
-    }
-}
-template <class T>
-SPACEARM_INLINE void try_box_edges(const T* a, const vec3<T>& half, const vec3<T>& to, pack<T>& lower) {
-    const auto reach = [&](const vec3<T>& n) { return abs(dot(half, n)); };
-    for (int k = 0; k < 3; ++k) try_edge(a, k, half, to, reach, lower);
+    const vec3<T> n = cross(a, b);
+    const pack<T> squared = dot(n, n);
+    const pack_mask<T> sound = dot(a, a) * dot(b, b) * (parallel * parallel) < squared;
+    return scaled(n, select(sound, pack<T>(T(1)) / sqrt(max(squared, tiny)), zero));
 }
 
 // Two cores, in A's frame; A - B is what is searched.
 template <core_kind A, core_kind B, class T> struct core_pair {
     const convex_shape<T>&a, &b;
     const frame<T> b_in_a;
+    static constexpr bool symmetric = A != core_kind::polytope && B != core_kind::polytope;
+
     vec3<T> between() const { return b_in_a.origin; }
-    // Raises the bound by the faces' normals of boxes, and takes the best of them for a direction.
-    SPACEARM_INLINE void try_faces(vec3<T>& n, pack<T>& lower) const {
-        if constexpr (A == core_kind::box && B == core_kind::box) try_box_faces(a.half, b.half, b_in_a, n, lower);
-    }
     // A point of A - B that is least far along a direction.
     SPACEARM_INLINE vec3<T> least_along(const vec3<T>& n) const {
         const pack<T> zero(T(0));
         const frame<T>& f = b_in_a;
         const vec3<T> p = furthest<A>(a, vec3<T>{zero - n.x, zero - n.y, zero - n.z});
-        const vec3<T> q = furthest<B>(b, vec3<T>{dot(f.column[0], n), dot(f.column[1], n), dot(f.column[2], n)});
+        const vec3<T> q = furthest<B>(b, seen_from_b(n));
         return {p.x - (f.origin.x + (f.column[0].x * q.x + f.column[1].x * q.y + f.column[2].x * q.z)),
                 p.y - (f.origin.y + (f.column[0].y * q.x + f.column[1].y * q.y + f.column[2].y * q.z)),
                 p.z - (f.origin.z + (f.column[0].z * q.x + f.column[1].z * q.y + f.column[2].z * q.z))};
+    }
+    // Raises the bound by the normals of flat faces; n becomes the best of them, if one is better.
+    SPACEARM_INLINE void try_faces(vec3<T>& n, pack<T>& lower) const {
+        if constexpr (symmetric) {
+            const pack<T> zero(T(0)), one(T(1));
+            for (int k = A == core_kind::box ? 0 : 2; k < 3; ++k)
+                take({k == 0 ? one : zero, k == 1 ? one : zero, k == 2 ? one : zero}, n, lower);
+            for (int k = B == core_kind::box ? 0 : 2; k < 3; ++k) take(b_in_a.column[k], n, lower);
+        }
+    }
+    // The same by what is square to an edge, or to the side of a cylinder, of each.
+    SPACEARM_INLINE void try_edges(pack<T>& lower) const {
+        if constexpr (symmetric) {
+            const pack<T> zero(T(0)), one(T(1));
+            vec3<T> n{zero, zero, zero};
+            for (int k = A == core_kind::box ? 0 : 2; k < 3; ++k) {
+                const vec3<T> axis{k == 0 ? one : zero, k == 1 ? one : zero, k == 2 ? one : zero};
+                for (int l = B == core_kind::box ? 0 : 2; l < 3; ++l) take(square_to(axis, b_in_a.column[l]), n, lower);
+                if constexpr (A == core_kind::cylinder) take(square_to(square_to(axis, b_in_a.origin), axis), n, lower);
+            }
+            if constexpr (B == core_kind::cylinder) {
+                const vec3<T>& axis = b_in_a.column[2];
+                take(square_to(square_to(axis, b_in_a.origin), axis), n, lower);
+            }
+        }
+    }
+
+  private:
+    SPACEARM_INLINE vec3<T> seen_from_b(const vec3<T>& n) const {
+        return {dot(b_in_a.column[0], n), dot(b_in_a.column[1], n), dot(b_in_a.column[2], n)};
+    }
+    SPACEARM_INLINE void take(const vec3<T>& towards, vec3<T>& n, pack<T>& lower) const {
+        const pack<T> zero(T(0)), to = dot(towards, b_in_a.origin),
+                                  size = abs(towards.x) + abs(towards.y) + abs(towards.z);
+        const pack<T> g = abs(to) - (reach_along<A>(a, towards) + reach_along<B>(b, seen_from_b(towards)));
+        const pack_mask<T> better = (lower < g) & (zero < size), away = zero < to;
+        n = select3(better, select3(away, vec3<T>{zero - towards.x, zero - towards.y, zero - towards.z}, towards), n);
+        lower = select(better, g, lower);
     }
 };
 // A core and a segment, its middle and half of it given in the core's frame.
 template <core_kind A, class T> struct segment_pair {
     const convex_shape<T>& a;
     const vec3<T> middle, half;
+    static constexpr bool symmetric = A != core_kind::polytope;
+
     vec3<T> between() const { return middle; }
-    SPACEARM_INLINE void try_faces(vec3<T>& n, pack<T>& lower) const {
-        if constexpr (A == core_kind::box) try_box_faces(a.half, half, middle, n, lower);
-    }
     SPACEARM_INLINE vec3<T> least_along(const vec3<T>& n) const {
         const pack<T> zero(T(0));
         const vec3<T> p = furthest<A>(a, vec3<T>{zero - n.x, zero - n.y, zero - n.z});
         const pack_mask<T> back = dot(half, n) < zero;
         const vec3<T> from = p - middle;
         return select3(back, from + half, from - half);
+    }
+    SPACEARM_INLINE void try_faces(vec3<T>& n, pack<T>& lower) const {
+        if constexpr (symmetric) {
+            const pack<T> zero(T(0)), one(T(1));
+            for (int k = A == core_kind::box ? 0 : 2; k < 3; ++k)
+                take({k == 0 ? one : zero, k == 1 ? one : zero, k == 2 ? one : zero}, n, lower);
+        }
+    }
+    SPACEARM_INLINE void try_edges(pack<T>& lower) const {
+        if constexpr (symmetric) {
+            const pack<T> zero(T(0)), one(T(1));
+            vec3<T> n{zero, zero, zero};
+            for (int k = A == core_kind::box ? 0 : 2; k < 3; ++k) {
+                const vec3<T> axis{k == 0 ? one : zero, k == 1 ? one : zero, k == 2 ? one : zero};
+                take(square_to(axis, half), n, lower);
+                if constexpr (A == core_kind::cylinder) take(square_to(square_to(axis, middle), axis), n, lower);
+            }
+        }
+    }
+
+  private:
+    SPACEARM_INLINE void take(const vec3<T>& towards, vec3<T>& n, pack<T>& lower) const {
+        const pack<T> zero(T(0)), to = dot(towards, middle), size = abs(towards.x) + abs(towards.y) + abs(towards.z);
+        const pack<T> g = abs(to) - (reach_along<A>(a, towards) + abs(dot(half, towards)));
+        const pack_mask<T> better = (lower < g) & (zero < size), away = zero < to;
+        n = select3(better, select3(away, vec3<T>{zero - towards.x, zero - towards.y, zero - towards.z}, towards), n);
+        lower = select(better, g, lower);
     }
 };
 

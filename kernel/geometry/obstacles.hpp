@@ -269,9 +269,9 @@ template <class T> standing_shape<T> standing(const polytope_obstacle<T>& o) {
 }
 // The distance of a shape and an obstacle of any kind.
 template <class T, class Shape>
-pack<T> signed_distance(const placed_shape<T>& a, const Shape& o, T enough, depths how = depths::exact) {
+pack<T> signed_distance(const placed_shape<T>& a, const Shape& o, T enough, bool depth = true) {
     const standing_shape<T> other = standing(o);
-    return signed_distance(a, other.placed(), enough, how);
+    return signed_distance(a, other.placed(), enough, depth);
 }
 // A link's axis by a polytope: as of the other shapes, but for an end that is exact.
 template <class T>

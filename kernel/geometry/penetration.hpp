@@ -51,6 +51,17 @@ template <class T> point3 furthest(const convex_shape<T>& s, const point3& n) {
     return {double(s.vertices[best][0]), double(s.vertices[best][1]), double(s.vertices[best][2])};
 }
 
+// How far a core goes from its origin, at most.
+template <class T> double extent(const convex_shape<T>& s) {
+    if (s.kind != core_kind::polytope) return length_of({double(s.half[0]), double(s.half[1]), double(s.half[2])});
+    double most = 0;
+    for (int i = 0; i < s.count; ++i) {
+        const T* v = s.vertices[i];
+        most = std::max(most, double(v[0]) * double(v[0]) + double(v[1]) * double(v[1]) + double(v[2]) * double(v[2]));
+    }
+    return std::sqrt(most);
+}
+
 // A - B in A's frame.
 template <class T> struct difference {
     const convex_shape<T>&a, &b;
@@ -67,12 +78,10 @@ template <class T> struct difference {
 // A hull of points, its faces with outward normals.
 class growing_hull {
   public:
-    static constexpr int most_points = 160;
     struct face {
         int corner[3];
         point3 normal;
-        double distance;  // of its plane from the origin, along the normal; infinite for a face without area
-        bool is_open;     // whether the hull may grow there
+        double distance;  // of its plane from the origin, along the normal; infinite where the hull is not to grow
     };
     std::vector<point3> points;
     std::vector<face> faces;
@@ -87,32 +96,54 @@ class growing_hull {
         add(b, 3, c);
         add(c, 3, 0);
     }
-    // Adds a point that lies outside some face; false if rounding says otherwise.
-    bool grow(const point3& w, double rounding) {
-        edges_.clear();
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < faces.size(); ++i) {
-            const face f = faces[i];
-            if (dot(f.normal, w - points[f.corner[0]]) > rounding) {
-                for (int k = 0; k < 3; ++k) cross_edge(f.corner[k], f.corner[(k + 1) % 3]);
-            } else faces[kept++] = f;
+    // Adds a point that lies outside a face: it and what hangs together with it, as far as the point sees it, goes.
+    // False if rounding has torn the surface: then the hull is of no more use.
+    bool grow(std::size_t outside_of, const point3& w, double rounding) {
+        std::swap(faces[0], faces[outside_of]);
+        std::size_t gone = 1, seen = 1;
+        for (std::size_t i = 1; i < faces.size(); ++i) {
+            if (dot(faces[i].normal, w - points[faces[i].corner[0]]) > rounding) std::swap(faces[i], faces[seen++]);
         }
-        if (edges_.empty()) return false;
-        faces.resize(kept);
+        for (std::size_t at = 0; at < gone; ++at) {
+            for (std::size_t i = gone; i < seen; ++i) {
+                if (share_edge(faces[at], faces[i])) std::swap(faces[i], faces[gone++]);
+            }
+        }
+        edges_.clear();
+        for (std::size_t i = 0; i < gone; ++i) {
+            for (int k = 0; k < 3; ++k) cross_edge(faces[i].corner[k], faces[i].corner[(k + 1) % 3]);
+        }
+        for (std::size_t i = gone; i-- > 0;) {
+            faces[i] = faces.back();
+            faces.pop_back();
+        }
         points.push_back(w);
         for (const auto& [from, to] : edges_) add(from, to, static_cast<int>(points.size()) - 1);
-        return true;
+        return faces.size() <= 2 * points.size();
     }
-    face* nearest() {
-        face* best = nullptr;
-        for (face& f : faces) {
-            if (f.is_open && (!best || f.distance < best->distance)) best = &f;
+    // The face whose plane is nearest; none: faces.size().
+    std::size_t nearest() const {
+        std::size_t best = faces.size();
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < faces.size(); ++i) {
+            if (faces[i].distance < least) {
+                least = faces[i].distance;
+                best = i;
+            }
         }
         return best;
     }
 
   private:
     std::vector<std::array<int, 2>> edges_;
+    static bool share_edge(const face& a, const face& b) {
+        for (int i = 0; i < 3; ++i) {
+            for (int k = 0; k < 3; ++k) {
+                if (a.corner[i] == b.corner[(k + 1) % 3] && a.corner[(i + 1) % 3] == b.corner[k]) return true;
+            }
+        }
+        return false;
+    }
     // An edge between two faces that both go is no rim.
     void cross_edge(int from, int to) {
         for (auto& e : edges_) {
@@ -128,11 +159,11 @@ class growing_hull {
         const point3 n = cross(points[b] - points[a], points[c] - points[a]);
         const double size = length_of(n);
         if (!(size > 0)) {
-            faces.push_back({{a, b, c}, {0, 0, 0}, std::numeric_limits<double>::infinity(), false});
+            faces.push_back({{a, b, c}, {0, 0, 0}, std::numeric_limits<double>::infinity()});
             return;
         }
         const point3 unit = scaled(n, 1 / size);
-        faces.push_back({{a, b, c}, unit, dot(unit, points[a]), true});
+        faces.push_back({{a, b, c}, unit, dot(unit, points[a])});
     }
 };
 
@@ -179,31 +210,36 @@ template <class T> bool spanning(const difference<T>& d, double rounding, point3
     return width > rounding;
 }
 
-// The penetration depth of the cores [m]: the least support of A - B. Negative if they are apart, by at most their
-// distance. B's axes and origin are given in A's frame.
+// The penetration depth of the cores [m]: the least support of A - B, and not more than is known of it. Negative if
+// they are apart, by at most their distance. B's axes and origin are given in A's frame.
+//
+// Around the axis of a cylinder many directions may be as good: their number is limited, and the depth found then is
+// too large by what the faces between them leave out.
 template <class T>
 double penetration_depth(const convex_shape<T>& a, const convex_shape<T>& b, const rotation3& axes,
-                         const double* origin) {
+                         const double* origin, double known) {
+    constexpr bool single = sizeof(T) == 4;
+    constexpr std::size_t most_points = single ? 64 : 256;
     const difference<T> d{a, b, axes, {origin[0], origin[1], origin[2]}};
     point3 corner[4], flat{};
-    double size = 0;
-    for (const point3& n :
-         {point3{1, 0, 0}, point3{-1, 0, 0}, point3{0, 1, 0}, point3{0, -1, 0}, point3{0, 0, 1}, point3{0, 0, -1}})
-        size = std::max(size, length_of(d.furthest_along(n)));
-    const double rounding = 1e-14 * size, close = size * (sizeof(T) == 4 ? 1e-6 : 1e-12);
+    const double size = extent(a) + extent(b) + length_of(d.origin), rounding = 1e-14 * size;
     const auto support = [&](const point3& n) { return dot(n, d.furthest_along(n)); };
-    if (!spanning(d, rounding, corner, flat)) return std::min(support(flat), support(scaled(flat, -1)));
+    if (!spanning(d, rounding, corner, flat))
+        return std::min(known, std::min(support(flat), support(scaled(flat, -1))));
     static thread_local growing_hull hull;
     hull.begin(corner);
-    double depth = std::numeric_limits<double>::infinity();
-    while (static_cast<int>(hull.points.size()) < growing_hull::most_points) {
-        growing_hull::face* f = hull.nearest();
-        if (!f) break;
-        const point3 w = d.furthest_along(f->normal);
-        const double h = dot(f->normal, w);
+    double depth = known;
+    while (hull.points.size() < most_points) {
+        const std::size_t at = hull.nearest();
+        if (at == hull.faces.size()) break;
+        growing_hull::face& f = hull.faces[at];
+        const double close = single ? 1e-6 * size + 5e-4 * std::abs(depth) : 1e-11 * size;
+        if (!(f.distance + close < depth)) break;
+        const point3 w = d.furthest_along(f.normal);
+        const double h = dot(f.normal, w);
         depth = std::min(depth, h);
-        if (!(f->distance + close < depth)) break;
-        if (!(f->distance + rounding < h) || !hull.grow(w, rounding)) f->is_open = false;
+        if (!(f.distance + rounding < h)) f.distance = std::numeric_limits<double>::infinity();
+        else if (!hull.grow(at, w, rounding)) break;
     }
     return depth;
 }

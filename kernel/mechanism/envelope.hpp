@@ -137,11 +137,11 @@ template <class T, class Shape> inline constexpr bool has_axis_distance = !std::
 
 template <class T, class Shape>
 SPACEARM_NOINLINE void add_solid_shortfall(const link_envelope<T>& b, int i, const Shape& o, T margin,
-                                           const envelope_memory<T>& w, pack<T>& sum) {
+                                           const envelope_memory<T>& w, pack<T>& sum, depths how) {
     const cluster<T>& c = b.clusters[i];
     for (int k = c.first; k < c.last; ++k) {
         if (all(pack<T>(b.bodies[k].reach + margin) <= distance_to(o, w.middle[k]))) continue;
-        sum += above_zero(margin - body_clearance(b, w, k, o, margin, depths::along_axes));
+        sum += above_zero(margin - body_clearance(b, w, k, o, margin, how));
     }
 }
 
@@ -149,11 +149,11 @@ SPACEARM_NOINLINE void add_solid_shortfall(const link_envelope<T>& b, int i, con
 // each of its bodies [m].
 template <class T, class Shape>
 SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* frames, int i, const Shape& o, T margin,
-                                   envelope_memory<T>& w, pack<T>& sum) {
+                                   envelope_memory<T>& w, pack<T>& sum, depths how) {
     const cluster<T>& c = b.clusters[i];
     if (all(pack<T>(c.radius + margin) <= distance_to(o, w.centers[i]))) return;
     place_bodies(b, frames, i, w);
-    if (!has_axis_distance<T, Shape> || c.has_solids) return add_solid_shortfall(b, i, o, margin, w, sum);
+    if (!has_axis_distance<T, Shape> || c.has_solids) return add_solid_shortfall(b, i, o, margin, w, sum, how);
     for (int k = c.first; k < c.last; ++k) {
         const link_body<T>& body = b.bodies[k];
         const pack<T> from_middle = distance_to(o, w.middle[k]);
@@ -176,6 +176,7 @@ inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* fr
                                    const asked_clearance<T>& asked, envelope_memory<T>& w, pack<T>& sum,
                                    bool stop_early) {
     const bool by_pair = !b.pair_margins.empty();
+    const depths how = stop_early ? depths::none : depths::by_boxes;
     const int nodes = static_cast<int>(obstacles.tree.size());
     for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {  // the last link first: it collides most
         const cluster<T>& c = b.clusters[i];
@@ -190,7 +191,7 @@ inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* fr
             if (node.kind != shape::none) {
                 const T margin = by_pair ? b.margin_of(i, k, asked) : asked.margin;
                 obstacles.visit(node.kind, node.index,
-                                [&](const auto& o) { add_shortfall(b, frames, i, o, margin, w, sum); });
+                                [&](const auto& o) { add_shortfall(b, frames, i, o, margin, w, sum, how); });
             }
             ++k;
         }
@@ -228,7 +229,7 @@ SPACEARM_INLINE bool lone_solid_is_far(const link_envelope<T>& b, const envelope
 
 template <class T>
 SPACEARM_NOINLINE void add_solid_self_shortfall(const link_envelope<T>& b, int i, int j, T margin,
-                                                const envelope_memory<T>& w, pack<T>& sum) {
+                                                const envelope_memory<T>& w, pack<T>& sum, depths how) {
     const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
     if (lone_solid_is_far(b, w, i, w.centers[j], two.radius, margin)) return;
     if (lone_solid_is_far(b, w, j, w.centers[i], one.radius, margin)) return;
@@ -239,7 +240,7 @@ SPACEARM_NOINLINE void add_solid_self_shortfall(const link_envelope<T>& b, int i
             const T reach = c.reach + d.reach + margin;
             if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
             sum += above_zero(margin
-                              - (c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, margin, depths::along_axes)
+                              - (c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, margin, how)
                                                               : capsule_clearance(b, w, k, l)));
         }
     }
@@ -259,7 +260,7 @@ inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames
         place_bodies(b, frames, i, w);
         place_bodies(b, frames, j, w);
         if (one.has_solids || two.has_solids) {
-            add_solid_self_shortfall(b, i, j, margin, w, sum);
+            add_solid_self_shortfall(b, i, j, margin, w, sum, stop_early ? depths::none : depths::by_boxes);
             if (stop_early && !all(sum <= T(0))) return;
             continue;
         }
@@ -307,7 +308,7 @@ SPACEARM_INLINE pack<T> cluster_clearance(const link_envelope<T>& b, const frame
         const link_body<T>& body = b.bodies[k];
         const pack<T> from_middle = distance_to(o, w.middle[k]);
         if (all(pack<T>(body.reach + enough) <= from_middle)) continue;
-        least = min(least, body_clearance(b, w, k, o, enough, depths::along_axes));
+        least = min(least, body_clearance(b, w, k, o, enough, depths::by_boxes));
     }
     return least;
 }
@@ -328,7 +329,7 @@ inline pack<T> cluster_pair_clearance(const link_envelope<T>& b, const frame<T>*
             const vec3<T> between = w.middle[k] - w.middle[l];
             const T reach = c.reach + d.reach + enough;
             if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
-            least = min(least, c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, enough, depths::along_axes)
+            least = min(least, c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, enough, depths::by_boxes)
                                                             : capsule_clearance(b, w, k, l));
         }
     }

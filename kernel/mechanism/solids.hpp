@@ -38,6 +38,10 @@ template <class T> SPACEARM_INLINE placed_shape<T> placed(const link_solid<T>& s
     return {&s.shape, {rotate(f, s.axis[0]), rotate(f, s.axis[1]), rotate(f, s.axis[2])}, carry(f, s.origin)};
 }
 
+// How deep bodies overlap: exactly; or no less than that and with little work, by the boxes around them; or not at all.
+// It decides nothing but how much a motion in collision is blamed.
+enum class depths : std::uint8_t { exact, by_boxes, none };
+
 // ---- a box and a cylinder in their own frame ------------------------------------------------------------------------
 template <class T> struct own_box {
     const T* half;
@@ -103,7 +107,12 @@ SPACEARM_NOINLINE pack<T> axis_clearance(const placed_solid<T>& s, const placed_
     const vec3<T> none{zero, zero, zero};
     const placed_shape<T> core{
         &segment, {none, none, is_point ? none : scaled(axis.ab, pack<T>(T(1) / length))}, axis.middle};
-    return signed_distance(core, s.at, enough, how);
+    const pack<T> d = signed_distance(core, s.at, enough, how == depths::exact);
+    if (how != depths::by_boxes || !any(d < zero)) return d;
+    const vec3<T> reach = scaled(ab, pack<T>(T(0.5)));
+    const pack<T> apart[3] = {abs(middle.x) - (abs(reach.x) + s.half[0]), abs(middle.y) - (abs(reach.y) + s.half[1]),
+                              abs(middle.z) - (abs(reach.z) + s.half[2])};
+    return max(max(max(apart[0], apart[1]), apart[2]) - (axis.radius + shape.radius), d);
 }
 
 // Whether a bounding sphere is at least `enough` away from the box around a solid, in all lanes.
@@ -114,12 +123,29 @@ SPACEARM_INLINE bool box_is_far(const placed_solid<T>& s, const vec3<T>& center,
     return all(pack<T>(reach + enough) <= distance_to(own_box<T>{s.half, s.at.shape->radius}, seen));
 }
 
+// How far the boxes around two solids are apart along the best of their axes.
+template <class T>
+SPACEARM_INLINE pack<T> apart_along_axes(const placed_solid<T>& s, const placed_solid<T>& t) {
+    const vec3<T> to = t.at.origin - s.at.origin;
+    const auto reach = [](const placed_solid<T>& o, const vec3<T>& n) {
+        return abs(dot(o.at.axis[0], n)) * o.half[0] + abs(dot(o.at.axis[1], n)) * o.half[1]
+               + abs(dot(o.at.axis[2], n)) * o.half[2];
+    };
+    pack<T> most(std::numeric_limits<T>::lowest());
+    for (int k = 0; k < 3; ++k) {
+        most = max(most, abs(dot(to, s.at.axis[k])) - (reach(t, s.at.axis[k]) + s.half[k]));
+        most = max(most, abs(dot(to, t.at.axis[k])) - (reach(s, t.at.axis[k]) + t.half[k]));
+    }
+    return most - (s.at.shape->radius + t.at.shape->radius);
+}
+
 // Of two solids.
 template <class T>
 SPACEARM_NOINLINE pack<T> solid_clearance(const placed_solid<T>& s, const placed_solid<T>& t, T enough, depths how) {
     if (box_is_far(s, t.at.origin, t.reach, enough) || box_is_far(t, s.at.origin, s.reach, enough))
         return pack<T>(enough);
-    return signed_distance(s.at, t.at, enough, how);
+    const pack<T> d = signed_distance(s.at, t.at, enough, how == depths::exact);
+    return how == depths::by_boxes && any(d < T(0)) ? max(apart_along_axes(s, t), d) : d;
 }
 
 // Of a solid and an obstacle.

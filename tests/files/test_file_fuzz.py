@@ -23,6 +23,8 @@ robot:
   tip: hand
   velocity_limit: 1.0
   capsules_per_shape: 2
+  pieces_per_mesh: {hand: 3}
+  excess: 0.1
   self_collision: computed
   holding:
     - {box: {size: [0.1, 0.1, 0.1], rpy_deg: [0, 0, 3]}, frame: hand, position: [0, 0, 0], touching: [hand], name: unit,

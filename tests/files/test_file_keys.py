@@ -18,7 +18,19 @@ from spacearm.dynamics import hold
 from spacearm.files import load_moveit_scene
 from spacearm.files.problem_file import load_problem, load_problem_file
 from spacearm.files.scene_file import placed
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet, enclose_mesh, enclose_points, pose
+from spacearm.geometry import (
+    Box,
+    Capsule,
+    Cylinder,
+    HalfSpace,
+    Obstacle,
+    Sphere,
+    SphereSet,
+    enclose_mesh,
+    enclose_points,
+    pose,
+    support,
+)
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
 from spacearm.planner.planner_settings import PlannerSettings, Weights
 from spacearm.robot import load_robot
@@ -155,14 +167,13 @@ def test_what_is_held_is_held_as_by_the_library(folder: Path) -> None:
     holding = """\
 robot:
   name: zhang2022
-  capsules_per_shape: 2
   holding:
     - box: {size: [0.1, 0.2, 0.3], position: [0, 0.1, 0]}
       frame: hand
       position: [0, 0.2, 0]
       rpy_deg: [0, 0, 90]
       touching: [hand, forearm]
-    - sphere: {center: [0, 0.1, 0], radius: 0.05}
+    - {sphere: {center: [0, 0.1, 0], radius: 0.05}, density: 2700}
     - {name: mast, capsule: {a: [0, 0, 0], b: [0, 0.3, 0], radius: 0.01}, frame: held_2}
 """
     found = load_problem(
@@ -175,13 +186,14 @@ robot:
         frame="hand",
         pose=T,
         touching=["hand", "forearm"],
-        capsules_per_shape=2,
     )
-    robot = hold(robot, Sphere((0, 0.1, 0), 0.05), name="held_2")
+    robot = hold(robot, Sphere((0, 0.1, 0), 0.05), name="held_2", density=2700)
     robot = hold(robot, Capsule((0, 0, 0), (0, 0.3, 0), 0.01), frame="held_2", name="mast")
-    assert [capsule.name for capsule in found.robot.capsules] == [capsule.name for capsule in robot.capsules]
-    for mine, theirs in zip(found.robot.capsules, robot.capsules, strict=True):
-        np.testing.assert_allclose((*mine.a, *mine.b, mine.radius), (*theirs.a, *theirs.b, theirs.radius), atol=1e-12)
+    assert [(part.name, part.joint) for part in found.robot.shapes] == [(part.name, part.joint) for part in robot.shapes]
+    n = np.random.default_rng(0).normal(size=(20, 3))
+    for mine, theirs in zip(found.robot.shapes, robot.shapes, strict=True):
+        np.testing.assert_allclose(support(mine.shape, n), support(theirs.shape, n), atol=1e-12)
+    assert [(body.name, body.mass) for body in found.robot.bodies] == [(body.name, body.mass) for body in robot.bodies]
     assert found.robot.self_pairs == robot.self_pairs
     assert isinstance(found.goal, PositionGoal)
     assert found.goal.frame == "mast"
@@ -301,6 +313,11 @@ REFUSED: dict[str, tuple[type[SpacearmError], str]] = {
     "robot fixed unknown": (RobotError, robot("{file: arm.urdf, fixed: {c: 1}}")),
     "robot self-collision mistyped": (FileFormatError, robot("{name: zhang2022, self_collision: on}")),
     "robot capsules none": (RobotError, robot("{name: zhang2022, capsules_per_shape: 0}")),
+    "robot pieces of a link none": (RobotError, robot("{name: zhang2022, pieces_per_mesh: {hand: 0}}")),
+    "robot excess of an unknown link": (RobotError, robot("{name: zhang2022, excess: {hnd: 0.1}}")),
+    "held mass and density": (RobotError, held("{sphere: {center: [0, 0, 0], radius: 1}, mass: 1, density: 1}")),
+    "held density zero": (RobotError, held("{sphere: {center: [0, 0, 0], radius: 1}, density: 0}")),
+    "held mass below zero": (RobotError, held("{sphere: {center: [0, 0, 0], radius: 1}, mass: -1}")),
     "held half-space": (FileFormatError, held("half_space: {normal: [0, 0, 1], point: [0, 0, 0]}")),
     "held nothing": (FileFormatError, held("frame: hand")),
     "held by an unknown frame": (RobotError, held("{sphere: {center: [0, 0, 0], radius: 1}, frame: hnd}")),

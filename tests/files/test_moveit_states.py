@@ -383,6 +383,17 @@ def test_what_is_attached_to_a_floating_robot_needs_a_mass(load: Load, folder: P
     assert told(weighed, "fills its shape evenly")
 
 
+def test_the_weight_of_several_shapes_is_spread_by_their_volumes(load: Load) -> None:
+    two = item("can", "fore")
+    two["primitives"] = [{"type": "box", "dimensions": [0.1, 0.1, 0.2]}, {"type": "sphere", "dimensions": [0.05]}]
+    two["primitive_poses"] = [SCREW, SCREW]
+    problem = load(start=state(START, **attached(two, weight=3.0)))
+    volumes = np.array([0.1 * 0.1 * 0.2, 4 / 3 * np.pi * 0.05**3])
+    masses = [body.mass for body in problem.robot.bodies if body.name.startswith("can")]
+    np.testing.assert_allclose(masses, 3.0 * volumes / volumes.sum())
+    assert told(problem, "3 kg", "fills its 2 shapes evenly")
+
+
 def test_an_object_of_the_world_is_taken_up(load: Load) -> None:
     items = [item("can", subframe_names=["lid"], subframe_poses=[SCREW]), item("box")]
     for thing in ({"id": "can"}, item("can", "fore")):
@@ -396,12 +407,12 @@ def test_an_object_of_the_world_is_taken_up(load: Load) -> None:
 def test_what_the_scene_attaches_stays_attached_until_it_is_taken_off(load: Load) -> None:
     scene = {"robot_state": state(START, **attached(item("can", "fore")))}
     problem = load(scene=scene)
-    assert any(capsule.name == "can" for capsule in problem.robot.capsules)
+    assert any(part.name == "can" for part in problem.robot.shapes)
     assert told(problem, "attaches can", "is_diff")
     assert not told(load(scene=scene, start=state(START, is_diff=True)), "MoveIt would let go")
     off = {"attached_collision_objects": [{"link_name": "fore", "object": {"id": "can", "operation": 1}}]}
     problem = load(scene=scene, start=state(START, is_diff=True, **off))
-    assert not any(capsule.name == "can" for capsule in problem.robot.capsules)
+    assert not any(part.name == "can" for part in problem.robot.shapes)
 
 
 def test_several_shapes_are_held_as_one(load: Load) -> None:
@@ -409,11 +420,11 @@ def test_several_shapes_are_held_as_one(load: Load) -> None:
     two["primitives"] *= 2
     two["primitive_poses"] = [SCREW, {"position": [0, 0, 0]}]
     problem = load(start=state(START, **attached(two)))
-    assert {capsule.name for capsule in problem.robot.capsules} >= {"tool 1", "tool 2"}
+    assert {part.name for part in problem.robot.shapes} >= {"tool 1", "tool 2"}
     np.testing.assert_allclose(at(problem, "tool"), at(problem, "fore"), atol=1e-15)
     more = attached(item("tool", "fore", operation=2))["attached_collision_objects"]
     start = state(START, attached_collision_objects=[*attached(item("tool", "fore"))["attached_collision_objects"], *more])
-    assert {capsule.name for capsule in load(start=start).robot.capsules} >= {"tool 1", "tool 2"}
+    assert {part.name for part in load(start=start).robot.shapes} >= {"tool 1", "tool 2"}
 
 
 def test_a_goal_may_be_for_what_is_held(load: Load) -> None:

@@ -10,8 +10,21 @@ from typing import Any
 import numpy as np
 
 from spacearm.core.native import load_level
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet
+from spacearm.geometry import (
+    Box,
+    Capsule,
+    ConvexShape,
+    Cylinder,
+    HalfSpace,
+    Obstacle,
+    Polytope,
+    PolytopeSet,
+    Sphere,
+    SphereSet,
+    core_of,
+)
 from spacearm.robot import Robot
+from spacearm.robot.link_shapes import as_capsule
 
 LEVELS = ("x86-64-v4", "x86-64-v3", "x86-64-v2", "generic")
 Point = tuple[int, Sequence[float] | np.ndarray]
@@ -171,7 +184,7 @@ class Surrounded:
 
     Attributes:
         native: the kernel's own object.
-        pairs: (p, 2) the capsules that must keep clear of each other.
+        pairs: (p, 2) the shapes that must keep clear of each other.
     """
 
     native: Any
@@ -187,19 +200,33 @@ def kernel_shape(build: Build, obstacle: Obstacle) -> Any:
         return kernel.Capsule(a=obstacle.a, b=obstacle.b, radius=obstacle.radius)
     if isinstance(obstacle, HalfSpace):
         return kernel.HalfSpace(normal=obstacle.normal, offset=float(obstacle.normal @ obstacle.point))
+    if isinstance(obstacle, Polytope):
+        return kernel.Polytope(vertices=obstacle.vertices.copy(), rounding=obstacle.rounding)
     assert isinstance(obstacle, (Box, Cylinder))
+    rounding = obstacle.rounding
     center, axes = obstacle.pose[:3, 3].copy(), np.ascontiguousarray(obstacle.pose[:3, :3].T)
     if isinstance(obstacle, Box):
-        return kernel.Box(center=center, axes=axes, half_size=obstacle.size / 2)
-    return kernel.Cylinder(center=center, axis=axes[2].copy(), half_length=obstacle.length / 2, radius=obstacle.radius)
+        return kernel.Box(center=center, axes=axes, half_size=obstacle.size / 2, rounding=rounding)
+    half, axis = obstacle.length / 2, axes[2].copy()
+    return kernel.Cylinder(center=center, axis=axis, half_length=half, radius=obstacle.radius, rounding=rounding)
+
+
+def kernel_solid(build: Build, shape: ConvexShape) -> Any:
+    """A link's shape that is no capsule as the kernel's own object."""
+    kernel, core = build.module, core_of(shape)
+    kind = getattr(kernel.CoreKind, core.kind)
+    made = kernel.ConvexShape(kind=kind, half=core.half.copy(), radius=core.radius, vertices=np.array(core.vertices))
+    return kernel.Solid(shape=made, axes=np.ascontiguousarray(core.T[:3, :3].T), origin=core.T[:3, 3].copy())
 
 
 def single_shapes(obstacles: Sequence[Obstacle]) -> list[Obstacle]:
-    """The obstacles, sets of spheres as their spheres."""
+    """The obstacles, sets as their members."""
     out: list[Obstacle] = []
     for obstacle in obstacles:
         if isinstance(obstacle, SphereSet):
             out += [Sphere(c, float(r)) for c, r in zip(obstacle.centers, obstacle.radii, strict=True)]
+        elif isinstance(obstacle, PolytopeSet):
+            out += obstacle.pieces
         else:
             out.append(obstacle)
     return out
@@ -214,8 +241,9 @@ def surround(
     pair_margins: dict[str, np.ndarray] | None = None,
     masses: dict[str, np.ndarray] | None = None,
 ) -> Surrounded:
-    """Make a kernel model whose capsules are arranged link by link, among obstacles of any shape."""
-    links = sorted({(c.name, c.joint) for c in robot.capsules})
+    """Make a kernel model whose bodies are arranged link by link, among obstacles of any shape."""
+    shapes = robot.shapes
+    links = sorted({(part.name, part.joint) for part in shapes})
     close = [
         (i, k)
         for one, two in robot.self_pairs
@@ -224,13 +252,18 @@ def surround(
         if (name, other) == (one, two)
     ]
     kernel = build.module
+    capsules = [as_capsule(part) for part in shapes]
+    axes = [(np.zeros(3), np.zeros(3), 0.0) if c is None else (c.a, c.b, c.radius) for c in capsules]
+    others = [i for i, c in enumerate(capsules) if c is None]
     envelope = kernel.Envelope(
-        joint=np.array([c.joint for c in robot.capsules], dtype=np.int32),
-        link=np.array([links.index((c.name, c.joint)) for c in robot.capsules], dtype=np.int32),
-        a=np.array([c.a for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
-        b=np.array([c.b for c in robot.capsules], dtype=np.float64).reshape(-1, 3),
-        radius=np.array([c.radius for c in robot.capsules], dtype=np.float64),
+        joint=np.array([part.joint for part in shapes], dtype=np.int32),
+        link=np.array([links.index((part.name, part.joint)) for part in shapes], dtype=np.int32),
+        a=np.array([a for a, _, _ in axes], dtype=np.float64).reshape(-1, 3),
+        b=np.array([b for _, b, _ in axes], dtype=np.float64).reshape(-1, 3),
+        radius=np.array([radius for _, _, radius in axes], dtype=np.float64),
         pairs=np.array(close, dtype=np.int32).reshape(-1, 2),
+        solid=np.array([others.index(i) if i in others else -1 for i in range(len(shapes))], dtype=np.int32),
+        solids=[kernel_solid(build, shapes[i].shape) for i in others],
     )
     world = kernel.World(
         **parts(build, robot, points=points)[0],
@@ -240,7 +273,7 @@ def surround(
         masses=None if masses is None else kernel.Masses(**masses),
     )
     native = build.named("Model")(world)
-    names = [c.name for c in robot.capsules]
+    names = [part.name for part in shapes]
     pairs = [
         (i, k)
         for one, two in robot.self_pairs

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.terminal import base_rows, show_list, tell_notes, tell_robot
+from spacearm.cli.terminal import base_rows, loading, show_list, tell_notes, tell_robot
 from spacearm.core.errors import SettingsError
 from spacearm.core.output import require_new
 from spacearm.core.reading import located, read_bytes
@@ -77,7 +77,8 @@ def run(arguments: Sequence[str]) -> int:
 
     if options.output is not None:
         require_new(options.output, advice="choose another name with -o")
-    problem = None if options.problem is None else load_problem(options.problem)
+    with loading():
+        problem = None if options.problem is None else load_problem(options.problem)
     found = _found(options, problem)
     from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION
 

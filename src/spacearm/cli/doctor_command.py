@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
+from spacearm.cli.terminal import loading
 from spacearm.core.errors import SettingsError
 from spacearm.core.version import version
 from spacearm.doctor import Choices, Diagnosis, Finding, Mended, diagnose, mend_urdf
@@ -63,17 +64,19 @@ def run(arguments: Sequence[str]) -> int:
     if options.fix is None:
         if options.force:
             raise SettingsError("--force is for --fix, and there is nothing to write; leave it out, or give --fix OUT.URDF")
-        found = diagnose(options.model, options.srdf, base=options.base, choices=choices)
+        with loading():
+            found = diagnose(options.model, options.srdf, base=options.base, choices=choices)
         print(_as_json(found.as_dict()) if options.json else "\n".join(_report_lines(found)))
         return 0 if found.healthy else 1
-    mended = mend_urdf(
-        options.model,
-        options.fix,
-        srdf=options.srdf,
-        base=options.base,
-        choices=choices,
-        overwrite=options.force,
-    )
+    with loading():
+        mended = mend_urdf(
+            options.model,
+            options.fix,
+            srdf=options.srdf,
+            base=options.base,
+            choices=choices,
+            overwrite=options.force,
+        )
     print(_as_json(mended.as_dict()) if options.json else "\n".join(_copy_lines(mended)))
     return 0 if mended.after.healthy else 1
 

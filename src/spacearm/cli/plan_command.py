@@ -19,7 +19,7 @@ from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
 from spacearm.cli.results_folder import results_folder
-from spacearm.cli.terminal import base_rows, progress_bar, show_list, tell_notes, tell_robot
+from spacearm.cli.terminal import base_rows, loading, progress_bar, show_list, tell_notes, tell_robot
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import ProblemError, SettingsError
 from spacearm.core.interrupts import unbroken
@@ -86,7 +86,8 @@ def run(arguments: Sequence[str]) -> int:
     from spacearm.planner import plan
     from spacearm.planner.pareto import require_choice
 
-    file = load_problem_file(options.problem)
+    with loading():
+        file = load_problem_file(options.problem)
     problem = file.problem if options.clearance is None else replace(file.problem, clearance=options.clearance)
     tell_notes(options.problem, problem.scene.notes)
     if options.pareto is not None:

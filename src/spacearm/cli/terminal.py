@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -19,6 +20,7 @@ Bar = Callable[[int, int, str], None]
 """Called with the work done, the work in all (0 where it is not known), and what is being done."""
 
 _LONGEST = 200  # characters of a note on a robot that are printed; the list of joints of a large robot is longer
+_NAMES_AND_NUMBERS = re.compile(r"'[^']*'|[-+]?\d[\d.e+-]*")
 _ENDLESS = 100_000  # [characters] the width of a file or a pipe, where nothing is wrapped
 
 
@@ -94,20 +96,52 @@ def tell_notes(about: object, notes: Iterable[str]) -> None:
 
 
 def tell_robot(robot: Robot, *, more: str) -> None:
-    """Print on stderr what was assumed of a robot, unless it comes with spacearm: the documentation describes those.
+    """Print on stderr what was assumed of a robot, a line a kind.
 
     Args:
-        robot: with notes. Of a note with a long list the beginning is printed.
+        robot: with notes. Of a note with a long list the beginning is printed. What belongs to a robot that comes with spacearm
+            is left out: the documentation tells it.
         more: where the notes are in full.
     """
-    from spacearm.robot import builtin_robots
+    from spacearm.robot import builtin_robots, load_robot
 
-    if robot.source in builtin_robots():
-        return
-    told = [_shortened(note) for note in robot.notes]
+    known = set(load_robot(robot.source).notes) if robot.source in builtin_robots() else set[str]()
+    notes = [note for note in robot.notes if note not in known]
+    told = [_shortened(note) for note in _folded(notes)]
     tell_notes(f"robot '{robot.name}'", told)
-    if any(short != note for short, note in zip(told, robot.notes, strict=True)):
+    if told != notes:
         print(f"spacearm: {more} has the notes in full", file=sys.stderr)
+
+
+def _folded(notes: Sequence[str]) -> list[str]:
+    """Return the first note of each kind, with the number of the others: those that differ in names and numbers alone."""
+    kinds: dict[str, list[str]] = {}
+    for note in dict.fromkeys(notes):
+        kinds.setdefault(_NAMES_AND_NUMBERS.sub("", note), []).append(note)
+    return [same[0] + (f" (and {len(same) - 1} more of this kind)" if len(same) > 1 else "") for same in kinds.values()]
+
+
+@contextmanager
+def loading() -> Iterator[None]:
+    """Show on stderr what takes long in loading a robot while the context lasts; nothing where stderr is no terminal."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from spacearm.core.long_work import on_progress
+
+    width = 0
+
+    def say(words: str) -> None:
+        nonlocal width
+        width = max(width, len(words))
+        print(f"\r{words.ljust(width)}", end="", file=sys.stderr, flush=True)
+
+    try:
+        with on_progress(say):
+            yield
+    finally:
+        if width:
+            print(f"\r{' ' * width}\r", end="", file=sys.stderr, flush=True)
 
 
 def _shortened(note: str) -> str:

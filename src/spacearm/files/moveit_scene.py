@@ -468,8 +468,8 @@ def robot_with_matrix(robot: Robot, matrix: Matrix) -> Robot:
 
     Pairs that no joint moves against each other are unchecked, as for an SRDF.
     """
-    of_pairs = ("self-collision ", "the envelopes of ")  # how notes on pairs begin: new ones are added in their place
-    kept = tuple(note for note in robot.notes if not note.startswith(of_pairs))
+    of_pairs = ("keep clear", "not checked")  # in each note on pairs: new ones are added in their place
+    kept = tuple(note for note in robot.notes if not any(words in note for words in of_pairs))
     return with_allowed_pairs(replace(robot, notes=kept), matrix.may_touch, by="MoveIt's matrix")
 
 

@@ -17,6 +17,8 @@ from spacearm.core.errors import nearest
 from spacearm.dynamics.payload import hold
 from spacearm.files.moveit_scene import APPEND, MOVE, REMOVE, Body, Frames, body_of, root_joints
 from spacearm.files.moveit_shapes import named
+from spacearm.geometry import HalfSpace, Obstacle
+from spacearm.geometry.solid_moments import solid_moments
 from spacearm.robot.assembly import joint_limits_in_file, locked_elsewhere, locked_leaders, locked_values
 from spacearm.robot.model import Frame, Robot
 
@@ -171,19 +173,36 @@ def _with_one_attached(
     touching = [link for link in links if link in one.touching or (may_touch is not None and may_touch(name, link))]
     if one.part.detach_posture.points:
         notes.append(f"the detach_posture of '{name}' is left out: nothing lets go of it")
-    mass = one.mass if one.mass > 0 and len(one.body.shapes) == 1 else None  # how it is spread over several, nothing says
-    if mass is not None:
-        notes.append(f"the weight of '{name}', {mass:g} kg, is taken for a mass that fills its shape evenly")
-    elif one.mass:
-        notes.append(
-            f"the weight of '{name}', {one.mass:g} kg, is left out: it has {len(one.body.shapes)} shapes, and how it is spread "
-            "over them is not stated; it would matter if the base floated"
-        )
-    for i, shape in enumerate(one.body.shapes):
-        label = named(name, i, len(one.body.shapes))
-        obstacle = shape.part.located(lambda shape=shape, label=label: shape.made.make(shape.T, label))
+    labels = [named(name, i, len(one.body.shapes)) for i in range(len(one.body.shapes))]
+    obstacles = [
+        shape.part.located(lambda shape=shape, label=label: shape.made.make(shape.T, label))
+        for shape, label in zip(one.body.shapes, labels, strict=True)
+    ]
+    masses = _masses_of(one, obstacles, notes)
+    for obstacle, label, mass in zip(obstacles, labels, masses, strict=True):
         robot = hold(robot, obstacle, frame=one.link, pose=one.body.T, touching=touching, name=label, mass=mass)
     return _with_frames(robot, one)
+
+
+def _masses_of(one: AttachedObject, obstacles: Sequence[Obstacle], notes: list[str]) -> list[float | None]:
+    """Return the mass of each shape of an object [kg]: its weight, spread evenly over their volumes; None if it has none."""
+    name, held = one.body.name, [obstacle for obstacle in obstacles if not isinstance(obstacle, HalfSpace)]
+    if not one.mass > 0 or len(held) < len(obstacles):  # what has no end is refused by `hold`
+        if one.mass:
+            notes.append(f"the weight of '{name}', {one.mass:g} kg, is left out: a mass is above 0")
+        return [None] * len(obstacles)
+    if len(held) == 1:
+        notes.append(f"the weight of '{name}', {one.mass:g} kg, is taken for a mass that fills its shape evenly")
+        return [one.mass]
+    volumes = [solid_moments(obstacle).volume for obstacle in held]
+    if not min(volumes) > 0:
+        notes.append(
+            f"the weight of '{name}', {one.mass:g} kg, is left out: one of its {len(held)} shapes is flat, and nothing says how "
+            "it is spread over them; it would matter if the base floated"
+        )
+        return [None] * len(held)
+    notes.append(f"the weight of '{name}', {one.mass:g} kg, is taken for a mass that fills its {len(held)} shapes evenly")
+    return [one.mass * volume / sum(volumes) for volume in volumes]
 
 
 def _with_frames(robot: Robot, one: AttachedObject) -> Robot:

@@ -205,7 +205,7 @@ def _goal_in_collision(model: ClearanceModel, goal: JointGoal) -> EndReport:
 def _advice(what: str, met: tuple[Contact, ...]) -> str:
     if met and all(contact.kind == "link" for contact in met):
         other = "let the links touch (an SRDF says which may, `touching` what a held thing may)"
-        closer = "if the real parts are apart, a larger `capsules_per_shape` encloses them more closely"
+        closer = "if the real parts are apart, a smaller `excess` encloses their meshes more closely"
         return f"change `{what}`, or {other}; {closer}"
     return f"change `{what}` or the scene"
 

@@ -291,7 +291,9 @@ def _mesh_enclosure(mesh: MeshFile, T: Array, pieces: int, excess: float | None,
     if bool(kept["flat"]):
         remarks.append("a mesh that is flat has no inside, and is enclosed as a plate without thickness")
     if bool(kept["beyond"]):
-        remarks.append("for want of pieces, meshes stand in larger ones than they should; give more by pieces_per_mesh=")
+        remarks.append(
+            "meshes that pieces_per_mesh= pieces cannot hold as closely as excess= asks (by default 2 % of their size)"
+        )
     return Enclosure(
         parts=parts,
         excess=float(kept["excess"]),
