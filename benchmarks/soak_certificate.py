@@ -1,9 +1,9 @@
 """A long search for a certificate that is wrong: drawn robots, scenes and trajectories, looked at by others afterwards.
 
-Robots with branches, slides and mimics; links and obstacles of every shape; splines, straight lines and cubics; clearances of
-0 to 0.5 m, by pair too, so that pairs are near at an end. Where a certificate holds, Pinocchio and Coal measure the clearance of every pair
-at many random instants and around the closest approach; where it fails, at the instant that it names. A case is drawn from
-(seed, number), which is printed with whatever is wrong.
+Robots with branches, slides and mimics; links and obstacles of every shape; splines, straight lines and cubics; clearances of 0
+to 0.5 m, by pair too, so that pairs are near at an end. Where a certificate holds, Pinocchio and Coal measure the clearance of
+every pair at many random instants and around the closest approach; where it fails, at the instant that it names. A case is
+drawn from (seed, number), which is printed with whatever is wrong.
 
     python benchmarks/soak_certificate.py --seconds 600 --count 1000000 --instants 500
     python benchmarks/soak_certificate.py --seed 0 --only 1234

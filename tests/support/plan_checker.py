@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import coal
 import numpy as np
@@ -11,12 +10,12 @@ import numpy as np
 from spacearm.geometry import Capsule, ConvexShape, HalfSpace, Obstacle, Scene, bounding_points
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, Plan, PoseGoal, PositionGoal, Problem
 from spacearm.planner.plan_result import STATUSES
-from spacearm.proof import Certificate
-from spacearm.robot import LinkShape, Robot
+from spacearm.robot import Robot
 from spacearm.robot.link_shapes import as_capsule
 from support.oracles.coal_shapes import Placed, distance, geometry_of, least_distances, placed_obstacle, shape_pairs
 from support.oracles.pinocchio_points import joint_frames
 from support.oracles.solids import has_definition, least_on_segments, link_distance
+from support.pair_distances import distances, stated
 
 ROUNDING = 1e-9  # [m] of Pinocchio's kinematics and of closed forms
 GJK = 1e-7  # [m] of Coal's iterations; what is nearer to the bound is measured by thirds
@@ -59,44 +58,22 @@ def _wrong_motion(plan: Plan, instants: int, rng: np.random.Generator) -> list[s
     times = np.clip(times, 0, trajectory.duration)
     out = []
     q = trajectory.sample(times).q
-    if not certificate.near_pairs:
-        least, row = least_clearance(problem.robot, problem.scene, joint_frames(problem.robot, q), proven)
-        if least < proven - ROUNDING:
-            out.append(f"proven {proven:.12g} m, but {least:.12g} m at t = {times[row]:.17g} s")
-    else:
-        out += _wrong_by_pair(certificate, times, joint_frames(problem.robot, q))
+    least, _ = least_clearance(problem.robot, problem.scene, joint_frames(problem.robot, q), proven)
+    if least < proven - ROUNDING:
+        out += _pairs_below(plan, times, joint_frames(problem.robot, q))
     return out + _broken_limits(plan) + _wrong_ends(plan)
 
 
-def _wrong_by_pair(certificate: Certificate, times: np.ndarray, frames: np.ndarray) -> list[str]:
-    """Where pairs are near at an end: each pair of a link and an obstacle, or of two links, by what is proven of it."""
-    robot, scene, out = certificate.robot, certificate.scene, []
-    of_links: dict[str, tuple[LinkShape, ...]] = {}
-    for part in robot.shapes:
-        of_links[part.name] = (*of_links.get(part.name, ()), part)
-    for link, parts in of_links.items():
-        alone = replace(robot, shapes=parts, self_pairs=(), apart=None, unchecked=())
-        for i, obstacle in enumerate(scene.obstacles):
-            has = least_distances(alone, Scene([obstacle]), frames)
-            out += _wrong_pair(certificate, link, f"obstacle {scene.called(i)}", times, has)
-    for one, other in robot.self_pairs:
-        both = replace(robot, shapes=of_links[one] + of_links[other], self_pairs=((one, other),), apart=None, unchecked=())
-        has = least_distances(both, Scene([]), frames)
-        near = [pair for pair in certificate.near_pairs if {pair.link, pair.other} == {one, f"link '{other}'"}]
-        out += _wrong_pair(certificate, *((one, f"link '{other}'") if near else (other, f"link '{one}'")), times, has)
+def _pairs_below(plan: Plan, times: np.ndarray, frames: np.ndarray) -> list[str]:
+    """Name the pairs that have less than the certificate states of each: pairs near at an end are held to less there."""
+    assert plan.certificate is not None
+    out = []
+    for pair, apart in distances(plan.problem.robot, plan.problem.scene, frames):
+        short = stated(plan.certificate, pair, times) - apart
+        row = int(np.argmax(short))
+        if short[row] > GJK:
+            out.append(f"{pair}: {apart[row] + short[row]:.12g} m stated, {apart[row]:.12g} m at t = {times[row]:.17g} s")
     return out
-
-
-def _wrong_pair(certificate: Certificate, link: str, other: str, times: np.ndarray, has: np.ndarray) -> list[str]:
-    proven = np.full(len(times), certificate.clearance)
-    for near in certificate.near_pairs:
-        if (near.link, near.other) == (link, other):
-            assert near.proven is not None
-            proven = np.where((times >= near.begin) & (times <= near.end), np.minimum(proven, near.proven), proven)
-    row = int(np.argmin(has - proven))
-    if has[row] >= proven[row] - _BY_PAIR:
-        return []
-    return [f"{link} and {other}: proven {proven[row]:.12g} m, but {has[row]:.12g} m at t = {times[row]:.17g} s"]
 
 
 def least_clearance(robot: Robot, scene: Scene, frames: np.ndarray, proven: float) -> tuple[float, int]:
