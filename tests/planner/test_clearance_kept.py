@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import signal
 from dataclasses import replace
 from typing import Any
 
@@ -165,6 +166,21 @@ def test_where_no_clearance_helps_that_is_told_too() -> None:
     assert "none was found with clearance 0 either" in found.message
     bare = plan(replace(narrow(-0.001), clearance=0.0), PlannerSettings(evaluations=600), rng=0)
     assert bare.message.startswith("no collision-free motion was found")
+
+
+def test_ctrl_c_ends_the_search_with_less_clearance_too() -> None:
+    said: list[str] = []
+
+    def interrupt(stage: str) -> None:
+        said.append(stage)
+        if stage == "a motion with less clearance":
+            signal.raise_signal(signal.SIGINT)
+
+    found = plan(narrow(0.006), SMALL, rng=0, progress=interrupt)
+    assert (found.status, found.interrupted, found.achievable) == ("not_found", True, None)
+    assert said[-1] == "a motion with less clearance"
+    assert "; it was interrupted; " in found.message
+    assert "with clearance 0" not in found.message
 
 
 def test_a_time_budget_holds_for_the_search_with_less_clearance_too() -> None:
