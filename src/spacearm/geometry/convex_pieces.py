@@ -156,7 +156,7 @@ def _made(mesh: Mesh, *, pieces: int, asked: float | None, vertices: int, inside
         solid = meant_solid(local, inside, what=what, largest=float(np.abs(triangles).max()))
         rounding += solid.slack
         found = _searched(solid, pieces, wanted, size=size, inside=inside, what=what)
-        hulls = [holding(few_vertices(piece.hull, vertices), piece.points) for piece in found]
+        hulls = [holding(few_vertices(piece.hull, vertices), piece.hull, piece.points) for piece in found]
         out = [piece.excess for piece in found]
     radii = np.array([hull.rounding for hull in hulls]) + rounding
     return {
