@@ -13,11 +13,11 @@ from spacearm.proof.separation import (
     GUARD,
     ClearanceBounds,
     OpenPairs,
-    capsule_pairs,
     clearance_bounds,
     link_pairs,
     obstacle_groups,
     out_of_cells,
+    shape_pairs,
 )
 from spacearm.proof.solids import Balls, Solids, cells_of, solids_of
 from spacearm.robot import LinkCapsule, Robot
@@ -193,10 +193,10 @@ def test_every_capsule_meets_every_solid_and_every_named_capsule() -> None:
     )
     assert len(groups) == 3
     for group, expected in zip(groups[:2], (2, 1), strict=True):
-        pairs = capsule_pairs(group, body, relative_bodies, link_pairs(group, relative_bodies, 2))
+        pairs = shape_pairs(group, body, relative_bodies, link_pairs(group, relative_bodies, 2))
         found = sorted(zip(pairs.interval, relative_bodies.body[pairs.relative], pairs.solid, strict=True))
         assert found == [(i, c, k) for i in range(2) for c in range(5) for k in range(expected)]
-    pairs = capsule_pairs(groups[2], body, relative_bodies, link_pairs(groups[2], relative_bodies, 1))
+    pairs = shape_pairs(groups[2], body, relative_bodies, link_pairs(groups[2], relative_bodies, 1))
     met = {frozenset((int(relative_bodies.body[r]), int(s))) for r, s in zip(pairs.relative, pairs.solid, strict=True)}
     assert met == {frozenset(pair) for pair in [(0, 1), (0, 2), (3, 1), (3, 2), (1, 4), (2, 4)]}
     assert len(pairs.relative) == len(met)

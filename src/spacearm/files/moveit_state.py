@@ -197,8 +197,8 @@ def _masses_of(one: AttachedObject, obstacles: Sequence[Obstacle], notes: list[s
     volumes = [solid_moments(obstacle).volume for obstacle in held]
     if not min(volumes) > 0:
         notes.append(
-            f"the weight of '{name}', {one.mass:g} kg, is left out: one of its {len(held)} shapes is flat, and nothing says how "
-            "it is spread over them; it would matter if the base floated"
+            f"the weight of '{name}', {one.mass:g} kg, is left out: one of its {len(held)} shapes is flat, and nothing says "
+            "how it is spread over them; it would matter if the base floated"
         )
         return [None] * len(held)
     notes.append(f"the weight of '{name}', {one.mass:g} kg, is taken for a mass that fills its {len(held)} shapes evenly")

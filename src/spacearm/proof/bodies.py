@@ -86,12 +86,14 @@ class BodyGroup:
         parts: 0 if a core is the hull of its points. Else the core is the hull of this number of parts, and the points are as
             many runs of equal length, each of which holds one part: a cylinder is the hull of two discs, each in a polygon.
         cores: boxes, cylinders or polytopes, (g,); empty for points and segments, whose points are the ends of their axes.
+        reach: (g,) how far the points are from the origins of the cores [m].
     """
 
     body: Indices
     points: Array
     parts: int
     cores: tuple[Core, ...]
+    reach: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -257,7 +259,9 @@ def _group(body: Indices, some: list[_ShapePoints], width: int, parts: int) -> B
     cores = tuple(one.core for one in some if one.core is not None)
     if not cores and np.array_equal(points[:, :1], points[:, 1:]):
         points = points[:, :1]
-    return BodyGroup(body=body, points=points, parts=parts, cores=cores)
+    origins = np.array([core.T[:3, 3] for core in cores]).reshape(-1, 1, 3)
+    reach = np.linalg.norm(points[: len(cores)] - origins, axis=2).max(axis=1)
+    return BodyGroup(body=body, points=points, parts=parts, cores=cores, reach=reach)
 
 
 def _relative_bodies(robot: Robot, bodies: Bodies, *, scene: int) -> RelativeBodies:

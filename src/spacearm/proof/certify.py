@@ -290,7 +290,7 @@ def _closest(near: NearestPair, robot: Robot, scene: Scene, base: BaseProof) -> 
     """Return a closest approach with names, time, and the parameter of the trajectory's own curve."""
     obstacle = near.obstacle
     return ClosestApproach(
-        link=robot.shapes[near.capsule].name,
+        link=robot.shapes[near.shape].name,
         other=f"link '{robot.shapes[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
         obstacle=obstacle,
         time=float(time_at(base, np.array(near.u))),

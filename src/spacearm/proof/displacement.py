@@ -165,6 +165,7 @@ class PointBounds:
     Attributes:
         position: (r, g, e, 3) of all bodies of the group at the midpoints, in the inertial frame [m].
         displacement_bound: (r, m, e) no point of a relative body gets further than this from its midpoint's place [m].
+        furthest: (r, m) the greatest of them; of boxes, cylinders and polytopes only.
         velocity: (r, m, e, 3) at the midpoints, per unit of u, in inertial axes [m].
         second_order_bound: (r, m, e) along any direction fixed in the frame of the other body, a point gets no further than
             half the length times its velocity along it, plus this [m].
@@ -172,6 +173,7 @@ class PointBounds:
 
     position: Array
     displacement_bound: Array
+    furthest: Array
     velocity: Array
     second_order_bound: Array
 
@@ -219,7 +221,7 @@ class IntervalMidpoints:
         at = self.frames[:, self._bodies.joint[group.body]]  # (r, g, 4, 4)
         position = group.points @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
         none = np.zeros((len(self.frames), 0, 0))
-        return PointBounds(position=position, displacement_bound=none, velocity=none, second_order_bound=none)
+        return PointBounds(position=position, displacement_bound=none, furthest=none, velocity=none, second_order_bound=none)
 
     def solids(self, group: int) -> Solids:
         """Return the bodies of a group as solids at the midpoints: body k of g on interval i is number i g + k."""
@@ -264,6 +266,8 @@ class IntervalMidpoints:
         into.displacement_bound, into.second_order_bound, into.velocity = (
             np.concatenate(column, axis=1) for column in zip(*parts, strict=True)
         )
+        if group:
+            into.furthest = into.displacement_bound.max(axis=2)
 
     def _bounds(self, position: Array, used: Indices) -> tuple[Array, Array, Array]:
         """Return displacement bound, second-order bound and velocity of the points of some relative bodies of a group."""

@@ -1,7 +1,7 @@
 """The search for a proof: intervals of the motion are halved until every pair is proven to be apart on each of them.
 
-Links are first enclosed in balls, and many balls of a scene in cells. Pairs that these do not settle are evaluated capsule by
-capsule and ball by ball. A pair that is still open is evaluated again on both halves of its interval; settled pairs are not.
+Links are first enclosed in balls, and many balls of a scene in cells. Pairs that these do not settle are evaluated shape by
+shape and ball by ball. A pair that is still open is evaluated again on both halves of its interval; settled pairs are not.
 Halving goes on until half of the least measured clearance is proven. So the proven clearance does not depend on where the
 intervals happen to end.
 """
@@ -31,12 +31,12 @@ from spacearm.proof.separation import (
     NearestPair,
     OpenPairs,
     by_group,
-    capsule_pairs,
     clearance_bounds,
     halved,
     link_pairs,
     obstacle_groups,
     out_of_cells,
+    shape_pairs,
     some_of,
 )
 from spacearm.proof.solids import Polytopes, Solids, lengths
@@ -50,7 +50,8 @@ Status = Literal["holds", "fails", "undecided"]
 _PROVEN_SHARE = 0.5  # times the least measured excess: what is to be proven above what a pair is held to
 _BATCH = 128  # intervals evaluated at once
 _ROWS = 100_000  # pairs evaluated at once, which bounds the memory
-_ROWS_OF_POLYTOPES = 2_000  # likewise, of pairs with a polytope: each takes some arrays of its vertices
+_ROWS_OF_CORNERS = 10_000  # likewise, if a body may have up to 32 points in place of two
+_ROWS_OF_POLYTOPES = 2_000  # likewise, of solids that are polytopes: each takes some arrays of its vertices
 _MOST_INTERVALS = 100_000  # evaluated before the search gives up
 _LIKELY = 24  # pairs of links and solids that are evaluated first, to find the least clearance early
 _CLOSE = 2.0  # times the least excess: pairs that seem to have less are measured
@@ -125,7 +126,6 @@ class ClearanceProof:
         Returns:
             The status, and the closest approach, or the worst one if it fails; None if nothing is in the way.
         """
-        self._find_near()
         status = self._search()
         begin, end = self._curve.domain
         self.measured.zoom((begin, end), self.frames_at, (end - begin) * min(self.resolution, 0.1))
@@ -148,10 +148,21 @@ class ClearanceProof:
         full = float(self.proven[self.requirements.full_phases].min())
         return full if np.isfinite(full) else float(self.proven.min())
 
-    def _find_near(self) -> None:
-        """Find the pairs that are near at an end, if any clearance is required."""
-        if not self._groups or not self.requirements.greatest:
-            return
+    def _find_near(
+        self, midpoints: IntervalMidpoints, pairs: list[OpenPairs], found: list[ClearanceBounds], held: list[Held]
+    ) -> bool:
+        """Find the pairs that are near at an end, among those that are not settled on the first and the last interval.
+
+        If there are any, what was proven and measured is forgotten.
+        """
+        begin, end = self._curve.domain
+        at_end = (midpoints.u - midpoints.half <= begin) | (midpoints.u + midpoints.half >= end)
+        among = np.zeros(self.requirements.required.shape, dtype=bool)
+        for group, (some, known, of_group) in enumerate(zip(pairs, found, held, strict=True)):
+            left = some.select(at_end[some.interval] & (known.on_interval <= of_group.required))
+            among[self.requirements.bodies_of(group, left)] = True
+        if not among.any():
+            return False
         measure = InstantMeasurements(
             self._bodies,
             self._relative_bodies,
@@ -163,13 +174,15 @@ class ClearanceProof:
             self._frames,
             self._bounds_at_instants,
         )
-        near = find_near(self.requirements, measure, self._curve.domain)
-        if near:
-            self.requirements.set_near(near)
-            phases = self.requirements.phases
-            self.measured.begin(phases=phases)
-            self.proven, self._least = np.full(phases, np.inf), np.full(phases, np.inf)
-            self._least[1:] = self.requirements.known_excess()
+        near = find_near(self.requirements, measure, self._curve.domain, among)
+        if not near:
+            return False
+        self.requirements.set_near(near)
+        phases = self.requirements.phases
+        self.measured.begin(phases=phases)
+        self.proven, self._least = np.full(phases, np.inf), np.full(phases, np.inf)
+        self._least[1:] = self.requirements.known_excess()
+        return True
 
     def _bounds_at_instants(self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, cells: bool) -> ClearanceBounds:
         of_cells = self._groups[group].cells
@@ -216,6 +229,7 @@ class ClearanceProof:
 
     def _settle(self, midpoints: IntervalMidpoints, pairs: list[OpenPairs] | None) -> list[OpenPairs]:
         """Settle what can be settled, and return the pairs that are still open, by group. None: all pairs are open."""
+        begins = pairs is None and self.requirements.greatest > 0 and not self.requirements.near
         if pairs is None:
             first = self._bodies.group[self._relative_bodies.body] == 0  # the balls around links are among them
             midpoints.bound(np.flatnonzero(first))
@@ -227,11 +241,15 @@ class ClearanceProof:
             midpoints.bound(_used(pairs))
         held = [self.requirements.on(group, of_group, midpoints) for group, of_group in enumerate(pairs)]
         found = [self._sharpened(midpoints, group, pairs[group], of_group) for group, of_group in enumerate(held)]
+        if begins and self._find_near(midpoints, pairs, found, held):
+            return self._settle(midpoints, None)
         self._measure_nearest(midpoints, pairs, found, held)
         return [pairs[i].select(~self._settled(found[i], of_group)) for i, of_group in enumerate(held)]
 
     def _target(self, held: Held) -> Array | float:
         """Return the clearances that are to be proven [m]."""
+        if isinstance(held.phase, int):
+            return held.required + self._proven_share * max(0.0, self._least.item(held.phase))
         return held.required + self._proven_share * np.maximum(0.0, self._least[held.phase])
 
     def _settled(self, known: ClearanceBounds, held: Held) -> NDArray[np.bool_]:
@@ -274,7 +292,8 @@ class ClearanceProof:
         n: Array | None = None,
     ) -> ClearanceBounds:
         parts: list[ClearanceBounds] = []
-        step = _ROWS_OF_POLYTOPES if isinstance(solids, Polytopes) else _ROWS
+        step = _ROWS if len(self._bodies.groups) == 1 else _ROWS_OF_CORNERS
+        step = _ROWS_OF_POLYTOPES if isinstance(solids, Polytopes) else step
         for i in range(0, max(1, len(pairs.interval)), step):
             rows = slice(i, i + step)
             some, directions = pairs.select(rows), None if n is None else n[rows]
@@ -285,7 +304,7 @@ class ClearanceProof:
         return ClearanceBounds(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def _close_pairs(self, midpoints: IntervalMidpoints) -> list[OpenPairs]:
-        """Return the pairs of capsules and solids that their links' balls and their cells do not settle, by group."""
+        """Return the pairs of shapes and solids that their links' balls and their cells do not settle, by group."""
         coarse: list[tuple[OpenPairs, ClearanceBounds, Held]] = []
         for i, group in enumerate(self._groups):
             pairs = link_pairs(group, self._relative_bodies, len(midpoints.half))
@@ -306,23 +325,23 @@ class ClearanceProof:
                 held = self.requirements.on(i, left, midpoints)
                 known = self._bounds(midpoints, i, left, enough=self._target(held))
                 left = left.select(~self._settled(known, held))
-            out.append(capsule_pairs(group, self._bodies, self._relative_bodies, left))
+            out.append(shape_pairs(group, self._bodies, self._relative_bodies, left))
         return out
 
     def _find_least(self, midpoints: IntervalMidpoints, i: int, pairs: OpenPairs, excess: Array, held: Held) -> None:
-        """Look for the least excess of group i among the capsules of the links that seem closest, and measure one pair.
+        """Look for the least excess of group i among the shapes of the links that seem closest, and measure one pair.
 
         Pairs that are near at an end are left out: what they have there is known.
         """
         group = self._groups[i]
-        excess = np.where(held.phase_at_midpoint, np.inf, excess)
+        excess = _never_near(excess, held)
         likely = np.argpartition(excess, min(_LIKELY, len(excess)) - 1)[:_LIKELY]
         close = pairs.select(likely) if group.cells is None else out_of_cells(group.cells, pairs.select(likely))
-        close = capsule_pairs(group, self._bodies, self._relative_bodies, close)
+        close = shape_pairs(group, self._bodies, self._relative_bodies, close)
         held = self.requirements.on(i, close, midpoints)
         known = self._bounds(midpoints, i, close, enough=None)
         excess = known.at_most - held.at_midpoint
-        row = int(np.argmin(np.where(held.phase_at_midpoint, np.inf, excess)))
+        row = int(np.argmin(_never_near(excess, held)))
         self.measured.measure(i, close, row, midpoints, proven=float(known.at_midpoint[row]))
         _note_least(self._least, excess, held.phase_at_midpoint)
         self._least = np.minimum(self._least, self.measured.excess)
@@ -374,6 +393,11 @@ class ClearanceProof:
             row = i - first[group]
             self.measured.measure(group, pairs[group], row, midpoints, proven=float(found[group].at_midpoint[row]))
         self._least = np.minimum(self._least, self.measured.excess)
+
+
+def _never_near(excess: Array, held: Held) -> Array:
+    """Return the excess of pairs, infinite for those of a pair that is near at an end."""
+    return excess if isinstance(held.phase, int) else np.where(held.phase_at_midpoint, np.inf, excess)
 
 
 def _note_least(least: Array, values: Array, phase: Indices | int) -> None:

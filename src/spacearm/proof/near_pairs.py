@@ -20,9 +20,9 @@ from spacearm.proof.separation import (
     ClearanceBounds,
     ObstacleGroup,
     OpenPairs,
-    capsule_pairs,
     link_pairs,
     out_of_cells,
+    shape_pairs,
 )
 from spacearm.proof.solids import Solids
 from spacearm.proof.witness import Witness
@@ -40,7 +40,7 @@ Bound = Callable[[IntervalMidpoints, int, OpenPairs, bool], ClearanceBounds]
 
 
 class Measured(NamedTuple):
-    """Measured clearances of t pairs of capsules and solids at instants.
+    """Measured clearances of t pairs of shapes and solids at instants.
 
     Attributes:
         instant: (t,) index of the instant.
@@ -114,7 +114,7 @@ class InstantMeasurements:
             pairs = pairs.select(known.at_midpoint < of_cells[self._requirements.link_of(pairs), pairs.solid])
             pairs = out_of_cells(which.cells, pairs)
         pairs, _ = self._close(group, midpoints, pairs, limit)
-        pairs, known = self._close(group, midpoints, capsule_pairs(which, self._bodies, self._relative_bodies, pairs), limit)
+        pairs, known = self._close(group, midpoints, shape_pairs(which, self._bodies, self._relative_bodies, pairs), limit)
         clearance = self._measured(group, midpoints, pairs, known)
         return Measured(pairs.interval, *self._requirements.bodies_of(group, pairs), clearance)
 
@@ -138,14 +138,14 @@ class InstantMeasurements:
         clearance, solids = known.at_most.copy(), self._groups[group].solids
         for row in np.flatnonzero(known.at_most - known.at_midpoint > _LOOSE).tolist():
             frames, solid = midpoints.frames[pairs.interval[row]], int(pairs.solid[row])
-            capsule = int(self._relative_bodies.body[pairs.relative[row]])
-            clearance[row] = self._between(frames, capsule, solids, solid)
+            shape = int(self._relative_bodies.body[pairs.relative[row]])
+            clearance[row] = self._between(frames, shape, solids, solid)
         return clearance
 
-    def _between(self, frames: Array, capsule: int, solids: Solids | None, solid: int) -> float:
+    def _between(self, frames: Array, shape: int, solids: Solids | None, solid: int) -> float:
         if solids is None:
-            return self._witness.distance_between(frames, capsule, solid)[0]
-        return self._witness.distance(frames, capsule, solids, solid)[0]
+            return self._witness.distance_between(frames, shape, solid)[0]
+        return self._witness.distance(frames, shape, solids, solid)[0]
 
 
 def _repeated(pairs: OpenPairs, count: int) -> OpenPairs:
@@ -157,17 +157,22 @@ def _repeated(pairs: OpenPairs, count: int) -> OpenPairs:
 Pair = tuple[int, int]
 
 
-def find_near(requirements: PairRequirements, measure: InstantMeasurements, domain: tuple[float, float]) -> tuple[NearEnd, ...]:
+def find_near(
+    requirements: PairRequirements, measure: InstantMeasurements, domain: tuple[float, float], among: NDArray[np.bool_]
+) -> tuple[NearEnd, ...]:
     """Measure which pairs are near at the start or the goal, and when they are out.
 
     Args:
         requirements: what is required of the pairs.
         measure: measures clearances.
         domain: of the curve.
+        among: (l, k + l) by link and other body: which pairs may be near; one of two links in one of its places.
     """
-    required = requirements.required
-    limit = np.where(required > 0, required + _AROUND, -np.inf)
-    at_ends = _least(measure.below(np.array(domain), limit), limit, requirements.obstacles, instants=2)
+    required, obstacles = requirements.required, requirements.obstacles
+    among = among.copy()
+    among[:, obstacles:] |= among[:, obstacles:].T
+    limit = np.where(among & (required > 0), required + _AROUND, -np.inf)
+    at_ends = _least(measure.below(np.array(domain), limit), limit, obstacles, instants=2)
     near = (held_to(at_ends, required) < required).any(axis=0)
     pairs: list[Pair] = [(int(link), int(other)) for link, other in np.argwhere(near)]
     if not pairs:

@@ -1,6 +1,6 @@
 """What a proof holds every pair of bodies to, on every interval: the required clearance, or less near an end.
 
-A pair of bodies here is a relative body and a solid, such as two capsules. It belongs to a pair of a link and an obstacle, or
+A pair of bodies here is a relative body and a solid, such as two shapes. It belongs to a pair of a link and an obstacle, or
 of two links, and is held to what that pair is held to. An interval on which the requirement changes is held to the greater one:
 it is halved until that is proven, because the pair has a little more where the requirement changes.
 
@@ -219,11 +219,11 @@ class PairRequirements:
         assert cells is not None
         return np.maximum.reduceat(values[:, solids.obstacle], cells.first, axis=1)
 
-    def at(self, group: int, capsule: int, solid: int, u: float) -> tuple[float, int]:
-        """Return what a capsule and a solid of a group are held to at an instant [m], and the phase."""
+    def at(self, group: int, shape: int, solid: int, u: float) -> tuple[float, int]:
+        """Return what a shape and a solid of a group are held to at an instant [m], and the phase."""
         if self._uniform is not None and not self.near:
             return self._uniform, 0
-        link, solids = self._link[capsule], self._groups[group].solids
+        link, solids = self._link[shape], self._groups[group].solids
         other = self.obstacles + self._link[solid] if solids is None else solids.obstacle[solid]
         required, near = self.required[link, other], self._near[link, other]
         if not near:
@@ -246,11 +246,11 @@ class PairRequirements:
 
 
 def _links_of(required: RequiredClearance, robot: Robot, bodies: Bodies) -> Indices:
-    """Return the links (b,) of bodies: of capsules, then of the balls around links."""
+    """Return the links (b,) of bodies: of shapes, then of the balls around links."""
     place = {name: i for i, name in enumerate(required.links)}
-    of_capsules = np.array([place[shape.name] for shape in robot.shapes], dtype=np.intp)
-    balls = bodies.members[bodies.first[len(of_capsules) :]]
-    return np.concatenate([of_capsules, of_capsules[balls]])
+    of_shapes = np.array([place[shape.name] for shape in robot.shapes], dtype=np.intp)
+    balls = bodies.members[bodies.first[len(of_shapes) :]]
+    return np.concatenate([of_shapes, of_shapes[balls]])
 
 
 def _uniform(required: Array) -> float | None:

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from spacearm.geometry import Scene
 from spacearm.proof.bodies import Bodies, RelativeBodies
-from spacearm.proof.displacement import IntervalMidpoints
-from spacearm.proof.solids import Balls, Cylinders, HalfSpaces, Polytopes, Solids, cells_of, solids_of
+from spacearm.proof.displacement import IntervalMidpoints, PointBounds
+from spacearm.proof.solids import Balls, Boxes, Cylinders, HalfSpaces, Polytopes, Solids, cells_of, solids_of
 from spacearm.proof.witness import Witness
 
 Array = NDArray[np.float64]
@@ -97,8 +97,8 @@ def out_of_cells(cells: Balls, pairs: OpenPairs) -> OpenPairs:
     return OpenPairs(pairs.interval[row], pairs.relative[row], solid)
 
 
-def capsule_pairs(group: ObstacleGroup, bodies: Bodies, relative_bodies: RelativeBodies, pairs: OpenPairs) -> OpenPairs:
-    """Return the pairs with the capsules in place of their links' balls."""
+def shape_pairs(group: ObstacleGroup, bodies: Bodies, relative_bodies: RelativeBodies, pairs: OpenPairs) -> OpenPairs:
+    """Return the pairs with the shapes in place of their links' balls."""
     row, relative = _ranges(pairs.relative + 1, relative_bodies.count[pairs.relative])
     interval, solid = pairs.interval[row], pairs.solid[row]
     if group.solids is None:
@@ -201,51 +201,94 @@ class _Planes:
         self, group: int, pairs: OpenPairs, body: Indices, *, enough: Array | float | None, n: Array | None
     ) -> ClearanceBounds:
         """Bound the clearance of pairs whose bodies (t,) are of one group; see `clearance_bounds`."""
-        points, some, solids = self._midpoints.groups[group], self._bodies.groups[group], self._solids
+        of_rows = self._of_axes if group == 0 else self._of_cores
+        return of_rows(group, pairs, body, enough=enough, n=n)
+
+    def _of_axes(
+        self, group: int, pairs: OpenPairs, body: Indices, *, enough: Array | float | None, n: Array | None
+    ) -> ClearanceBounds:
+        """Bound the clearance of points and segments, whose ends are evaluated at once."""
+        points, solids = self._midpoints.groups[group], self._solids
         interval, k = pairs.interval, pairs.solid
         place = body if len(self._bodies.groups) == 1 else self._bodies.place[body]
         axes, origin = solids.placed(k)
-        x = points.position[interval, place] - origin[:, None]  # (t, e, 3)
-        if axes is not None:
-            x = x @ axes  # a row times R is R^T x
-        own = None
-        if some.cores:
-            own = _OwnCores(self._midpoints.solids(group), interval * len(some.body) + place, axes, origin)
-        toward, apart = _proposed(x, solids, k) if own is None else _proposed_between(own, solids, k)
-        if n is not None:
-            toward = _normalized(n if axes is None else np.einsum("tc,tcd->td", n, axes))
-        none = apart < _SHORTEST if n is None else (apart < _SHORTEST) | ~toward.any(axis=1)
+        x = _in_axes(points.position[interval, place] - origin[:, None], axes)  # (t, e, 3)
+        toward, apart = _proposed(x, solids, k)
+        toward, none = _chosen(toward, apart, n, axes)
         radii = self._bodies.radius[body] + solids.radius[k]
         guard = GUARD + _RELATIVE_GUARD * (np.sqrt(np.einsum("tec,tec->t", x, x)) + _lengths(origin))
         height = np.einsum("tc,tec->te", toward, x)
-        taken = (solids.support(k, toward) + radii + guard)[:, None]
-        gap = height - taken  # (t, e) at the midpoint
+        gap = height - (solids.support(k, toward) + radii + guard)[:, None]  # (t, e) at the midpoint
         gap[none] = -np.inf  # inside the core, or no direction was found
-        part_gap = None
-        if own is not None and some.parts:
-            part_gap = own.lowest(toward) - taken  # (t, parts), of the core itself and not of points around it
-            part_gap[none] = -np.inf
-        at_midpoint = (gap if part_gap is None else part_gap).min(axis=1)
+        at_midpoint = gap.min(axis=1)
+        if enough is None:
+            return ClearanceBounds(np.full(len(gap), -np.inf), at_midpoint, apart - radii)
+        at = interval, self._midpoints.row[pairs.relative]
+        on_interval = (gap - points.displacement_bound[at]).min(axis=1)
+        short = np.flatnonzero(on_interval <= enough)
+        if short.size:
+            loss = self._loss(points, (at[0][short], at[1][short]), toward[short], None if axes is None else axes[short])
+            on_interval[short] = (gap[short] - loss).min(axis=1)
+        return ClearanceBounds(on_interval, at_midpoint, apart - radii)
+
+    def _of_cores(
+        self, group: int, pairs: OpenPairs, body: Indices, *, enough: Array | float | None, n: Array | None
+    ) -> ClearanceBounds:
+        """Bound the clearance of boxes, cylinders and polytopes: the points around them are evaluated where they are needed."""
+        points, some, solids = self._midpoints.groups[group], self._bodies.groups[group], self._solids
+        interval, k, place = pairs.interval, pairs.solid, self._bodies.place[body]
+        axes, origin = solids.placed(k)
+        own = _OwnCores(self._midpoints.solids(group), interval * len(some.body) + place, axes, origin)
+        toward, apart = _proposed_between(own, solids, k)
+        toward, none = _chosen(toward, apart, n, axes)
+        radii = self._bodies.radius[body] + solids.radius[k]
+        guard = GUARD + _RELATIVE_GUARD * (_lengths(own.center) + some.reach[place] + _lengths(origin))
+        taken = (solids.support(k, toward) + radii + guard)[:, None]
+        gap = own.lowest(toward) - taken  # (t, parts) at the midpoint
+        gap[none] = -np.inf
+        at_midpoint = gap.min(axis=1)
         at_most = apart - radii
-        if n is None and own is not None and isinstance(solids, HalfSpaces):  # the gap along the normal is exact
+        if n is None and isinstance(solids, HalfSpaces):  # the gap along the normal is exact
             at_most = np.where(none, at_most, at_midpoint + guard)
         if enough is None:
             return ClearanceBounds(np.full(len(gap), -np.inf), at_midpoint, at_most)
-        at = interval, self._midpoints.row[pairs.relative]
-        displacement = points.displacement_bound[at]
-        on_interval = _least_gap(gap, part_gap, displacement)
-        short = np.flatnonzero(on_interval <= enough)
+        row = self._midpoints.row[pairs.relative]
+        on_interval = at_midpoint - points.furthest[interval, row]
+        short = np.flatnonzero((on_interval <= enough) & ~none)
         if short.size:
-            at = at[0][short], at[1][short]
-            velocity = points.velocity[at] if axes is None else points.velocity[at] @ axes[short]
-            speed = np.abs(np.einsum("tc,tec->te", toward[short], velocity))
-            loss = speed * self._midpoints.half[at[0], None] + points.second_order_bound[at]
-            loss = np.minimum(loss, displacement[short])
-            on_interval[short] = _least_gap(gap[short], None if part_gap is None else part_gap[short], loss)
+            turned = None if axes is None else axes[short]
+            loss = self._loss(points, (interval[short], row[short]), toward[short], turned)
+            x = _in_axes(points.position[interval[short], place[short]] - origin[short, None], turned)
+            height = np.einsum("tc,tec->te", toward[short], x) - taken[short]
+            on_interval[short] = _least_left(height, gap[short] if some.parts else None, loss)
         return ClearanceBounds(on_interval, at_midpoint, at_most)
 
+    def _loss(self, points: PointBounds, at: tuple[Indices, Indices], toward: Array, axes: Array | None) -> Array:
+        """Return what points lose of their height along directions on intervals, at most, (t, e) [m]."""
+        speed = np.abs(np.einsum("tc,tec->te", toward, _in_axes(points.velocity[at], axes)))
+        loss = speed * self._midpoints.half[at[0], None] + points.second_order_bound[at]
+        return np.minimum(loss, points.displacement_bound[at])
 
-def _least_gap(gap: Array, part_gap: Array | None, loss: Array) -> Array:
+
+def _in_axes(x: Array, axes: Array | None) -> Array:
+    """Return vectors (t, e, 3) of the inertial frame in axes (t, 3, 3)."""
+    return x if axes is None else x @ axes  # a row times R is R^T x
+
+
+def _chosen(toward: Array, apart: Array, n: Array | None, axes: Array | None) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the directions to be used, in the solids' axes, and which of them prove nothing.
+
+    Args:
+        toward, apart: the proposal, and the distance that it comes from; 0 inside of a core.
+        n, axes: directions in the inertial frame in its place, if any, and the axes.
+    """
+    if n is None:
+        return toward, apart < _SHORTEST
+    toward = _normalized(n if axes is None else np.einsum("tc,tcd->td", n, axes))
+    return toward, (apart < _SHORTEST) | ~toward.any(axis=1)
+
+
+def _least_left(gap: Array, part_gap: Array | None, loss: Array) -> Array:
     """Return what is left of the gaps (t,) if every point loses so much of its own, at most.
 
     Args:
@@ -277,7 +320,7 @@ class _OwnCores:
 
     def lowest(self, n: Array) -> Array:
         """Return the least n . x of the cores' parts, (t, parts)."""
-        assert isinstance(self._cores, (Cylinders, Polytopes))
+        assert isinstance(self._cores, (Boxes, Cylinders, Polytopes))
         least = self._cores.lowest(self._k, np.einsum("tc,tcd->td", n, self._axes))
         return np.einsum("tc,tc->t", n, self.center)[:, None] + least
 
@@ -334,10 +377,10 @@ def _lengths(v: Array) -> Array:
 
 
 class MeasuredPair(NamedTuple):
-    """A capsule of the robot, and a solid of an obstacle group or another capsule."""
+    """A shape of the robot, and a solid of an obstacle group or another one."""
 
     group: int
-    capsule: int
+    shape: int
     solid: int
 
 
@@ -346,16 +389,16 @@ class NearestPair:
     """The closest approach that was measured.
 
     Attributes:
-        capsule: index in the robot.
-        obstacle: index in the scene; None if the other one is a capsule.
-        other: index in the robot of the other capsule, or -1.
+        shape: index in the robot.
+        obstacle: index in the scene; None if the other one is a shape.
+        other: index in the robot of the other shape, or -1.
         u: where on the curve.
         clearance: [m].
         required: what the pair is held to there [m].
         points: (2, 3) the nearest points, in the inertial frame [m].
     """
 
-    capsule: int
+    shape: int
     obstacle: int | None
     other: int
     u: float
@@ -386,7 +429,7 @@ class Measurements:
         Args:
             witness: it measures.
             groups, bodies, relative_bodies: of the proof.
-            held_to: takes a group, a capsule, a solid and an instant, gives what the pair is held to [m] and the phase.
+            held_to: takes a group, a shape, a solid and an instant, gives what the pair is held to [m] and the phase.
         """
         self._witness, self._groups, self._bodies, self._relative_bodies = witness, groups, bodies, relative_bodies
         self._held_to, self.contradicted = held_to, False
@@ -405,7 +448,7 @@ class Measurements:
         """Measure one of some pairs of a group at its interval's midpoint, where `proven` is proven.
 
         Returns:
-            The clearance [m], and the direction (3,) from the other one to the capsule.
+            The clearance [m], and the direction (3,) from the other one to the shape.
         """
         interval, relative, solid = int(pairs.interval[row]), int(pairs.relative[row]), int(pairs.solid[row])
         pair = MeasuredPair(group, int(self._relative_bodies.body[relative]), solid)
@@ -448,14 +491,14 @@ class Measurements:
     def _measured(self, pair: MeasuredPair, frames: Array, u: float) -> tuple[float, Array]:
         solids = self._groups[pair.group].solids
         if solids is None:
-            found = self._witness.distance_between(frames, pair.capsule, pair.solid)
+            found = self._witness.distance_between(frames, pair.shape, pair.solid)
         else:
-            found = self._witness.distance(frames, pair.capsule, solids, pair.solid)
+            found = self._witness.distance(frames, pair.shape, solids, pair.solid)
         self._remember(pair, u, found[0])
         return found
 
     def _remember(self, pair: MeasuredPair, u: float, clearance: float) -> None:
-        required, phase = self._held_to(pair.group, pair.capsule, pair.solid, u)
+        required, phase = self._held_to(pair.group, pair.shape, pair.solid, u)
         excess = clearance - required
         self.excess[phase] = min(self.excess[phase], excess)
         least = (True, excess) if clearance > 0 else (False, clearance)
@@ -465,7 +508,7 @@ class Measurements:
         solids = self._groups[pair.group].solids
         obstacle, other = (None, pair.solid) if solids is None else (int(solids.obstacle[pair.solid]), -1)
         near = NearestPair(
-            capsule=pair.capsule,
+            shape=pair.shape,
             obstacle=obstacle,
             other=other,
             u=u,

@@ -114,6 +114,10 @@ class Boxes:
         """Return |n| . half."""
         return np.einsum("tc,tc->t", np.abs(n), self.half[k])
 
+    def lowest(self, k: Indices, n: Array) -> Array:
+        """Return the least n . y, (t, 1) [m]."""
+        return -self.support(k, n)[:, None]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cylinders:
@@ -206,7 +210,7 @@ class Polytopes:
         return np.einsum("tvc,tc->tv", self.vertices[self.core[k]], n).max(axis=1)
 
     def lowest(self, k: Indices, n: Array) -> Array:
-        """Return the least n . y of the only part, (t, 1) [m]."""
+        """Return the least n . y, (t, 1) [m]."""
         return -self.support(k, -n)[:, None]
 
 
