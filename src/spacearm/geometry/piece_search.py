@@ -106,7 +106,12 @@ class Search:
                 best = found
             if most == 1 or (_worst(best) <= wanted and len(best) <= _VERY_FEW):
                 break
-        return [self._measured(piece, wanted) for piece in best]
+        measured = [self._measured(piece, wanted) for piece in best]
+        least = _worst(measured)
+        if least <= wanted:
+            return measured
+        # Pieces that stand out less than the worst one save nothing.
+        return [piece if piece.is_sure else self._measured(piece, wanted) for piece in self._joined(measured, least)]
 
     def _cut_up(self, first: Piece, most: int, wanted: float, way: Way) -> list[Piece]:
         pieces, count = [first], 0
