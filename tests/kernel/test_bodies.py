@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 from kernel import drawn, objectives
 from kernel.builds import Build, Surrounded, kernel_solid, single_shapes, surround
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Polytope, Scene, Sphere
-from spacearm.planner.kernel_model import bounding_capsule, kernel_model, self_shape_pairs
 from spacearm.robot import LinkShape, Robot
-from spacearm.robot.link_shapes import as_capsule
+from spacearm.robot.link_shapes import as_capsule, bounding_capsule, kernel_model, self_shape_pairs
 from support import drawn_shapes
 from support.drawn_bodies import drawn_shape_obstacle, with_bodies
 from support.kernel_cases import enveloped, looked_at, rounding

@@ -72,7 +72,7 @@ def attached_by(
         world: the world's objects; one of them that comes to be attached is taken out.
         frames: in the state that attaches them; those of what is attached are put in.
         robot: that they are attached to.
-        mesh_excess: how far the balls around a mesh may stand out of it [m].
+        mesh_excess: how far the pieces of a mesh may stand out of it [m].
 
     Raises:
         FileFormatError, SceneError: what is wrong, with file and line.
