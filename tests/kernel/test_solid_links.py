@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from kernel import drawn, objectives
 from kernel.builds import Build, Surrounded, single_shapes, surround
+from spacearm.core.native import available_levels
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Polytope, Scene, Sphere, support
 from spacearm.geometry.scene import moved_scene
 from spacearm.planner.kernel_model import bounding_capsule, kernel_model, self_shape_pairs
@@ -224,3 +225,22 @@ def test_a_bounding_capsule_holds_its_shape(shape: Any, seed: int) -> None:
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     reach = np.maximum(n @ capsule.a, n @ capsule.b) + capsule.radius
     assert (support(shape, n) <= reach + 1e-9).all()
+
+
+@pytest.mark.parametrize("bits", [32, 64])
+def test_bodies_are_the_same_bits_on_every_level(bits: int) -> None:
+    rng = np.random.default_rng(8)
+    robot = with_bodies(rng, enveloped(rng, objectives.paper_robot(), 4), base=True)
+    links = sorted({part.name for part in robot.shapes})
+    robot = replace(robot, self_pairs=tuple(zip(links, links[2:], strict=False)))
+    obstacles = [any_obstacle(rng, i) for i in range(20)]
+    q = rng.uniform(robot.lower, robot.upper, (60, 7))
+    found = []
+    for level in available_levels():
+        build = Build(level, bits)
+        model, rows = surround(build, robot, obstacles), build.array(q)
+        found.append([model.native.obstacle_clearances(rows), model.native.pair_clearances(rows, model.pairs)])
+        found[-1] += [model.native.shortfalls(rows, 0.02, early) for early in (False, True)]
+    for other in found[1:]:
+        for one, two in zip(found[0], other, strict=True):
+            np.testing.assert_array_equal(one, two)
