@@ -153,3 +153,26 @@ def test_wrong_input_is_told_in_a_sentence(refused: Refused, planned: Path, prob
     refused(("--limits is 'speed'", "position, velocity, acceleration"), "certify", planned / "plan.json", "--limits", "speed")
     refused(("clearance is -1", "[m]"), "certify", planned / "plan.json", "--clearance", "-1")
     refused(("'--problm'", "did you mean '--problem'?"), "certify", planned / "plan.json", "--problm", problem)
+
+
+def test_the_clearance_asked_for_is_the_problems_or_the_options(told: Told, planned: Path) -> None:
+    code, out, _ = told(["certify", planned / "plan.json"])
+    assert code == 0
+    row = dict(line.split("  ", 1) for line in out.splitlines())["clearance"].strip()
+    assert row.startswith("10 mm asked for, ")
+    proven, measured = (float(part.split()[0]) for part in row.split(", ")[1:])
+    assert 10 < proven <= measured
+    code, out, _ = told(["certify", planned / "plan.json", "--clearance", measured * 1e-3 + 0.001, "--json"])
+    values = json.loads(out)
+    assert values["required_clearance_m"] == measured * 1e-3 + 0.001
+    (near,) = values["near_pairs"]  # at the goal, where it is closest
+    assert near["clearance_m"] * 1e3 == pytest.approx(measured, rel=1e-3)
+    assert told(["certify", planned / "plan.json", "--clearance", 0])[0] == 0
+
+
+def test_pairs_near_at_an_end_have_a_row_each(told: Told, planned: Path) -> None:
+    _, out, _ = told(["certify", planned / "plan.json", "--clearance", 5, "--json"])
+    near = json.loads(out)["near_pairs"]
+    assert near
+    _, out, _ = told(["certify", planned / "plan.json", "--clearance", 5])
+    assert len([line for line in out.splitlines() if line.startswith("near at an end")]) == len(near)

@@ -24,8 +24,10 @@ from spacearm.geometry import (
     Cylinder,
     HalfSpace,
     Obstacle,
+    PolytopeSet,
     Sphere,
     SphereSet,
+    convex_pieces,
     enclose_mesh,
     enclose_points,
     pose,
@@ -124,6 +126,11 @@ def test_any_turns_about_the_axes_are_those_of_scipy(rpy_deg: tuple[float, float
 
 def test_meshes_and_points_are_enclosed_where_they_are_placed(folder: Path) -> None:
     T = at((1, 2, 3), R45)
+    (held,) = obstacles(folder, "mesh: {file: box.stl, position: [1, 2, 3], rpy_deg: [10, 20, 45], scale: 2, pieces: 1}")
+    assert isinstance(held, PolytopeSet)
+    (piece,) = convex_pieces(folder / "box.stl", pose=T, scale=2, pieces=1, name="box").pieces
+    np.testing.assert_allclose(held.pieces[0].vertices, piece.vertices, atol=1e-12)
+    assert (held.name, held.pieces[0].name) == ("box", "box")
     (found,) = obstacles(folder, "mesh: {file: box.stl, position: [1, 2, 3], rpy_deg: [10, 20, 45], scale: 2, spheres: 20}")
     expected = enclose_mesh(folder / "box.stl", pose=T, scale=2, spheres=20, name="box")
     assert isinstance(found, SphereSet)
@@ -288,6 +295,7 @@ REFUSED: dict[str, tuple[type[SpacearmError], str]] = {
         SceneError,
         scene("box: {size: [1, 1, 1]}\n  - half_space: {normal: [0, 0], point: [0, 0, 0]}"),
     ),
+    "pieces and spheres": (SceneError, scene("mesh: {file: box.stl, pieces: 4, spheres: 20}")),
     "mesh missing": (FileFormatError, scene("mesh: {file: none.stl}")),
     "mesh no mesh": (FileFormatError, scene("mesh: {file: arm.urdf}")),
     "mesh with half a ball": (FileFormatError, scene("mesh: {file: box.stl, spheres: 0.5}")),

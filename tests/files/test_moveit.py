@@ -13,13 +13,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from spacearm import load_moveit, load_moveit_scene
 from spacearm.core.errors import FileFormatError, ProblemError, RobotError, SceneError, SpacearmError
-from spacearm.geometry import Box, Cylinder, HalfSpace, Scene, Sphere, SphereSet, pose
+from spacearm.geometry import Box, Cylinder, HalfSpace, PolytopeSet, Scene, Sphere, pose
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, clearance
 from spacearm.robot import Robot, load_robot
 from support import urdf_text
@@ -229,23 +231,27 @@ def test_a_mesh_is_enclosed(as_ros: bool, obstacles: Callable[[Any], Any]) -> No
     vertices: Any = [dict(zip("xyz", row, strict=True)) for row in CORNERS] if as_ros else CORNERS
     triangles: Any = [{"vertex_indices": row} for row in FACES] if as_ros else FACES
     rock = {"id": "rock", "meshes": [{"vertices": vertices, "triangles": triangles}], "mesh_poses": [AT]}
-    (balls,) = obstacles(scene_with(rock))
-    assert isinstance(balls, SphereSet)
-    assert balls.name == "rock"
+    (held,) = obstacles(scene_with(rock))
+    assert isinstance(held, PolytopeSet)
+    assert held.name == "rock"
     weights = np.random.default_rng(0).dirichlet(np.ones(4), size=500)
     points = weights @ np.array(CORNERS) @ T_AT[:3, :3].T + T_AT[:3, 3]
-    assert (np.linalg.norm(points[:, None] - balls.centers, axis=2) - balls.radii).min(axis=1).max() <= 1e-9
+    (piece,) = held.pieces
+    planes = ConvexHull(piece.vertices).equations
+    assert (points @ planes[:, :3].T + planes[:, 3]).max() <= 1e-9
 
 
 def test_a_meshs_excess_is_the_users(tmp_path: Path) -> None:
-    rock = {"id": "rock", "meshes": [{"vertices": CORNERS, "triangles": FACES}], "mesh_poses": [AT]}
-    path = written(tmp_path, scene_with(rock), "scene.yaml")
-    fine, coarse = (load_moveit_scene(path, mesh_excess=excess).obstacles[0] for excess in (0.004, 0.03))
-    assert isinstance(fine, SphereSet)
-    assert isinstance(coarse, SphereSet)
-    assert len(coarse.radii) < len(fine.radii)
+    ring = trimesh.creation.annulus(0.3, 0.6, 0.3, sections=8)
+    mesh = {"vertices": ring.vertices.tolist(), "triangles": ring.faces.tolist()}
+    path = written(tmp_path, scene_with({"id": "ring", "meshes": [mesh], "mesh_poses": [AT]}), "scene.yaml")
+    fine, coarse = (load_moveit_scene(path, mesh_excess=excess).obstacles[0] for excess in (0.06, 0.4))
+    assert isinstance(fine, PolytopeSet)
+    assert isinstance(coarse, PolytopeSet)
+    assert len(coarse.pieces) == 1
+    assert len(fine.pieces) > 1
     assert fine.excess is not None
-    assert fine.excess <= 0.004
+    assert fine.excess <= 0.06
 
 
 def test_headers_name_frames(load: Callable[..., Any]) -> None:
@@ -421,8 +427,8 @@ def test_newer_scene_text(obstacles: Callable[[Any], Any]) -> None:
     np.testing.assert_allclose(tin.pose, T_AT, atol=1e-15)
     assert (tin.radius, tin.length) == (0.1, 0.4)  # the radius comes first here
     assert (ball.center.tolist(), ball.radius) == (POINT, 0.25)
-    assert isinstance(rock, SphereSet)
-    np.testing.assert_allclose(rock.centers.min(), 0, atol=0.1)
+    assert isinstance(rock, PolytopeSet)
+    np.testing.assert_allclose(rock.pieces[0].vertices.min(), 0, atol=0.1)
     assert (floor.normal.tolist(), floor.point.tolist()) == ([0, 0, 1], [0, 0, -0.5])
 
 

@@ -17,9 +17,9 @@ from kernel.builds import Build, Surrounded, single_shapes, surround
 from spacearm.core.native import available_levels
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Polytope, Scene, Sphere, support
 from spacearm.geometry.scene import moved_scene
-from spacearm.planner.kernel_model import bounding_capsule, kernel_model, self_shape_pairs
+from spacearm.planner.kernel_model import kernel_model, self_shape_pairs
 from spacearm.robot import LinkShape, Robot
-from spacearm.robot.link_shapes import as_capsule
+from spacearm.robot.link_shapes import as_capsule, bounding_capsule
 from support import drawn_shapes
 from support.drawn_bodies import drawn_shape_obstacle, with_bodies
 from support.kernel_cases import enveloped, looked_at, rounding

@@ -186,11 +186,14 @@ def test_every_pair_is_asked_for_what_is_required_and_2_mm_more_or_what_there_is
             continue
         of = [k for k, name in enumerate(links) if name == links[i]]
         for k in range(to_scene.shape[2]):
-            near, required = float(at_ends[:, of, k].min()), usual if of_link is None or links[i] != special else of_link
-            expected += np.maximum(0.0, between_ends(near, required) - to_scene[:, i, k])
+            required = usual if of_link is None or links[i] != special else of_link
+            near = float(at_ends[:, of, k].min())
             touching |= near <= 0
-            if 0 < near < required:
+            whole = float(at_ends[:, of][:, :, model.obstacle_of == model.obstacle_of[k]].min())  # of a set of balls
+            if 0 < whole < required:
+                near = whole
                 close.add((links[i], f"obstacle {model.obstacle_of[k]}"))
+            expected += np.maximum(0.0, between_ends(near, required) - to_scene[:, i, k])
     pairs = self_shape_pairs(robot)
     between, before = self_clearances(problem, q), self_clearances(problem, ends)
     named = [(links[i], links[k]) for i, k in pairs.tolist()]

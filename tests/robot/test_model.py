@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spacearm.core.errors import RobotError
-from spacearm.geometry import Box
+from spacearm.geometry import Box, bounding_points
 from spacearm.robot import Frame, Joint, LinkCapsule, LinkShape, Robot, joint_centres, load_robot
 from spacearm.robot.model import robot_as_dict, robot_from_dict
 from support import strategies
@@ -209,8 +209,12 @@ def test_capsules_and_shapes_are_one_list_and_come_back_from_plain_values() -> N
     )
     assert arm.capsules == (capsule, line)
     mixed = replace(arm, shapes=(box, *arm.shapes))
-    assert mixed.capsules == (capsule, line)
-    assert replace(mixed, capsules=(line,)).shapes == (box, line.as_shape)
+    assert mixed.capsules[1:] == (capsule, line)
+    corners = np.abs(bounding_points(box.shape)[0])
+    around = mixed.capsules[0]  # along one axis of the box
+    assert (np.linalg.norm(corners * (around.b == 0), axis=1) <= around.radius).all()
+    assert (corners <= around.b + 1).all()
+    assert replace(mixed, capsules=(line,)).shapes == (line.as_shape,)
     for robot in (arm, mixed):
         assert robot_from_dict(json.loads(json.dumps(robot_as_dict(robot)))) == robot
     assert "capsules" in robot_as_dict(arm)

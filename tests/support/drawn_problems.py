@@ -39,7 +39,9 @@ def drawn_problem(seed: int, number: int) -> DrawnProblem:
     if rng.random() < 0.9:
         robot, obstacles = _cleared(rng, robot, obstacles, np.stack([start, end]))
     goal = drawn_goal(rng, robot, start, end)
-    return DrawnProblem(Problem(robot, Scene(obstacles), start=start, goal=goal), drawn_settings(rng))
+    settings = drawn_settings(rng)
+    clearance = float(rng.choice([0.0, 0.002, 0.01, 0.03], p=[0.2, 0.2, 0.4, 0.2]))
+    return DrawnProblem(Problem(robot, Scene(obstacles), start=start, goal=goal, clearance=clearance), settings)
 
 
 def drawn_robot(rng: np.random.Generator) -> Robot:

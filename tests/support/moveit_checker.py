@@ -6,12 +6,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from spacearm import forward_kinematics, load_moveit, load_robot
-from spacearm.geometry import Box, Cylinder, HalfSpace, Sphere, SphereSet
+from spacearm.geometry import Box, Cylinder, HalfSpace, Polytope, PolytopeSet, Sphere
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, Problem
 from support.drawn_moveit import Files
 from support.moveit_reader import OtherReader, _pose, _row
+from support.oracles.solids import point_distance
 
 SAME = 1e-9
 """Greatest difference of two numbers that ought to be the same [m, rad and -]; the readers multiply in other orders."""
@@ -55,11 +57,10 @@ def _shape(name: str, ours: Any, kind: str, size: np.ndarray, T: np.ndarray, oth
     elif kind == "cylinder" and isinstance(ours, Cylinder):
         yield from _differs(f"cylinder '{name}'", ours.pose, T)
         yield from _differs(f"size of '{name}'", [ours.length, ours.radius], size)
-    elif kind == "mesh" and isinstance(ours, SphereSet):
+    elif kind == "mesh" and isinstance(ours, PolytopeSet):
         corners = size @ T[:3, :3].T + T[:3, 3]
-        out = np.linalg.norm(corners[:, None] - ours.centers, axis=2) - ours.radii
-        if out.min(axis=1).max() > SAME:
-            yield f"a corner of mesh '{name}' is out of its balls"
+        if np.min([_outside(corners, piece) for piece in ours.pieces], axis=0).max() > SAME:
+            yield f"a corner of mesh '{name}' is out of its pieces"
         yield from _within(name, ours, corners)
     elif kind == "plane" and isinstance(ours, HalfSpace):
         n = T[:3, :3] @ size[:3] / np.linalg.norm(size[:3])
@@ -71,11 +72,21 @@ def _shape(name: str, ours: Any, kind: str, size: np.ndarray, T: np.ndarray, oth
         yield f"'{name}' is a {type(ours).__name__}, expected a {kind}"
 
 
-def _within(name: str, ours: SphereSet, corners: np.ndarray) -> Iterator[str]:
+def _outside(points: np.ndarray, piece: Polytope) -> np.ndarray:
+    try:
+        planes = ConvexHull(piece.vertices).equations
+    except QhullError:  # flat: its corners are the mesh's own
+        return np.linalg.norm(points[:, None] - piece.vertices, axis=2).min(axis=1)
+    return (points @ planes[:, :3].T + planes[:, 3]).max(axis=1) - piece.rounding
+
+
+def _within(name: str, ours: PolytopeSet, corners: np.ndarray) -> Iterator[str]:
     low, high = corners.min(axis=0), corners.max(axis=0)
     excess = (ours.excess or 0.0) + SAME
-    if (ours.centers - ours.radii[:, None] < low - excess).any() or (ours.centers + ours.radii[:, None] > high + excess).any():
-        yield f"the balls of mesh '{name}' stand out of it by more than they say"
+    for piece in ours.pieces:
+        least, most = piece.vertices.min(axis=0) - piece.rounding, piece.vertices.max(axis=0) + piece.rounding
+        if (least < low - excess).any() or (most > high + excess).any():
+            yield f"the pieces of mesh '{name}' stand out of it by more than they say"
 
 
 def _robot(problem: Problem, other: OtherReader) -> Iterator[str]:
@@ -88,7 +99,7 @@ def _robot(problem: Problem, other: OtherReader) -> Iterator[str]:
 def _held(problem: Problem, other: OtherReader) -> Iterator[str]:
     robot, known = problem.robot, {frame.name for frame in problem.robot.frames}
     at = lambda name: problem.base_start @ forward_kinematics(robot, problem.start, frame=name)  # noqa: E731
-    carried = {capsule.name: capsule for capsule in robot.capsules}
+    carried = {entry.name for entry in robot.shapes}
     for name, thing in other.held.items():
         T = other.poses[thing.link] @ thing.T
         for frame, there in ((name, T), *((f"{name}/{inner}", T @ S) for inner, S in thing.subframes.items())):
@@ -105,24 +116,23 @@ def _held(problem: Problem, other: OtherReader) -> Iterator[str]:
 
 
 def _enclosed(name: str, kind: str, size: np.ndarray, T: np.ndarray, problem: Problem) -> Iterator[str]:
-    """Whether points of a held shape's surface are within the robot's capsules of that name."""
+    """Whether points of a held shape's surface are within the robot's shapes of that name."""
+    from spacearm.robot.kinematics import joint_frames
+
     points = _surface(kind, size) @ T[:3, :3].T + T[:3, 3]
     inside = np.full(len(points), np.inf)
-    base = problem.base_start
-    for capsule in problem.robot.capsules:
-        if capsule.name != name:
-            continue
-        from spacearm.robot.kinematics import joint_frames
-
-        frame = base @ (joint_frames(problem.robot, problem.start)[capsule.joint] if capsule.joint >= 0 else np.eye(4))
-        a, b = (frame[:3, :3] @ end + frame[:3, 3] for end in (capsule.a, capsule.b))
-        along = np.clip(((points - a) @ (b - a)) / max(float((b - a) @ (b - a)), 1e-300), 0, 1)
-        inside = np.minimum(inside, np.linalg.norm(points - a - along[:, None] * (b - a), axis=1) - capsule.radius)
+    for entry in problem.robot.shapes:
+        if entry.name == name:
+            joint = joint_frames(problem.robot, problem.start)[entry.joint] if entry.joint >= 0 else np.eye(4)
+            frame = problem.base_start @ joint
+            own, shape = (points - frame[:3, 3]) @ frame[:3, :3], entry.shape
+            away = _outside(own, shape) if isinstance(shape, Polytope) else point_distance(shape, own)
+            inside = np.minimum(inside, away)
     if inside.max() > 1e-7:
-        yield f"a point of held '{name}' is {inside.max():.3g} m out of its capsules"
+        yield f"a point of held '{name}' is {inside.max():.3g} m out of its shapes"
     reach = np.linalg.norm(points - points.mean(axis=0), axis=1).max()
     if inside.min() < -3 * reach - 0.1:
-        yield f"held '{name}' is far within its capsules"
+        yield f"held '{name}' is far within its shapes"
 
 
 def _surface(kind: str, size: np.ndarray) -> np.ndarray:

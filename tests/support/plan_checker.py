@@ -15,10 +15,12 @@ from spacearm.robot.link_shapes import as_capsule
 from support.oracles.coal_shapes import Placed, distance, geometry_of, least_distances, placed_obstacle, shape_pairs
 from support.oracles.pinocchio_points import joint_frames
 from support.oracles.solids import has_definition, least_on_segments, link_distance
+from support.pair_distances import distances, stated
 
 ROUNDING = 1e-9  # [m] of Pinocchio's kinematics and of closed forms
 GJK = 1e-7  # [m] of Coal's iterations; what is nearer to the bound is measured by thirds
 TOUCH = 1e-6  # [m] penetration that a checker may or may not see
+_BY_PAIR = 1e-6  # [m] of Coal's iterations, with pairs of any shape
 POSITION = 1e-9  # [rad or m] rounding of a position
 
 
@@ -56,10 +58,22 @@ def _wrong_motion(plan: Plan, instants: int, rng: np.random.Generator) -> list[s
     times = np.clip(times, 0, trajectory.duration)
     out = []
     q = trajectory.sample(times).q
-    least, row = least_clearance(problem.robot, problem.scene, joint_frames(problem.robot, q), proven)
+    least, _ = least_clearance(problem.robot, problem.scene, joint_frames(problem.robot, q), proven)
     if least < proven - ROUNDING:
-        out.append(f"proven {proven:.12g} m, but {least:.12g} m at t = {times[row]:.17g} s")
+        out += _pairs_below(plan, times, joint_frames(problem.robot, q))
     return out + _broken_limits(plan) + _wrong_ends(plan)
+
+
+def _pairs_below(plan: Plan, times: np.ndarray, frames: np.ndarray) -> list[str]:
+    """Name the pairs that have less than the certificate states of each: pairs near at an end are held to less there."""
+    assert plan.certificate is not None
+    out = []
+    for pair, apart in distances(plan.problem.robot, plan.problem.scene, frames):
+        short = stated(plan.certificate, pair, times) - apart
+        row = int(np.argmax(short))
+        if short[row] > GJK:
+            out.append(f"{pair}: {apart[row] + short[row]:.12g} m stated, {apart[row]:.12g} m at t = {times[row]:.17g} s")
+    return out
 
 
 def least_clearance(robot: Robot, scene: Scene, frames: np.ndarray, proven: float) -> tuple[float, int]:

@@ -23,6 +23,7 @@ from spacearm.core.version import version
 if TYPE_CHECKING:
     from spacearm.files.plan_file import Recheck
     from spacearm.planner import Problem
+    from spacearm.proof import Certificate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +45,7 @@ class Options:
         time_unit: unit of the times in the trajectory; none: as the file says, else seconds.
         limits: the joint limits that must be kept; a path with corners has no acceleration, so leave that out for one.
         jerk_limit: jerk limit of every joint [rad/s^3 or m/s^3]; none: jerk is not limited.
-        clearance: that the motion must keep [m]; none: as the problem states.
+        clearance: that every pair of bodies without a clearance of its own has to keep [m]; none: the problem's.
         resolution: an interval shorter than this share of the motion is not halved again.
         json: print the certificate as JSON instead of the summary.
     """
@@ -149,10 +150,8 @@ def _summary(found: Recheck) -> list[tuple[str, str]]:
 
     certificate = found.certificate
     rows = [("status", certificate.status), ("finding", certificate.message)]
-    if certificate.clearance is not None and certificate.closest is not None:
-        rows.append(
-            ("clearance", f"{certificate.clearance * 1e3:.4g} mm proven, {certificate.closest.clearance * 1e3:.4g} mm measured")
-        )
+    rows.append(("clearance", _clearance(certificate)))
+    rows += [("near at an end", pair.text) for pair in certificate.near_pairs]
     rows += [("file contradicts", text) for text in certificate.contradictions]
     rows += [("limits", text) for text in certificate.broken_limits] or [("limits", _kept(certificate.checked))]
     base = certificate.base_findings
@@ -170,6 +169,17 @@ def _summary(found: Recheck) -> list[tuple[str, str]]:
         ("looked at", f"{certificate.evaluations} configurations, {certificate.seconds * 1e3:.0f} ms, {certificate.witness}"),
     ]
     return rows
+
+
+def _clearance(certificate: Certificate) -> str:
+    """Say what is asked for, what is proven, and what was measured."""
+    said = [f"{certificate.required * 1e3:.4g} mm asked for"]
+    said += [f"{pair.clearance * 1e3:.4g} mm of {pair.names}" for pair in certificate.required_by_pair]
+    if certificate.closest is not None:
+        if certificate.clearance is not None:
+            said.append(f"{certificate.clearance * 1e3:.4g} mm proven")
+        said.append(f"{certificate.closest.clearance * 1e3:.4g} mm measured closest")
+    return ", ".join(said)
 
 
 def _kept(checked: Sequence[str]) -> str:

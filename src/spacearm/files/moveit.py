@@ -10,8 +10,9 @@ Read are:
 
 The planning frame becomes the inertial frame; `frames` says what may be named in a header. Quaternions are x y z w there, of
 any length but 0. Every obstacle keeps its object's id as its name, with a number from 1 where the object has several shapes.
-A cone becomes the cylinder that encloses it, a mesh the balls that enclose it, and a plane, which has two sides in MoveIt, the
-half-space on the other side of it than the robot's base; a plane through the base's origin the half-space behind its normal.
+A cone becomes the cylinder that encloses it, a mesh the convex pieces that hold it, and a plane, which has two sides in
+MoveIt, the half-space on the other side of it than the robot's base; a plane through the base's origin the half-space behind
+its normal.
 What a state attaches to a link becomes a payload of the robot.
 
 What would make the result wrong if it were overlooked is refused: an octomap, constraints on the way, padded or scaled links, a
@@ -90,7 +91,7 @@ def load_moveit(
         request: path of a motion request, YAML.
         acm: take from the scene's allowed collision matrix which links of the robot must keep clear of each other, instead
             of `robot.self_pairs`. A pair without an entry must keep clear.
-        mesh_excess: how far the balls around a mesh may stand out of it [m]; by default 2 % of its size.
+        mesh_excess: how far the pieces of a mesh may stand out of it [m]; by default 2 % of its size.
         clearance: of the problem [m], 0 or more; MoveIt's files do not state one.
 
     Raises:
@@ -136,7 +137,7 @@ def load_moveit_scene(path: PathLike, *, mesh_excess: float | None = None) -> Sc
 
     Args:
         path: the file. Its objects stand in the planning frame, or in frames that the file itself places.
-        mesh_excess: how far the balls around a mesh may stand out of it [m]; by default 2 % of its size.
+        mesh_excess: how far the pieces of a mesh may stand out of it [m]; by default 2 % of its size.
 
     Raises:
         FileFormatError: a file that is missing, broken or of another format, or that says of the robot what only

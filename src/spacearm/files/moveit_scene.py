@@ -290,7 +290,7 @@ def world_of(file: PlanningScene, frames: Frames, *, mesh_excess: float | None =
     Args:
         file: the planning scene.
         frames: its frames; those of the objects are put in.
-        mesh_excess: how far the balls around a mesh may stand out of it [m].
+        mesh_excess: how far the pieces of a mesh may stand out of it [m].
 
     Raises:
         FileFormatError, SceneError: what is wrong, with file and line.

@@ -86,34 +86,34 @@ def plane(coefficients: ArrayLike, base: ArrayLike = (0.0, 0.0, 0.0)) -> Made:
 
 
 def mesh(vertices: Array, triangles: NDArray[np.int64], *, excess: float | None) -> Made:
-    """Return balls that enclose a mesh of vertices (v, 3) [m] and triangles (n, 3), which count vertices from 0."""
+    """Return convex pieces that hold a mesh of vertices (v, 3) [m] and triangles (n, 3), which count vertices from 0."""
 
     def make(T: Array, name: str) -> Obstacle:
-        from spacearm.geometry import enclose_mesh
+        from spacearm.geometry import convex_pieces
 
         if not len(triangles):
             raise SceneError("the mesh has no triangles, expected at least one")
         if triangles.min() < 0 or triangles.max() >= len(vertices):
             worst = int(triangles.min()) if triangles.min() < 0 else int(triangles.max())
             raise SceneError(f"a triangle has vertex {worst}, expected 0 to {len(vertices) - 1}")
-        return enclose_mesh(vertices[triangles], pose=T, excess=excess, name=name)
+        return convex_pieces(vertices[triangles], pose=T, excess=excess, name=name)
 
     return Made(make)
 
 
 def mesh_file(filename: str, directory: Path, scale: Array, *, excess: float | None) -> Made:
-    """Return balls that enclose a mesh in a file.
+    """Return convex pieces that hold a mesh in a file.
 
     Args:
         filename: a path, relative to the directory unless it is absolute, or a URI, file:// or package://; the package is
             looked for in the directories above.
         directory: of the file that names it.
         scale: (3,) factors of its coordinates.
-        excess: how far the balls may stand out of it [m].
+        excess: how far the pieces may stand out of it [m].
     """
 
     def make(T: Array, name: str) -> Obstacle:
-        from spacearm.geometry import enclose_mesh
+        from spacearm.geometry import convex_pieces
         from spacearm.robot.collision_shapes import found_mesh
 
         path = found_mesh(filename, directory)
@@ -122,7 +122,7 @@ def mesh_file(filename: str, directory: Path, scale: Array, *, excess: float | N
                 f"the mesh '{filename}' is not there, expected it beside the file that names it, or for package:// in a folder "
                 "above; put it there"
             )
-        return enclose_mesh(path, pose=T, scale=scale, excess=excess, name=name)
+        return convex_pieces(path, pose=T, scale=scale, excess=excess, name=name)
 
     return Made(make)
 

@@ -72,7 +72,7 @@ def attached_by(
         world: the world's objects; one of them that comes to be attached is taken out.
         frames: in the state that attaches them; those of what is attached are put in.
         robot: that they are attached to.
-        mesh_excess: how far the balls around a mesh may stand out of it [m].
+        mesh_excess: how far the pieces of a mesh may stand out of it [m].
 
     Raises:
         FileFormatError, SceneError: what is wrong, with file and line.
@@ -197,8 +197,8 @@ def _masses_of(one: AttachedObject, obstacles: Sequence[Obstacle], notes: list[s
     volumes = [solid_moments(obstacle).volume for obstacle in held]
     if not min(volumes) > 0:
         notes.append(
-            f"the weight of '{name}', {one.mass:g} kg, is left out: one of its {len(held)} shapes is flat, and nothing says how "
-            "it is spread over them; it would matter if the base floated"
+            f"the weight of '{name}', {one.mass:g} kg, is left out: one of its {len(held)} shapes is flat, and nothing says "
+            "how it is spread over them; it would matter if the base floated"
         )
         return [None] * len(held)
     notes.append(f"the weight of '{name}', {one.mass:g} kg, is taken for a mass that fills its {len(held)} shapes evenly")

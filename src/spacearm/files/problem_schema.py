@@ -118,12 +118,15 @@ class HalfSpaceModel(StrictModel):
 
 
 class MeshModel(PlacedModel):
-    """A mesh, enclosed in balls."""
+    """A mesh, enclosed in convex pieces, or in balls."""
 
     file: Text = Field(description="STL, OBJ, PLY, DAE or GLB; relative to the problem file")
     scale: Each = Field(1.0, description=_SCALE)
-    spheres: Count | None = Field(None, description=_SPHERES)
-    excess: Number | None = Field(None, description=_EXCESS)
+    pieces: Count | None = Field(None, description="how many convex pieces may enclose it, at most; by default 16")
+    spheres: Count | None = Field(None, description="in place of pieces: enclose it in balls, and in how many at most")
+    excess: Number | None = Field(
+        None, description="how far the pieces or balls may stand out, at most [m]; by default 2 % of its size"
+    )
     inside: Literal["filled", "oriented", "none"] = Field(
         "filled", description="what of it is solid; oriented leaves cavities free whose faces are turned inward"
     )
@@ -145,7 +148,7 @@ class MoveItModel(StrictModel):
     """The obstacles of a MoveIt planning scene."""
 
     file: Text = Field(description="a planning scene, YAML or MoveIt's own text; relative to the problem file")
-    mesh_excess: Number | None = Field(None, description="how far balls may stand out of its meshes [m]; by default 2 %")
+    mesh_excess: Number | None = Field(None, description="how far the pieces of its meshes may stand out [m]; by default 2 %")
 
     @model_validator(mode="before")
     @classmethod
@@ -160,7 +163,7 @@ class SolidModel(StrictModel):
     capsule: CapsuleModel | None = Field(None, description="a rod with round ends")
     box: BoxModel | None = Field(None, description="a cuboid")
     cylinder: CylinderModel | None = Field(None, description="a round cylinder with flat ends, along its z")
-    mesh: MeshModel | None = Field(None, description="a mesh from a file, enclosed in balls")
+    mesh: MeshModel | None = Field(None, description="a mesh from a file, enclosed in convex pieces")
     points: PointsModel | None = Field(None, description="a point cloud from a file, enclosed in balls")
 
     @model_validator(mode="before")
@@ -239,7 +242,8 @@ class RobotModel(StrictModel):
         None, description="fewer pieces are used where they stand out of a mesh by no more than this [m]; or by link"
     )
     capsules_per_shape: Count | None = Field(
-        None, description="encloses every shape of the robot in so many capsules at most; by default shapes are as they are"
+        None,
+        description="encloses every shape of the robot in at most this number of capsules; by default shapes stay as they are",
     )
     self_collision: Literal["auto", "srdf", "computed", "none"] = Field(
         "auto", description="which links must keep clear of each other; auto: by the SRDF if there is one, else computed"

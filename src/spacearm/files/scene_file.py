@@ -12,7 +12,7 @@ from spacearm.core.errors import FileFormatError, SceneError
 from spacearm.core.reading import YamlFile, located
 from spacearm.core.rotations import rotation_from_rpy
 from spacearm.files.moveit import load_moveit_scene
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere, SphereSet, pose
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, PolytopeSet, Sphere, SphereSet, pose
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +41,7 @@ def read_obstacles(file: YamlFile, scene: Sequence[ObstacleModel]) -> list[Obsta
     return obstacles
 
 
-def read_solid(model: SolidModel, directory: Path, *, name: str) -> Sphere | Capsule | Box | Cylinder | SphereSet:
+def read_solid(model: SolidModel, directory: Path, *, name: str) -> Sphere | Capsule | Box | Cylinder | PolytopeSet | SphereSet:
     """Make the one shape that a mapping holds.
 
     Args:
@@ -96,19 +96,20 @@ def beside(directory: Path, name: str) -> Path:
         raise FileFormatError(f"{name!r} begins with ~ but there is no such home, expected a path; write it out") from None
 
 
-def _mesh(mesh: MeshModel, directory: Path, name: str) -> SphereSet:
-    from spacearm.geometry import enclose_mesh
+def _mesh(mesh: MeshModel, directory: Path, name: str) -> PolytopeSet | SphereSet:
+    from spacearm.geometry import convex_pieces, enclose_mesh
+    from spacearm.geometry.convex_pieces import PIECES
 
-    source = beside(directory, mesh.file)
-    T = placed(mesh)
+    source, T, called = beside(directory, mesh.file), placed(mesh), name or Path(mesh.file).stem
+    if mesh.spheres is None:
+        count = PIECES if mesh.pieces is None else mesh.pieces
+        return convex_pieces(
+            source, pieces=count, excess=mesh.excess, pose=T, scale=mesh.scale, name=called, inside=mesh.inside
+        )
+    if mesh.pieces is not None:
+        raise SceneError("both pieces and spheres are given, expected one: convex pieces or balls; remove the other")
     return enclose_mesh(
-        source,
-        spheres=mesh.spheres,
-        excess=mesh.excess,
-        pose=T,
-        scale=mesh.scale,
-        name=name or Path(mesh.file).stem,
-        inside=mesh.inside,
+        source, spheres=mesh.spheres, excess=mesh.excess, pose=T, scale=mesh.scale, name=called, inside=mesh.inside
     )
 
 

@@ -9,7 +9,8 @@ its rounding radius grow.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import as_number, as_pose, as_whole
 from spacearm.core.errors import SceneError
 from spacearm.core.long_work import LongWork
-from spacearm.core.user_cache import cached_arrays
+from spacearm.core.user_cache import Arrays, cached_arrays
 from spacearm.geometry.mesh_topology import Solid, meant_solid, require_inside
 from spacearm.geometry.meshes import Mesh, scaled_mesh
 from spacearm.geometry.piece_excess import Excess
@@ -43,6 +44,7 @@ MOST_PIECES = 1000
 ALGORITHM = 1
 """Its version in the cache: raise it when other pieces come from the same mesh."""
 
+_WHOLE = (".stl", ".obj", ".ply", ".off", ".dae", ".glb")  # endings of files that hold all of a mesh themselves
 _FINEST = 1e-9  # [m] shorter lengths are taken for 0
 
 
@@ -88,15 +90,37 @@ def convex_pieces(
     most = as_whole("pieces", pieces, SceneError, at_least=1, at_most=MOST_PIECES)
     corners = as_whole("vertices", vertices, SceneError, at_least=4)
     asked = None if excess is None else as_number("excess", excess, SceneError, at_least=_FINEST, unit="m")
-    read = scaled_mesh(mesh, scale)
-    what = f"mesh '{name}'" if name else "the mesh"
-
-    def make() -> dict[str, NDArray[Any]]:
-        return _made(read.triangles, most, asked, corners, inside=inside, what=what)
-
-    key = [read.triangles, most, asked, corners, inside]
-    found = cached_arrays("convex-pieces", ALGORITHM, key, make) if cache else make()
     T = as_pose("the mesh's pose", pose, SceneError)
+    what = f"mesh '{name}'" if name else "the mesh"
+    how: dict[str, Any] = {"pieces": most, "asked": asked, "vertices": corners, "inside": inside}
+    content = _content(mesh) if cache else None
+    if content is None:
+        read = scaled_mesh(mesh, scale)
+        found = _kept([read.triangles, read.notes], lambda: _made(read, **how, what=what), how, cache=cache)
+    else:  # the file need not be taken apart
+        factors = np.asarray(scale)
+        found = _kept([*content, factors], lambda: _made(scaled_mesh(mesh, scale), **how, what=what), how, cache=cache)
+    return _placed(found, T, name, asked)
+
+
+def _content(mesh: Any) -> list[Any] | None:
+    """Return what a mesh file holds and the ending of its name; None if it cannot be told so what the mesh is."""
+    if not isinstance(mesh, (str, os.PathLike)):
+        return None
+    path = Path(mesh)
+    if path.suffix.lower() not in _WHOLE:
+        return None
+    try:
+        return [path.read_bytes(), path.suffix.lower()]
+    except (OSError, ValueError):  # told by the reader
+        return None
+
+
+def _kept(key: list[Any], make: Callable[[], Arrays], how: dict[str, Any], *, cache: bool) -> Arrays:
+    return cached_arrays("convex-pieces", ALGORITHM, [*key, how], make) if cache else make()
+
+
+def _placed(found: Arrays, T: Array, name: str, asked: float | None) -> PolytopeSet:
     placed = found["vertices"] @ T[:3, :3].T + T[:3, 3]
     moved = 1e-15 * float(np.abs(T[:3, 3]).max())  # rounding
     out = float(found["excess"]) + moved
@@ -104,23 +128,22 @@ def convex_pieces(
         Polytope(part, rounding=float(radius) + moved, name=name)
         for part, radius in zip(np.split(placed, found["ends"][:-1]), found["rounding"], strict=True)
     ]
-    notes = (*read.notes, *found["notes"].tolist(), *_excess_note(len(made), out, asked, float(found["wanted"])))
+    notes = (*found["notes"].tolist(), *_excess_note(len(made), out, asked, float(found["wanted"])))
     return PolytopeSet(made, excess=out, name=name, notes=notes)
 
 
 def _excess_note(count: int, excess: float, asked: float | None, wanted: float) -> list[str]:
     held = "its convex hull stands out of it" if count == 1 else f"{count} convex pieces hold it, and stand out of it"
-    said = f"{held} by up to {1000 * excess:.3g} mm"
+    said = f"{held} by up to {round(1000 * excess, 3):.3g} mm"
     if excess <= wanted:
         return [said]
     limit = f"more than the {1000 * wanted:.3g} mm {'that are 2 % of its size' if asked is None else 'that were asked for'}"
     return [f"{said}, {limit}; allow more pieces or vertices"]
 
 
-def _made(
-    triangles: Array, pieces: int, asked: float | None, vertices: int, *, inside: str, what: str
-) -> dict[str, NDArray[Any]]:
+def _made(mesh: Mesh, *, pieces: int, asked: float | None, vertices: int, inside: str, what: str) -> Arrays:
     """Return the pieces as arrays: their vertices, where each one's end, their rounding, how far they stand out, and notes."""
+    triangles = mesh.triangles
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     middle, size = (low + high) / 2, float((high - low).max())
     far = max(size, float(np.abs(middle).max()))
@@ -142,7 +165,7 @@ def _made(
         "rounding": radii,
         "excess": np.array(float((np.array(out) + radii).max()) + rounding),
         "wanted": np.array(wanted),
-        "notes": np.array(solid.notes, dtype=np.str_),
+        "notes": np.array([*mesh.notes, *solid.notes], dtype=np.str_),
     }
 
 

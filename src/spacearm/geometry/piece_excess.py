@@ -23,6 +23,7 @@ _NEAR = 6  # of them that are looked at
 _AT_ONCE = 400  # triangles or cubes that are halved in a round, at most
 _MOST = 40_000  # in all; then the bound is what it is
 _QUICK = 150  # triangles at least, whose middles are looked at where it has to be quick
+_SEEN = 0.002  # of the solid's size: a hollow no farther than this beyond the hull's surface may be a matter of rounding
 _COARSE = 0.03  # of the solid's size: how finely hollows are looked for
 _CUBE = np.array([[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)])
 
@@ -40,7 +41,7 @@ class Excess:
         self._samples, self._of, self._spacing = _spread(solid.triangles)
         self._tree = KDTree(self._samples)
 
-    def bound(self, hull: Hull, surface: Array, *, share: float, length: float) -> float:
+    def bound(self, hull: Hull, surface: Array, *, share: float, length: float, enough: float = 0.0) -> float:
         """Return an upper bound of how far a hull's points, without its rounding, are from the solid [m].
 
         Args:
@@ -49,12 +50,13 @@ class Excess:
             share: the bound is no more than this share of itself above the truth, or
             length: no more than this above it [m]. Of what is hollow within the hull, only what is farther from the solid
                 than the hull's surface, by this and by 3 % of the solid's size, is sure to be seen.
+            enough: only whether the hull stands out by more matters [m]; then a lower bound may be returned that is above it.
         """
         open_ = ~self._covered(hull, surface)
-        out = self._on_surface(hull.triangles[open_], share, length) if open_.any() else 0.0
-        if not len(hull.planes) or (out <= length and not self.has_cavities):
+        out = self._on_surface(hull.triangles[open_], share, length, enough) if open_.any() else 0.0
+        if not len(hull.planes) or (enough and out > enough) or (out <= length and not self.has_cavities):
             return out
-        return max(out, self._hollow(hull, out, share, max(length, _COARSE * self._size)))
+        return max(out, self._hollow(hull, out, share, max(length, _COARSE * self._size), enough))
 
     def about(self, hull: Hull) -> float:
         """Return about how far a hull stands out, quickly: how far some points of it are from the solid [m]."""
@@ -104,15 +106,17 @@ class Excess:
                 return np.zeros(len(hull.triangles), dtype=bool)
         return out
 
-    def _on_surface(self, triangles: Array, share: float, length: float) -> float:
+    def _on_surface(self, triangles: Array, share: float, length: float, enough: float) -> float:
         done, least, looked = 0.0, 0.0, 0
         bounds, found = self._over(triangles, length)
         while True:
             least = max(least, float(found.max()))
-            close = bounds <= max(least * (1 + share), least + length)
+            close = bounds <= max(least * (1 + share), least + length, enough)
             done = max(done, float(bounds[close].max(initial=0.0)))
             triangles, bounds = triangles[~close], bounds[~close]
             looked += min(len(triangles), _AT_ONCE)
+            if least > enough > 0:
+                return least
             if not len(triangles) or looked > _MOST:
                 return max(done, float(bounds.max(initial=0.0)))
             order = np.argsort(-bounds)
@@ -136,7 +140,7 @@ class Excess:
             away[solid] = 0.0
         return bound, away
 
-    def _hollow(self, hull: Hull, least: float, share: float, length: float) -> float:
+    def _hollow(self, hull: Hull, least: float, share: float, length: float, enough: float) -> float:
         """Return an upper bound of the distance of what is hollow within a hull; `least` if nothing is far above that [m]."""
         low, high = hull.vertices.min(axis=0), hull.vertices.max(axis=0)
         edge = float((high - low).max()) / 4
@@ -145,13 +149,15 @@ class Excess:
         centers, out, looked = low + (grid + 0.5) * edge, least, 0
         while True:
             radius = edge * np.sqrt(3) / 2
-            limit = max(out * (1 + share), out + length)
+            limit = max(out * (1 + share), least + length, enough)
             away, depth = self._far(hull, centers, radius, limit)
             out = max(out, self._greatest(centers, np.where(depth <= 0, away, 0.0), out))
             # No place is farther from the solid than a place of the hull's surface and the way from there.
             still = (away + radius > limit) & (depth <= radius) & (least - depth + radius > limit)
             centers, looked = centers[still], looked + len(centers)
             if not len(centers):
+                return limit if out > max(least + _SEEN * self._size, enough) else out
+            if out > enough > 0:
                 return out
             if looked > _MOST:
                 return max(limit, float((away + radius)[still].max()))
@@ -160,14 +166,16 @@ class Excess:
     def _far(self, hull: Hull, centers: Array, radius: float, limit: float) -> tuple[Array, Array]:
         """Return about how far the middles of cubes (m, 3) are from the solid, and from within the hull (<= 0), (m,) each [m].
 
-        Of cubes that are without interest, since they are not in the hull or are in the solid, the first is below 0.
+        Of cubes that are without interest, because not in the hull, or in the solid or near to it, the first is 0 or less.
         """
         depth = (centers @ hull.planes[:, :3].T + hull.planes[:, 3]).max(axis=1)
         away = np.full(len(centers), -np.inf)
         near = np.flatnonzero(depth <= radius)
         away[near] = self._nearest(centers[near])[0]
+        close = away + radius <= limit
+        away[close] = np.minimum(away[close], 0.0)
         if self._inside is not None:
-            near = near[away[near] + radius > limit]
+            near = np.flatnonzero(~close & (depth <= radius))
             solid = near[self._inside(centers[near])]
             away[solid] = -away[solid]
         return away, depth

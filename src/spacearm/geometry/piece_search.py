@@ -2,9 +2,10 @@
 
 The part whose hull stands out most is cut in two, again and again. Cuts that are tried are at right angles to some directions:
 the axes, the part's own axes, and the normals of its flat faces; at equal steps, and where flat faces are. The cut that leaves
-the least volume in both hulls is made, and of cuts that are much the same, the most even one: a ring is halved before its
-halves are, which alone saves nothing. In the end, parts whose common hull stands out no more than is asked for become one
-again: a plane cuts through more than it has to.
+the least room that is not solid in the hulls of both halves is made. Some cuts save nothing at first: a ring is halved before
+its halves are, and one wall after the other is taken off a hollow box. So there are two ways to choose of cuts that are much
+the same: the most even one, or the one that takes a convex part off. In the end, parts whose common hull stands out no more
+than is asked for become one again: a plane cuts through more than it has to.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,15 +28,36 @@ Array = NDArray[np.float64]
 _STEPS = 7  # cuts at equal steps along each direction
 _FACES = 5  # cuts along flat faces for each direction
 _NORMALS = 3  # directions of flat faces
-_BALANCE = 0.15  # times the difference of both volumes: so much less volume in all is worth a less even cut
+_KRONECKER = 1.2207440846057596 ** -np.arange(1.0, 4.0)  # powers of the root of x^4 = x + 1
+_VERY_FEW = 8  # pieces: no other way is tried if these are enough
+_INSIDE = 30_000  # points spread in the box around the solid: those inside of it tell how much of a part is solid
+_NEARLY = 1.15  # times the solid volume: the hull of a convex part, as these points tell it
+_BESIDE = 2e-6  # of the part's extent: how far from a flat face the cut is, so that all of the face is on one side
 _ROUGH = 500  # triangles, of larger surfaces, by which cuts are compared
-_EDGE = 0.02  # of the part's extent: no cut is nearer to its ends
+_EDGE = 1e-4  # of the part's extent: no cut is nearer to its ends
 _SPARE = 1.5  # times the parts that are asked for are made before parts are joined
 _SPHERE = 90  # directions in which the farthest points stand for a hull
 _JOINED = 8  # pairs of neighbours whose common hull is looked at in a round
 _PRECISION = 0.05  # of an excess, or of what is wanted: how precise its upper bound is
 _FINEST, _COARSEST = 1e-4, 2e-3  # of the solid's size: more and less precise than this is not needed
 _SKIN = 0.02  # of the solid's size: flat hulls have a volume, too
+
+
+class Way(NamedTuple):
+    """How cuts are chosen that leave much the same room that is not solid.
+
+    Attributes:
+        even: cost of a difference of the volumes of both hulls, over the difference.
+        even_room: the same, of the room in them that is not solid.
+        convex: what a half without such room saves, over its volume.
+    """
+
+    even: float
+    even_room: float
+    convex: float
+
+
+_WAYS = (Way(0.15, 0.0, 0.0), Way(0.0, 0.02, 0.5))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,16 +68,18 @@ class Piece:
         hull: of all of it.
         surface: (n, 3, 3) what of the solid's surface is in it [m].
         points: (p, 3) whose hull it is [m].
+        filled: (m, 3) points spread in it where it is solid [m].
         excess: about how far it stands out, or an upper bound [m].
-        is_proven: whether it is an upper bound.
+        is_sure: whether it is, at least for telling whether it is no more than is wanted.
         part: what may be cut further; None if it was joined of several.
     """
 
     hull: Hull
     surface: Array
     points: Array
+    filled: Array
     excess: float
-    is_proven: bool = False
+    is_sure: bool = False
     part: Part | None = None
 
 
@@ -65,6 +90,7 @@ class Search:
         """Take a solid, what measures excesses, the solid's size [m], and what is told the number of pieces now and then."""
         self._inside, self._excess, self._size, self._tell = solid.inside, excess, size, tell
         self._whole = whole(solid)
+        self._filled, self._cell = _spread_inside(solid)
 
     def pieces(self, most: int, wanted: float) -> list[Piece]:
         """Return few pieces that together hold the solid.
@@ -73,14 +99,24 @@ class Search:
             most: how many, at most.
             wanted: how far they may stand out [m]; if that takes too many pieces, they stand out further.
         """
+        first = self._piece(self._whole, self._filled)
+        best: list[Piece] = []
+        for way in _WAYS:
+            found = self._cut_up(first, most, wanted, way)
+            if not best or (max(wanted, _worst(found)), len(found)) < (max(wanted, _worst(best)), len(best)):
+                best = found
+            if most == 1 or (_worst(best) <= wanted and len(best) <= _VERY_FEW):
+                break
+        return [self._measured(piece, wanted) for piece in best]
+
+    def _cut_up(self, first: Piece, most: int, wanted: float, way: Way) -> list[Piece]:
         done: list[Piece] = []
-        open_ = [self._piece(self._whole)]
+        open_ = [first]
         limit, few = most if most == 1 else max(most + 2, int(_SPARE * most)), None
         while open_ and len(open_) + len(done) < limit:
             worst = max(range(len(open_)), key=lambda i: open_[i].excess)
-            piece = open_.pop(worst)
-            piece = self._proven(piece, wanted) if piece.excess <= wanted else piece
-            parts = None if piece.excess <= wanted else self._cut(piece)
+            piece = self._judged(open_.pop(worst), wanted)
+            parts = None if piece.excess <= wanted else self._cut(piece, way)
             if parts is None:
                 done.append(piece)
                 continue
@@ -88,58 +124,96 @@ class Search:
             self._tell(len(open_) + len(done))
             if len(open_) + len(done) == most:
                 few = [*open_, *done]
-        many = self._joined([*open_, *done], most, wanted)
-        if few is not None and _worst(many) > max(wanted, _worst(few)):
-            many = few
-        return [self._proven(piece, wanted) for piece in many]
+        many = self._again(self._joined([*open_, *done], most, wanted), most, wanted, way)
+        many = [self._judged(piece, wanted) for piece in many]
+        if _worst(many) <= wanted or few is None:
+            return many
+        return min(([self._measured(piece, wanted) for piece in one] for one in (many, few)), key=_worst)
 
-    def _piece(self, part: Part) -> Piece:
-        return Piece(part.hull, part.triangles, part.points, self._excess.about(part.hull), part=part)
+    def _again(self, pieces: list[Piece], most: int, wanted: float, way: Way) -> list[Piece]:
+        """Cut pieces that stand out most, while there are fewer than may be."""
+        while len(pieces) < most:
+            worst = max(pieces, key=lambda piece: piece.excess)
+            parts = None if worst.excess <= wanted or worst.part is None else self._cut(worst, way)
+            if parts is None:
+                break
+            pieces = [piece for piece in pieces if piece is not worst] + parts
+        return pieces
 
-    def _proven(self, piece: Piece, wanted: float) -> Piece:
-        """Return a piece with an upper bound of its excess."""
-        if piece.is_proven:
+    def _piece(self, part: Part, filled: Array) -> Piece:
+        return Piece(part.hull, part.triangles, part.points, filled, self._excess.about(part.hull), part=part)
+
+    def _judged(self, piece: Piece, wanted: float) -> Piece:
+        """Return a piece with an excess of which it is sure whether it is no more than is wanted."""
+        if piece.is_sure or piece.excess > wanted:
             return piece
+        length = min(_PRECISION * wanted, _COARSEST * self._size)
+        excess = self._excess.bound(piece.hull, piece.surface, share=_PRECISION, length=length, enough=wanted)
+        return replace(piece, excess=excess, is_sure=excess <= wanted)
+
+    def _measured(self, piece: Piece, wanted: float) -> Piece:
+        """Return a piece with a close upper bound of its excess."""
         length = min(max(_PRECISION * wanted, _FINEST * self._size), _COARSEST * self._size)
         excess = self._excess.bound(piece.hull, piece.surface, share=_PRECISION, length=length)
-        return replace(piece, excess=excess, is_proven=True)
+        return replace(piece, excess=excess, is_sure=True)
 
-    def _cut(self, piece: Piece) -> list[Piece] | None:
+    def _cut(self, piece: Piece, way: Way) -> list[Piece] | None:
         """Return the two halves of a piece; None if no cut is of use."""
         assert piece.part is not None
-        plane = self._best_plane(piece.part)
+        plane = self._best_plane(piece.part, piece.filled, way)
         if plane is None:
             return None
-        found = halves(piece.part, *plane, inside=self._inside, size=self._size)
-        parts = [self._piece(part) for part in found if part is not None]
+        normal, offset = plane
+        found = halves(piece.part, normal, offset, inside=self._inside, size=self._size)
+        above = piece.filled @ normal > offset
+        parts = [
+            self._piece(part, piece.filled[side]) for part, side in zip(found, (~above, above), strict=True) if part is not None
+        ]
         return parts if len(parts) > 1 else None
 
-    def _best_plane(self, part: Part) -> tuple[Array, float] | None:
-        """Return the normal and the offset of the cut that leaves the least volume in the hulls of both halves."""
+    def _best_plane(self, part: Part, filled: Array, way: Way) -> tuple[Array, float] | None:
+        """Return the normal and the offset of the best cut of a part."""
         rough = _selection(part.triangles)
         best, least = None, np.inf
         for normal in _directions(part):
+            along = filled @ normal
             for offset in _offsets(part.triangles, normal):
                 below, above = clipped(rough, -normal, -offset), clipped(rough, normal, offset)
-                if len(below) and len(above):
-                    one, other = self._bulk(below), self._bulk(above)
-                    cost = one + other + _BALANCE * abs(one - other)
-                    if cost < least:
-                        best, least = (normal, offset), cost
+                if not len(below) or not len(above):
+                    continue
+                first = int((along <= offset).sum())
+                hulls, rooms, saved = [], [], 0.0
+                for half, count in ((below, first), (above, len(filled) - first)):
+                    hull, skin = self._bulk(half, normal)
+                    solid = count * self._cell
+                    hulls.append(hull + skin)
+                    rooms.append(max(hull - solid, 0.0) + skin)
+                    saved += solid if hull <= _NEARLY * solid else 0.0
+                uneven = way.even * abs(hulls[0] - hulls[1]) + way.even_room * abs(rooms[0] - rooms[1])
+                cost = sum(hulls) + uneven - way.convex * saved
+                if cost < least:
+                    best, least = (normal, offset), cost
         return best
 
-    def _bulk(self, triangles: Array) -> float:
-        """Return about the volume of the hull of triangles with a thin skin around it [m^3]."""
+    def _bulk(self, triangles: Array, normal: Array | None = None) -> tuple[float, float]:
+        """Return about the volume of the hull of triangles, and that of a thin skin around it [m^3].
+
+        The hull is that of the corners that are farthest in some directions, those along a normal among them.
+        """
         from scipy.spatial import ConvexHull, QhullError
 
         corners = triangles.reshape(-1, 3)
-        points = corners[np.unique((corners @ _SPREAD.T).argmax(axis=0))]
+        farthest = (corners @ _SPREAD.T).argmax(axis=0)
+        if normal is not None:
+            along = corners @ normal
+            farthest = np.append(farthest, [along.argmin(), along.argmax()])
+        points = corners[np.unique(farthest)]
         try:
             hull = ConvexHull(points)
         except (QhullError, ValueError):
             extent = np.sort(np.linalg.svd(points - points.mean(axis=0), compute_uv=False))[::-1]
-            return float(np.prod(np.append(extent, np.zeros(3))[:2]) * self._size * _SKIN)
-        return float(hull.volume + hull.area * self._size * _SKIN)
+            return 0.0, float(np.prod(np.append(extent, np.zeros(3))[:2]) * self._size * _SKIN)
+        return float(hull.volume), float(hull.area * self._size * _SKIN)
 
     def _joined(self, pieces: list[Piece], most: int, wanted: float) -> list[Piece]:
         """Join pieces whose common hull stands out no more than is wanted, and others while there are more than `most`."""
@@ -153,11 +227,13 @@ class Search:
                 if (id(a), id(b)) not in tried:
                     hull = hull_of(np.concatenate([a.hull.vertices, b.hull.vertices]))
                     surface, points = np.concatenate([a.surface, b.surface]), np.concatenate([a.points, b.points])
-                    tried[id(a), id(b)] = Piece(hull, surface, points, self._excess.about(hull))
+                    filled = np.concatenate([a.filled, b.filled])
+                    tried[id(a), id(b)] = Piece(hull, surface, points, filled, self._excess.about(hull))
             first, second = min(pairs, key=lambda pair: tried[id(pair[0]), id(pair[1])].excess)
             joined = tried[id(first), id(second)]
-            if len(pieces) <= most and joined.excess <= wanted and not joined.is_proven:
-                tried[id(first), id(second)] = self._proven(joined, wanted)
+            if not joined.is_sure and (len(pieces) > most or joined.excess <= wanted):
+                sure = self._judged if joined.excess <= wanted else self._measured
+                tried[id(first), id(second)] = sure(joined, wanted)
                 continue
             if len(pieces) <= most and joined.excess > wanted:
                 break
@@ -169,13 +245,24 @@ class Search:
         """Return the pairs of neighbours whose common hulls have the least volume more than their own."""
         low = np.array([piece.hull.vertices.min(axis=0) for piece in pieces])
         high = np.array([piece.hull.vertices.max(axis=0) for piece in pieces])
-        own = [self._bulk(piece.hull.vertices) for piece in pieces]
+        own = [sum(self._bulk(piece.hull.vertices)) for piece in pieces]
         found: list[tuple[float, int, int]] = []
         for i, k in itertools.combinations(range(len(pieces)), 2):
             if (np.maximum(low[i], low[k]) <= np.minimum(high[i], high[k]) + 1e-6 * self._size).all():
                 both = np.concatenate([pieces[i].hull.vertices, pieces[k].hull.vertices])
-                found.append((self._bulk(both) - own[i] - own[k], i, k))
+                found.append((sum(self._bulk(both)) - own[i] - own[k], i, k))
         return [(pieces[i], pieces[k]) for _, i, k in sorted(found)[:_JOINED]]
+
+
+def _spread_inside(solid: Solid) -> tuple[Array, float]:
+    """Return points (m, 3), evenly spread, that are inside a solid [m], and the volume that each stands for [m^3]."""
+    corners = solid.triangles.reshape(-1, 3)
+    low, extent = corners.min(axis=0), np.ptp(corners, axis=0)
+    if solid.inside is None or not extent.all():
+        return np.zeros((0, 3)), 0.0
+    # Kronecker's sequence, not a grid: no wall lies along it.
+    points = low + extent * (np.arange(1, _INSIDE + 1)[:, None] * _KRONECKER % 1.0)
+    return points[solid.inside(points)], float(np.prod(extent)) / _INSIDE
 
 
 def _worst(pieces: list[Piece]) -> float:
@@ -227,9 +314,10 @@ def _offsets(triangles: Array, normal: Array) -> list[float]:
     flat = (high - low <= 1e-6 * span) & (low > first + _EDGE * span) & (high < last - _EDGE * span)
     if not flat.any():
         return steps
-    levels, which = np.unique(np.round((low[flat] - first) / max(span, 1e-300), 6), return_inverse=True)
+    levels, which = np.unique(np.round((low[flat] - first) / span, 6), return_inverse=True)
     area = np.bincount(which.reshape(-1), weights=_normals_area(triangles[flat]))
-    return steps + [first + span * float(levels[i]) for i in np.argsort(-area, kind="stable")[:_FACES]]
+    chosen = [first + span * float(levels[i]) for i in np.argsort(-area, kind="stable")[:_FACES]]
+    return steps + [level + side * _BESIDE * span for level in chosen for side in (-1, 1)]
 
 
 def _normals_area(triangles: Array) -> Array:
@@ -244,4 +332,4 @@ def _sphere(count: int) -> Array:
     return np.stack([across * np.cos(turn), across * np.sin(turn), z], axis=1)
 
 
-_SPREAD = _sphere(_SPHERE)
+_SPREAD = np.concatenate([np.eye(3), -np.eye(3), _sphere(_SPHERE)])

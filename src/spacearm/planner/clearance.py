@@ -13,7 +13,7 @@ from spacearm.core.errors import ProblemError
 from spacearm.core.native import native
 from spacearm.geometry import Scene
 from spacearm.planner.kernel_model import kernel_model, self_shape_pairs
-from spacearm.proof.required_clearance import RequiredClearance, required_clearance
+from spacearm.proof.required_clearance import required_clearance
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import as_configurations
 
@@ -89,28 +89,35 @@ class ClearanceModel:
         lacking = np.maximum(-to_scene, 0.0).sum(axis=(-2, -1)) + np.maximum(-between, 0.0).sum(axis=-1)
         return Room(least=least, beyond=_least(to_scene, between), lacking=lacking)
 
-    def required_of(self, required: RequiredClearance) -> KernelClearance:
-        """Return what is required of the kernel's pairs."""
+    def required_by(self, problem: HasScene) -> KernelClearance:
+        """Return what a problem requires of the kernel's pairs; no more than no contact where it does not say."""
+        shape, pairs = (len(self.robot.shapes), len(self.obstacle_of)), getattr(problem, "clearances", ())
+        if not pairs:
+            clearance = float(getattr(problem, "clearance", 0.0))
+            return KernelClearance(np.full(shape, clearance), np.full(len(self.pairs), clearance), alike=True)
+        required = required_clearance(problem.robot, problem.scene, getattr(problem, "clearance", 0.0), pairs)
         row = {link: i for i, link in enumerate(required.links)}
         rows = np.array([row[part.name] for part in self.robot.shapes], dtype=np.intp)
         one, two = (rows[self.pairs[:, k]] for k in range(2))
-        to_obstacles = np.zeros((len(rows), 0))
+        to_obstacles = np.zeros(shape)
         if len(self.scene.obstacles):  # there may be none though the problem has some: where they are is not known
             to_obstacles = required.to_obstacles[rows[:, None], self.obstacle_of]
-        return KernelClearance(to_obstacles=to_obstacles, between_links=required.between_links[one, two])
+        return KernelClearance(to_obstacles, required.between_links[one, two], alike=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class KernelClearance:
     """A clearance of each of the kernel's pairs.
 
     Attributes:
         to_obstacles: (c, j) of shapes and the kernel's obstacles [m].
         between_links: (p,) of the pairs of shapes [m].
+        alike: whether all are the same.
     """
 
     to_obstacles: Array
     between_links: Array
+    alike: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -205,9 +212,3 @@ def prepared(problem: HasScene) -> ClearanceModel:
     """Return the model of a problem as it is told in the frame of its base at the beginning, if it has a base."""
     here: HasScene = getattr(problem, "local", problem)
     return ClearanceModel(here.robot, here.scene)
-
-
-def required_of(problem: HasScene) -> RequiredClearance:
-    """Return the clearance that is required of every pair; no more than no contact where the problem does not say."""
-    found = getattr(problem, "required", None)
-    return found if isinstance(found, RequiredClearance) else required_clearance(problem.robot, problem.scene, 0.0, ())

@@ -23,7 +23,7 @@ from spacearm.planner.goal_swarms import GoalSwarms, Slack
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, JointGoal, PositionGoal, SpaceGoal
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem, nearest_turns
-from spacearm.planner.searched_clearance import SEARCH_ROOM, clearance_of_goals
+from spacearm.planner.searched_clearance import SEARCH_ROOM, SearchedClearance, clearance_of_goals, usual_clearance
 from spacearm.robot.kinematics import tree_model
 from spacearm.robot.model import Robot
 
@@ -90,14 +90,17 @@ def find_goal_configurations(
     follows_arm = problem.base_model.follows_arm
     in_joint_space = isinstance(goal, (ConfigurationGoal, ConfigurationsGoal))
     clearance = problem.at_goal if in_joint_space else problem.at_start
+    asked = bool(problem.clearance or problem.clearances)
+    looked_for = not in_joint_space or bool(np.any(goal.tolerance))
+    plain = SearchedClearance(asked=usual_clearance(problem))
     search = _Search(
         robot=robot,
         clearance=clearance,
-        required=clearance.required_of(problem.required) if problem.clearance or problem.clearances else None,
+        required=clearance.required_by(problem) if asked else None,
         swarms=GoalSwarms(
             robot=robot,
             scene=clearance.scene,
-            searched=clearance_of_goals(problem, clearance),
+            searched=clearance_of_goals(problem, clearance) if asked and looked_for else plain,
             seed=seed,
             threads=settings.threads,
             late=late,

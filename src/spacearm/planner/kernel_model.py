@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.errors import RobotError, SceneError
-from spacearm.core.exact import product
 from spacearm.core.native import native
 from spacearm.geometry import (
     Box,
@@ -25,12 +24,11 @@ from spacearm.geometry import (
     Scene,
     Sphere,
     SphereSet,
-    bounding_points,
     core_of,
 )
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import kernel_joints
-from spacearm.robot.link_shapes import LinkCapsule, LinkShape, as_capsule
+from spacearm.robot.link_shapes import as_capsule
 
 Made = TypeVar("Made")
 
@@ -152,7 +150,7 @@ def _arm(robot: Robot, frame: str | None, further: tuple[tuple[int, NDArray[np.f
     tip_frame = robot.frame(frame or robot.tip)
     tip = carried.index(tip_frame.joint, tip_frame.T_joint_frame[:3, 3])
     points = tuple(carried.index(joint, point) for joint, point in further)
-    capsules = [as_capsule(part) or bounding_capsule(part) for part in robot.shapes]
+    capsules = robot.capsules
     ends = [(carried.index(c.joint, c.a), carried.index(c.joint, c.b)) for c in capsules]
     local = np.array([point for _, point in carried.listed], dtype=np.float64).reshape(-1, 3)
     radius = np.array([c.radius for c in capsules], dtype=np.float64)
@@ -180,18 +178,6 @@ def _require_within_reach(robot: Robot, *arrays: NDArray[np.float64]) -> None:
             f"robot '{robot.name}' has a number of {far:.3g} among its frames and shapes, expected at most "
             f"{_WIDEST:g} m; check its units"
         )
-
-
-def bounding_capsule(part: LinkShape) -> LinkCapsule:
-    """Return a capsule around a shape of a link, along the longest edge of the shape's box."""
-    core = core_of(part.shape)
-    points, rounding = bounding_points(part.shape)
-    own = product(points - core.T[:3, 3], core.T[:3, :3])
-    half = np.abs(own).max(axis=0) if core.kind == "polytope" else core.half
-    along = np.eye(3)[2 if core.kind == "cylinder" else int(np.argmax(half))] * half
-    aside = core.half[0] if core.kind == "cylinder" else float(np.sqrt(((own * (along == 0)) ** 2).sum(axis=1)).max())
-    a, b = (core.T[:3, 3] + product(core.T[:3, :3], end) for end in (-along, along))
-    return LinkCapsule(name=part.name, joint=part.joint, a=a, b=b, radius=aside + rounding)
 
 
 def self_shape_pairs(robot: Robot) -> NDArray[np.int32]:

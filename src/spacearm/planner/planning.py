@@ -417,7 +417,7 @@ def _uniform(problem: Problem, motion: Motion, duration: float | None = None, *,
 
 _LESS_SHARE = 0.125  # of `evaluations` and `convergence`, or of what is left of `time_budget`, for each try with less clearance
 _LESS_PROOFS = 4  # motions given to the proof in each
-_SURELY_KEPT = 0.95  # of what the closest pair of a motion was measured to have
+_SURELY_KEPT = (0.95, 0.5)  # of what the closest pair of a motion was measured to have, in turn
 _BISECTIONS = 4  # tries between no clearance at all and the one that is required
 
 
@@ -458,9 +458,11 @@ def _share_kept(problem: Problem, settings: PlannerSettings, failed: _Proof | No
     near = None if failed is None else failed.certificate.closest
     if failed is None or near is None or not 0 < near.clearance < near.required:
         return None
-    share = math.floor(_SURELY_KEPT * near.clearance / near.required * 100) / 100
-    proof = _prove(with_less_clearance(problem, share), settings, failed.trajectory.motion)
-    return share if proof.as_asked else None
+    for kept in _SURELY_KEPT:
+        share = math.floor(kept * near.clearance / near.required * 100) / 100
+        if _prove(with_less_clearance(problem, share), settings, failed.trajectory.motion).as_asked:
+            return share
+    return None
 
 
 def with_less_clearance(problem: Problem, share: float) -> Problem:

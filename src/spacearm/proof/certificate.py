@@ -34,6 +34,7 @@ _DIGITS = 9  # decimals of recorded measurements [m, rad, s]
 _LEAST_ERROR = 1e-9  # [rad] a smaller error of the attitude is recorded as this, for it depends on the processor's rounding
 _LEAST_RESIDUAL = 1e-12  # a smaller residual momentum is recorded as this, for the same reason
 _NOTABLE_ERROR = 1e-7  # [rad] a message mentions larger errors of the attitude
+_END_WORDS = {"start": "the start", "goal": "the goal", "both": "start and goal"}
 _LISTED = 3  # pairs near at an end that a message names
 _PROVENANCE = ("source", "notes", "apart", "unchecked", "collision", "solid", "unweighed")
 # Keys of a robot that are left out of hashes: where it comes from, and what follows from the other keys.
@@ -98,10 +99,11 @@ class NearPair:
     @property
     def text(self) -> str:
         """The pair and what is proven or required of it, in words."""
-        where = "at start and goal" if self.ends == "both" else f"at the {self.ends}"
         times = {"start": f"up to t = {self.end:.4g} s", "goal": f"from t = {self.begin:.4g} s", "both": "all the time"}
         kept = f"held to {_mm(self.held_to)}" if self.proven is None else f"proven at least {_mm(self.proven)}"
-        return f"link '{self.link}' and {self.other}, {_mm(self.clearance)} {where}: {kept} {times[self.ends]}"
+        return (
+            f"link '{self.link}' and {self.other}, {_mm(self.clearance)} at {_END_WORDS[self.ends]}: {kept} {times[self.ends]}"
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -231,7 +233,7 @@ class Certificate:
     def _finding(self) -> str:
         near, base = self.closest, self.base_findings
         if near is not None and near.clearance <= near.required and self.status == "fails":
-            return _too_close(near)
+            return f"{_too_close(near)}{self._why_held(near)}"
         for sentence in self.contradictions[:1]:
             return sentence
         if base is not None and base.broken:
@@ -248,6 +250,14 @@ class Certificate:
                 "path bends too much, or the base tumbles too much; prove it in shorter parts"
             )
         return self._clearance_finding
+
+    def _why_held(self, near: ClosestApproach) -> str:
+        """Say why a pair that does not touch is held to less than is asked for; "" if it is not."""
+        for pair in self.near_pairs if near.clearance > 0 else ():
+            named = {f"link '{pair.link}'", pair.other} == {f"link '{near.link}'", near.other}
+            if named and pair.held_to == near.required:
+                return f", for it has {_mm(pair.clearance)} at {_END_WORDS[pair.ends]}; {_mm(pair.required)} are asked for"
+        return ""
 
     @property
     def _clearance_finding(self) -> str:

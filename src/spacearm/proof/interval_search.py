@@ -126,7 +126,6 @@ class ClearanceProof:
         Returns:
             The status, and the closest approach, or the worst one if it fails; None if nothing is in the way.
         """
-        self._find_near()
         status = self._search()
         begin, end = self._curve.domain
         self.measured.zoom((begin, end), self.frames_at, (end - begin) * min(self.resolution, 0.1))
@@ -149,10 +148,21 @@ class ClearanceProof:
         full = float(self.proven[self.requirements.full_phases].min())
         return full if np.isfinite(full) else float(self.proven.min())
 
-    def _find_near(self) -> None:
-        """Find the pairs that are near at an end, if any clearance is required."""
-        if not self._groups or not self.requirements.greatest:
-            return
+    def _find_near(
+        self, midpoints: IntervalMidpoints, pairs: list[OpenPairs], found: list[ClearanceBounds], held: list[Held]
+    ) -> bool:
+        """Find the pairs that are near at an end, among those that are not settled on the first and the last interval.
+
+        If there are any, what was proven and measured is forgotten.
+        """
+        begin, end = self._curve.domain
+        at_end = (midpoints.u - midpoints.half <= begin) | (midpoints.u + midpoints.half >= end)
+        among = np.zeros(self.requirements.required.shape, dtype=bool)
+        for group, (some, known, of_group) in enumerate(zip(pairs, found, held, strict=True)):
+            left = some.select(at_end[some.interval] & (known.on_interval <= of_group.required))
+            among[self.requirements.bodies_of(group, left)] = True
+        if not among.any():
+            return False
         measure = InstantMeasurements(
             self._bodies,
             self._relative_bodies,
@@ -164,13 +174,15 @@ class ClearanceProof:
             self._frames,
             self._bounds_at_instants,
         )
-        near = find_near(self.requirements, measure, self._curve.domain)
-        if near:
-            self.requirements.set_near(near)
-            phases = self.requirements.phases
-            self.measured.begin(phases=phases)
-            self.proven, self._least = np.full(phases, np.inf), np.full(phases, np.inf)
-            self._least[1:] = self.requirements.known_excess()
+        near = find_near(self.requirements, measure, self._curve.domain, among)
+        if not near:
+            return False
+        self.requirements.set_near(near)
+        phases = self.requirements.phases
+        self.measured.begin(phases=phases)
+        self.proven, self._least = np.full(phases, np.inf), np.full(phases, np.inf)
+        self._least[1:] = self.requirements.known_excess()
+        return True
 
     def _bounds_at_instants(self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, cells: bool) -> ClearanceBounds:
         of_cells = self._groups[group].cells
@@ -217,6 +229,7 @@ class ClearanceProof:
 
     def _settle(self, midpoints: IntervalMidpoints, pairs: list[OpenPairs] | None) -> list[OpenPairs]:
         """Settle what can be settled, and return the pairs that are still open, by group. None: all pairs are open."""
+        begins = pairs is None and self.requirements.greatest > 0 and not self.requirements.near
         if pairs is None:
             first = self._bodies.group[self._relative_bodies.body] == 0  # the balls around links are among them
             midpoints.bound(np.flatnonzero(first))
@@ -228,11 +241,15 @@ class ClearanceProof:
             midpoints.bound(_used(pairs))
         held = [self.requirements.on(group, of_group, midpoints) for group, of_group in enumerate(pairs)]
         found = [self._sharpened(midpoints, group, pairs[group], of_group) for group, of_group in enumerate(held)]
+        if begins and self._find_near(midpoints, pairs, found, held):
+            return self._settle(midpoints, None)
         self._measure_nearest(midpoints, pairs, found, held)
         return [pairs[i].select(~self._settled(found[i], of_group)) for i, of_group in enumerate(held)]
 
     def _target(self, held: Held) -> Array | float:
         """Return the clearances that are to be proven [m]."""
+        if isinstance(held.phase, int):
+            return held.required + self._proven_share * max(0.0, self._least.item(held.phase))
         return held.required + self._proven_share * np.maximum(0.0, self._least[held.phase])
 
     def _settled(self, known: ClearanceBounds, held: Held) -> NDArray[np.bool_]:
@@ -317,14 +334,14 @@ class ClearanceProof:
         Pairs that are near at an end are left out: what they have there is known.
         """
         group = self._groups[i]
-        excess = np.where(held.phase_at_midpoint, np.inf, excess)
+        excess = _never_near(excess, held)
         likely = np.argpartition(excess, min(_LIKELY, len(excess)) - 1)[:_LIKELY]
         close = pairs.select(likely) if group.cells is None else out_of_cells(group.cells, pairs.select(likely))
         close = shape_pairs(group, self._bodies, self._relative_bodies, close)
         held = self.requirements.on(i, close, midpoints)
         known = self._bounds(midpoints, i, close, enough=None)
         excess = known.at_most - held.at_midpoint
-        row = int(np.argmin(np.where(held.phase_at_midpoint, np.inf, excess)))
+        row = int(np.argmin(_never_near(excess, held)))
         self.measured.measure(i, close, row, midpoints, proven=float(known.at_midpoint[row]))
         _note_least(self._least, excess, held.phase_at_midpoint)
         self._least = np.minimum(self._least, self.measured.excess)
@@ -376,6 +393,11 @@ class ClearanceProof:
             row = i - first[group]
             self.measured.measure(group, pairs[group], row, midpoints, proven=float(found[group].at_midpoint[row]))
         self._least = np.minimum(self._least, self.measured.excess)
+
+
+def _never_near(excess: Array, held: Held) -> Array:
+    """Return the excess of pairs, infinite for those of a pair that is near at an end."""
+    return excess if isinstance(held.phase, int) else np.where(held.phase_at_midpoint, np.inf, excess)
 
 
 def _note_least(least: Array, values: Array, phase: Indices | int) -> None:

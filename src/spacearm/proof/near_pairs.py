@@ -157,17 +157,22 @@ def _repeated(pairs: OpenPairs, count: int) -> OpenPairs:
 Pair = tuple[int, int]
 
 
-def find_near(requirements: PairRequirements, measure: InstantMeasurements, domain: tuple[float, float]) -> tuple[NearEnd, ...]:
+def find_near(
+    requirements: PairRequirements, measure: InstantMeasurements, domain: tuple[float, float], among: NDArray[np.bool_]
+) -> tuple[NearEnd, ...]:
     """Measure which pairs are near at the start or the goal, and when they are out.
 
     Args:
         requirements: what is required of the pairs.
         measure: measures clearances.
         domain: of the curve.
+        among: (l, k + l) by link and other body: which pairs may be near; one of two links in one of its places.
     """
-    required = requirements.required
-    limit = np.where(required > 0, required + _AROUND, -np.inf)
-    at_ends = _least(measure.below(np.array(domain), limit), limit, requirements.obstacles, instants=2)
+    required, obstacles = requirements.required, requirements.obstacles
+    among = among.copy()
+    among[:, obstacles:] |= among[:, obstacles:].T
+    limit = np.where(among & (required > 0), required + _AROUND, -np.inf)
+    at_ends = _least(measure.below(np.array(domain), limit), limit, obstacles, instants=2)
     near = (held_to(at_ends, required) < required).any(axis=0)
     pairs: list[Pair] = [(int(link), int(other)) for link, other in np.argwhere(near)]
     if not pairs:

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import Frozen, as_name, as_number, as_readonly, as_whole, keep, shown
 from spacearm.core.errors import RobotError
+from spacearm.core.exact import product
 from spacearm.core.reading import located
 from spacearm.core.records import record_as_dict, record_from_dict
+from spacearm.geometry.convex_cores import bounding_points, core_of
 from spacearm.geometry.shapes import Box, Capsule, ConvexShape, Cylinder, Polytope, Sphere
 
 Array = NDArray[np.float64]
@@ -117,6 +119,18 @@ def as_capsule(part: LinkShape) -> LinkCapsule | None:
     else:
         return None
     return LinkCapsule(name=part.name, joint=part.joint, a=a, b=b, radius=radius)
+
+
+def bounding_capsule(part: LinkShape) -> LinkCapsule:
+    """Return a capsule around a shape of a link, along the longest edge of the shape's box."""
+    core = core_of(part.shape)
+    points, rounding = bounding_points(part.shape)
+    own = product(points - core.T[:3, 3], core.T[:3, :3])
+    half = np.abs(own).max(axis=0) if core.kind == "polytope" else core.half
+    along = np.eye(3)[2 if core.kind == "cylinder" else int(np.argmax(half))] * half
+    aside = core.half[0] if core.kind == "cylinder" else float(np.sqrt(((own * (along == 0)) ** 2).sum(axis=1)).max())
+    a, b = (core.T[:3, 3] + product(core.T[:3, :3], end) for end in (-along, along))
+    return LinkCapsule(name=part.name, joint=part.joint, a=a, b=b, radius=aside + rounding)
 
 
 def part_as_dict(part: LinkShape) -> dict[str, Any]:

@@ -30,12 +30,14 @@ from spacearm.core.checks import (
     value_fields,
 )
 from spacearm.core.errors import RobotError, nearest
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.records import plain, record_from_dict
 from spacearm.robot.link_shapes import (
     LinkCapsule,
     LinkShape,
     as_capsule,
     as_index,
+    bounding_capsule,
     part_as_dict,
     part_from_dict,
     part_of_capsule,
@@ -219,15 +221,14 @@ class NamedConfiguration(Frozen):
 
 
 def _taking_capsules(cls: type[RobotType]) -> type[RobotType]:
-    """Let a class's constructor take `capsules` too: they take the place of those of its shapes that are capsules."""
+    """Let a class's constructor take `capsules` too: they take the place of its shapes."""
     made: Any = cls
     plain_init = made.__init__
 
     @functools.wraps(plain_init)
     def init(self: Any, *, capsules: Any = None, **given: Any) -> None:
         if capsules is not None:
-            others = [one for one in _members("shapes", given.get("shapes", ()), LinkShape) if as_capsule(one) is None]
-            given["shapes"] = (*others, *(one.as_shape for one in _members("capsules", capsules, LinkCapsule)))
+            given["shapes"] = tuple(one.as_shape for one in _members("capsules", capsules, LinkCapsule))
         plain_init(self, **given)
 
     signature = inspect.signature(plain_init)
@@ -246,7 +247,7 @@ class Robot(Frozen):
         name: for people.
         joints: parents before children.
         shapes: of its links; empty if nothing is to be kept clear. The constructor takes
-            `capsules` (LinkCapsule) as well; they take the place of those shapes that are spheres or capsules.
+            `capsules` (LinkCapsule) as well; they take the place of the shapes.
         frames: named places, unique names.
         tip: name of the frame that is the end effector.
         dof_names: (n,) names of the entries of q; by default those of the joints that are no one's mimic.
@@ -353,8 +354,8 @@ class Robot(Frozen):
 
     @property
     def capsules(self) -> tuple[LinkCapsule, ...]:
-        """Those of the shapes that are spheres or capsules, as capsules."""
-        return tuple(one for one in map(as_capsule, self.shapes) if one is not None)
+        """A capsule for each of the shapes: the same where it is a sphere or a capsule, else a loose one around it."""
+        return _in_capsules(self)
 
     @property
     def dof(self) -> int:
@@ -403,6 +404,11 @@ class Robot(Frozen):
         moved = [joint for joint in self.joints if joint.dof == dof]
         leader = next((joint for joint in moved if joint.name == self.dof_names[dof]), moved[0])
         return leader.kind == "prismatic"
+
+
+@cached_by_identity
+def _in_capsules(robot: Robot) -> tuple[LinkCapsule, ...]:
+    return tuple(as_capsule(part) or bounding_capsule(part) for part in robot.shapes)
 
 
 def require_base(base: Any) -> None:
@@ -540,7 +546,7 @@ def robot_as_dict(robot: Robot) -> dict[str, Any]:
     for name in value_fields(robot):
         if name != "shapes":
             out[name] = plain(getattr(robot, name))
-        elif len(robot.capsules) == len(robot.shapes):
+        elif all(as_capsule(part) is not None for part in robot.shapes):
             out["capsules"] = plain(robot.capsules)
         else:
             out[name] = [part_as_dict(part) for part in robot.shapes]

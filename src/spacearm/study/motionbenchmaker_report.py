@@ -205,6 +205,7 @@ def notes(benchmark: Benchmark) -> list[str]:
         f"{measured}, measured before each family and seed; budgets are scaled likewise",
         machine_note(),
         load_note(benchmark.loads) or "load: not known",
+        "clearance 0: a plan is asked not to touch anything, and no more, as are those of the planners it is compared with",
         "deterministic, the same on every machine: straight, evaluations and length of the first motion; the rest depends on "
         "time",
     ]

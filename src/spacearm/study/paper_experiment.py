@@ -246,7 +246,8 @@ def do_path(task: PathTask) -> PathRecord:
 def _path_problem(task: PathTask) -> Problem:
     robot = paper_robot(task.settings.link_radius)
     goal = ConfigurationGoal(np.clip(np.array(task.q), robot.lower, robot.upper))
-    return Problem(robot, paper_scene(task.radius), start=np.zeros(robot.dof), goal=goal)
+    # The paper asks that nothing touches, and for no clearance.
+    return Problem(robot, paper_scene(task.radius), start=np.zeros(robot.dof), goal=goal, clearance=0.0)
 
 
 PATHS = Study(

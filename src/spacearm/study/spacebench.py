@@ -133,6 +133,7 @@ def space_problem_as_dict(item: SpaceProblem) -> dict[str, Any]:
         "goal": goal_as_dict(problem.goal),
         "base_goal": None if base_goal is None else record_as_dict(base_goal),
         "base_limits": record_as_dict(problem.base_limits) if problem.base_limits.any else None,
+        **({"clearance": problem.clearance} if problem.clearance else {}),
         "obstacles": scene_as_list(problem.scene),
         "solution": {"control_points": item.solution.motion.control_points.tolist(), "duration_s": item.solution.duration},
     }
@@ -151,6 +152,7 @@ def _from_dict(item: dict[str, Any], robots: dict[str, Robot], family: str) -> S
         base_start=np.array(item["base_start"]),
         base_goal=None if goal is None else AttitudeGoal(goal["attitude_wxyz"], goal["tolerance"]),
         base_limits=None if limits is None else BaseLimits(**limits),
+        clearance=item.get("clearance", 0.0),  # without the key: no contact
     )
     solution = Trajectory(
         robot,
@@ -197,6 +199,7 @@ def servicer_problem(*, restore: bool = True) -> Problem:
         base="floating",
         base_start=base_at_mass_center(robot, start),
         base_goal=AttitudeGoal((1, 0, 0, 0), math.radians(0.05)) if restore else None,
+        clearance=0.0,  # none was published
     )
 
 
@@ -216,4 +219,5 @@ def papers_problem() -> Problem:
         goal=PositionGoal(GOAL_POSITION),
         base="floating",
         base_start=T,
+        clearance=0.0,  # none was published
     )

@@ -135,6 +135,7 @@ def _posed(draft: Draft, rng: np.random.Generator) -> Problem | str:
         base_start=T,
         base_goal=None if keep is None else AttitudeGoal(quaternion_of(T[:3, :3]), keep),
         base_limits=draft.limits,
+        clearance=0.0,
     )
 
 
@@ -154,7 +155,7 @@ def _reached(
     q = near.copy() if start is None else start.copy()
     each = robot.dof // len(draft.start)
     for i, goal in enumerate(goals):
-        problem = Problem(robot, _scene(draft), start=q, goal=goal, base="fixed")
+        problem = Problem(robot, _scene(draft), start=q, goal=goal, base="fixed", clearance=0.0)
         found = find_goal_configurations(problem, _REACHING, int(rng.integers(2**31)))
         roomy = found.q[found.clearance > _ROOM]
         if not len(roomy):
