@@ -16,7 +16,7 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from spacearm.core.errors import SceneError
+from spacearm.core.errors import FileFormatError, SceneError
 from spacearm.core.long_work import on_progress
 from spacearm.geometry import PolytopeSet, Scene, convex_pieces, pose
 from spacearm.geometry import convex_pieces as make_pieces
@@ -252,15 +252,25 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "NaN": ({"excess": float("nan")}, "excess is nan"),
     "inside": ({"inside": "out"}, "inside is 'out'"),
     "scale": ({"scale": (1, 0, 1)}, "scale is"),
+    "no scale": ({"scale": None}, "scale is"),
     "pose": ({"pose": np.ones((4, 4))}, "pose"),
 }
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_wrong_arguments_are_refused(name: str) -> None:
+def test_wrong_arguments_are_refused(name: str, tmp_path: Path) -> None:
     arguments, said = WRONG[name]
-    with pytest.raises(SceneError, match=said.replace("'", ".")):
-        convex_pieces(box((1, 1, 1)), **arguments)
+    (mesh := box((1, 1, 1))).export(tmp_path / "box.stl")
+    for given in (mesh, tmp_path / "box.stl"):
+        with pytest.raises(SceneError, match=said.replace("'", ".")):
+            convex_pieces(given, **arguments)
+
+
+def test_a_file_that_is_missing_or_no_mesh_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "words.stl").write_text("no mesh")
+    for name in ("words.stl", "missing.stl", "missing.dae"):
+        with pytest.raises(FileFormatError, match=name):
+            convex_pieces(tmp_path / name)
 
 
 def test_what_is_open_cannot_be_oriented() -> None:

@@ -21,7 +21,7 @@ from spacearm.core.errors import SceneError
 from spacearm.core.long_work import LongWork
 from spacearm.core.user_cache import Arrays, cached_arrays
 from spacearm.geometry.mesh_topology import Solid, meant_solid, require_inside
-from spacearm.geometry.meshes import Mesh, scaled_mesh
+from spacearm.geometry.meshes import Mesh, scale_factors, scaled_mesh
 from spacearm.geometry.piece_excess import Excess
 from spacearm.geometry.piece_search import Piece, Search
 from spacearm.geometry.point_hulls import Hull, few_vertices, holding
@@ -95,13 +95,12 @@ def convex_pieces(
     T = as_pose("the mesh's pose", pose, SceneError)
     what = f"mesh '{name}'" if name else "the mesh"
     how: dict[str, Any] = {"pieces": most, "asked": asked, "vertices": corners, "inside": inside}
-    content = _content(mesh) if cache else None
+    content, factors = _content(mesh) if cache else None, scale_factors(scale)
     if content is None:
-        read = scaled_mesh(mesh, scale)
+        read = scaled_mesh(mesh, factors)
         found = _kept([read.triangles, read.notes], lambda: _made(read, **how, what=what), how, cache=cache)
     else:  # the file need not be taken apart
-        factors = np.asarray(scale)
-        found = _kept([*content, factors], lambda: _made(scaled_mesh(mesh, scale), **how, what=what), how, cache=cache)
+        found = _kept([*content, factors], lambda: _made(scaled_mesh(mesh, factors), **how, what=what), how, cache=cache)
     return _placed(found, T, name, asked)
 
 
