@@ -6,6 +6,12 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import pytest
+
+from spacearm.cli.terminal import tell_robot
+from spacearm.dynamics import hold
+from spacearm.geometry import Sphere
+from spacearm.robot import load_robot
 from support.urdf_text import collision, joint, link, robot
 
 Told = Callable[[Sequence[object]], tuple[int, str, str]]
@@ -38,3 +44,17 @@ def test_notes_are_printed_by_plan_and_certify_and_folded(told: Told, tmp_path: 
         code, _, err = told(["certify", tmp_path / "out" / "plan.json", *more])
         assert code == 0
         assert [line for line in err.splitlines() if line.startswith(begins)] == lines
+
+
+def test_notes_of_one_kind_are_folded_and_those_of_built_in_robots_are_known(capsys: pytest.CaptureFixture[str]) -> None:
+    arm = load_robot("servicer7")
+    tell_robot(arm, more="here")
+    assert capsys.readouterr().err == ""
+    for name in ("unit", "lid", "cup"):
+        arm = hold(arm, Sphere((0, 0, 0.1), 0.01), name=name)
+    tell_robot(arm, more="plan.json")
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 3
+    assert "'unit' is held, and nothing says its mass" in lines[0]
+    assert all(line.endswith(" (and 2 more of this kind)") for line in lines[:2])
+    assert lines[2] == "spacearm: plan.json has the notes in full"

@@ -264,7 +264,6 @@ def test_a_servicer_of_boxes_and_cylinders_loads_as_that(tmp_path: Path) -> None
     robot = urdf_text.loaded(text)
     kinds = [(part.name, type(part.shape).__name__) for part in robot.shapes]
     assert kinds == [("bus", "Box"), ("upper", "Cylinder"), ("gripper", "Cylinder"), ("gripper", "Box"), ("gripper", "Box")]
-    assert robot.capsules == ()
     path = tmp_path / "servicer.urdf"
     path.write_text(text)
     assert [(one.link, one.parts, one.excess, one.ratio) for one in envelope_report(path)] == [
@@ -353,6 +352,27 @@ def test_a_mesh_that_is_not_convex_is_held_by_pieces_that_stand_out_as_little_as
     assert f"'arm' {1000 * record.excess:.3g} mm" in note
 
 
+@pytest.mark.parametrize("scale", ["-1 1 1", "-1 -2 -0.5", "0.001 0.002 0.001"])
+def test_a_mirrored_or_scaled_mesh_is_held_where_it_is(scale: str, tmp_path: Path) -> None:
+    mesh = angle()
+    robot = load_robot(with_mesh(tmp_path, mesh, "arm/urdf", "angle.stl", scale=scale, xyz="0.3 0 0"))
+    factors = np.array([float(word) for word in scale.split()])
+    points = mesh.sample(300, seed=3) * factors + np.array((0.3, 0, 0))
+    assert depth_of(points, [part.shape for part in robot.shapes]).max() <= 1e-6
+    assert len(robot.shapes) > 1
+
+
+def test_what_takes_long_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = with_mesh(tmp_path, angle(), "arm/urdf", "angle.stl", scale="1 1 1.01")
+    said: list[str] = []
+    monkeypatch.setattr("spacearm.core.long_work._QUIET", 0.0)
+    load_robot(path, progress=said.append)
+    assert "shapes of link 'arm': 0 of 1 of the robot are done" in said
+    before = len(said)
+    load_robot(path)
+    assert len(said) == before
+
+
 def test_the_number_of_pieces_and_their_excess_are_limited_for_all_or_by_link(tmp_path: Path) -> None:
     path = with_mesh(tmp_path, angle(), "arm/urdf", "angle.stl")
 
@@ -362,7 +382,7 @@ def test_the_number_of_pieces_and_their_excess_are_limited_for_all_or_by_link(tm
     assert count(pieces_per_mesh=1) == count(pieces_per_mesh={"arm": 1}) == count(excess=1.0) == count(excess={"arm": 1.0}) == 1
     assert count(pieces_per_mesh={"base": 1}) == count(excess={"base": 1.0}) == count() > 1
     alone = load_robot(path, pieces_per_mesh=1)
-    assert any("cannot hold as closely" in note and "'arm'" in note for note in alone.notes)
+    assert any("do not keep the excess" in note and "'arm'" in note for note in alone.notes)
     (record,) = envelope_report(path, pieces_per_mesh=1)
     assert record.excess > 0.1
 

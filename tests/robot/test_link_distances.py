@@ -58,7 +58,7 @@ def bodies_of(robot: Robot) -> list:
     return [body_of([part for part in robot.shapes if part.name == name]) for name in ("one", "two")]
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(robots_of_shapes(), st.floats(-0.2, 2.0))
 def test_distances_of_links_are_those_of_coal(robot: Robot, enough: float) -> None:
     frames = base_and_joint_frames(robot, configurations(robot, 12))
@@ -92,7 +92,7 @@ def test_distances_of_many_balls_take_no_more_than_a_part_of_them_at_once() -> N
         assert gap == exact
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(robots_of_shapes())
 def test_links_of_any_shape_that_are_proven_never_to_meet_are_apart_by_coal(robot: Robot) -> None:
     first, second = bodies_of(robot)
@@ -102,7 +102,7 @@ def test_links_of_any_shape_that_are_proven_never_to_meet_are_apart_by_coal(robo
         assert coal_distances(robot, base_and_joint_frames(robot, configurations(robot, 60))).min() > 0
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(robots_of_shapes(max_joints=3), st.floats(1.0, 4.0))
 def test_links_of_any_shape_that_are_proven_always_to_overlap_do_so_by_coal(robot: Robot, grown: float) -> None:
     big = Box(np.full(3, grown), (0.2, 0.1, 0.0))

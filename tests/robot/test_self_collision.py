@@ -117,7 +117,8 @@ def post_and_boom(distance: float, *, lower: float = -3.0, upper: float = 3.0) -
     [
         (1.6, {}, "checked"),  # within the reach of 1.5 + 0.2
         (1.69, {}, "checked"),  # only just, and not in a thousand samples
-        (1.72, {}, "cannot meet"),
+        (1.74, {}, "checked"),  # out of reach, and nearer than 50 mm at times
+        (1.76, {}, "cannot meet"),
         (9.0, {}, "cannot meet"),
         (1.6, {"lower": 2.0, "upper": 2.2}, "cannot meet"),  # turned away from it
     ],

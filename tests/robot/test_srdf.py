@@ -211,15 +211,15 @@ def test_rigid_pairs_are_left_out_and_told_where_they_meet() -> None:
     text = chain_of(3).replace('name="joint_0" type="revolute"', 'name="joint_0" type="fixed"').replace("0 0 0.5", "0 0 0.15")
     robot = srdf_text.loaded(text, srdf())
     assert ("link_0", "link_1") not in robot.self_pairs
-    assert noted(robot, "'link_0' and 'link_1' meet and no joint moves them apart")
+    assert noted(robot, "'link_0' and 'link_1' overlap and no joint moves them apart")
 
 
-def test_pairs_that_meet_in_every_configuration_are_told_in_one_note() -> None:
+def test_pairs_that_overlap_in_every_configuration_are_told_in_one_note_a_kind() -> None:
     robot = srdf_text.loaded(chain_of(4).replace("0 0 0.5", "0 0 0.05"), srdf())
     told = [note for note in robot.notes if "in every configuration" in note]
-    assert len(robot.unchecked) > 1
-    assert len(told) == 1
-    assert f"of {len(robot.unchecked)} pairs of links" in told[0]
+    reasons = [one.reason for one in robot.unchecked]
+    assert (reasons.count("adjacent"), reasons.count("always")) == (4, 6)
+    assert [note.partition(" overlap")[0] for note in told] == ["4 pairs of neighbours", "6 pairs of links"]
 
 
 def test_the_srdf_decides_unless_asked_otherwise() -> None:

@@ -242,7 +242,8 @@ class RobotModel(StrictModel):
         None, description="fewer pieces are used where they stand out of a mesh by no more than this [m]; or by link"
     )
     capsules_per_shape: Count | None = Field(
-        None, description="encloses every shape of the robot in so many capsules at most; by default shapes are as they are"
+        None,
+        description="encloses every shape of the robot in capsules, at most this number each; by default shapes stay",
     )
     self_collision: Literal["auto", "srdf", "computed", "none"] = Field(
         "auto", description="which links must keep clear of each other; auto: by the SRDF if there is one, else computed"

@@ -48,28 +48,56 @@ def enclosing_capsules(parts: Sequence[ConvexShape], count: int) -> tuple[list[C
 def _around(shape: ConvexShape, count: int) -> tuple[list[ConvexShape], float]:
     if isinstance(shape, (Sphere, Capsule)):
         return [shape], 0.0
+    measure = _Excess(shape)
     if isinstance(shape, Box) and shape.rounding == 0:
         capsules = [moved_shape(one, shape.pose) for one in box_capsules(tuple(shape.size.tolist()), count)]
     else:
-        capsules = min(_tried(shape, count), key=lambda one: (_standing_out(shape, one), len(one)))
-    return list(capsules), _standing_out(shape, capsules)
+        capsules = min(_tried(shape, measure, count), key=lambda one: (max(map(measure, one)), len(one)))
+    return list(capsules), max(map(measure, capsules))
 
 
-def _standing_out(shape: ConvexShape, capsules: Sequence[Capsule | Sphere]) -> float:
-    """Return how far capsules stand out of a convex shape: the greatest difference of their support functions [m]."""
-    n = _directions()
-    own = support(shape, n)
-    return max(0.0, *(float((support(one, n) - own).max()) for one in capsules))
+class _Excess:
+    """How far capsules stand out of a convex shape: the greatest difference of their support functions [m].
+
+    That of the shape has kinks along the normals of its faces, and between those of neighbouring ones, so these are looked at.
+    """
+
+    def __init__(self, shape: ConvexShape) -> None:
+        points, _, axes = _corners(shape)
+        n = np.concatenate([_sphere(), axes.T, -axes.T, _normals(points)])
+        self._n, self._own = n, support(shape, n)
+
+    def __call__(self, capsule: Capsule | Sphere) -> float:
+        if isinstance(capsule, Sphere):
+            reach = self._n @ capsule.center
+        else:
+            reach = np.maximum(self._n @ capsule.a, self._n @ capsule.b)
+        return max(0.0, float((reach - self._own).max()) + capsule.radius)
 
 
-def _directions() -> Array:
+def _sphere() -> Array:
     k = np.arange(_DIRECTIONS)
     z = 1 - (2 * k + 1) / _DIRECTIONS
     turn, ring = k * math.pi * (3 - math.sqrt(5)), np.sqrt(1 - z * z)
-    return np.concatenate([np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z]), np.eye(3), -np.eye(3)])
+    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
 
 
-def _tried(shape: ConvexShape, count: int) -> Iterator[list[Capsule | Sphere]]:
+def _normals(points: Array) -> Array:
+    """Return the normals of the hull of points (k, 3), and directions between those of neighbouring faces, of length 1."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(points)
+    except QhullError:  # flat: what is about right will do
+        return np.zeros((0, 3))
+    own = hull.equations[:, :3]
+    ends = np.stack([np.repeat(own[:, None], 3, axis=1), own[hull.neighbors]], axis=-1).reshape(-1, 3, 2)
+    between = np.concatenate([ends @ np.array([1 - t, t]) for t in (0.25, 0.5)])
+    n = np.concatenate([own, between])
+    return n / np.linalg.norm(n, axis=1, keepdims=True)
+
+
+def _tried(shape: ConvexShape, measure: _Excess, count: int) -> Iterator[list[Capsule | Sphere]]:
     """Yield capsules around a shape, one set for each grid of columns."""
     points, radius, axes = _corners(shape)
     own = points @ axes
@@ -77,7 +105,7 @@ def _tried(shape: ConvexShape, count: int) -> Iterator[list[Capsule | Sphere]]:
         columns = [own]
         for axis, number in zip([i for i in range(3) if i != along], across, strict=True):
             columns = [cell for column in columns for cell in _slices(column, axis, number)]
-        yield [_capsule_along(shape, cell, along, radius, axes) for cell in columns]
+        yield [_capsule_along(measure, cell, along, radius, axes) for cell in columns]
 
 
 def _grids(count: int) -> list[tuple[int, int]]:
@@ -131,7 +159,7 @@ def _hull(points: Array) -> Array:
         return points
 
 
-def _capsule_along(shape: ConvexShape, points: Array, along: int, rounding: float, axes: Array) -> Capsule | Sphere:
+def _capsule_along(measure: _Excess, points: Array, along: int, rounding: float, axes: Array) -> Capsule | Sphere:
     """Enclose points (k, 3) in a capsule along an axis, of the radius with which it stands out least."""
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     off = points - middle
@@ -145,7 +173,7 @@ def _capsule_along(shape: ConvexShape, points: Array, along: int, rounding: floa
         a, b = ends @ axes.T
         reach = max(radius, 1e-12) * (1 + _ROUNDING) + rounding
         tried.append(Capsule(a, b, reach) if first < last else Sphere(a, reach))
-    return min(tried, key=lambda one: _standing_out(shape, [one]))
+    return min(tried, key=measure)
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,7 +78,7 @@ def load_robot(
             is inside them. Other shapes are taken as they are.
         excess: fewer pieces are used where these stand out of the mesh by no more than this [m]; a mapping names links. By
             default 2 % of the mesh's size. `envelope_report` tells by how much they do.
-        capsules_per_shape: encloses every shape in capsules, at most so many each, as robots of earlier versions were; they
+        capsules_per_shape: encloses every shape in capsules, at most this number each, as earlier versions did; they
             stand out of the shapes, by as much as the robot's notes tell. By default no capsules are put around anything.
         self_collision: which links must keep clear of each other. "srdf": all but those that the SRDF allows to
             touch, and those that meet in every configuration; "computed": those that `find_self_pairs` finds;

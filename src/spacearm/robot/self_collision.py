@@ -2,9 +2,9 @@
 
 A pair is unchecked only for a reason that holds: no joint moves the two against each other; they are neighbours, and the limits
 of the joint between them must keep them apart; or they overlap in every configuration, which is a fault of the model and is
-told. Each is recorded in `Robot.unchecked`. A pair that is proven never to meet (`never_meet`) is left to the certificate,
-which proves it like any other; the search skips it, and `Robot.apart` records it. Every other pair is checked. What was found
-is kept between runs in the user's cache.
+told. Each is recorded in `Robot.unchecked`. A pair that is proven never to meet (`never_meet`), nor to come near, is left to
+the certificate, which proves it like any other; the search skips it, and `Robot.apart` records it. Every other pair is checked.
+What was found is kept between runs in the user's cache.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import as_whole
 from spacearm.core.errors import RobotError
+from spacearm.core.long_work import LongWork
 from spacearm.core.user_cache import cached_json
 from spacearm.robot.kinematics import base_and_joint_frames, skeleton
 from spacearm.robot.link_distances import CONTACT, LinkBody, PlacedBody, distances, least_distance, link_bodies, placed
@@ -45,12 +46,16 @@ Reason = Literal["checked", "rigid", "adjacent", "always", "cannot meet"]
 NEARLY_ALWAYS = 0.95
 """Share of the samples from which on a pair that meets leaves hardly a motion."""
 
+ROOM = 0.05
+"""[m] Links that are never nearer than this cannot meet, unless they are neighbours. So a search that skips them keeps every
+clearance up to this."""
+
 _SAMPLES = 1000
 _ENOUGH = 100  # samples, before a pair counts as one that always meets without a proof
 _NAMED = 6  # pairs that a note names
 _COINCIDENT = 1e-9  # [m] joints whose origins are nearer than this turn about one point
 _TOUCHING = 1e-6  # [m] links that only a locked joint is between are told from touching ones by this
-_ANALYSIS = 1  # version, for the cache: it is raised when the same robot gives other pairs
+_ANALYSIS = 2  # version, for the cache: it is raised when the same robot gives other pairs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +68,7 @@ class LinkPair:
             other, or none that its limits let move), "adjacent" (neighbours, whose shapes meet in some
             configurations: the limits of the joint between them must keep them apart), "always" (their
             shapes overlap in every configuration), "cannot meet" (proven for every configuration within
-            the limits).
+            the limits: they never touch if they are neighbours, else they are never nearer than `ROOM`).
         met: share of the samples in which they met [-].
         clearance: the least signed distance in any sample [m].
         depth: of a pair that always meets: two of its shapes overlap at least so deep in every configuration [m].
@@ -168,9 +173,13 @@ def find_self_pairs(robot: Robot, *, samples: int = _SAMPLES, seed: int = 0) -> 
     neighbours = _neighbours(robot, set(names))
 
     def look() -> list[list[Any]]:
-        sampled = _Sampled(robot, _samples(robot, count, seed))
-        pairs = (sampled.look_at(*links, neighbours=links in neighbours) for links in itertools.combinations(names, 2))
-        return [[*one.links, one.reason, one.met, one.clearance, one.depth, one.proven] for one in pairs]
+        sampled, work = _Sampled(robot, _samples(robot, count, seed)), LongWork()
+        pairs, rows = list(itertools.combinations(names, 2)), []
+        for i, links in enumerate(pairs):
+            work.say(f"which links can meet: pair {i + 1} of {len(pairs)}")
+            one = sampled.look_at(*links, neighbours=links in neighbours)
+            rows.append([*one.links, one.reason, one.met, one.clearance, one.depth, one.proven])
+        return rows
 
     key = [fingerprint(robot, names), sorted(neighbours), count, seed]
     rows = cached_json("self-pairs", _ANALYSIS, key, look)
@@ -217,7 +226,8 @@ class _Sampled:
             depth, proven = self.overlap(first, second)
             if depth is not None:
                 return LinkPair(links=links, reason="always", met=met, clearance=least, depth=depth, proven=proven)
-        apart = met == 0 and never_meet(self.bones, self.bodies[first], self.bodies[second], between)
+        room = 0.0 if adjacent else ROOM
+        apart = met == 0 and never_meet(self.bones, self.bodies[first], self.bodies[second], between, room=room)
         reason: Reason = "cannot meet" if apart else "adjacent" if adjacent else "checked"
         return LinkPair(links=links, reason=reason, met=met, clearance=least)
 
@@ -288,7 +298,9 @@ def _overlaps(robot: Robot, names: Sequence[str], asked: list[Pair]) -> dict[Pai
 
     def look() -> list[list[Any]]:
         rest, many, found = _Sampled(robot, _samples(robot, 0, 0)), _Sampled(robot, _samples(robot, _SAMPLES, 0)), []
-        for first, second in asked:
+        work = LongWork()
+        for i, (first, second) in enumerate(asked):
+            work.say(f"which links overlap in every configuration: pair {i + 1} of {len(asked)}")
             if distances(rest.place(first), rest.place(second), enough=2 * CONTACT)[0] >= CONTACT:
                 continue
             still = not joints_between(rest.bones, rest.bodies[first], rest.bodies[second])

@@ -57,13 +57,14 @@ def joints_between(robot: Robot, first: LinkBody, second: LinkBody) -> list[int]
     return [j for j in sorted(between) if _moves(robot, j)]
 
 
-def never_meet(robot: Robot, first: LinkBody, second: LinkBody, between: Sequence[int]) -> bool | None:
+def never_meet(robot: Robot, first: LinkBody, second: LinkBody, between: Sequence[int], *, room: float = 0.0) -> bool | None:
     """Try to prove that two links never meet within the limits.
 
     Args:
         robot: the robot.
         first, second: the shapes of the links.
         between: `joints_between` of them.
+        room: they count as meeting where their distance is less than this [m].
 
     Returns:
         True if they cannot meet, False if a configuration was found in which they do, None if neither.
@@ -73,8 +74,9 @@ def never_meet(robot: Robot, first: LinkBody, second: LinkBody, between: Sequenc
         return None
 
     def look(frames: Array, moved: float) -> NDArray[np.bool_] | None:
-        gap = distances(placed(first, frames), placed(second, frames), enough=moved * (1 + 1e-9))
-        return None if (gap < 0).any() else gap > moved
+        enough = (moved + room) * (1 + 1e-9)
+        gap = distances(placed(first, frames), placed(second, frames), enough=enough)
+        return None if (gap < room).any() else gap > moved + room
 
     return boxes.settled(look, most=_BOXES)
 
@@ -170,8 +172,10 @@ class _Boxes:
 def _boxes(robot: Robot, first: LinkBody, second: LinkBody, between: Sequence[int]) -> _Boxes | None:
     """Return one box of all values of the joints between two links; None if there are too many joints, or limits are none."""
     dofs = sorted({robot.joints[j].dof for j in between})
+    if not 0 < len(dofs) <= _JOINTS:
+        return None
     lower, upper = _range_of(robot, dofs, between)
-    if not dofs or len(dofs) > _JOINTS or max(np.abs(lower).max(), np.abs(upper).max()) > VAST:
+    if max(np.abs(lower).max(), np.abs(upper).max()) > VAST:
         return None
     speed = np.zeros(len(dofs))
     for j in between:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.errors import RobotError
-from spacearm.geometry import Box
+from spacearm.geometry import Box, Capsule, ConvexShape
 from spacearm.robot import Frame, Joint, LinkShape, Robot, forward_kinematics, load_robot
 from spacearm.robot.model import Body
 from spacearm.robot.self_collision import find_self_pairs
@@ -65,13 +65,13 @@ def scaled_srs7() -> Robot:
     scale = PAPER_REACH / _height(robot)
     joints = tuple(replace(joint, T_parent_joint=_stretched(joint.T_parent_joint, scale)) for joint in robot.joints)
     frames = tuple(replace(frame, T_joint_frame=_stretched(frame.T_joint_frame, scale)) for frame in robot.frames)
-    capsules = tuple(c if c.joint < 0 else replace(c, a=c.a * scale, b=c.b * scale) for c in robot.capsules)
+    shapes = tuple(part if part.joint < 0 else replace(part, shape=_longer_rod(part.shape, scale)) for part in robot.shapes)
     return replace(
         robot,
         name="srs7-1.336m",
         joints=joints,
         frames=frames,
-        capsules=capsules,
+        shapes=shapes,
         bodies=tuple(_longer(body, scale) for body in robot.bodies),
         notes=(*robot.notes, f"SpaceBench: all lengths of the arm times {scale:.6g}; radii, masses and the base are kept"),
     )
@@ -80,6 +80,12 @@ def scaled_srs7() -> Robot:
 def _height(robot: Robot) -> float:
     """How far the tip is from the first joint, all joints at 0 [m]."""
     return float(np.linalg.norm(forward_kinematics(robot, np.zeros(robot.dof))[:3, 3]))
+
+
+def _longer_rod(shape: ConvexShape, scale: float) -> ConvexShape:
+    """A capsule of the same radius, its ends scaled from its joint's origin."""
+    assert isinstance(shape, Capsule), "the links of the arm are capsules"
+    return replace(shape, a=shape.a * scale, b=shape.b * scale)
 
 
 def _stretched(T: Array, scale: float) -> Array:
