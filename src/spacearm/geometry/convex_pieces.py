@@ -45,7 +45,7 @@ ALGORITHM = 2
 """Its version in the cache: raise it when other pieces come from the same mesh."""
 
 _WHOLE = (".stl", ".obj", ".ply", ".off", ".dae", ".glb")  # endings of files that hold all of a mesh themselves
-_SHARES = (1.0, 0.85, 0.6)  # of the excess that is wanted: what is left of it for the pieces beside their rounding
+_SHARES = (1.0, 0.8, 0.4)  # of the excess that is wanted: what is left of it for the pieces beside their rounding
 _TOLD = 1e-6  # [m] pieces that stand out by no more are exact but for rounding
 _FINEST = 1e-9  # [m] shorter lengths are taken for 0
 
