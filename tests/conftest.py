@@ -25,7 +25,7 @@ if "SPACEARM_CACHE" not in os.environ:
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# No test is timed: the first one to import Pinocchio or yourdfpy would fail for being first. Other inputs are drawn each time,
+# No test is timed: the first one to import Pinocchio or trimesh would fail for being first. Other inputs are drawn each time,
 # so that many runs see what a long one would; pytest --hypothesis-profile=thorough draws ten times as many at once.
 UNHURRIED: list[HealthCheck] = [HealthCheck.too_slow]  # a busy machine draws slowly
 settings.register_profile("spacearm", deadline=None, max_examples=25, suppress_health_check=UNHURRIED)

@@ -36,7 +36,7 @@ ALLOWED_UPWARD: frozenset[tuple[str, str]] = frozenset([("_kernel", "core")])  #
 
 HEAVY = frozenset(
     {"coal", "dask", "lxml", "matplotlib", "pinocchio", "pydantic", "rich", "scipy", "toppra", "trimesh", "tyro"}
-    | {"viser", "yaml", "yourdfpy"}
+    | {"viser", "yaml"}
 )
 """Slow to import: only inside the leaf that needs them, so that `import spacearm` stays quick."""
 

@@ -382,7 +382,7 @@ def test_the_number_of_pieces_and_their_excess_are_limited_for_all_or_by_link(tm
     assert count(pieces_per_mesh=1) == count(pieces_per_mesh={"arm": 1}) == count(excess=1.0) == count(excess={"arm": 1.0}) == 1
     assert count(pieces_per_mesh={"base": 1}) == count(excess={"base": 1.0}) == count() > 1
     alone = load_robot(path, pieces_per_mesh=1)
-    assert any("cannot hold as closely" in note and "'arm'" in note for note in alone.notes)
+    assert any("do not keep the excess" in note and "'arm'" in note for note in alone.notes)
     (record,) = envelope_report(path, pieces_per_mesh=1)
     assert record.excess > 0.1
 

@@ -222,7 +222,7 @@ def test_a_urdf_in_a_default_namespace_with_byte_order_mark_is_read(tmp_path: Pa
 
 
 def test_importing_robots_imports_no_heavy_library() -> None:
-    heavy = ("yaml", "pydantic", "yourdfpy", "trimesh", "lxml", "matplotlib", "scipy")
+    heavy = ("yaml", "pydantic", "trimesh", "lxml", "matplotlib", "scipy")
     code = f"import sys, spacearm.robot, spacearm.files.problem_file; print([m for m in {heavy} if m in sys.modules])"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.strip() == "[]"

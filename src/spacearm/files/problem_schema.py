@@ -243,7 +243,7 @@ class RobotModel(StrictModel):
     )
     capsules_per_shape: Count | None = Field(
         None,
-        description="encloses every shape of the robot in at most this number of capsules; by default shapes stay as they are",
+        description="encloses every shape of the robot in capsules, at most this number each; by default shapes stay",
     )
     self_collision: Literal["auto", "srdf", "computed", "none"] = Field(
         "auto", description="which links must keep clear of each other; auto: by the SRDF if there is one, else computed"

@@ -292,7 +292,7 @@ def _mesh_enclosure(mesh: MeshFile, T: Array, pieces: int, excess: float | None,
         remarks.append("a mesh that is flat has no inside, and is enclosed as a plate without thickness")
     if bool(kept["beyond"]):
         remarks.append(
-            "meshes that pieces_per_mesh= pieces cannot hold as closely as excess= asks (by default 2 % of their size)"
+            "meshes whose pieces do not keep the excess (excess=, by default 2 % of their size; pieces_per_mesh= allows more)"
         )
     return Enclosure(
         parts=parts,
