@@ -3,8 +3,8 @@
 Boxes, plates, balls, rings, cones, angles, hulls, alone, apart, overlapping, nested or glued; inside out, mirrored, doubled,
 with a second skin, flipped faces, rounded corners, T-junctions, small holes, walls, gaps, openings; turned, and scaled from
 1e-3 to 1e3; from memory, STL, OBJ, PLY, GLB, and COLLADA in drawn units. Every point of the surface, and of the solid that it
-came from, must be in the balls, or in the capsules of a link. A mesh is drawn from (seed, number), which is printed with
-whatever is wrong.
+came from, must be in the balls, in the convex pieces, or in the shapes of a link. A mesh is drawn from (seed, number), which
+is printed with whatever is wrong.
 
     python benchmarks/soak_meshes.py --count 3000 --seed 0
     python benchmarks/soak_meshes.py --seed 0 --only 1234

@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from scipy.optimize import nnls
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull
 
-from spacearm.core.errors import SceneError
+from spacearm.core.errors import FileFormatError, SceneError
 from spacearm.core.long_work import on_progress
 from spacearm.geometry import PolytopeSet, Scene, convex_pieces, pose
 from spacearm.geometry import convex_pieces as make_pieces
 from spacearm.geometry.scene import scene_as_list, scene_from_list
 from support.drawn_meshes import drawn_mesh, solid_points, surface_points
+from support.oracles.polytopes import outside_polytopes
 
 CREATE = trimesh.creation
 Shapes = dict[str, Callable[[], trimesh.Trimesh]]
@@ -67,29 +67,8 @@ EVERY = {**CONVEX, **HOLLOW}
 
 
 def outside(points: np.ndarray, pieces: PolytopeSet) -> np.ndarray:
-    """How far points (n, 3) are outside of the nearest piece, by the planes of its hull and its rounding, (n,) [m]."""
-    out = np.full(len(points), np.inf)
-    for piece in pieces.pieces:
-        try:
-            planes = ConvexHull(piece.vertices).equations
-            away = (points @ planes[:, :3].T + planes[:, 3]).max(axis=1)
-        except QhullError:  # flat
-            size = float(np.ptp(points, axis=0).max())
-            away = np.linalg.norm(points - nearest_in(piece.vertices, points), axis=1) - 1e-6 * size
-        out = np.minimum(out, away - piece.rounding)
-    return out
-
-
-def nearest_in(vertices: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """The nearest convex combinations of vertices, by SciPy's nonnegative least squares."""
-    middle = vertices.mean(axis=0)
-    size = float(np.ptp(np.concatenate([vertices, points]), axis=0).max()) or 1.0
-    A = np.vstack([(vertices - middle).T / size, np.full(len(vertices), 1e3)])
-    found = []
-    for point in points:
-        x = nnls(A, np.append((point - middle) / size, 1e3))[0]
-        found.append(vertices.T @ (x / x.sum()))
-    return np.array(found)
+    """How far points (n, 3) are outside of the nearest piece, (n,) [m]."""
+    return outside_polytopes(points, pieces.pieces)
 
 
 def within(mesh: trimesh.Trimesh, rng: np.random.Generator, count: int = 2000) -> np.ndarray:
@@ -273,15 +252,25 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "NaN": ({"excess": float("nan")}, "excess is nan"),
     "inside": ({"inside": "out"}, "inside is 'out'"),
     "scale": ({"scale": (1, 0, 1)}, "scale is"),
+    "no scale": ({"scale": None}, "scale is"),
     "pose": ({"pose": np.ones((4, 4))}, "pose"),
 }
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_wrong_arguments_are_refused(name: str) -> None:
+def test_wrong_arguments_are_refused(name: str, tmp_path: Path) -> None:
     arguments, said = WRONG[name]
-    with pytest.raises(SceneError, match=said.replace("'", ".")):
-        convex_pieces(box((1, 1, 1)), **arguments)
+    (mesh := box((1, 1, 1))).export(tmp_path / "box.stl")
+    for given in (mesh, tmp_path / "box.stl"):
+        with pytest.raises(SceneError, match=said.replace("'", ".")):
+            convex_pieces(given, **arguments)
+
+
+def test_a_file_that_is_missing_or_no_mesh_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "words.stl").write_text("no mesh")
+    for name in ("words.stl", "missing.stl", "missing.dae"):
+        with pytest.raises(FileFormatError, match=name):
+            convex_pieces(tmp_path / name)
 
 
 def test_what_is_open_cannot_be_oriented() -> None:

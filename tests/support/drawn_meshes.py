@@ -15,8 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import trimesh
 
-from spacearm.geometry import SphereSet, enclose_mesh
+from spacearm.geometry import Polytope, SphereSet, convex_pieces, enclose_mesh
 from spacearm.robot import load_robot
+from support.oracles.polytopes import outside_polytopes
 
 Array = np.ndarray
 
@@ -334,6 +335,8 @@ def looked_at(seed: int, number: int, folder: Path) -> Outcome:
             wrong.append(f"a point inside the solid is {deepest:.3g} m outside the balls ({deepest / size:.2g} of its size)")
         if mesh.spoilt in (["one"], ["apart"], ["overlap"]):
             wrong += _too_large(mesh, balls, rng, size)
+        if rng.random() < 0.3:
+            wrong += _in_pieces(mesh, given, rounding, inner, outer, rng)
         if kind in ("stl", "obj", "dae") and rng.random() < 0.3:
             wrong += _as_link(mesh, folder / f"part.{kind}", rounding, inner, outer, rng)
     except SpacearmError as error:
@@ -355,23 +358,33 @@ def _too_large(mesh: DrawnMesh, balls: SphereSet, rng: np.random.Generator, size
 
 
 def _as_link(mesh: DrawnMesh, path: Path, rounding: float, inner: Array, outer: Array, rng: np.random.Generator) -> list[str]:
-    """Give the mesh to a link: its surface, and what is in the solid, must lie in the link's capsules."""
+    """Give the mesh to a link: its surface, and what is in the solid, must lie in the link's shapes."""
     (folder := path.parent).joinpath("arm.urdf").write_text(
         f'<robot name="r"><link name="base"/><link name="arm"><collision><geometry><mesh filename="{path.name}"/></geometry>'
         '</collision></link><joint name="j" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>'
         '<limit velocity="1" effort="1"/></joint></robot>'
     )
-    count = int(rng.choice([1, 3, 8]))
-    robot = load_robot(folder / "arm.urdf", capsules_per_shape=count)
+    count, as_pieces = int(rng.choice([1, 3, 8])), bool(rng.random() < 0.5)
+    how: dict[str, Any] = {"pieces_per_mesh": count} if as_pieces else {"capsules_per_shape": count}
+    robot = load_robot(folder / "arm.urdf", **how)
     points = outer if mesh.open else np.concatenate([inner, outer])
-    out = np.full(len(points), np.inf)
+    out = outside_polytopes(points, [one.shape for one in robot.shapes if isinstance(one.shape, Polytope)])
     for capsule in robot.capsules:
         along = capsule.b - capsule.a
         share = np.clip((points - capsule.a) @ along / max(float(along @ along), 1e-300), 0, 1)
         away = np.linalg.norm(points - capsule.a - share[:, None] * along, axis=1) - capsule.radius
         out = np.minimum(out, away)
     far = float(out.max()) - rounding
-    return [f"with {count} capsules, {far:.3g} m of it is outside its link's envelope"] if far > 1e-9 * _size(mesh) else []
+    return [f"with {how}, {far:.3g} m of it is outside its link's envelope"] if far > 1e-9 * _size(mesh) else []
+
+
+def _in_pieces(mesh: DrawnMesh, given: Any, rounding: float, inner: Array, outer: Array, rng: np.random.Generator) -> list[str]:
+    """Enclose the mesh in convex pieces: its surface, and what is in the solid, must lie in them."""
+    how: dict[str, Any] = {"pieces": int(rng.choice([1, 3, 8])), "vertices": int(rng.choice([6, 64]))}
+    pieces = convex_pieces(given, **how)
+    points = outer if mesh.open else np.concatenate([inner, outer])
+    far = float(outside_polytopes(points, pieces.pieces).max()) - rounding
+    return [f"with {how}, {far:.3g} m of it is outside its convex pieces"] if far > 0 else []
 
 
 def _written(triangles: Array, path: Path, rng: np.random.Generator) -> Path:

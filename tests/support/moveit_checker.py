@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from spacearm import forward_kinematics, load_moveit, load_robot
 from spacearm.geometry import Box, Cylinder, HalfSpace, Polytope, PolytopeSet, Sphere
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal, Problem
 from support.drawn_moveit import Files
 from support.moveit_reader import OtherReader, _pose, _row
+from support.oracles.polytopes import outside_polytopes
 from support.oracles.solids import point_distance
 
 SAME = 1e-9
@@ -59,7 +59,7 @@ def _shape(name: str, ours: Any, kind: str, size: np.ndarray, T: np.ndarray, oth
         yield from _differs(f"size of '{name}'", [ours.length, ours.radius], size)
     elif kind == "mesh" and isinstance(ours, PolytopeSet):
         corners = size @ T[:3, :3].T + T[:3, 3]
-        if np.min([_outside(corners, piece) for piece in ours.pieces], axis=0).max() > SAME:
+        if outside_polytopes(corners, ours.pieces).max() > SAME:
             yield f"a corner of mesh '{name}' is out of its pieces"
         yield from _within(name, ours, corners)
     elif kind == "plane" and isinstance(ours, HalfSpace):
@@ -70,14 +70,6 @@ def _shape(name: str, ours: Any, kind: str, size: np.ndarray, T: np.ndarray, oth
         yield from _differs(f"plane '{name}'", ours.normal @ (ours.point - on), 0)
     else:
         yield f"'{name}' is a {type(ours).__name__}, expected a {kind}"
-
-
-def _outside(points: np.ndarray, piece: Polytope) -> np.ndarray:
-    try:
-        planes = ConvexHull(piece.vertices).equations
-    except QhullError:  # flat: its corners are the mesh's own
-        return np.linalg.norm(points[:, None] - piece.vertices, axis=2).min(axis=1)
-    return (points @ planes[:, :3].T + planes[:, 3]).max(axis=1) - piece.rounding
 
 
 def _within(name: str, ours: PolytopeSet, corners: np.ndarray) -> Iterator[str]:
@@ -126,7 +118,7 @@ def _enclosed(name: str, kind: str, size: np.ndarray, T: np.ndarray, problem: Pr
             joint = joint_frames(problem.robot, problem.start)[entry.joint] if entry.joint >= 0 else np.eye(4)
             frame = problem.base_start @ joint
             own, shape = (points - frame[:3, 3]) @ frame[:3, :3], entry.shape
-            away = _outside(own, shape) if isinstance(shape, Polytope) else point_distance(shape, own)
+            away = outside_polytopes(own, [shape]) if isinstance(shape, Polytope) else point_distance(shape, own)
             inside = np.minimum(inside, away)
     if inside.max() > 1e-7:
         yield f"a point of held '{name}' is {inside.max():.3g} m out of its shapes"

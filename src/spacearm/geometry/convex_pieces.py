@@ -21,7 +21,7 @@ from spacearm.core.errors import SceneError
 from spacearm.core.long_work import LongWork
 from spacearm.core.user_cache import Arrays, cached_arrays
 from spacearm.geometry.mesh_topology import Solid, meant_solid, require_inside
-from spacearm.geometry.meshes import Mesh, scaled_mesh
+from spacearm.geometry.meshes import Mesh, scale_factors, scaled_mesh
 from spacearm.geometry.piece_excess import Excess
 from spacearm.geometry.piece_search import Piece, Search
 from spacearm.geometry.point_hulls import Hull, few_vertices, holding
@@ -45,7 +45,7 @@ ALGORITHM = 1
 """Its version in the cache: raise it when other pieces come from the same mesh."""
 
 _WHOLE = (".stl", ".obj", ".ply", ".off", ".dae", ".glb")  # endings of files that hold all of a mesh themselves
-_TOLD = 1e-6  # [m] pieces that stand out by no more are exact but for rounding: no note says so
+_TOLD = 1e-6  # [m] pieces that stand out by no more are exact but for rounding
 _FINEST = 1e-9  # [m] shorter lengths are taken for 0
 
 
@@ -80,7 +80,8 @@ def convex_pieces(
         cache: whether the result may come from an earlier run, and is kept for later ones.
 
     Returns:
-        The pieces. Their `excess` is an upper bound of how far any of them stands out of the mesh [m].
+        The pieces. Their `excess` is an upper bound of how far any of them stands out of the mesh [m]; the last of their notes
+        is on it, too.
 
     Raises:
         FileFormatError: a file that is missing, or that holds no mesh.
@@ -94,13 +95,12 @@ def convex_pieces(
     T = as_pose("the mesh's pose", pose, SceneError)
     what = f"mesh '{name}'" if name else "the mesh"
     how: dict[str, Any] = {"pieces": most, "asked": asked, "vertices": corners, "inside": inside}
-    content = _content(mesh) if cache else None
+    content, factors = _content(mesh) if cache else None, scale_factors(scale)
     if content is None:
-        read = scaled_mesh(mesh, scale)
+        read = scaled_mesh(mesh, factors)
         found = _kept([read.triangles, read.notes], lambda: _made(read, **how, what=what), how, cache=cache)
     else:  # the file need not be taken apart
-        factors = np.asarray(scale)
-        found = _kept([*content, factors], lambda: _made(scaled_mesh(mesh, scale), **how, what=what), how, cache=cache)
+        found = _kept([*content, factors], lambda: _made(scaled_mesh(mesh, factors), **how, what=what), how, cache=cache)
     return _placed(found, T, name, asked)
 
 
@@ -137,7 +137,7 @@ def _excess_note(count: int, excess: float, asked: float | None, wanted: float) 
     held = "its convex hull stands out of it" if count == 1 else f"{count} convex pieces hold it, and stand out of it"
     said = f"{held} by up to {round(1000 * excess, 3):.3g} mm"
     if excess <= wanted:
-        return [said] if excess > _TOLD else []
+        return [said if excess > _TOLD else "it is convex, and its convex hull is exact"]
     limit = f"more than the {1000 * wanted:.3g} mm {'that are 2 % of its size' if asked is None else 'that were asked for'}"
     return [f"{said}, {limit}; allow more pieces or vertices"]
 

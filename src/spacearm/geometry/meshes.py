@@ -247,16 +247,25 @@ def scaled_mesh(mesh: Mesh | str | os.PathLike[str] | Any, scale: ArrayLike) -> 
         SceneError: no mesh, a scale of 0, or coordinates that are not finite or vast.
     """
     read = mesh_of(mesh)
-    each: Any = (scale, scale, scale) if dimensions_of(scale) == 0 else scale
-    factors = as_readonly("scale", each, (3,), SceneError, advice="give one number, or three for x, y and z")
-    if not (np.abs(factors) > 0).all():
-        raise SceneError(f"scale is {factors.tolist()}, expected factors other than 0")
-    triangles = read.triangles * factors
+    triangles = read.triangles * scale_factors(scale)
     if not np.isfinite(triangles).all() or np.abs(triangles).max() > LARGEST:
         raise SceneError(f"the mesh has coordinates beyond {LARGEST:g} m, expected an arm's surroundings; check its scale")
     size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     vast = (f"it is {size:.3g} m in size: if it is in millimetres, give scale=0.001",) if size > _VAST else ()
     return Mesh(triangles, (*read.notes, *vast))
+
+
+def scale_factors(scale: ArrayLike) -> Array:
+    """Return the factors (3,) of a scale, one number or three.
+
+    Raises:
+        SceneError: others, or one that is 0.
+    """
+    each: Any = (scale, scale, scale) if dimensions_of(scale) == 0 else scale
+    factors = as_readonly("scale", each, (3,), SceneError, advice="give one number, or three for x, y and z")
+    if not (np.abs(factors) > 0).all():
+        raise SceneError(f"scale is {factors.tolist()}, expected factors other than 0")
+    return factors
 
 
 def mesh_of(mesh: Mesh | str | os.PathLike[str] | Any) -> Mesh:
