@@ -105,7 +105,7 @@ def _run(problem: Problem, seed: int, variant: dict[str, Any]) -> tuple[float, f
         velocity=np.array(robot.velocity),
         acceleration=np.array(robot.acceleration),
         margin=margin,
-        comfort=0.05,
+        preferred_clearance=0.05,
         tip=model.tip,
         centers=np.zeros(0, dtype=np.int32),
         weights=native.MotionWeights(),

@@ -212,6 +212,7 @@ def calls(folder: Path) -> list[Call]:
         Call("PoseGoal", sa.PoseGoal, (np.eye(4),), {
             "position_tolerance": 0.1, "orientation_tolerance": 0.1, "free_axis": "z",
         }),
+        Call("PairClearance", sa.PairClearance, (0.05,), {"obstacle": "box", "link": None, "other_link": None}),
         Call("AttitudeGoal", sa.AttitudeGoal, ((1.0, 0, 0, 0),), {"tolerance": 0.1}),
         Call("BaseLimits", sa.BaseLimits, (), {"final": 0.1, "peak": 0.1, "rate": 0.1, "joint_momentum": 0.1}),
         Call("Weights", sa.Weights, (), {"length": 1.0, "duration": 0.1, "clearance": 0.1, "base_peak": 0.1}),
@@ -221,6 +222,7 @@ def calls(folder: Path) -> list[Call]:
         }),
         Call("Problem", sa.Problem, (robot, [box]), {
             "start": home, "goal": goal, "base": "floating", "base_start": np.eye(4), "duration": 99.0,
+            "clearance": 0.01, "clearances": (), "snap_tolerance": 1e-5,
             "momentum": sa.Momentum(), "base_goal": None, "base_limits": sa.BaseLimits(),
         }),
         Call("clearance", sa.clearance, (problem, home)),

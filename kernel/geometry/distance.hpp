@@ -28,7 +28,7 @@ template <class T> struct box_obstacle {
     T center[3];
     T axis[3][3];  // its own x, y and z in the world
     T half[3];
-    T rounding = 0;  // it is all within this of the box
+    T rounding = 0;  // the obstacle is all within this of the box
 };
 template <class T> struct cylinder_obstacle {  // a cylinder with flat ends
     T center[3];
@@ -52,7 +52,15 @@ template <class T> SPACEARM_INLINE pack<T> with_sign_of(const pack<T>& magnitude
     return select(sign < T(0), -magnitude, magnitude);
 }
 
-// ---- signed distance of a point [m] ---------------------------------------------------------------------------------
+// What the distances below leave out: a subtraction in each of them costs 3 % of a search.
+template <class T, class Shape> SPACEARM_INLINE T rounding_of(const Shape& o) {
+    if constexpr (std::is_same_v<Shape, box_obstacle<T>> || std::is_same_v<Shape, cylinder_obstacle<T>>)
+        return o.rounding;
+    else return T(0);
+}
+
+// ---- signed distance of a point [m], of a box and a cylinder without their rounding
+// ---------------------------------------------------------------------------------
 template <class T> SPACEARM_INLINE pack<T> distance_to(const sphere<T>& o, const vec3<T>& p) {
     const vec3<T> d = p - constant(o.center);
     return sqrt(dot(d, d)) - o.radius;
@@ -79,14 +87,13 @@ template <class T> SPACEARM_INLINE pack<T> outside(const pack<T>& x, const pack<
 template <class T> SPACEARM_INLINE pack<T> distance_to(const box_obstacle<T>& o, const vec3<T>& p) {
     const vec3<T> d = p - constant(o.center);
     return outside(abs(dot(d, o.axis[0])) - o.half[0], abs(dot(d, o.axis[1])) - o.half[1],
-                   abs(dot(d, o.axis[2])) - o.half[2])
-           - o.rounding;
+                   abs(dot(d, o.axis[2])) - o.half[2]);
 }
 template <class T> SPACEARM_INLINE pack<T> distance_to(const cylinder_obstacle<T>& o, const vec3<T>& p) {
     const vec3<T> d = p - constant(o.center);
     const pack<T> along = dot(d, o.axis);
     const vec3<T> across{d.x - along * o.axis[0], d.y - along * o.axis[1], d.z - along * o.axis[2]};
-    return outside(sqrt(dot(across, across)) - o.radius, abs(along) - o.half_length) - o.rounding;
+    return outside(sqrt(dot(across, across)) - o.radius, abs(along) - o.half_length);
 }
 // Of a polytope only a lower bound, from its bounding box and its bounding sphere; signed_distance has the distance.
 template <class T> SPACEARM_INLINE pack<T> distance_to(const polytope_obstacle<T>& o, const vec3<T>& p) {

@@ -203,14 +203,14 @@ SPACEARM_INLINE void take_nearer(const pack_mask<T>& nearer, const vec3<T>& at, 
     s.point[2] = select3(nearer, third, s.point[2]);
 }
 
-// Adds a point to the simplex and keeps the part that is nearest to the origin. Returns where the four points enclose
-// the origin.
-template <class T> SPACEARM_INLINE pack_mask<T> reduce(const vec3<T>& w, simplex<T>& s, pack<T>& least) {
+// Adds a point to a simplex of one point, or of up to three, and keeps the part that is nearest to the origin. Returns
+// where the four points enclose the origin.
+template <int points, class T> SPACEARM_INLINE pack_mask<T> reduce(const vec3<T>& w, simplex<T>& s, pack<T>& least) {
     const pack<T> zero(T(0)), one(T(1)), tiny(std::numeric_limits<T>::min());
-    const vec3<T> y[3] = {s.point[0], s.point[1], s.point[2]};
-    vec3<T> e[3];
-    pack<T> ee[3], we[3];
-    for (int i = 0; i < 3; ++i) {
+    vec3<T> y[points], e[points];
+    pack<T> ee[points], we[points];
+    for (int i = 0; i < points; ++i) {
+        y[i] = s.point[i];
         e[i] = y[i] - w;
         ee[i] = dot(e[i], e[i]);
         we[i] = zero - dot(w, e[i]);
@@ -218,7 +218,7 @@ template <class T> SPACEARM_INLINE pack_mask<T> reduce(const vec3<T>& w, simplex
     s.point[0] = s.point[1] = s.point[2] = w;
     s.nearest = w;
     least = dot(w, w);
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < points; ++i) {
         const pack<T> inverse = one / max(ee[i], tiny), t = min(max(we[i] * inverse, zero), one);
         vec3<T> at{w.x + e[i].x * t, w.y + e[i].y * t, w.z + e[i].z * t};
         // Once more square to the edge, where the nearest point is between its ends.
@@ -227,31 +227,33 @@ template <class T> SPACEARM_INLINE pack_mask<T> reduce(const vec3<T>& w, simplex
         const pack<T> squared = dot(at, at);
         take_nearer((zero < t) & (squared < least), at, squared, y[i], y[i], s, least);
     }
-    pack<T> outward[3];
-    vec3<T> normal[3];
-    for (int i = 0; i < 3; ++i) {
-        const int k = (i + 1) % 3;
-        const vec3<T> n = cross(e[i], e[k]);
-        const pack<T> nn = dot(n, n), nw = dot(n, w), ek = dot(e[i], e[k]);
-        const pack<T> one_share = we[i] * ee[k] - we[k] * ek, other_share = we[k] * ee[i] - we[i] * ek;
-        const pack_mask<T> sound =
-            ee[i] * ee[k] * T(16 * std::numeric_limits<T>::epsilon() * std::numeric_limits<T>::epsilon()) < nn;
-        const pack<T> factor = nw / max(nn, tiny), squared = nw * factor;
-        const pack_mask<T> within = (zero <= one_share) & (zero <= other_share) & (one_share + other_share <= nn);
-        take_nearer(sound & within & (squared < least), scaled(n, factor), squared, y[i], y[k], s, least);
-        normal[i] = n;
-        outward[i] = zero - nw;
+    if constexpr (points == 1) return one < zero;
+    else {
+        constexpr T eps = std::numeric_limits<T>::epsilon();
+        pack<T> outward[3];
+        vec3<T> normal[3];
+        for (int i = 0; i < 3; ++i) {
+            const int k = (i + 1) % 3;
+            const vec3<T> n = cross(e[i], e[k]);
+            const pack<T> nn = dot(n, n), nw = dot(n, w), ek = dot(e[i], e[k]);
+            const pack<T> one_share = we[i] * ee[k] - we[k] * ek, other_share = we[k] * ee[i] - we[i] * ek;
+            const pack_mask<T> sound = ee[i] * ee[k] * T(16 * eps * eps) < nn;
+            const pack<T> factor = nw / max(nn, tiny), squared = nw * factor;
+            const pack_mask<T> within = (zero <= one_share) & (zero <= other_share) & (one_share + other_share <= nn);
+            take_nearer(sound & within & (squared < least), scaled(n, factor), squared, y[i], y[k], s, least);
+            normal[i] = n;
+            outward[i] = zero - nw;
+        }
+        const pack<T> volume = dot(normal[0], e[2]), side = select(volume < zero, -one, one);
+        const pack<T> a = outward[0] * side, b = outward[1] * side, c = outward[2] * side, v = volume * side;
+        return (zero <= a) & (zero <= b) & (zero <= c) & (a + b + c <= v) & (zero < v);
     }
-    const pack<T> volume = dot(normal[0], e[2]);
-    const pack<T> side = select(volume < zero, -one, one);
-    const pack<T> a = outward[0] * side, b = outward[1] * side, c = outward[2] * side, v = volume * side;
-    return (zero <= a) & (zero <= b) & (zero <= c) & (a + b + c <= v) & (zero < v);
 }
 
 template <class Pair, class T> SPACEARM_INLINE gjk_bounds<T> gjk(const Pair& pair, const pack<T>& nothing, T enough) {
     constexpr bool single = sizeof(T) == 4;
     constexpr int most_steps = single ? 32 : 64;
-    constexpr T close = single ? T(1e-5) : T(1e-12);  // [m/m] of the distance: what the bounds may leave open
+    constexpr T close = single ? T(1e-4) : T(1e-12);  // [m/m] of the distance: what the bounds may leave open
     const pack<T> zero(T(0)), one(T(1)), tiny(std::numeric_limits<T>::min());
     constexpr T rounding = 16 * std::numeric_limits<T>::epsilon();
     const auto unit = [&](const vec3<T>& v, const pack<T>& size) {
@@ -280,10 +282,13 @@ template <class Pair, class T> SPACEARM_INLINE gjk_bounds<T> gjk(const Pair& pai
         active = active & (upper * close + widest * rounding < upper - lower) & (lower < enough);
         if (!any(active)) break;
         const pack<T> before = least;
-        const pack_mask<T> enclosed = reduce(w, s, least);
         // Where the four points enclose the origin, the cores overlap. Where nothing came nearer, rounding rules.
-        least = select(enclosed, zero, least);
-        if (i > 0) active = active & (least < before);  // the first direction is not that of the nearest point
+        if (i == 0) reduce<1>(w, s, least);  // its direction is not that of the nearest point
+        else {
+            const pack_mask<T> enclosed = reduce<3>(w, s, least);
+            least = select(enclosed, zero, least);
+            active = active & (least < before);
+        }
         upper = select(active, sqrt(least), upper);
     }
     return {lower, widest * rounding};

@@ -6,7 +6,6 @@
 // face a lower bound.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -75,98 +74,98 @@ template <class T> struct difference {
     }
 };
 
-// A hull of points, its faces with outward normals.
+// A hull of points: triangles with outward normals, each of which knows the one across each of its edges.
 class growing_hull {
   public:
     struct face {
         int corner[3];
+        int beside[3];  // the face across the edge from corner k to the next
         point3 normal;
         double distance;  // of its plane from the origin, along the normal; infinite where the hull is not to grow
+        bool gone;
     };
     std::vector<point3> points;
-    std::vector<face> faces;
+    std::vector<face> faces;  // also those that are gone
 
     void begin(const point3 (&corners)[4]) {
         points.assign(corners, corners + 4);
         faces.clear();
         const bool turned = dot(cross(corners[1] - corners[0], corners[2] - corners[0]), corners[3] - corners[0]) > 0;
         const int b = turned ? 2 : 1, c = turned ? 1 : 2;
-        add(0, b, c);
-        add(0, 3, b);
-        add(b, 3, c);
-        add(c, 3, 0);
+        add(0, b, c, 1, 2, 3);
+        add(0, 3, b, 3, 2, 0);
+        add(b, 3, c, 1, 3, 0);
+        add(c, 3, 0, 2, 1, 0);
     }
-    // Adds a point that lies outside a face: it and what hangs together with it, as far as the point sees it, goes.
+    // Adds a point that lies outside a face: this and what hangs together with it, as far as the point sees it, goes.
     // False if rounding has torn the surface: then the hull is of no more use.
-    bool grow(std::size_t outside_of, const point3& w, double rounding) {
-        std::swap(faces[0], faces[outside_of]);
-        std::size_t gone = 1, seen = 1;
-        for (std::size_t i = 1; i < faces.size(); ++i) {
-            if (dot(faces[i].normal, w - points[faces[i].corner[0]]) > rounding) std::swap(faces[i], faces[seen++]);
-        }
-        for (std::size_t at = 0; at < gone; ++at) {
-            for (std::size_t i = gone; i < seen; ++i) {
-                if (share_edge(faces[at], faces[i])) std::swap(faces[i], faces[gone++]);
-            }
-        }
-        edges_.clear();
-        for (std::size_t i = 0; i < gone; ++i) {
-            for (int k = 0; k < 3; ++k) cross_edge(faces[i].corner[k], faces[i].corner[(k + 1) % 3]);
-        }
-        for (std::size_t i = gone; i-- > 0;) {
-            faces[i] = faces.back();
-            faces.pop_back();
-        }
+    bool grow(int outside_of, const point3& w, double rounding) {
+        rim_.clear();
+        remove(outside_of);
+        for (int k = 0; k < 3; ++k) look(outside_of, k, w, rounding);
+        const int rim = static_cast<int>(rim_.size()), first = static_cast<int>(faces.size());
         points.push_back(w);
-        for (const auto& [from, to] : edges_) add(from, to, static_cast<int>(points.size()) - 1);
-        return faces.size() <= 2 * points.size();
+        for (int i = 0; i < rim; ++i) {
+            const auto& [from, to, beyond, edge] = rim_[i];
+            if (rim < 3 || to != rim_[(i + 1) % rim].from) return false;
+            faces[beyond].beside[edge] = first + i;
+            add(from, to, static_cast<int>(points.size()) - 1, beyond, first + (i + 1) % rim,
+                first + (i + rim - 1) % rim);
+        }
+        return rim > 0;
     }
-    // The face whose plane is nearest; none: faces.size().
-    std::size_t nearest() const {
-        std::size_t best = faces.size();
+    // The face whose plane is nearest; -1: none.
+    int nearest() const {
+        int best = -1;
         double least = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < faces.size(); ++i) {
             if (faces[i].distance < least) {
                 least = faces[i].distance;
-                best = i;
+                best = static_cast<int>(i);
             }
         }
         return best;
     }
 
   private:
-    std::vector<std::array<int, 2>> edges_;
-    static bool share_edge(const face& a, const face& b) {
-        for (int i = 0; i < 3; ++i) {
-            for (int k = 0; k < 3; ++k) {
-                if (a.corner[i] == b.corner[(k + 1) % 3] && a.corner[(i + 1) % 3] == b.corner[k]) return true;
-            }
-        }
-        return false;
+    struct rim_edge {
+        int from, to;      // as the face that goes has it
+        int beyond, edge;  // the face that stays, and which of its edges it is
+    };
+    std::vector<rim_edge> rim_;
+
+    void remove(int i) {
+        faces[i].gone = true;
+        faces[i].distance = std::numeric_limits<double>::infinity();
     }
-    // An edge between two faces that both go is no rim.
-    void cross_edge(int from, int to) {
-        for (auto& e : edges_) {
-            if (e[0] == to && e[1] == from) {
-                e = edges_.back();
-                edges_.pop_back();
-                return;
-            }
-        }
-        edges_.push_back({from, to});
+    // Across an edge of a face that goes, in the order in which the edges of the rim follow each other.
+    void look(int i, int k, const point3& w, double rounding) {
+        const int from = faces[i].corner[k], to = faces[i].corner[(k + 1) % 3], beyond = faces[i].beside[k];
+        const face& f = faces[beyond];
+        if (f.gone) return;
+        const int edge = f.corner[0] == to ? 0 : f.corner[1] == to ? 1 : 2;
+        if (dot(f.normal, w - points[f.corner[0]]) > rounding) {
+            remove(beyond);
+            look(beyond, (edge + 1) % 3, w, rounding);
+            look(beyond, (edge + 2) % 3, w, rounding);
+        } else rim_.push_back({from, to, beyond, edge});
     }
-    void add(int a, int b, int c) {
+    void add(int a, int b, int c, int across_ab, int across_bc, int across_ca) {
         const point3 n = cross(points[b] - points[a], points[c] - points[a]);
-        const double size = length_of(n);
-        if (!(size > 0)) {
-            faces.push_back({{a, b, c}, {0, 0, 0}, std::numeric_limits<double>::infinity()});
-            return;
-        }
-        const point3 unit = scaled(n, 1 / size);
-        faces.push_back({{a, b, c}, unit, dot(unit, points[a])});
+        const double size = length_of(n), infinite = std::numeric_limits<double>::infinity();
+        const point3 unit = size > 0 ? scaled(n, 1 / size) : point3{0, 0, 0};
+        const double distance = size > 0 ? dot(unit, points[a]) : infinite;
+        faces.push_back({{a, b, c}, {across_ab, across_bc, across_ca}, unit, distance, false});
     }
 };
 
+// Four points that span a body which is not thin: the furthest along the diagonals of a cube.
+template <class T> bool quickly_spanning(const difference<T>& d, double size, point3 (&corner)[4]) {
+    const point3 diagonals[4] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+    for (int i = 0; i < 4; ++i) corner[i] = d.furthest_along(diagonals[i]);
+    const point3 n = cross(corner[1] - corner[0], corner[2] - corner[0]);
+    return std::abs(dot(n, corner[3] - corner[0])) > 1e-4 * size * size * size;
+}
 // Four points that span the difference, or the direction in which it is flat: `flat` is then a unit vector.
 template <class T> bool spanning(const difference<T>& d, double rounding, point3 (&corner)[4], point3& flat) {
     double widest = -1;
@@ -224,14 +223,14 @@ double penetration_depth(const convex_shape<T>& a, const convex_shape<T>& b, con
     point3 corner[4], flat{};
     const double size = extent(a) + extent(b) + length_of(d.origin), rounding = 1e-14 * size;
     const auto support = [&](const point3& n) { return dot(n, d.furthest_along(n)); };
-    if (!spanning(d, rounding, corner, flat))
+    if (!quickly_spanning(d, size, corner) && !spanning(d, rounding, corner, flat))
         return std::min(known, std::min(support(flat), support(scaled(flat, -1))));
     static thread_local growing_hull hull;
     hull.begin(corner);
     double depth = known;
     while (hull.points.size() < most_points) {
-        const std::size_t at = hull.nearest();
-        if (at == hull.faces.size()) break;
+        const int at = hull.nearest();
+        if (at < 0) break;
         growing_hull::face& f = hull.faces[at];
         const double close = single ? 1e-6 * size + 5e-4 * std::abs(depth) : 1e-11 * size;
         if (!(f.distance + close < depth)) break;

@@ -63,8 +63,8 @@ template <class T> struct link_envelope {
 
 // ---- the envelope of one pack of configurations ---------------------------------------------------------------------
 template <class T> struct envelope_memory {
-    std::vector<vec3<T>> centers;        // of the clusters' bounding spheres
-    std::vector<vec3<T>> a, ab, middle;  // of the bodies, once their cluster's are placed
+    std::vector<vec3<T>> centers;         // of the clusters' bounding spheres
+    std::vector<vec3<T>> a, ab, middle;   // of the bodies, once their cluster's are placed
     std::vector<placed_shape<T>> solids;  // likewise
     std::vector<char> bodies_placed;
     const frame<T>* base = nullptr;  // where the base is; none: where it was at the beginning
@@ -108,7 +108,8 @@ inline void place_bodies(const link_envelope<T>& b, const frame<T>* frames, int 
 template <class T>
 SPACEARM_INLINE placed_solid<T> solid_of(const link_envelope<T>& b, const envelope_memory<T>& w, int k) {
     const link_body<T>& body = b.bodies[k];
-    return {w.solids[body.solid], b.solids[body.solid].half, body.reach};
+    const link_solid<T>& s = b.solids[body.solid];
+    return {w.solids[body.solid], s.half, s.reach, s.rod};
 }
 template <class T>
 SPACEARM_INLINE placed_axis<T> axis_of(const link_envelope<T>& b, const envelope_memory<T>& w, int k) {
@@ -119,17 +120,17 @@ SPACEARM_INLINE placed_axis<T> axis_of(const link_envelope<T>& b, const envelope
 // at least `enough`.
 template <class T, class Shape>
 SPACEARM_NOINLINE pack<T> body_clearance(const link_envelope<T>& b, const envelope_memory<T>& w, int k, const Shape& o,
-                                         T enough, depths how) {
-    if (b.bodies[k].solid >= 0) return obstacle_clearance(solid_of(b, w, k), o, enough, how);
-    return obstacle_clearance(axis_of(b, w, k), o, enough, how);
+                                         T enough, bool depth) {
+    if (b.bodies[k].solid >= 0) return obstacle_clearance(solid_of(b, w, k), o, enough, depth);
+    return obstacle_clearance(axis_of(b, w, k), o, enough, depth);
 }
 template <class T>
 SPACEARM_NOINLINE pack<T> body_clearance(const link_envelope<T>& b, const envelope_memory<T>& w, int k, int l, T enough,
-                                         depths how) {
+                                         bool depth) {
     const bool one = b.bodies[k].solid >= 0, two = b.bodies[l].solid >= 0;
-    if (one && two) return solid_clearance(solid_of(b, w, k), solid_of(b, w, l), enough, how);
-    return one ? axis_clearance(solid_of(b, w, k), axis_of(b, w, l), enough, how)
-               : axis_clearance(solid_of(b, w, l), axis_of(b, w, k), enough, how);
+    if (one && two) return solid_clearance(solid_of(b, w, k), solid_of(b, w, l), enough, depth);
+    return one ? axis_clearance(solid_of(b, w, k), axis_of(b, w, l), enough, depth)
+               : axis_clearance(solid_of(b, w, l), axis_of(b, w, k), enough, depth);
 }
 
 // Whether the capsules of a cluster are measured by their axes' distance from an obstacle; its other bodies never are.
@@ -137,23 +138,24 @@ template <class T, class Shape> inline constexpr bool has_axis_distance = !std::
 
 template <class T, class Shape>
 SPACEARM_NOINLINE void add_solid_shortfall(const link_envelope<T>& b, int i, const Shape& o, T margin,
-                                           const envelope_memory<T>& w, pack<T>& sum, depths how) {
+                                           const envelope_memory<T>& w, pack<T>& sum, bool depth) {
     const cluster<T>& c = b.clusters[i];
     for (int k = c.first; k < c.last; ++k) {
-        if (all(pack<T>(b.bodies[k].reach + margin) <= distance_to(o, w.middle[k]))) continue;
-        sum += above_zero(margin - body_clearance(b, w, k, o, margin, how));
+        if (all(pack<T>(b.bodies[k].reach + margin + rounding_of<T>(o)) <= distance_to(o, w.middle[k]))) continue;
+        sum += above_zero(margin - body_clearance(b, w, k, o, margin, depth));
     }
 }
 
 // Adds to `sum`, lane by lane, by how much the clearance of a cluster and an obstacle falls short of the margin: for
 // each of its bodies [m].
 template <class T, class Shape>
-SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* frames, int i, const Shape& o, T margin,
-                                   envelope_memory<T>& w, pack<T>& sum, depths how) {
+SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* frames, int i, const Shape& o, T asked,
+                                   envelope_memory<T>& w, pack<T>& sum, bool depth) {
     const cluster<T>& c = b.clusters[i];
+    const T margin = asked + rounding_of<T>(o);
     if (all(pack<T>(c.radius + margin) <= distance_to(o, w.centers[i]))) return;
     place_bodies(b, frames, i, w);
-    if (!has_axis_distance<T, Shape> || c.has_solids) return add_solid_shortfall(b, i, o, margin, w, sum, how);
+    if (!has_axis_distance<T, Shape> || c.has_solids) return add_solid_shortfall(b, i, o, asked, w, sum, depth);
     for (int k = c.first; k < c.last; ++k) {
         const link_body<T>& body = b.bodies[k];
         const pack<T> from_middle = distance_to(o, w.middle[k]);
@@ -176,7 +178,7 @@ inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* fr
                                    const asked_clearance<T>& asked, envelope_memory<T>& w, pack<T>& sum,
                                    bool stop_early) {
     const bool by_pair = !b.pair_margins.empty();
-    const depths how = stop_early ? depths::none : depths::by_boxes;
+    const bool depth = !stop_early;
     const int nodes = static_cast<int>(obstacles.tree.size());
     for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {  // the last link first: it collides most
         const cluster<T>& c = b.clusters[i];
@@ -191,7 +193,7 @@ inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* fr
             if (node.kind != shape::none) {
                 const T margin = by_pair ? b.margin_of(i, k, asked) : asked.margin;
                 obstacles.visit(node.kind, node.index,
-                                [&](const auto& o) { add_shortfall(b, frames, i, o, margin, w, sum, how); });
+                                [&](const auto& o) { add_shortfall(b, frames, i, o, margin, w, sum, depth); });
             }
             ++k;
         }
@@ -229,7 +231,7 @@ SPACEARM_INLINE bool lone_solid_is_far(const link_envelope<T>& b, const envelope
 
 template <class T>
 SPACEARM_NOINLINE void add_solid_self_shortfall(const link_envelope<T>& b, int i, int j, T margin,
-                                                const envelope_memory<T>& w, pack<T>& sum, depths how) {
+                                                const envelope_memory<T>& w, pack<T>& sum, bool depth) {
     const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
     if (lone_solid_is_far(b, w, i, w.centers[j], two.radius, margin)) return;
     if (lone_solid_is_far(b, w, j, w.centers[i], one.radius, margin)) return;
@@ -240,7 +242,7 @@ SPACEARM_NOINLINE void add_solid_self_shortfall(const link_envelope<T>& b, int i
             const T reach = c.reach + d.reach + margin;
             if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
             sum += above_zero(margin
-                              - (c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, margin, how)
+                              - (c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, margin, depth)
                                                               : capsule_clearance(b, w, k, l)));
         }
     }
@@ -260,7 +262,7 @@ inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames
         place_bodies(b, frames, i, w);
         place_bodies(b, frames, j, w);
         if (one.has_solids || two.has_solids) {
-            add_solid_self_shortfall(b, i, j, margin, w, sum, stop_early ? depths::none : depths::by_boxes);
+            add_solid_self_shortfall(b, i, j, margin, w, sum, !stop_early);
             if (stop_early && !all(sum <= T(0))) return;
             continue;
         }
@@ -302,13 +304,14 @@ SPACEARM_INLINE pack<T> cluster_clearance(const link_envelope<T>& b, const frame
                                           T enough, envelope_memory<T>& w) {
     const cluster<T>& c = b.clusters[i];
     pack<T> least(enough);
-    if (all(pack<T>(c.radius + enough) <= distance_to(o, w.centers[i]))) return least;
+    const T apart = enough + rounding_of<T>(o);
+    if (all(pack<T>(c.radius + apart) <= distance_to(o, w.centers[i]))) return least;
     place_bodies(b, frames, i, w);
     for (int k = c.first; k < c.last; ++k) {
         const link_body<T>& body = b.bodies[k];
         const pack<T> from_middle = distance_to(o, w.middle[k]);
-        if (all(pack<T>(body.reach + enough) <= from_middle)) continue;
-        least = min(least, body_clearance(b, w, k, o, enough, depths::by_boxes));
+        if (all(pack<T>(body.reach + apart) <= from_middle)) continue;
+        least = min(least, body_clearance(b, w, k, o, enough, false));
     }
     return least;
 }
@@ -329,7 +332,7 @@ inline pack<T> cluster_pair_clearance(const link_envelope<T>& b, const frame<T>*
             const vec3<T> between = w.middle[k] - w.middle[l];
             const T reach = c.reach + d.reach + enough;
             if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
-            least = min(least, c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, enough, depths::by_boxes)
+            least = min(least, c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, enough, false)
                                                             : capsule_clearance(b, w, k, l));
         }
     }

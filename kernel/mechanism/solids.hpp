@@ -1,9 +1,9 @@
 // Bodies of links that are boxes, cylinders or polytopes, and how far they are from everything else.
 //
-// Bounds come first: bounding spheres, then the bounding box of one body against the bounding sphere of the other. Only
-// where a pair is near in some lane its distance is computed. The axis of a capsule is measured in the frame of the box
-// or the cylinder, as it is by an obstacle of that shape: inside, the distance is how deep the axis' deepest point lies.
-// All other pairs are left to signed_distance.
+// Bounds come first: bounding spheres, then the bounding box of one body against the bounding sphere, and the bounding
+// capsule, of the other. Only where a pair is near in some lane its distance is computed. The axis of a capsule is
+// measured in the frame of the box or the cylinder, as it is by an obstacle of that shape: inside, the distance is how
+// deep the axis' deepest point lies. All other pairs are left to signed_distance.
 #pragma once
 
 #include <memory>
@@ -14,12 +14,18 @@ namespace SPACEARM_NAMESPACE {
 
 template <class T> using vertex_list = std::vector<std::array<T, 3>>;
 
+// A capsule around a solid, about its origin and along one of its axes.
+template <class T> struct bounding_rod {
+    int along;
+    T half_length, radius;
+};
 template <class T> struct link_solid {
     convex_shape<T> shape;
     std::shared_ptr<const vertex_list<T>> vertices;  // of a polytope: those of the shape
     T axis[3][3], origin[3];                         // its own, in the joint's frame
     T half[3];                                       // of a box around it, about its origin; without its rounding
     T reach;                                         // of a sphere about its origin
+    bounding_rod<T> rod;
 };
 // The axis of a capsule or the centre of a sphere.
 template <class T> struct placed_axis {
@@ -32,15 +38,12 @@ template <class T> struct placed_solid {
     placed_shape<T> at;
     const T* half;
     T reach;
+    bounding_rod<T> rod;
 };
 
 template <class T> SPACEARM_INLINE placed_shape<T> placed(const link_solid<T>& s, const frame<T>& f) {
     return {&s.shape, {rotate(f, s.axis[0]), rotate(f, s.axis[1]), rotate(f, s.axis[2])}, carry(f, s.origin)};
 }
-
-// How deep bodies overlap: exactly; or no less than that and with little work, by the boxes around them; or not at all.
-// It decides nothing but how much a motion in collision is blamed.
-enum class depths : std::uint8_t { exact, by_boxes, none };
 
 // ---- a box and a cylinder in their own frame ------------------------------------------------------------------------
 template <class T> struct own_box {
@@ -56,8 +59,7 @@ template <class T> SPACEARM_INLINE pack<T> distance_to(const own_box<T>& o, cons
 template <class T> SPACEARM_INLINE pack<T> distance_to(const own_cylinder<T>& o, const vec3<T>& p) {
     return outside(sqrt(p.x * p.x + p.y * p.y) - o.radius, abs(p.z) - o.half_length) - o.rounding;
 }
-template <class T>
-SPACEARM_INLINE pack<T> slope_at(const own_box<T>& o, const vec3<T>& p, const vec3<T>& direction) {
+template <class T> SPACEARM_INLINE pack<T> slope_at(const own_box<T>& o, const vec3<T>& p, const vec3<T>& direction) {
     const pack<T> beyond[3] = {abs(p.x) - o.half[0], abs(p.y) - o.half[1], abs(p.z) - o.half[2]};
     const pack<T> slope[3] = {with_sign_of(direction.x, p.x), with_sign_of(direction.y, p.y),
                               with_sign_of(direction.z, p.z)};
@@ -76,7 +78,7 @@ SPACEARM_INLINE pack<T> slope_at(const own_cylinder<T>& o, const vec3<T>& p, con
 // ---- clearances [m]; lanes at `enough` or beyond may return any lower bound of at least `enough` --------------------
 // Of a solid and a capsule.
 template <class T>
-SPACEARM_NOINLINE pack<T> axis_clearance(const placed_solid<T>& s, const placed_axis<T>& axis, T enough, depths how) {
+SPACEARM_NOINLINE pack<T> axis_clearance(const placed_solid<T>& s, const placed_axis<T>& axis, T enough, bool depth) {
     const auto turned = [&](const vec3<T>& d) {
         return vec3<T>{dot(s.at.axis[0], d), dot(s.at.axis[1], d), dot(s.at.axis[2], d)};
     };
@@ -107,45 +109,37 @@ SPACEARM_NOINLINE pack<T> axis_clearance(const placed_solid<T>& s, const placed_
     const vec3<T> none{zero, zero, zero};
     const placed_shape<T> core{
         &segment, {none, none, is_point ? none : scaled(axis.ab, pack<T>(T(1) / length))}, axis.middle};
-    const pack<T> d = signed_distance(core, s.at, enough, how == depths::exact);
-    if (how != depths::by_boxes || !any(d < zero)) return d;
-    const vec3<T> reach = scaled(ab, pack<T>(T(0.5)));
-    const pack<T> apart[3] = {abs(middle.x) - (abs(reach.x) + s.half[0]), abs(middle.y) - (abs(reach.y) + s.half[1]),
-                              abs(middle.z) - (abs(reach.z) + s.half[2])};
-    return max(max(max(apart[0], apart[1]), apart[2]) - (axis.radius + shape.radius), d);
+    return signed_distance(core, s.at, enough, depth);
 }
 
 // Whether a bounding sphere is at least `enough` away from the box around a solid, in all lanes.
-template <class T>
-SPACEARM_INLINE bool box_is_far(const placed_solid<T>& s, const vec3<T>& center, T reach, T enough) {
+template <class T> SPACEARM_INLINE bool box_is_far(const placed_solid<T>& s, const vec3<T>& center, T reach, T enough) {
     const vec3<T> d = center - s.at.origin;
     const vec3<T> seen{dot(s.at.axis[0], d), dot(s.at.axis[1], d), dot(s.at.axis[2], d)};
     return all(pack<T>(reach + enough) <= distance_to(own_box<T>{s.half, s.at.shape->radius}, seen));
 }
 
-// How far the boxes around two solids are apart along the best of their axes.
-template <class T>
-SPACEARM_INLINE pack<T> apart_along_axes(const placed_solid<T>& s, const placed_solid<T>& t) {
-    const vec3<T> to = t.at.origin - s.at.origin;
-    const auto reach = [](const placed_solid<T>& o, const vec3<T>& n) {
-        return abs(dot(o.at.axis[0], n)) * o.half[0] + abs(dot(o.at.axis[1], n)) * o.half[1]
-               + abs(dot(o.at.axis[2], n)) * o.half[2];
+// The same of a bounding capsule; a short one has nothing to add to the sphere.
+template <class T> SPACEARM_INLINE bool box_is_far(const placed_solid<T>& s, const placed_solid<T>& t, T enough) {
+    if (t.rod.half_length < t.rod.radius) return false;
+    const auto turned = [&](const vec3<T>& d) {
+        return vec3<T>{dot(s.at.axis[0], d), dot(s.at.axis[1], d), dot(s.at.axis[2], d)};
     };
-    pack<T> most(std::numeric_limits<T>::lowest());
-    for (int k = 0; k < 3; ++k) {
-        most = max(most, abs(dot(to, s.at.axis[k])) - (reach(t, s.at.axis[k]) + s.half[k]));
-        most = max(most, abs(dot(to, t.at.axis[k])) - (reach(s, t.at.axis[k]) + t.half[k]));
-    }
-    return most - (s.at.shape->radius + t.at.shape->radius);
+    const own_box<T> box{s.half, s.at.shape->radius};
+    const vec3<T> middle = turned(t.at.origin - s.at.origin);
+    const vec3<T> half = scaled(turned(t.at.axis[t.rod.along]), pack<T>(t.rod.half_length));
+    const pack<T> nearest_end = min(distance_to(box, middle - half), distance_to(box, middle + half));
+    const T quarter = t.rod.half_length * T(0.5);  // as for obstacles: envelope.hpp
+    return all(pack<T>(t.rod.radius + enough + quarter) <= (distance_to(box, middle) + nearest_end) * T(0.5));
 }
 
 // Of two solids.
 template <class T>
-SPACEARM_NOINLINE pack<T> solid_clearance(const placed_solid<T>& s, const placed_solid<T>& t, T enough, depths how) {
+SPACEARM_NOINLINE pack<T> solid_clearance(const placed_solid<T>& s, const placed_solid<T>& t, T enough, bool depth) {
     if (box_is_far(s, t.at.origin, t.reach, enough) || box_is_far(t, s.at.origin, s.reach, enough))
         return pack<T>(enough);
-    const pack<T> d = signed_distance(s.at, t.at, enough, how == depths::exact);
-    return how == depths::by_boxes && any(d < T(0)) ? max(apart_along_axes(s, t), d) : d;
+    if (box_is_far(s, t, enough) || box_is_far(t, s, enough)) return pack<T>(enough);
+    return signed_distance(s.at, t.at, enough, depth);
 }
 
 // Of a solid and an obstacle.
@@ -159,6 +153,16 @@ template <class T> SPACEARM_INLINE placed_axis<T> axis_of(const capsule_obstacle
     return {a + scaled(ab, pack<T>(T(0.5))), a, ab, o.inverse_squared_length, o.radius, o.radius + half};
 }
 template <class T> T length_of(T x, T y, T z) { return std::sqrt(x * x + y * y + z * z); }
+// The capsule around a box of half edges, or around a cylinder. A little larger, for the rounding of numbers.
+template <class T> bounding_rod<T> rod_around(core_kind kind, const T* half, T rounding) {
+    const int along = kind == core_kind::cylinder                ? 2
+                      : half[0] >= half[1] && half[0] >= half[2] ? 0
+                      : half[1] >= half[2]                       ? 1
+                                                                 : 2;
+    const T p = half[(along + 1) % 3], q = half[(along + 2) % 3];
+    const T across = kind == core_kind::cylinder ? p : std::sqrt(p * p + q * q);
+    return {along, half[along], (across + rounding) * (1 + 8 * std::numeric_limits<T>::epsilon())};
+}
 // Calls use(solid) with an obstacle as a solid in place.
 template <class T, class Shape, class Use> SPACEARM_INLINE auto with_solid(const Shape& o, Use&& use) {
     const standing_shape<T> standing_o = standing(o);
@@ -172,25 +176,26 @@ template <class T, class Shape, class Use> SPACEARM_INLINE auto with_solid(const
         reach += length_of(half[0], round, half[2]);
     }
     reach *= 1 + 8 * std::numeric_limits<T>::epsilon();
-    return use(placed_solid<T>{standing_o.placed(), half, reach});
+    const bounding_rod<T> rod = rod_around(standing_o.shape.kind, half, standing_o.shape.radius);
+    return use(placed_solid<T>{standing_o.placed(), half, reach, rod});
 }
 template <class T, class Shape>
-pack<T> obstacle_clearance(const placed_solid<T>& s, const Shape& o, T enough, depths how) {
+pack<T> obstacle_clearance(const placed_solid<T>& s, const Shape& o, T enough, bool depth) {
     if constexpr (std::is_same_v<Shape, half_space_obstacle<T>>) {
         return signed_distance(s.at, o, enough);
     } else if constexpr (std::is_same_v<Shape, sphere<T>> || std::is_same_v<Shape, capsule_obstacle<T>>) {
-        return axis_clearance(s, axis_of(o), enough, how);
+        return axis_clearance(s, axis_of(o), enough, depth);
     } else {
-        return with_solid<T>(o, [&](const placed_solid<T>& t) { return solid_clearance(s, t, enough, how); });
+        return with_solid<T>(o, [&](const placed_solid<T>& t) { return solid_clearance(s, t, enough, depth); });
     }
 }
 // Of a capsule and an obstacle; only polytopes need `enough`.
 template <class T, class Shape>
-SPACEARM_INLINE pack<T> obstacle_clearance(const placed_axis<T>& axis, const Shape& o, T enough, depths how) {
+SPACEARM_INLINE pack<T> obstacle_clearance(const placed_axis<T>& axis, const Shape& o, T enough, bool depth) {
     if constexpr (std::is_same_v<Shape, polytope_obstacle<T>>) {
-        return with_solid<T>(o, [&](const placed_solid<T>& s) { return axis_clearance(s, axis, enough, how); });
+        return with_solid<T>(o, [&](const placed_solid<T>& s) { return axis_clearance(s, axis, enough, depth); });
     } else {
-        return axis_distance(o, axis.a, axis.ab, axis.inverse_squared_length) - axis.radius;
+        return axis_distance(o, axis.a, axis.ab, axis.inverse_squared_length) - (axis.radius + rounding_of<T>(o));
     }
 }
 
@@ -222,6 +227,7 @@ template <class T> link_solid<T> make_solid(const solid_description& given) {
         for (int r = 0; r < 3; ++r) s.axis[k][r] = static_cast<T>(given.axis[k][r]);
     }
     s.reach = static_cast<T>((reach + given.radius) * wider);
+    s.rod = rod_around(given.kind, s.half, static_cast<T>(given.radius));
     s.vertices = std::make_shared<const vertex_list<T>>(std::move(vertices));
     s.shape = {given.kind,
                {static_cast<T>(given.half[0]), static_cast<T>(given.half[1]), static_cast<T>(given.half[2])},

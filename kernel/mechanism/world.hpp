@@ -131,7 +131,8 @@ template <class T> void build_solids(const world& given, model<T>& m) {
         for (const auto& numbers : s.axis) sound = sound && all_within(numbers, widest);
         for (const auto& v : s.vertices) sound = sound && all_within(v, widest);
         require(sound, "a body's number that is none, or too large");
-        require((s.kind == core_kind::polytope) == !s.vertices.empty(), "a polytope has vertices, and nothing else has");
+        require((s.kind == core_kind::polytope) == !s.vertices.empty(),
+                "a polytope has vertices, and nothing else has");
         m.envelope.solids.push_back(make_solid<T>(s));
     }
 }
@@ -241,7 +242,8 @@ template <class T> std::array<T, 3> add_obstacle(const polytope_description& o, 
     return {center[0], center[1], center[2]};
 }
 inline shape shape_of(const obstacle_description& o) {
-    constexpr shape of[] = {shape::sphere, shape::capsule, shape::box, shape::cylinder, shape::half_space, shape::polytope};
+    constexpr shape of[] = {shape::sphere,   shape::capsule,    shape::box,
+                            shape::cylinder, shape::half_space, shape::polytope};
     return of[o.index()];
 }
 template <class T> void build_obstacles(const world& given, model<T>& m) {

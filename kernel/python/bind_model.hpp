@@ -123,17 +123,16 @@ template <class T> struct placed_bodies {
     }
     template <class Shape> pack<T> to_obstacle(int i, const Shape& o) const {
         const link_body<T>& body = m.envelope.bodies[i];
-        if (!has_axis_distance<T, Shape> || body.solid >= 0)
-            return body_clearance(m.envelope, memory, i, o, far, depths::exact);
+        if (!has_axis_distance<T, Shape> || body.solid >= 0) return body_clearance(m.envelope, memory, i, o, far, true);
         const pack<T> d = body.inverse_squared_length == T(0)
                               ? distance_to(o, memory.a[i])
                               : axis_distance(o, memory.a[i], memory.ab[i], body.inverse_squared_length);
-        return d - body.radius;
+        return d - (body.radius + rounding_of<T>(o));
     }
     pack<T> between(int i, int k) const {
         const bool capsules = m.envelope.bodies[i].solid < 0 && m.envelope.bodies[k].solid < 0;
         return capsules ? capsule_clearance(m.envelope, memory, i, k)
-                        : body_clearance(m.envelope, memory, i, k, far, depths::exact);
+                        : body_clearance(m.envelope, memory, i, k, far, true);
     }
 };
 
@@ -211,9 +210,11 @@ template <class T> void bind_model(nb::module_& m, const char* name) {
         .def("points", &point_positions<T>, "q"_a, "Positions of the points (rows, points, 3) [m].")
         .def("clearances", &clearances<T>, "q"_a, "Of point capsules and spheres (rows, capsules, spheres) [m].")
         .def("obstacle_clearances", &obstacle_clearances<T>, "q"_a,
-             "Of the envelope's bodies and the obstacles (rows, bodies, obstacles) [m]; negative inside, by the depth: of a "
+             "Of the envelope's bodies and the obstacles (rows, bodies, obstacles) [m]; negative inside, by the depth: "
+             "of a "
              "capsule and a box or a cylinder that of the deepest point of its axis.")
-        .def("pair_clearances", &pair_clearances<T>, "q"_a, "pairs"_a, "Of pairs of bodies (rows, pairs) [m], as `obstacle_clearances`.")
+        .def("pair_clearances", &pair_clearances<T>, "q"_a, "pairs"_a,
+             "Of pairs of bodies (rows, pairs) [m], as `obstacle_clearances`.")
         .def("shortfalls", &shortfalls<T>, "q"_a, "margin"_a, "stop_early"_a,
              "How far the clearance falls short of the margin, summed over pairs (rows,) [m].")
         .def(

@@ -204,12 +204,12 @@ inline void bind_world(nb::module_& m) {
               &solid_from, "shape"_a, "axes"_a, "origin"_a);
     bind_part(m, "HalfSpace", "An obstacle: solid where normal . x <= offset.", &half_space_from, "normal"_a,
               "offset"_a);
-    bind_part(
-        m, "Envelope",
-        "The bodies of the links, each in the frame of its joint, and pairs of links to keep clear of each other. A body "
-        "is a capsule from a to b, or the one of `solids` that `solid` says; -1: none.",
-        &envelope_from, "joint"_a, "link"_a, "a"_a, "b"_a, "radius"_a, "pairs"_a, "solid"_a = nb::none(),
-        "solids"_a = std::vector<solid_description>());
+    bind_part(m, "Envelope",
+              "The bodies of the links, each in the frame of its joint, and pairs of links to keep clear of each "
+              "other. A body "
+              "is a capsule from a to b, or the one of `solids` that `solid` says; -1: none.",
+              &envelope_from, "joint"_a, "link"_a, "a"_a, "b"_a, "radius"_a, "pairs"_a, "solid"_a = nb::none(),
+              "solids"_a = std::vector<solid_description>());
     bind_part(m, "PairMargins",
               "Margins of pairs, lower or higher than that of all others [m]: of a body and an obstacle, or another "
               "body where the obstacle is -1. Bodies are those of the envelope, obstacles the kernel's. A margin holds "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -40,6 +41,32 @@ def test_exports_are_written_beside_the_plan(told: Told, floating: Path, tmp_pat
     assert "START_TIME = 2026-03-01T12:00:00\n" in aem
     messages = json.loads((folder / "trajectory.ros.json").read_text())
     assert list(messages) == ["joint_trajectory", "base_path", "base_twists"]
+
+
+def test_the_clearance_may_be_given_on_the_command_line(told: Told, refused: Refused, tmp_path: Path) -> None:
+    problem = tmp_path / "problem.yaml"
+    problem.write_text(PROBLEM)
+    code, out, _ = told(["plan", problem, "-o", tmp_path / "out", "--clearance", "0.02", "--seed", 0, "--no-figures"])
+    assert code == 0
+    assert re.search(r"clearance +20 mm asked for, at least [0-9.]+ mm proven, closest measured [0-9.]+ mm", out)
+    assert json.loads((tmp_path / "out" / "plan.json").read_text())["problem"]["clearance"] == 0.02
+    refused(("--clearance is -1", "[m]"), "plan", problem, "-o", tmp_path / "other", "--clearance", "-1")
+
+
+def test_a_clearance_that_cannot_be_met_exits_with_1_and_says_what_can(told: Told, tmp_path: Path) -> None:
+    problem, output = tmp_path / "problem.yaml", tmp_path / "out"
+    example = (Path(__file__).parents[2] / "examples" / "problem.yaml").read_text()
+    problem.write_text(example.replace("evaluations: 20000", "evaluations: 2000"))
+    code, out, err = told(["plan", problem, "-o", output, "--clearance", "0.15", "--seed", 0, "--no-figures"])
+    assert code == 1
+    (said,) = re.findall(r"no motion with a clearance of 150 mm was found; with clearance ([0-9.]+) a motion is found", err)
+    assert 0.1 < float(said) < 0.15
+    assert f"found and proven with {1e3 * float(said):.3g}" in out
+    saved = json.loads((output / "plan.json").read_text())
+    assert saved["status"] == "not_found"
+    assert saved["achievable"]["clearance_m"] == pytest.approx(float(said), abs=1e-4)
+    assert not (output / "trajectory.csv").exists()
+    assert told(["plan", problem, "-o", tmp_path / "less", "--clearance", said, "--seed", 0, "--no-figures"])[0] == 0
 
 
 def test_what_a_gentler_motion_costs_is_tabled(told: Told, floating: Path, tmp_path: Path) -> None:

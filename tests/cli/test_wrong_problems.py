@@ -73,6 +73,14 @@ CHANGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "setting unknown": (GOAL, GOAL + "\nplanner: {island: 4}", ("line 7", "'island'", "did you mean 'islands'?")),
     "setting out of range": (GOAL, GOAL + "\nplanner: {islands: 0}", ("line 7", "islands is 0", "from 1 to 256")),
     "setting NaN": (GOAL, GOAL + "\nplanner: {preferred_clearance: .nan}", ("line 7", "preferred_clearance is nan", "[m]")),
+    "margin of before": (GOAL, GOAL + "\nplanner: {margin: 0.002}", ("line 7", "no setting 'margin' any more", "`clearance`")),
+    "comfort of before": (GOAL, GOAL + "\nplanner: {comfort: 0.1}", ("line 7", "'comfort'", "preferred_clearance")),
+    "clearance negative": (GOAL, GOAL + "\nclearance: -0.01", ("line 7", "clearance is -0.01", "[m]")),
+    "clearance of no obstacle": (
+        GOAL,
+        GOAL + "\nclearances:\n  - {obstacle: client, clearance: 0.05}",
+        ("line 8", "'client'"),
+    ),
     "base unknown": (GOAL, GOAL + "\nbase: swimming", ("line 7", "base is 'swimming'", "'fixed' or 'floating'")),
     "shape unknown": (SPHERE, "spere: {center: [0.5, 0.5, 0.0], radius: 0.1}", ("line 4", "'spere'", "did you mean 'sphere'?")),
 }

@@ -117,6 +117,12 @@ def test_start_and_goal_are_taken_by_name(load: Callable[..., Any]) -> None:
     assert problem.scene == Scene()
 
 
+def test_the_files_state_no_clearance_so_the_caller_does(load: Callable[..., Any]) -> None:
+    assert (load().clearance, load(clearance=0.0).clearance) == (0.01, 0.0)
+    with pytest.raises(ProblemError, match="clearance is -1"):
+        load(clearance=-1.0)
+
+
 def test_ros_ends_a_message_with_dashes(load: Callable[..., Any]) -> None:
     assert load(json.dumps(scene_with(item())) + "\n---\n", json.dumps(request_with()) + "\n---\n") == load(scene_with(item()))
 

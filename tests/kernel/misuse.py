@@ -54,9 +54,14 @@ def world(arrays: dict[str, Any], **more: Any) -> Any:
     made = {}
     for part, fields in PARTS.items():
         if fields[0] in arrays:
-            given = {field.removeprefix(PREFIX.get(part, "")): arrays[field] for field in fields}
-            made[PLACES[part]] = getattr(BUILD.module, part)(**given)
+            made[PLACES[part]] = part_of(part, arrays)
     return BUILD.named("Model")(BUILD.module.World(**made, **more))
+
+
+def part_of(part: str, arrays: dict[str, Any]) -> Any:
+    """A part of a world of its arrays."""
+    given = {field.removeprefix(PREFIX.get(part, "")): arrays[field] for field in PARTS[part]}
+    return getattr(BUILD.module, part)(**given)
 
 
 def model_arrays() -> dict[str, Any]:
@@ -104,8 +109,9 @@ def reach(**changes: Any) -> Any:
 SHAPES: dict[str, dict[str, Any]] = {
     "Spheres": {"center": np.ones((1, 3)), "radius": np.ones(1)},
     "Capsule": {"a": np.ones(3), "b": np.zeros(3), "radius": 1.0},
-    "Box": {"center": np.ones(3), "axes": np.eye(3), "half_size": np.ones(3)},
-    "Cylinder": {"center": np.ones(3), "axis": np.array([0.0, 0, 1]), "half_length": 1.0, "radius": 1.0},
+    "Box": {"center": np.ones(3), "axes": np.eye(3), "half_size": np.ones(3), "rounding": 0.1},
+    "Cylinder": {"center": np.ones(3), "axis": np.array([0.0, 0, 1]), "half_length": 1.0, "radius": 1.0, "rounding": 0.1},
+    "Polytope": {"vertices": np.eye(3), "rounding": 0.1},
     "HalfSpace": {"normal": np.array([0.0, 0, 1]), "offset": -1.0},
 }
 
@@ -139,6 +145,37 @@ def margins(**changes: Any) -> Any:
     """The same with a pair that has a margin of its own."""
     given = {"body": ints(0), "obstacle": ints(0), "other": ints(-1), "margin": np.zeros(1), **changes}
     return surrounded(pair_margins=BUILD.module.PairMargins(**given))
+
+
+def bodied(kind: str = "polytope", count: int = 3, origin: Any = None, axes: Any = None, **changes: Any) -> Any:
+    """The same with a body that is no capsule."""
+    kernel = BUILD.module
+    made = kernel.ConvexShape(
+        kind=getattr(kernel.CoreKind, kind), half=np.ones(3), radius=0.1, vertices=np.eye(3)[:count].copy()
+    )
+    solid = kernel.Solid(shape=made, axes=np.eye(3) if axes is None else axes, origin=np.zeros(3) if origin is None else origin)
+    arrays = {**model_arrays(), **envelope_arrays()}
+    envelope = {name: arrays[name] for name in PARTS["Envelope"]}
+    envelope = kernel.Envelope(**envelope, **{"solid": ints(-1, 0), "solids": [solid], **changes})
+    given = {PLACES[part]: part_of(part, arrays) for part in PARTS if part != "Envelope" and PARTS[part][0] in arrays}
+    model = BUILD.named("Model")(kernel.World(**given, envelope=envelope, obstacles=[shape("Polytope")]))
+    model.shortfalls(q(1, 7), 0.1, False)
+    return model
+
+
+def near(**changes: Any) -> Any:
+    """A search with a pair that is near at an end."""
+    given = {
+        "pair": ints(0),
+        "body": ints(0),
+        "obstacle": ints(0),
+        "other": ints(-1),
+        "required": np.ones(1),
+        "at_start": np.ones(1),
+        "at_goal": np.ones((1, 2)),
+        **changes,
+    }
+    return ran(motions(near_pairs=BUILD.module.NearPairs(**given)))
 
 
 def weighed(**changes: Any) -> Any:
@@ -312,6 +349,24 @@ REFUSED: dict[str, Case] = {
     "margins: another capsule beyond the last": lambda: margins(obstacle=ints(-1), other=ints(2)),
     "margins: a margin that is no number": lambda: margins(margin=np.full(1, np.nan)),
     "margins: fewer margins than pairs": lambda: margins(margin=q(0)),
+    "bodies: a solid that is none": lambda: bodied(solid=ints(-1, 1)),
+    "bodies: a negative solid": lambda: bodied(solid=ints(-2, 0)),
+    "bodies: fewer solids than bodies": lambda: bodied(solid=ints(0)),
+    "bodies: a polytope without vertices": lambda: bodied(count=0),
+    "bodies: a box with vertices": lambda: bodied(kind="box"),
+    "bodies: an origin without end": lambda: bodied(origin=np.full(3, np.inf)),
+    "bodies: axes that are no numbers": lambda: bodied(axes=np.full((3, 3), np.nan)),
+    "polytope: no vertices": lambda: surrounded(obstacles=[shape("Polytope", vertices=np.zeros((0, 3)))]),
+    "polytope: vertices in the plane": lambda: shape("Polytope", vertices=np.zeros((3, 2))),
+    "near pairs: a pair that is none": lambda: near(pair=ints(1)),
+    "near pairs: a negative pair": lambda: near(pair=ints(-1)),
+    "near pairs: a body beyond the last": lambda: near(body=ints(2)),
+    "near pairs: an obstacle beyond the last": lambda: near(obstacle=ints(1)),
+    "near pairs: neither an obstacle nor a body": lambda: near(obstacle=ints(-1)),
+    "near pairs: fewer bodies than pairs": lambda: near(body=ints()),
+    "near pairs: one clearance for two goals": lambda: near(at_goal=np.ones((1, 1))),
+    "near pairs: no clearance at the start": lambda: near(at_start=np.ones(0)),
+    "near pairs: a clearance that is no number": lambda: near(required=np.full(1, np.nan)),
     "obstacle_clearances: too few columns": lambda: surrounded().obstacle_clearances(q(1, 6)),
     "pair_clearances: too few columns": lambda: surrounded().pair_clearances(q(1, 6), ints(0, 1).reshape(1, 2)),
     "pair_clearances: a capsule beyond the last": lambda: surrounded().pair_clearances(q(1, 7), ints(0, 2).reshape(1, 2)),

@@ -1,6 +1,8 @@
-"""Distances of any two convex shapes: the kernel's against Coal where they are apart, SciPy's hulls where they overlap.
+"""Distances of any two convex shapes: the kernel's against Coal and SciPy.
 
-Coal's depth of a cylinder is inexact, so SciPy bounds it: by the hulls of prisms inside and around it.
+Coal's search may end too early, with a distance that is too large: of hulls of points SciPy's least squares have the least.
+Where shapes overlap, the hull of their differences has the depth. Coal's depth of a cylinder is inexact: the hulls of prisms
+inside and around it bound it.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 from scipy.spatial import ConvexHull, QhullError
 
 from kernel.builds import Build
@@ -141,11 +144,24 @@ def hull_distance(one: np.ndarray, other: np.ndarray) -> float:
         return 0.0
 
 
+def least_distance(one: np.ndarray, other: np.ndarray, reach: float) -> float:
+    """Distance of the hulls of points [m]: least squares of weights that are 0 or more, and of which each hull's sum is 1."""
+    n, m, heavy = len(one), len(other), 1e4
+    sums = heavy * np.kron(np.eye(2), np.ones((1, max(n, m))))
+    sums = np.concatenate([sums[:, :n], sums[:, max(n, m) : max(n, m) + m]], axis=1)
+    system = np.concatenate([np.concatenate([one.T, -other.T], axis=1) / reach, sums])
+    weights, _ = nnls(system, np.array([0, 0, 0, heavy, heavy]), maxiter=10000)
+    a, b = weights[:n] / weights[:n].sum(), weights[n:] / weights[n:].sum()
+    return float(np.linalg.norm(a @ one - b @ other))
+
+
 def expected(one: ConvexShape, other: ConvexShape, reach: float) -> tuple[float, float]:
     """Bounds of the signed distance of two shapes [m], which are equal where it is known."""
     radii = radius_of(one) + radius_of(other)
     bare = [coal_shapes.placed_shape(_with_radius(shape, 1e-9 * reach)) for shape in (one, other)]
     apart = coal_shapes.distance(*bare) + 2e-9 * reach
+    if not isinstance(one, Cylinder) and not isinstance(other, Cylinder):
+        apart = min(apart, least_distance(corners(one), corners(other), reach))
     if apart > 1e-7 * reach:
         return apart - radii, apart - radii
     inside, around = (min(hull_distance(corners(one, around=a), corners(other, around=a)), 0.0) for a in (False, True))

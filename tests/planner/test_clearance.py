@@ -17,7 +17,7 @@ from spacearm.core.native import available_levels
 from spacearm.geometry import Obstacle, Scene, Sphere, SphereSet
 from spacearm.planner import Problem, clearance, clearances
 from spacearm.planner.clearance import ClearanceModel, self_clearances
-from spacearm.planner.kernel_model import kernel_model, make_kernel_model, self_capsule_pairs
+from spacearm.planner.kernel_model import kernel_model, make_kernel_model, self_shape_pairs
 from spacearm.planner.searched_clearance import SearchedClearance, searched_clearance
 from spacearm.proof import PairClearance
 from spacearm.robot import LinkCapsule, Robot
@@ -71,7 +71,7 @@ def test_clearances_are_those_of_the_definition_and_coals(data: st.DataObject, o
 def test_self_clearances_are_coals(data: st.DataObject) -> None:
     robot = data.draw(arms(self_pairs=True))
     q = data.draw(strategies.configurations(robot, (2,)))
-    found, pairs = self_clearances(problem_of(robot, []), q), self_capsule_pairs(robot)
+    found, pairs = self_clearances(problem_of(robot, []), q), self_shape_pairs(robot)
     assert found.shape == (2, len(pairs))
     named = {(robot.capsules[i].name, robot.capsules[k].name) for i, k in pairs}
     assert named == set(robot.self_pairs)
@@ -194,7 +194,7 @@ def test_every_pair_is_asked_for_what_is_required_and_2_mm_more_or_what_there_is
                 near = whole
                 close.add((links[i], f"obstacle {model.obstacle_of[k]}"))
             expected += np.maximum(0.0, between_ends(near, required) - to_scene[:, i, k])
-    pairs = self_capsule_pairs(robot)
+    pairs = self_shape_pairs(robot)
     between, before = self_clearances(problem, q), self_clearances(problem, ends)
     named = [(links[i], links[k]) for i, k in pairs.tolist()]
     for p, pair in enumerate(named):

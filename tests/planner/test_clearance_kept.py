@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import signal
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +17,7 @@ from spacearm.files.plan_file import problem_as_dict, problem_from_dict, problem
 from spacearm.geometry import Box, HalfSpace, Obstacle, Scene, Sphere, pose
 from spacearm.planner import ConfigurationGoal, Plan, PlannerSettings, PositionGoal, Problem, plan
 from spacearm.planner.inverse_kinematics import find_goal_configurations
-from spacearm.robot import Robot
+from spacearm.robot import Robot, load_robot
 from support.dense_samples import planar
 from support.messages import assert_refused
 from support.oracles import coal_shapes, pinocchio_points
@@ -102,6 +103,33 @@ def test_an_arm_leaves_its_cradle_and_comes_no_nearer_to_it(end: str, seed: int)
     assert "cradle" in found.message
 
 
+@pytest.mark.parametrize("seed", range(2))
+def test_an_arm_on_a_floating_base_leaves_its_cradle_too(seed: int) -> None:
+    """The hand begins 4 mm from the cradle; base and arm move, and the cradle does not."""
+    robot, start = load_robot("srs7"), np.array([0, 0, 0, 0.4, 0, 0, 0])
+    part = [shape for shape in robot.capsules if shape.joint >= 0][-1]
+    T = pinocchio_points.joint_frames(robot, start[None])[0, part.joint]
+    middle = T[:3, :3] @ ((part.a + part.b) / 2) + T[:3, 3]
+    beside = np.cross(T[:3, :3] @ (part.b - part.a), (0.3, 0.4, 0.5))
+    center = middle + beside / np.linalg.norm(beside) * (part.radius + 0.054)
+    cradle = Sphere(center, 0.05, name="cradle")
+    goal = (0.9, 0.3, 0.6, 1.5, -0.5, 0.4, 0.1)
+    problem = Problem(robot, [cradle], start=start, goal=goal, base="floating", clearance=0.02)
+    found = plan(problem, replace(SMALL, evaluations=1000), rng=seed)
+    assert found.found, found.message
+    assert found.trajectory is not None
+    times = np.linspace(0, found.trajectory.duration, 301)
+    position, attitude = found.trajectory.base_pose(times)
+    frames = pinocchio_points.joint_frames(robot, found.trajectory.sample(times).q)
+    T_w_b = np.array([pose(p, q) for p, q in zip(position, attitude, strict=True)])
+    moving = replace(robot, shapes=tuple(shape for shape in robot.shapes if shape.joint >= 0), self_pairs=())
+    away = coal_shapes.least_distances(moving, Scene([cradle]), T_w_b[:, None] @ frames)
+    assert away.min() >= 0.0039 - 1e-6
+    out = int(np.argmax(away >= 0.0201))
+    assert out > 0
+    assert away[out:].min() >= 0.02 - 1e-6
+
+
 def test_a_start_that_touches_is_a_collision_as_ever() -> None:
     found = plan(turn([Sphere((1.5, -0.25, 0), 0.2)]), SMALL, rng=0)
     assert found.status == "start_in_collision"
@@ -138,6 +166,21 @@ def test_where_no_clearance_helps_that_is_told_too() -> None:
     assert "none was found with clearance 0 either" in found.message
     bare = plan(replace(narrow(-0.001), clearance=0.0), PlannerSettings(evaluations=600), rng=0)
     assert bare.message.startswith("no collision-free motion was found")
+
+
+def test_ctrl_c_ends_the_search_with_less_clearance_too() -> None:
+    said: list[str] = []
+
+    def interrupt(stage: str) -> None:
+        said.append(stage)
+        if stage == "a motion with less clearance":
+            signal.raise_signal(signal.SIGINT)
+
+    found = plan(narrow(0.006), SMALL, rng=0, progress=interrupt)
+    assert (found.status, found.interrupted, found.achievable) == ("not_found", True, None)
+    assert said[-1] == "a motion with less clearance"
+    assert "; it was interrupted; " in found.message
+    assert "with clearance 0" not in found.message
 
 
 def test_a_time_budget_holds_for_the_search_with_less_clearance_too() -> None:

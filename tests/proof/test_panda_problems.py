@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,8 @@ def problem_of(family: str) -> Problem:
     folder = Path(FOLDER)
     fixed = {f"panda_finger_joint{i}": 0.065 for i in (1, 2)}
     robot = load_robot(folder / "panda_spherized.urdf", srdf=folder / "panda.srdf", group="panda_arm", fixed=fixed)
-    return load_moveit(robot, folder / family / "scene0001.yaml", folder / family / "request0001.yaml")
+    problem = load_moveit(robot, folder / family / "scene0001.yaml", folder / family / "request0001.yaml")
+    return replace(problem, clearance=0.0)  # the cage leaves no 10 mm
 
 
 def measured(problem: Problem, trajectory: AnyTrajectory) -> float:

@@ -45,6 +45,7 @@ ALGORITHM = 1
 """Its version in the cache: raise it when other pieces come from the same mesh."""
 
 _WHOLE = (".stl", ".obj", ".ply", ".off", ".dae", ".glb")  # endings of files that hold all of a mesh themselves
+_TOLD = 1e-6  # [m] pieces that stand out by no more are exact but for rounding: no note says so
 _FINEST = 1e-9  # [m] shorter lengths are taken for 0
 
 
@@ -136,7 +137,7 @@ def _excess_note(count: int, excess: float, asked: float | None, wanted: float) 
     held = "its convex hull stands out of it" if count == 1 else f"{count} convex pieces hold it, and stand out of it"
     said = f"{held} by up to {round(1000 * excess, 3):.3g} mm"
     if excess <= wanted:
-        return [said]
+        return [said] if excess > _TOLD else []
     limit = f"more than the {1000 * wanted:.3g} mm {'that are 2 % of its size' if asked is None else 'that were asked for'}"
     return [f"{said}, {limit}; allow more pieces or vertices"]
 
@@ -156,7 +157,7 @@ def _made(mesh: Mesh, *, pieces: int, asked: float | None, vertices: int, inside
         solid = meant_solid(local, inside, what=what, largest=float(np.abs(triangles).max()))
         rounding += solid.slack
         found = _searched(solid, pieces, wanted, size=size, inside=inside, what=what)
-        hulls = [holding(few_vertices(piece.hull, vertices), piece.points) for piece in found]
+        hulls = [holding(few_vertices(piece.hull, vertices), piece.hull, piece.points) for piece in found]
         out = [piece.excess for piece in found]
     radii = np.array([hull.rounding for hull in hulls]) + rounding
     return {

@@ -22,6 +22,7 @@ _SAMPLES = 30_000  # points of the surface, about, by which the triangles near a
 _NEAR = 6  # of them that are looked at
 _AT_ONCE = 400  # triangles or cubes that are halved in a round, at most
 _MOST = 40_000  # in all; then the bound is what it is
+_SIDES = 100  # flat sides, the largest ones, of which is seen that they are covered
 _QUICK = 150  # triangles at least, whose middles are looked at where it has to be quick
 _SEEN = 0.002  # of the solid's size: a hollow no farther than this beyond the hull's surface may be a matter of rounding
 _COARSE = 0.03  # of the solid's size: how finely hollows are looked for
@@ -90,6 +91,8 @@ class Excess:
         side, several = side.reshape(-1), count > 1  # a side of one triangle needs no such help
         if not several.any():
             return out
+        sizes = np.bincount(side, weights=_areas(hull.triangles))
+        several &= sizes >= np.sort(sizes[several])[::-1][:_SIDES][-1]
         planes, number = hull.planes[first[several]], np.cumsum(several) - 1
         middle, near = surface.mean(axis=1), 1e-8 * self._size
         on = np.empty(len(middle), dtype=np.intp)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from spacearm.geometry.mesh_parts import Part, clipped, halves, whole
 from spacearm.geometry.mesh_topology import Solid
 from spacearm.geometry.piece_excess import Excess
-from spacearm.geometry.point_hulls import Hull, hull_of
+from spacearm.geometry.point_hulls import Hull, axes_of, hull_of
 
 Array = NDArray[np.float64]
 
@@ -35,10 +35,9 @@ _NEARLY = 1.15  # times the solid volume: the hull of a convex part, as these po
 _BESIDE = 2e-6  # of the part's extent: how far from a flat face the cut is, so that all of the face is on one side
 _ROUGH = 500  # triangles, of larger surfaces, by which cuts are compared
 _EDGE = 1e-4  # of the part's extent: no cut is nearer to its ends
-_SPARE = 1.5  # times the parts that are asked for are made before parts are joined
 _SPHERE = 90  # directions in which the farthest points stand for a hull
 _JOINED = 8  # pairs of neighbours whose common hull is looked at in a round
-_PRECISION = 0.05  # of an excess, or of what is wanted: how precise its upper bound is
+_PRECISION = 0.1  # of an excess, or of what is wanted: how precise its upper bound is
 _FINEST, _COARSEST = 1e-4, 2e-3  # of the solid's size: more and less precise than this is not needed
 _SKIN = 0.02  # of the solid's size: flat hulls have a volume, too
 
@@ -70,7 +69,7 @@ class Piece:
         points: (p, 3) whose hull it is [m].
         filled: (m, 3) points spread in it where it is solid [m].
         excess: about how far it stands out, or an upper bound [m].
-        is_sure: whether it is, at least for telling whether it is no more than is wanted.
+        is_sure: whether it is an upper bound.
         part: what may be cut further; None if it was joined of several.
     """
 
@@ -107,13 +106,27 @@ class Search:
                 best = found
             if most == 1 or (_worst(best) <= wanted and len(best) <= _VERY_FEW):
                 break
-        return [self._measured(piece, wanted) for piece in best]
+        measured = [self._measured(piece, wanted) for piece in best]
+        least = _worst(measured)
+        if least <= wanted:
+            return measured
+        # Pieces that stand out less than the worst one save nothing.
+        return [piece if piece.is_sure else self._measured(piece, wanted) for piece in self._joined(measured, least)]
 
     def _cut_up(self, first: Piece, most: int, wanted: float, way: Way) -> list[Piece]:
+        pieces, count = [first], 0
+        while count < len(pieces) < most or count == 0:
+            count = len(pieces)
+            pieces = self._joined(self._cut_further(pieces, most, wanted, way), wanted)
+            if _worst(pieces) <= wanted:
+                break
+        return pieces
+
+    def _cut_further(self, pieces: list[Piece], most: int, wanted: float, way: Way) -> list[Piece]:
+        """Cut the piece that stands out most, again and again, until none stands out too far or there are enough."""
         done: list[Piece] = []
-        open_ = [first]
-        limit, few = most if most == 1 else max(most + 2, int(_SPARE * most)), None
-        while open_ and len(open_) + len(done) < limit:
+        open_ = list(pieces)
+        while open_ and len(open_) + len(done) < most:
             worst = max(range(len(open_)), key=lambda i: open_[i].excess)
             piece = self._judged(open_.pop(worst), wanted)
             parts = None if piece.excess <= wanted else self._cut(piece, way)
@@ -122,23 +135,7 @@ class Search:
                 continue
             open_ += parts
             self._tell(len(open_) + len(done))
-            if len(open_) + len(done) == most:
-                few = [*open_, *done]
-        many = self._again(self._joined([*open_, *done], most, wanted), most, wanted, way)
-        many = [self._judged(piece, wanted) for piece in many]
-        if _worst(many) <= wanted or few is None:
-            return many
-        return min(([self._measured(piece, wanted) for piece in one] for one in (many, few)), key=_worst)
-
-    def _again(self, pieces: list[Piece], most: int, wanted: float, way: Way) -> list[Piece]:
-        """Cut pieces that stand out most, while there are fewer than may be."""
-        while len(pieces) < most:
-            worst = max(pieces, key=lambda piece: piece.excess)
-            parts = None if worst.excess <= wanted or worst.part is None else self._cut(worst, way)
-            if parts is None:
-                break
-            pieces = [piece for piece in pieces if piece is not worst] + parts
-        return pieces
+        return [*(self._judged(piece, wanted) for piece in open_), *done]
 
     def _piece(self, part: Part, filled: Array) -> Piece:
         return Piece(part.hull, part.triangles, part.points, filled, self._excess.about(part.hull), part=part)
@@ -159,7 +156,8 @@ class Search:
 
     def _cut(self, piece: Piece, way: Way) -> list[Piece] | None:
         """Return the two halves of a piece; None if no cut is of use."""
-        assert piece.part is not None
+        if piece.part is None:
+            return None
         plane = self._best_plane(piece.part, piece.filled, way)
         if plane is None:
             return None
@@ -215,31 +213,31 @@ class Search:
             return 0.0, float(np.prod(np.append(extent, np.zeros(3))[:2]) * self._size * _SKIN)
         return float(hull.volume), float(hull.area * self._size * _SKIN)
 
-    def _joined(self, pieces: list[Piece], most: int, wanted: float) -> list[Piece]:
-        """Join pieces whose common hull stands out no more than is wanted, and others while there are more than `most`."""
+    def _joined(self, pieces: list[Piece], wanted: float) -> list[Piece]:
+        """Join pieces whose common hull stands out no more than is wanted."""
         tried: dict[tuple[int, int], Piece] = {}
         kept = list(pieces)  # all that ever was, so that no two have one identity
         while len(pieces) > 1:
-            pairs = self._pairs(pieces)
+            for a, b in (pairs := self._pairs(pieces)):
+                if (id(a), id(b)) not in tried:
+                    tried[id(a), id(b)] = self._both(a, b)
             if not pairs:
                 break
-            for a, b in pairs:
-                if (id(a), id(b)) not in tried:
-                    hull = hull_of(np.concatenate([a.hull.vertices, b.hull.vertices]))
-                    surface, points = np.concatenate([a.surface, b.surface]), np.concatenate([a.points, b.points])
-                    filled = np.concatenate([a.filled, b.filled])
-                    tried[id(a), id(b)] = Piece(hull, surface, points, filled, self._excess.about(hull))
             first, second = min(pairs, key=lambda pair: tried[id(pair[0]), id(pair[1])].excess)
-            joined = tried[id(first), id(second)]
-            if not joined.is_sure and (len(pieces) > most or joined.excess <= wanted):
-                sure = self._judged if joined.excess <= wanted else self._measured
-                tried[id(first), id(second)] = sure(joined, wanted)
+            joined = self._judged(tried[id(first), id(second)], wanted)
+            tried[id(first), id(second)] = joined
+            if not joined.is_sure:
+                if min(tried[id(a), id(b)].excess for a, b in pairs) > wanted:
+                    break
                 continue
-            if len(pieces) <= most and joined.excess > wanted:
-                break
             pieces = [piece for piece in pieces if piece is not first and piece is not second] + [joined]
             kept.append(joined)
         return pieces
+
+    def _both(self, a: Piece, b: Piece) -> Piece:
+        hull = hull_of(np.concatenate([a.hull.vertices, b.hull.vertices]))
+        surface, points = np.concatenate([a.surface, b.surface]), np.concatenate([a.points, b.points])
+        return Piece(hull, surface, points, np.concatenate([a.filled, b.filled]), self._excess.about(hull))
 
     def _pairs(self, pieces: list[Piece]) -> list[tuple[Piece, Piece]]:
         """Return the pairs of neighbours whose common hulls have the least volume more than their own."""
@@ -280,7 +278,7 @@ def _selection(triangles: Array) -> Array:
 def _directions(part: Part) -> list[Array]:
     """Return unit normals (3,) of cuts: the axes, the part's principal axes, and the normals of its largest flat faces."""
     corners = part.hull.vertices
-    principal = np.linalg.svd(corners - corners.mean(axis=0))[2] if len(corners) > 2 else np.eye(3)
+    principal = axes_of(corners)[0].T
     normals, area = _normals(part.triangles)
     flat: list[Array] = []
     if len(normals):

@@ -62,9 +62,26 @@ def hull_of(points: Array) -> Hull:
     return _bare(np.unique(points, axis=0))
 
 
-def holding(hull: Hull, points: Array) -> Hull:
-    """Return a hull with the rounding radius that holds points (n, 3) [m]."""
-    return replace(hull, rounding=max(hull.rounding, float(hull.outside(points).max(initial=0.0))))
+def holding(few: Hull, full: Hull, points: Array) -> Hull:
+    """Return a hull with the rounding radius that holds points.
+
+    No place of the full hull is farther from that of few vertices than one of its vertices is, because that distance is
+    convex. So only points that are outside of the full hull, by its rounding, add to that.
+
+    Args:
+        few: the hull of some of the points.
+        full: that of all of them, but for rounding.
+        points: (n, 3) [m].
+    """
+    reach = 0.0 if few is full else float(few.outside(full.vertices).max())
+    beyond = points[few.about_outside(points) > 0]
+    own = np.isin(_rows(beyond), _rows(full.vertices))
+    return replace(few, rounding=reach + float(full.outside(beyond[~own]).max(initial=0.0)))
+
+
+def _rows(points: Array) -> NDArray[np.void]:
+    """Return points (n, 3) as (n,) values that can be compared; -0.0 is not 0.0 there, which does no harm."""
+    return np.ascontiguousarray(points).view(np.dtype((np.void, 24))).reshape(-1)
 
 
 def few_vertices(hull: Hull, most: int) -> Hull:
@@ -78,7 +95,7 @@ def few_vertices(hull: Hull, most: int) -> Hull:
         return hull
     points = hull.vertices
     extent = float(np.ptp(points, axis=0).max())
-    along = (points - points.mean(axis=0)) @ _axes(points)[0]
+    along = (points - points.mean(axis=0)) @ axes_of(points)[0]
     chosen = list(dict.fromkeys([*along.argmax(axis=0).tolist(), *along.argmin(axis=0).tolist()]))[:most]
     while True:
         few = _bare(points[chosen])
@@ -110,7 +127,7 @@ def _bare(points: Array) -> Hull:
     from scipy.spatial import ConvexHull, QhullError
 
     away = points - points.mean(axis=0)
-    axes, extent = _axes(points)
+    axes, extent = axes_of(points)
     rank = int((extent > _FLAT * extent[0]).sum()) if extent[0] > 0 else 0
     if rank == 3:
         try:
@@ -133,7 +150,7 @@ def _bare(points: Array) -> Hull:
     return Hull(points[np.unique(ends)], points[[[*ends, ends[1]]]], np.zeros((0, 4)))
 
 
-def _axes(points: Array) -> tuple[Array, Array]:
+def axes_of(points: Array) -> tuple[Array, Array]:
     """Return the principal axes of points, as columns (3, 3), and how far they extend along each, longest first, (3,) [m]."""
     away = points - points.mean(axis=0)
     axes = np.linalg.eigh(away.T @ away)[1]

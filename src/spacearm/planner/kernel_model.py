@@ -189,9 +189,6 @@ def self_shape_pairs(robot: Robot) -> NDArray[np.int32]:
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
 
-self_capsule_pairs = self_shape_pairs
-
-
 def _envelope(robot: Robot) -> native.Envelope:
     """Return the bodies with their links; the links' pairs are of bodies that one joint carries."""
     groups: dict[tuple[str, int], int] = {}

@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,12 +148,11 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     search = _Search(problem=problem, settings=settings, islands=islands, clock=clock, tell=tell)
     status = search.run()
     proof = search.proof or search.of_fallback()
-    achievable, looked = None, status != "found" and not search.interrupted and _lacks_clearance(problem, proof)
-    if looked:
-        tell("a motion with less clearance")
-        achievable = _achievable(problem, found.q, settings, seed, clock, proof)
+    less = _Less()
+    if status != "found" and not search.interrupted and _lacks_clearance(problem, proof):
+        less = _with_less(search, proof, found.q, seed)
         clock.lap("less clearance")
-        status = status if achievable is None else "not_found"
+        status = status if less.share is None else "not_found"
     return Plan(
         status=status,
         problem=problem,
@@ -172,8 +171,8 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
         interrupted=search.interrupted,
         timings=clock.total(),
         searched=islands.searched,
-        achievable=achievable,
-        advice=_advice(status, proof, _on_less(problem, achievable, looked=looked), spent=clock.left_again <= 0),
+        achievable=less.share,
+        advice=_advice(status, proof, _on_less(problem, less), spent=clock.left_again <= 0),
     )
 
 
@@ -427,16 +426,28 @@ def _lacks_clearance(problem: Problem, proof: _Proof | None) -> bool:
     return asked and (proof is None or not proof.collision_free)
 
 
-def _achievable(
-    problem: Problem, goals: Array, settings: PlannerSettings, seed: int, clock: _Clock, failed: _Proof | None
-) -> float | None:
-    """Return the share of the clearances required with which a motion is found and proven; None: not even with 0.
+class _Less(NamedTuple):
+    """What was found with less clearance than is required.
+
+    Attributes:
+        share: the share of it with which a motion is found and proven; None if none was found.
+        none: whether none was found with a clearance of 0.
+    """
+
+    share: float | None = None
+    none: bool = False
+
+
+def _with_less(search: _Search, failed: _Proof | None, goals: Array, seed: int) -> _Less:
+    """Look for the share of the clearances required with which a motion is found and proven.
 
     If the motion whose proof failed last keeps some of them, it is the first. More is found by bisection. The searches have
     seeds of their own, which follow from the plan's.
     """
+    problem, settings, clock = search.problem, search.settings, search.clock
     share, most = None, 1.0
     try:
+        search.tell("a motion with less clearance")
         share = _share_kept(problem, settings, failed)
         for number in range(1 + _BISECTIONS):
             if clock.left_again <= 0:
@@ -445,12 +456,13 @@ def _achievable(
             if _is_met(with_less_clearance(problem, tried), goals, settings, (seed + 1 + number) % 2**63, clock):
                 share = tried
             elif share is None:
-                break
+                return _Less(none=True)
             else:
                 most = tried
     except KeyboardInterrupt:
         interrupt_taken()
-    return share
+        search.interrupted = True
+    return _Less(share)
 
 
 def _share_kept(problem: Problem, settings: PlannerSettings, failed: _Proof | None) -> float | None:
@@ -494,16 +506,14 @@ def _is_met(problem: Problem, goals: Array, settings: PlannerSettings, seed: int
     return False
 
 
-def _on_less(problem: Problem, share: float | None, *, looked: bool) -> str:
-    """Say with how much clearance a motion is found and proven; "" if nobody looked."""
-    if not looked:
-        return ""
-    if share is None:
-        return "none was found with clearance 0 either"
-    clearance, found = f"clearance {share * problem.clearance:.4g}", "a motion is found and proven"
+def _on_less(problem: Problem, less: _Less) -> str:
+    """Say with how much clearance a motion is found and proven; "" if that is not known."""
+    if less.share is None:
+        return "none was found with clearance 0 either" if less.none else ""
+    clearance, found = f"clearance {less.share * problem.clearance:.4g}", "a motion is found and proven"
     if not problem.clearances:
         return f"with {clearance} {found}"
-    return f"with {share:.4g} of every clearance asked for ({clearance}) {found}"
+    return f"with {less.share:.4g} of every clearance asked for ({clearance}) {found}"
 
 
 # ---- Fitness and advice of the plan ----------------------------------------------------------------------------------

@@ -248,6 +248,8 @@ class IntervalMidpoints:
 
     def bound(self, used: Indices) -> None:
         """Bound the motions of some relative bodies (m,), and of no others of their groups."""
+        if not used.size:
+            return
         if len(self.groups) == 1:
             self.row = np.full(len(self._relative_bodies.body), -1)
             self._bound_group(0, used)

@@ -231,14 +231,9 @@ class ClearanceProof:
         """Settle what can be settled, and return the pairs that are still open, by group. None: all pairs are open."""
         begins = pairs is None and self.requirements.greatest > 0 and not self.requirements.near
         if pairs is None:
-            first = self._bodies.group[self._relative_bodies.body] == 0  # the balls around links are among them
-            midpoints.bound(np.flatnonzero(first))
+            midpoints.bound(np.flatnonzero(self._relative_bodies.count))  # the balls around links
             pairs = self._close_pairs(midpoints)
-            if not first.all():
-                used = _used(pairs)
-                midpoints.bound(used[~first[used]])
-        else:
-            midpoints.bound(_used(pairs))
+        midpoints.bound(_used(pairs))
         held = [self.requirements.on(group, of_group, midpoints) for group, of_group in enumerate(pairs)]
         found = [self._sharpened(midpoints, group, pairs[group], of_group) for group, of_group in enumerate(held)]
         if begins and self._find_near(midpoints, pairs, found, held):

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.identity_cache import cached_by_identity
-from spacearm.geometry import Core
 from spacearm.geometry.convex_cores import axes_along
 from spacearm.proof.bodies import Bodies
 from spacearm.proof.solids import Balls, Boxes, Cylinders, Polytopes, Solids
@@ -267,9 +266,17 @@ def _rounded(shape: CoalShape, radius: float) -> CoalShape:
     return shape
 
 
+def _cached_polytope(of: Bodies | Polytopes, k: int, vertices: Array, radius: float) -> CoalShape:
+    """Return `coal_polytope` of body or solid k; a hull of many vertices takes as long as some hundred distances."""
+    made = _polytopes(of)
+    if k not in made:
+        made[k] = coal_polytope(vertices, radius)
+    return made[k]
+
+
 @cached_by_identity
-def _coal_shapes(_: Bodies | Solids) -> dict[int, CoalShape]:
-    """Return room for the shapes made of a robot's bodies, or of solids: a hull of many vertices takes a while."""
+def _polytopes(_: Bodies | Polytopes) -> dict[int, CoalShape]:
+    """Return room for the polytopes of a robot or a scene."""
     return {}
 
 
@@ -346,27 +353,20 @@ class Witness:
             length = float(np.linalg.norm(along))
             shape = self._coal.Capsule(radius, length) if along.any() else self._coal.Sphere(radius)
             return shape, axes_along(along), ends.mean(axis=0)
-        made = _coal_shapes(self._bodies)
-        if body not in made:
-            made[body] = self._of_core(core, radius)
-        return made[body], core.T[:3, :3], core.T[:3, 3]
-
-    def _of_core(self, core: Core, radius: float) -> CoalShape:
         if core.kind == "box":
-            return coal_box(core.half, radius)
-        if core.kind == "cylinder":
-            return coal_cylinder(float(core.half[0]), float(core.half[2]), radius)
-        return coal_polytope(core.vertices, radius)
+            shape = coal_box(core.half, radius)
+        elif core.kind == "cylinder":
+            shape = coal_cylinder(float(core.half[0]), float(core.half[2]), radius)
+        else:
+            shape = _cached_polytope(self._bodies, body, core.vertices, radius)
+        return shape, core.T[:3, :3], core.T[:3, 3]
 
     def _solid(self, solids: Solids, k: int) -> tuple[CoalShape, object]:
         key = id(solids), k
         if key not in self._solids:
             axes, origin = solids.placed(np.array([k]))
             T = self._coal.Transform3s(np.eye(3) if axes is None else axes[0], origin[0])
-            made = _coal_shapes(solids)
-            if k not in made:
-                made[k] = self._of_solid(solids, k)
-            self._solids[key] = made[k], T
+            self._solids[key] = self._of_solid(solids, k), T
         return self._solids[key]
 
     def _of_solid(self, solids: Solids, k: int) -> CoalShape:
@@ -379,5 +379,5 @@ class Witness:
             half = solids.half[k]
             return coal_box(half, radius) if half[0] else self._coal.Capsule(radius, 2 * float(half[2]))
         if isinstance(solids, Polytopes):
-            return coal_polytope(solids.vertices[solids.core[k]], radius)
+            return _cached_polytope(solids, k, solids.vertices[solids.core[k]], radius)
         return self._coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)

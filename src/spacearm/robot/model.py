@@ -354,7 +354,7 @@ class Robot(Frozen):
     @property
     def capsules(self) -> tuple[LinkCapsule, ...]:
         """A capsule for each of the shapes: the same where it is a sphere or a capsule, else a loose one around it."""
-        return tuple(as_capsule(part) or bounding_capsule(part) for part in self.shapes)
+        return _in_capsules(self)
 
     @property
     def dof(self) -> int:
@@ -403,6 +403,11 @@ class Robot(Frozen):
         moved = [joint for joint in self.joints if joint.dof == dof]
         leader = next((joint for joint in moved if joint.name == self.dof_names[dof]), moved[0])
         return leader.kind == "prismatic"
+
+
+@cached_by_identity
+def _in_capsules(robot: Robot) -> tuple[LinkCapsule, ...]:
+    return tuple(as_capsule(part) or bounding_capsule(part) for part in robot.shapes)
 
 
 def require_base(base: Any) -> None:
