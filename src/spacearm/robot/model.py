@@ -30,6 +30,7 @@ from spacearm.core.checks import (
     value_fields,
 )
 from spacearm.core.errors import RobotError, nearest
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.records import plain, record_from_dict
 from spacearm.robot.link_shapes import (
     LinkCapsule,
