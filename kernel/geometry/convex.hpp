@@ -55,8 +55,8 @@ template <class T> SPACEARM_INLINE pack<T> sum_of(const vec3<T>& v) { return v.x
 
 // GJK, and where cores overlap the edges; `search` goes on with what is open then.
 template <bool exact, class Pair, class T, class Search>
-SPACEARM_INLINE pack<T> pair_distance(const Pair& pair, const pack<T>& nothing, T enough, bool depth,
-                                      const Search& search) {
+SPACEARM_INLINE_REGISTERS pack<T> pair_distance(const Pair& pair, const pack<T>& nothing, T enough, bool depth,
+                                                const Search& search) {
     const gjk_bounds<T> found = gjk(pair, nothing, enough);
     pack<T> lower = found.lower;
     const pack_mask<T> open = (lower < -found.slack) & (lower < pack<T>(enough)) & (nothing <= pack<T>(T(0)));
@@ -93,7 +93,8 @@ SPACEARM_NOINLINE pack<T> distance_of_segment(const placed_shape<T>& segment, co
                                               });
 }
 
-template <class T> SPACEARM_INLINE pack<T> distance_of_segments(const placed_shape<T>& a, const placed_shape<T>& b) {
+template <class T>
+SPACEARM_INLINE_REGISTERS pack<T> distance_of_segments(const placed_shape<T>& a, const placed_shape<T>& b) {
     const T p = a.shape->half[2], q = b.shape->half[2], u2 = 4 * p * p, v2 = 4 * q * q;
     const vec3<T> u = scaled(a.axis[2], pack<T>(p)), v = scaled(b.axis[2], pack<T>(q));
     const pack<T> squared = squared_distance_of_axes(a.origin - u, u + u, u2 > T(0) ? 1 / u2 : T(0), b.origin - v,
@@ -104,7 +105,8 @@ template <class T> SPACEARM_INLINE pack<T> distance_of_segments(const placed_sha
 
 // The kinds in the order of core_kind: the first is not after the second.
 template <class T>
-SPACEARM_INLINE pack<T> ordered_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough, bool depth) {
+SPACEARM_INLINE_REGISTERS pack<T> ordered_distance(const placed_shape<T>& a, const placed_shape<T>& b, T enough,
+                                                   bool depth) {
     using enum core_kind;
     const auto pair = [](core_kind one, core_kind two) { return static_cast<int>(one) * 4 + static_cast<int>(two); };
     switch (pair(a.shape->kind, b.shape->kind)) {

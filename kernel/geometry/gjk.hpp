@@ -38,7 +38,7 @@ template <class T> SPACEARM_INLINE vec3<T> select3(const pack_mask<T>& m, const 
 template <class T> SPACEARM_INLINE pack<T> length_of(const vec3<T>& v) { return sqrt(dot(v, v)); }
 
 // A point of a core that is furthest along a direction, in the core's own frame.
-template <core_kind K, class T> SPACEARM_INLINE vec3<T> furthest(const convex_shape<T>& s, const vec3<T>& n) {
+template <core_kind K, class T> SPACEARM_INLINE_REGISTERS vec3<T> furthest(const convex_shape<T>& s, const vec3<T>& n) {
     const pack<T> zero(T(0));
     if constexpr (K == core_kind::segment) {
         return {zero, zero, with_sign_of(pack<T>(s.half[2]), n.z)};
@@ -67,14 +67,15 @@ template <core_kind K, class T> SPACEARM_INLINE vec3<T> furthest(const convex_sh
 // ----------------
 
 // How far a core goes along a direction from its middle, either way: of all but polytopes.
-template <core_kind K, class T> SPACEARM_INLINE pack<T> reach_along(const convex_shape<T>& s, const vec3<T>& n) {
+template <core_kind K, class T>
+SPACEARM_INLINE_REGISTERS pack<T> reach_along(const convex_shape<T>& s, const vec3<T>& n) {
     const pack<T> along = abs(n.z) * s.half[2];
     if constexpr (K == core_kind::segment) return along;
     else if constexpr (K == core_kind::box) return abs(n.x) * s.half[0] + abs(n.y) * s.half[1] + along;
     else return sqrt(n.x * n.x + n.y * n.y) * s.half[0] + along;
 }
 // The direction square to two others, where these are not parallel to the last places; else none, which is 0.
-template <class T> SPACEARM_INLINE vec3<T> square_to(const vec3<T>& a, const vec3<T>& b) {
+template <class T> SPACEARM_INLINE_REGISTERS vec3<T> square_to(const vec3<T>& a, const vec3<T>& b) {
     const pack<T> zero(T(0)), tiny(std::numeric_limits<T>::min());
     constexpr T parallel = 64 * std::numeric_limits<T>::epsilon();
     const vec3<T> n = cross(a, b);
@@ -91,7 +92,7 @@ template <core_kind A, core_kind B, class T> struct core_pair {
 
     vec3<T> between() const { return b_in_a.origin; }
     // A point of A - B that is least far along a direction.
-    SPACEARM_INLINE vec3<T> least_along(const vec3<T>& n) const {
+    SPACEARM_INLINE_REGISTERS vec3<T> least_along(const vec3<T>& n) const {
         const pack<T> zero(T(0));
         const frame<T>& f = b_in_a;
         const vec3<T> p = furthest<A>(a, vec3<T>{zero - n.x, zero - n.y, zero - n.z});
@@ -130,7 +131,7 @@ template <core_kind A, core_kind B, class T> struct core_pair {
     SPACEARM_INLINE vec3<T> seen_from_b(const vec3<T>& n) const {
         return {dot(b_in_a.column[0], n), dot(b_in_a.column[1], n), dot(b_in_a.column[2], n)};
     }
-    SPACEARM_INLINE void take(const vec3<T>& towards, vec3<T>& n, pack<T>& lower) const {
+    SPACEARM_INLINE_REGISTERS void take(const vec3<T>& towards, vec3<T>& n, pack<T>& lower) const {
         const pack<T> zero(T(0)), to = dot(towards, b_in_a.origin),
                                   size = abs(towards.x) + abs(towards.y) + abs(towards.z);
         const pack<T> g = abs(to) - (reach_along<A>(a, towards) + reach_along<B>(b, seen_from_b(towards)));
@@ -146,7 +147,7 @@ template <core_kind A, class T> struct segment_pair {
     static constexpr bool symmetric = A != core_kind::polytope;
 
     vec3<T> between() const { return middle; }
-    SPACEARM_INLINE vec3<T> least_along(const vec3<T>& n) const {
+    SPACEARM_INLINE_REGISTERS vec3<T> least_along(const vec3<T>& n) const {
         const pack<T> zero(T(0));
         const vec3<T> p = furthest<A>(a, vec3<T>{zero - n.x, zero - n.y, zero - n.z});
         const pack_mask<T> back = dot(half, n) < zero;
@@ -173,7 +174,7 @@ template <core_kind A, class T> struct segment_pair {
     }
 
   private:
-    SPACEARM_INLINE void take(const vec3<T>& towards, vec3<T>& n, pack<T>& lower) const {
+    SPACEARM_INLINE_REGISTERS void take(const vec3<T>& towards, vec3<T>& n, pack<T>& lower) const {
         const pack<T> zero(T(0)), to = dot(towards, middle), size = abs(towards.x) + abs(towards.y) + abs(towards.z);
         const pack<T> g = abs(to) - (reach_along<A>(a, towards) + abs(dot(half, towards)));
         const pack_mask<T> better = (lower < g) & (zero < size), away = zero < to;
@@ -195,8 +196,8 @@ template <class T> struct simplex {
 
 // A part of a simplex, if it is nearer than what is known.
 template <class T>
-SPACEARM_INLINE void take_nearer(const pack_mask<T>& nearer, const vec3<T>& at, const pack<T>& squared,
-                                 const vec3<T>& second, const vec3<T>& third, simplex<T>& s, pack<T>& least) {
+SPACEARM_INLINE_REGISTERS void take_nearer(const pack_mask<T>& nearer, const vec3<T>& at, const pack<T>& squared,
+                                           const vec3<T>& second, const vec3<T>& third, simplex<T>& s, pack<T>& least) {
     s.nearest = select3(nearer, at, s.nearest);
     least = select(nearer, squared, least);
     s.point[1] = select3(nearer, second, s.point[1]);
@@ -205,7 +206,8 @@ SPACEARM_INLINE void take_nearer(const pack_mask<T>& nearer, const vec3<T>& at, 
 
 // Adds a point to a simplex of one point, or of up to three, and keeps the part that is nearest to the origin. Returns
 // where the four points enclose the origin.
-template <int points, class T> SPACEARM_INLINE pack_mask<T> reduce(const vec3<T>& w, simplex<T>& s, pack<T>& least) {
+template <int points, class T>
+SPACEARM_INLINE_REGISTERS pack_mask<T> reduce(const vec3<T>& w, simplex<T>& s, pack<T>& least) {
     const pack<T> zero(T(0)), one(T(1)), tiny(std::numeric_limits<T>::min());
     vec3<T> y[points], e[points];
     pack<T> ee[points], we[points];
@@ -250,7 +252,8 @@ template <int points, class T> SPACEARM_INLINE pack_mask<T> reduce(const vec3<T>
     }
 }
 
-template <class Pair, class T> SPACEARM_INLINE gjk_bounds<T> gjk(const Pair& pair, const pack<T>& nothing, T enough) {
+template <class Pair, class T>
+SPACEARM_INLINE_REGISTERS gjk_bounds<T> gjk(const Pair& pair, const pack<T>& nothing, T enough) {
     constexpr bool single = sizeof(T) == 4;
     constexpr int most_steps = single ? 32 : 64;
     constexpr T close = single ? T(1e-4) : T(1e-12);  // [m/m] of the distance: what the bounds may leave open

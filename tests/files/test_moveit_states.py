@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from spacearm import forward_kinematics, hold, load_moveit, load_moveit_scene, load_robot, plan
 from spacearm.core.errors import FileFormatError, RobotError
-from spacearm.geometry import Sphere, pose
+from spacearm.geometry import Sphere, pose, support
 from spacearm.planner import Problem
 from spacearm.robot import Body, Robot
 from spacearm.robot.unchecked_pairs import apart_pairs
@@ -448,12 +448,12 @@ def test_meshes_are_read_from_files_and_scaled(name: str, tmp_path: Path) -> Non
     part = {"resource": name.format(tmp_path), "dimensions": [0.1, 0.2, 0.3]}
     scene = {"world": {"collision_objects": [{"id": "part", "meshes": [part], "mesh_poses": [SCREW]}]}}
     (tmp_path / "scene.yaml").write_text(json.dumps(scene))
-    (balls,) = load_moveit_scene(tmp_path / "scene.yaml", mesh_excess=0.02).obstacles
+    (made,) = load_moveit_scene(tmp_path / "scene.yaml", mesh_excess=0.02).obstacles
     points = (corners * [0.1, 0.2, 0.3]) @ T_SCREW[:3, :3].T + T_SCREW[:3, 3]
-    out = np.linalg.norm(points[:, None] - balls.centers, axis=2) - balls.radii  # type: ignore[union-attr]
-    assert out.min(axis=1).max() <= 1e-9
-    assert (balls.centers + 0.02 >= points.min(axis=0)).all()  # type: ignore[union-attr]
-    assert (balls.centers - 0.02 <= points.max(axis=0)).all()  # type: ignore[union-attr]
+    n = np.random.default_rng(0).normal(size=(50, 3))
+    reach = np.max([support(piece, n) for piece in made.pieces], axis=0)  # type: ignore[union-attr]
+    assert (reach >= (n @ points.T).max(axis=1) - 1e-9).all()
+    assert (reach <= (n @ points.T).max(axis=1) + 0.02 * np.linalg.norm(n, axis=1)).all()
 
 
 def test_a_scene_alone_says_what_only_a_robot_can_take_into_account(tmp_path: Path) -> None:

@@ -300,8 +300,10 @@ def test_a_convex_mesh_is_its_hull(suffix: str, filename: str, place: str, tmp_p
     path = with_mesh(tmp_path, mesh, place, f"{filename}.{suffix}", scale="1 2 0.5", xyz="0 0 1")
     reach = (DIRECTIONS @ (mesh.vertices * (1.0, 2.0, 0.5) + np.array((0, 0, 1))).T).max(axis=1)
     for _ in range(2):  # the second comes from the cache
-        (part,) = load_robot(path).shapes
+        robot = load_robot(path)
+        (part,) = robot.shapes
         assert isinstance(part.shape, Polytope)
+        assert not any("stand out" in note for note in robot.notes)
         np.testing.assert_allclose(support(part.shape, DIRECTIONS), reach, atol=1e-5)  # the files hold single precision
         assert (support(part.shape, DIRECTIONS) >= reach - 1e-6).all()
 

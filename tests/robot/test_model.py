@@ -14,12 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spacearm.core.errors import RobotError
-from spacearm.geometry import Box, bounding_points
+from spacearm.geometry import Box
 from spacearm.robot import Frame, Joint, LinkCapsule, LinkShape, Robot, joint_centres, load_robot
 from spacearm.robot.model import robot_as_dict, robot_from_dict
 from support import strategies
 from support.forward_kinematics import joint_transforms
 from support.messages import assert_refused
+from support.oracles.solids import from_segments
 from support.small_robots import two_link
 
 COINCIDENT = 1e-8  # [m] what is listed as one centre within 1e-9 stays together through a few rotations
@@ -209,11 +210,10 @@ def test_capsules_and_shapes_are_one_list_and_come_back_from_plain_values() -> N
     )
     assert arm.capsules == (capsule, line)
     mixed = replace(arm, shapes=(box, *arm.shapes))
-    assert mixed.capsules[1:] == (capsule, line)
-    corners = np.abs(bounding_points(box.shape)[0])
-    around = mixed.capsules[0]  # along one axis of the box
-    assert (np.linalg.norm(corners * (around.b == 0), axis=1) <= around.radius).all()
-    assert (corners <= around.b + 1).all()
+    *around, second, last = mixed.capsules
+    assert (second, last) == (capsule, line)
+    points = np.random.default_rng(0).uniform(-0.5, 0.5, (500, 3))
+    assert all(any(from_segments(p, one.a, one.b) <= one.radius for one in around) for p in points)
     assert replace(mixed, capsules=(line,)).shapes == (line.as_shape,)
     for robot in (arm, mixed):
         assert robot_from_dict(json.loads(json.dumps(robot_as_dict(robot)))) == robot

@@ -56,6 +56,7 @@ _KNOWN = frozenset(
 )
 _KINDS = ("positions", "velocities", "accelerations")
 _SHOWN = 6
+_FLOATS = 1e300  # a whole number may be too large for a float; no joint is there
 _TICKS = 1_000_000_000  # of a second, as ROS has them
 _POINTS = 201  # that are written, at least
 
@@ -244,7 +245,8 @@ def _begin(start: Any) -> dict[str, float]:
     names, values = (state.get("name"), state.get("position")) if isinstance(state, dict) else (None, None)
     if not isinstance(names, list) or not isinstance(values, list) or len(names) != len(values):
         return {}
-    return {str(name): float(value) for name, value in zip(names, values, strict=True) if isinstance(value, (int, float))}
+    pairs = zip(names, values, strict=True)
+    return {str(name): float(value) for name, value in pairs if isinstance(value, (int, float)) and abs(value) < _FLOATS}
 
 
 def _base(message: OnABase, begin: float, first: float) -> Series | None:

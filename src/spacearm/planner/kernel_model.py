@@ -28,7 +28,7 @@ from spacearm.geometry import (
 )
 from spacearm.robot import Robot, joint_centres
 from spacearm.robot.kinematics import kernel_joints
-from spacearm.robot.link_shapes import as_capsule
+from spacearm.robot.link_shapes import as_capsule, bounding_capsule
 
 Made = TypeVar("Made")
 
@@ -150,7 +150,7 @@ def _arm(robot: Robot, frame: str | None, further: tuple[tuple[int, NDArray[np.f
     tip_frame = robot.frame(frame or robot.tip)
     tip = carried.index(tip_frame.joint, tip_frame.T_joint_frame[:3, 3])
     points = tuple(carried.index(joint, point) for joint, point in further)
-    capsules = robot.capsules
+    capsules = [as_capsule(part) or bounding_capsule(part) for part in robot.shapes]
     ends = [(carried.index(c.joint, c.a), carried.index(c.joint, c.b)) for c in capsules]
     local = np.array([point for _, point in carried.listed], dtype=np.float64).reshape(-1, 3)
     radius = np.array([c.radius for c in capsules], dtype=np.float64)

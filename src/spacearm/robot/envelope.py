@@ -31,7 +31,8 @@ MOST_CAPSULES_PER_SHAPE = 100
 """How many capsules may enclose a shape at most."""
 
 _CACHED = ("stl", "obj", "ply", "off", "dae", "glb")  # formats whose triangles are all in the one file
-_VERSION = 1  # of what is kept of a mesh
+_VERSION = 2  # of what is kept of a mesh
+_TOLD = 1e-6  # [m] what stands out by less needs no note: it is rounding
 _SIDES = 32  # of the polygon around a disc, a cylinder of length 0
 _SAME = 1e-6  # [m] and as a share: by so much a sphere may miss the end of its cylinder
 _FLAT = 1e-9  # share of a mesh's largest extent, below which it is a surface
@@ -223,12 +224,12 @@ def link_enclosure(
 
 def notes_on_excess(links: Iterable[LinkEnclosure], limits: ShapeLimits) -> tuple[str, ...]:
     """Say in a note by how much envelopes stand out of collision shapes, if any do."""
-    grown = [one for one in links if one.excess > 0]
+    grown = [one for one in links if one.excess > _TOLD]
     if not grown:
         return ()
     what, kind = ("convex pieces of meshes", "piece") if limits.capsules is None else ("capsules around shapes", "capsule")
     counts = [
-        len(one.parts) if limits.capsules is not None else sum(len(part.parts) for part in one.each if part.excess > 0)
+        len(one.parts) if limits.capsules is not None else sum(len(part.parts) for part in one.each if part.excess > _TOLD)
         for one in grown
     ]
     said = [
@@ -320,6 +321,7 @@ def _cached_pieces(mesh: MeshFile, pieces: int, excess: float | None) -> dict[st
 
 def _described(mesh: Mesh, pieces: int, excess: float | None) -> dict[str, Any]:
     found = convex_pieces(mesh.triangles, pieces=pieces, excess=excess, cache=False)
+    on_excess = [note for note in found.notes if "out of it by" in note]  # told for all links in one note
     corners = mesh.triangles.reshape(-1, 3)
     some = corners[:: max(1, len(corners) // _LOOKED_AT)]
     spread = np.linalg.svd(some - some[0], compute_uv=False)
@@ -332,8 +334,8 @@ def _described(mesh: Mesh, pieces: int, excess: float | None) -> dict[str, Any]:
         "extent": np.array(float(np.ptp(corners, axis=0).max())),
         "flat": np.array(bool(spread[-1] <= _FLAT * spread[0])),
         "volume": np.array(abs(float(np.einsum("ki,ki->", a, np.cross(b, c)))) / 6),
-        "notes": np.array((*mesh.notes, *found.notes[:-1]), dtype=np.str_),  # the last is on the excess
-        "beyond": np.array("allow more" in found.notes[-1]),
+        "notes": np.array((*mesh.notes, *(note for note in found.notes if note not in on_excess)), dtype=np.str_),
+        "beyond": np.array(any("allow more" in note for note in on_excess)),
     }
 
 

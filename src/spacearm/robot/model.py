@@ -37,7 +37,6 @@ from spacearm.robot.link_shapes import (
     LinkShape,
     as_capsule,
     as_index,
-    bounding_capsule,
     part_as_dict,
     part_from_dict,
     part_of_capsule,
@@ -354,7 +353,10 @@ class Robot(Frozen):
 
     @property
     def capsules(self) -> tuple[LinkCapsule, ...]:
-        """A capsule for each of the shapes: the same where it is a sphere or a capsule, else a loose one around it."""
+        """The envelope in capsules, for programs that know no other shapes: spheres and capsules are themselves.
+
+        Around each other shape there are a few, which hold it and stand out of it.
+        """
         return _in_capsules(self)
 
     @property
@@ -406,9 +408,20 @@ class Robot(Frozen):
         return leader.kind == "prismatic"
 
 
+_AROUND = 10  # capsules around a shape, at most
+
+
 @cached_by_identity
 def _in_capsules(robot: Robot) -> tuple[LinkCapsule, ...]:
-    return tuple(as_capsule(part) or bounding_capsule(part) for part in robot.shapes)
+    from spacearm.robot.capsule_fit import enclosing_capsules
+
+    out: list[LinkCapsule] = []
+    for part in robot.shapes:
+        found = (
+            [part] if as_capsule(part) else [replace(part, shape=one) for one in enclosing_capsules([part.shape], _AROUND)[0]]
+        )
+        out += [one for one in map(as_capsule, found) if one is not None]
+    return tuple(out)
 
 
 def require_base(base: Any) -> None:
