@@ -199,6 +199,7 @@ def test_the_command_measures_and_reports(tmp_path: Path, told: Callable) -> Non
     met = {target["what"]: target["met"] for target in report["targets"]}
     assert met["servicer: end effector misses its goal by, at most"]
     assert met["servicer: base turned at the end by, at most"]
+    assert "clearance asked for: 5 mm; 0 in the published problems" in text
     assert "planned and proven for a fixed base, then certified for a floating base" in text
 
 

@@ -155,6 +155,8 @@ def notes(bench: SpaceBench) -> list[str]:
         out.append(load)
     if bench.jobs > 1:
         out.append(f"measured {bench.jobs} at a time: the runs disturbed each other, and take longer than one at a time")
+    if asked := sorted({1e3 * run.clearance for run in bench.runs}):
+        out.append(f"clearance asked for: {' or '.join(f'{value:g}' for value in asked)} mm; 0 in the published problems")
     limit = bench.protocol.limit
     failed = [f"{run.name} seed {run.seed} ({run.status})" for run in bench.runs if not run.solved_within(limit)]
     failed += [f"{run.what} seed {run.seed} ({run.status})" for run in bench.published if run.status != "found"]

@@ -76,6 +76,7 @@ class Run:
         let_go: what becomes of that motion when the base is free to move.
         deepest: how deep it collides then, at the instant that the certificate found [m]; None where it does not.
         missed_by: by how much its tip misses the goal then [m]; None for goals in joint space.
+        clearance: that the problem asks for [m].
     """
 
     family: str
@@ -99,6 +100,7 @@ class Run:
     deepest: float | None
     missed_by: float | None
     load: float | None = None
+    clearance: float = 0.0
 
     @property
     def solved(self) -> bool:
@@ -157,6 +159,7 @@ def measure(item: SpaceProblem, seed: int, protocol: SpaceProtocol, speed: CoreS
         let_go=let_go,
         deepest=deepest,
         missed_by=missed_by,
+        clearance=item.problem.clearance,
         load=None if math.isnan(speed.load) else speed.load,
     )
 
