@@ -130,7 +130,8 @@ def parts(
     """The parts of a world that have no envelope, and its points: two a capsule, or one if its ends coincide and share_ends."""
     listed = list(points)
     ends = []
-    for capsule in robot.capsules:
+    capsules = [capsule for capsule in map(as_capsule, robot.shapes) if capsule is not None]
+    for capsule in capsules:
         first = len(listed)
         listed.append((capsule.joint, capsule.a))
         if not (share_ends and np.array_equal(capsule.a, capsule.b)):
@@ -146,7 +147,7 @@ def parts(
         "point_capsules": kernel.PointCapsules(
             a=np.array([a for a, _ in ends], dtype=np.int32),
             b=np.array([b for _, b in ends], dtype=np.int32),
-            radius=np.array([c.radius for c in robot.capsules], dtype=np.float64),
+            radius=np.array([c.radius for c in capsules], dtype=np.float64),
         ),
         "point_spheres": sphere_set(build, spheres),
     }

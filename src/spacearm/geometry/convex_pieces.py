@@ -9,7 +9,7 @@ its rounding radius grow.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -23,7 +23,7 @@ from spacearm.core.user_cache import Arrays, cached_arrays
 from spacearm.geometry.mesh_topology import Solid, meant_solid, require_inside
 from spacearm.geometry.meshes import Mesh, scale_factors, scaled_mesh
 from spacearm.geometry.piece_excess import Excess
-from spacearm.geometry.piece_search import Piece, Search
+from spacearm.geometry.piece_search import Search
 from spacearm.geometry.point_hulls import Hull, few_vertices, holding
 from spacearm.geometry.shapes import Polytope, PolytopeSet
 
@@ -41,10 +41,11 @@ SHARE = 0.02
 MOST_PIECES = 1000
 """No more pieces may be asked for."""
 
-ALGORITHM = 1
+ALGORITHM = 2
 """Its version in the cache: raise it when other pieces come from the same mesh."""
 
 _WHOLE = (".stl", ".obj", ".ply", ".off", ".dae", ".glb")  # endings of files that hold all of a mesh themselves
+_SHARES = (1.0, 0.8, 0.4)  # of the excess that is wanted: what is left of it for the pieces beside their rounding
 _TOLD = 1e-6  # [m] pieces that stand out by no more are exact but for rounding
 _FINEST = 1e-9  # [m] shorter lengths are taken for 0
 
@@ -156,9 +157,8 @@ def _made(mesh: Mesh, *, pieces: int, asked: float | None, vertices: int, inside
     else:
         solid = meant_solid(local, inside, what=what, largest=float(np.abs(triangles).max()))
         rounding += solid.slack
-        found = _searched(solid, pieces, wanted, size=size, inside=inside, what=what)
-        hulls = [holding(few_vertices(piece.hull, vertices), piece.hull, piece.points) for piece in found]
-        out = [piece.excess for piece in found]
+        search = _search(solid, size=size, inside=inside, what=what)
+        hulls, out = _with_few_vertices(search, pieces, wanted, vertices, shares=_SHARES if asked is not None else (1.0,))
     radii = np.array([hull.rounding for hull in hulls]) + rounding
     return {
         "vertices": np.concatenate([hull.vertices for hull in hulls]) + middle,
@@ -170,11 +170,31 @@ def _made(mesh: Mesh, *, pieces: int, asked: float | None, vertices: int, inside
     }
 
 
-def _searched(solid: Solid, pieces: int, wanted: float, *, size: float, inside: str, what: str) -> Sequence[Piece]:
+def _with_few_vertices(
+    search: Search, pieces: int, wanted: float, vertices: int, *, shares: tuple[float, ...]
+) -> tuple[list[Hull], list[float]]:
+    """Return hulls of few vertices, and how far each stands out without its rounding [m].
+
+    Fewer vertices make them stand out further. So if that is too much, pieces that stand out less are looked for.
+    """
+    best: tuple[list[Hull], list[float]] = [], []
+    least = np.inf
+    for share in shares:
+        found = search.pieces(pieces, share * wanted)
+        hulls = [holding(few_vertices(piece.hull, vertices), piece.hull, piece.points) for piece in found]
+        worst = max(piece.excess + hull.rounding for piece, hull in zip(found, hulls, strict=True))
+        if worst < least:
+            best, least = (hulls, [piece.excess for piece in found]), worst
+        if least <= wanted or max(piece.excess for piece in found) > share * wanted:
+            break
+    return best
+
+
+def _search(solid: Solid, *, size: float, inside: str, what: str) -> Search:
     work = LongWork()
 
     def tell(count: int) -> None:
         work.say(f"{what} is cut into convex pieces: {count} so far")
 
     measure = Excess(solid, size=size, has_cavities=inside == "oriented")
-    return Search(solid, measure, size=size, tell=tell).pieces(pieces, wanted)
+    return Search(solid, measure, size=size, tell=tell)
