@@ -12,7 +12,20 @@ from spacearm.core.errors import FileFormatError, SceneError
 from spacearm.core.reading import YamlFile, located
 from spacearm.core.rotations import rotation_from_rpy
 from spacearm.files.moveit import load_moveit_scene
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, PolytopeSet, Sphere, SphereSet, pose
+from spacearm.geometry import (
+    Box,
+    Capsule,
+    ConvexShape,
+    Cylinder,
+    HalfSpace,
+    Obstacle,
+    Polytope,
+    PolytopeSet,
+    Sphere,
+    SphereSet,
+    moved_shape,
+    pose,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +54,7 @@ def read_obstacles(file: YamlFile, scene: Sequence[ObstacleModel]) -> list[Obsta
     return obstacles
 
 
-def read_solid(model: SolidModel, directory: Path, *, name: str) -> Sphere | Capsule | Box | Cylinder | PolytopeSet | SphereSet:
+def read_solid(model: SolidModel, directory: Path, *, name: str) -> ConvexShape | PolytopeSet | SphereSet:
     """Make the one shape that a mapping holds.
 
     Args:
@@ -57,9 +70,13 @@ def read_solid(model: SolidModel, directory: Path, *, name: str) -> Sphere | Cap
     if model.capsule is not None:
         return Capsule(model.capsule.a, model.capsule.b, model.capsule.radius, name=name)
     if model.box is not None:
-        return Box(model.box.size, placed(model.box), name=name)
+        return Box(model.box.size, placed(model.box), rounding=model.box.rounding, name=name)
     if model.cylinder is not None:
-        return Cylinder(model.cylinder.radius, model.cylinder.length, placed(model.cylinder), name=name)
+        round_ = model.cylinder
+        return Cylinder(round_.radius, round_.length, placed(round_), rounding=round_.rounding, name=name)
+    if model.polytope is not None:
+        hull = Polytope(model.polytope.vertices, rounding=model.polytope.rounding, name=name)
+        return moved_shape(hull, placed(model.polytope))
     if model.mesh is not None:
         return _mesh(model.mesh, directory, name)
     assert model.points is not None, "the schema lets no obstacle through without a shape"
