@@ -71,6 +71,7 @@ _Q_WXYZ = "its orientation as a quaternion, scalar first, of any length but 0"
 _RPY_DEG = "its orientation by turns about the fixed x, then y, then z [degrees], as in a URDF"
 _SPHERES = "how many balls may enclose it, at most"
 _EXCESS = "how far the balls may stand out, at most [m]; by default 2 % of its size"
+_ROUNDING = "the shape is everything within this distance of it [m]; by default 0"
 _SCALE = "of the file's coordinates: one number, or three for x, y and z"
 
 
@@ -101,6 +102,7 @@ class BoxModel(PlacedModel):
     """A cuboid about its own origin."""
 
     size: Vector = Field(description="edge lengths along its x, y and z [m]")
+    rounding: Number = Field(0.0, description=_ROUNDING)
 
 
 class CylinderModel(PlacedModel):
@@ -108,6 +110,14 @@ class CylinderModel(PlacedModel):
 
     radius: Number = Field(description="[m], above 0")
     length: Number = Field(description="along its z [m], above 0")
+    rounding: Number = Field(0.0, description=_ROUNDING)
+
+
+class PolytopeModel(PlacedModel):
+    """The convex hull of points; it may be flat."""
+
+    vertices: list[Vector] = Field(description="points whose hull it is, in its own coordinates [m]")
+    rounding: Number = Field(0.0, description=_ROUNDING)
 
 
 class HalfSpaceModel(StrictModel):
@@ -163,6 +173,7 @@ class SolidModel(StrictModel):
     capsule: CapsuleModel | None = Field(None, description="a rod with round ends")
     box: BoxModel | None = Field(None, description="a cuboid")
     cylinder: CylinderModel | None = Field(None, description="a round cylinder with flat ends, along its z")
+    polytope: PolytopeModel | None = Field(None, description="the convex hull of points")
     mesh: MeshModel | None = Field(None, description="a mesh from a file, enclosed in convex pieces")
     points: PointsModel | None = Field(None, description="a point cloud from a file, enclosed in balls")
 
@@ -180,8 +191,8 @@ class SolidModel(StrictModel):
         return given
 
 
-SHAPES = ("sphere", "capsule", "box", "cylinder", "half_space", "mesh", "points", "moveit")
-_SOLIDS = ("sphere", "capsule", "box", "cylinder", "mesh", "points")
+SHAPES = ("sphere", "capsule", "box", "cylinder", "polytope", "half_space", "mesh", "points", "moveit")
+_SOLIDS = ("sphere", "capsule", "box", "cylinder", "polytope", "mesh", "points")
 
 
 class ObstacleModel(SolidModel):

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.checks import as_readonly
 from spacearm.core.errors import FileFormatError, SceneError
 from spacearm.core.reading import YamlFile, located
 from spacearm.core.rotations import rotation_from_rpy
 from spacearm.files.moveit import load_moveit_scene
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, PolytopeSet, Sphere, SphereSet, pose
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Polytope, PolytopeSet, Sphere, SphereSet, pose
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +42,9 @@ def read_obstacles(file: YamlFile, scene: Sequence[ObstacleModel]) -> list[Obsta
     return obstacles
 
 
-def read_solid(model: SolidModel, directory: Path, *, name: str) -> Sphere | Capsule | Box | Cylinder | PolytopeSet | SphereSet:
+def read_solid(
+    model: SolidModel, directory: Path, *, name: str
+) -> Sphere | Capsule | Box | Cylinder | Polytope | PolytopeSet | SphereSet:
     """Make the one shape that a mapping holds.
 
     Args:
@@ -57,9 +60,14 @@ def read_solid(model: SolidModel, directory: Path, *, name: str) -> Sphere | Cap
     if model.capsule is not None:
         return Capsule(model.capsule.a, model.capsule.b, model.capsule.radius, name=name)
     if model.box is not None:
-        return Box(model.box.size, placed(model.box), name=name)
+        return Box(model.box.size, placed(model.box), rounding=model.box.rounding, name=name)
     if model.cylinder is not None:
-        return Cylinder(model.cylinder.radius, model.cylinder.length, placed(model.cylinder), name=name)
+        rod = model.cylinder
+        return Cylinder(rod.radius, rod.length, placed(rod), rounding=rod.rounding, name=name)
+    if model.polytope is not None:
+        T = placed(model.polytope)
+        vertices = as_readonly("the polytope's vertices", model.polytope.vertices, (None, 3), SceneError)
+        return Polytope(vertices @ T[:3, :3].T + T[:3, 3], rounding=model.polytope.rounding, name=name)
     if model.mesh is not None:
         return _mesh(model.mesh, directory, name)
     assert model.points is not None, "the schema lets no obstacle through without a shape"
