@@ -101,9 +101,7 @@ SHAPES: dict[str, Obstacle] = {
     "{name: wedge, polytope: {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], rounding: 0.01}}": Polytope(
         [(0, 0, 0), (1, 0, 0), (0, 1, 0)], rounding=0.01, name="wedge"
     ),
-    "polytope: {vertices: [[1, 0, 0], [0, 0, 2]], position: [4, 5, 6], q_wxyz: [0, 0, 0, 1]}": Polytope(
-        [(3, 5, 6), (4, 5, 8)]
-    ),
+    "polytope: {vertices: [[1, 0, 0], [0, 0, 2]], position: [4, 5, 6], q_wxyz: [0, 0, 0, 1]}": Polytope([(3, 5, 6), (4, 5, 8)]),
     "half_space: {normal: [0, 0, 2], point: [0, 0, -1]}": HalfSpace((0, 0, 1), (0, 0, -1)),
 }
 
