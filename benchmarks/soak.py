@@ -6,6 +6,7 @@ its certificate states, its limits, and end where it should. Nothing may be rais
 hang, and the memory must not grow. A problem is drawn from (seed, number), which is printed with whatever is wrong.
 
     python benchmarks/soak.py --count 10000 --jobs 2 --records soak.jsonl
+    python benchmarks/soak.py --shapes --instants 1000
     python benchmarks/soak.py --seed 0 --only 1234
 """
 
@@ -26,12 +27,13 @@ def look(case: Case) -> Outcome:
     from spacearm.core.errors import SpacearmError
     from spacearm.planner import plan
     from spacearm.proof.certificate import trajectory_digest
+    from support.drawn_bodies import drawn_body_problem
     from support.drawn_problems import drawn_problem
     from support.plan_checker import complaints
 
     rng = np.random.default_rng((case.seed, case.number, 1))
     try:
-        drawn = drawn_problem(case.seed, case.number)
+        drawn = (drawn_body_problem if case.options["shapes"] else drawn_problem)(case.seed, case.number)
         found = plan(drawn.problem, drawn.settings, rng=case.number)
         wrong = complaints(found, instants=case.options["instants"], rng=rng)
         if rng.random() < AGAIN:
@@ -46,6 +48,7 @@ def look(case: Case) -> Outcome:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--shapes", action="store_true", help="links, base and obstacles of every shape; bases that float")
     parser.add_argument("--instants", type=int, default=200, help="random instants of each motion found")
 
 

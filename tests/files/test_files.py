@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from spacearm.core.errors import FileFormatError, ProblemError, RobotError, SceneError, SettingsError, SpacearmError
 from spacearm.files.plan_file import problem_as_dict, problem_from_dict, problem_hash
 from spacearm.files.problem_file import load_problem, load_problem_file
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Scene, Sphere
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Polytope, Scene, Sphere, moved_shape, pose
 from spacearm.planner.goals import ConfigurationGoal, PositionGoal
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem
@@ -46,6 +46,25 @@ def start(text: str) -> str:
 
 def goal(text: str) -> str:
     return changed("goal: {position: [0.7, 0.3, 0.0]}", text)
+
+
+def test_polytopes_and_rounded_shapes_are_read(tmp_path: Path) -> None:
+    scene = """\
+scene:
+  - box: {size: [1, 2, 3], rounding: 0.02}
+  - cylinder: {radius: 0.1, length: 1, rounding: 0.03}
+  - polytope: {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], rounding: 0.04, position: [0, 0, 3], rpy_deg: [0, 0, 90]}
+"""
+    read = load_problem(written(tmp_path, PROBLEM[: PROBLEM.index("scene:")] + scene + PROBLEM[PROBLEM.index("start:") :]))
+    box, cylinder, hull = read.scene.obstacles
+    assert box == Box((1, 2, 3), rounding=0.02)
+    assert cylinder == Cylinder(0.1, 1.0, rounding=0.03)
+    turned = moved_shape(
+        Polytope([(0, 0, 0), (1, 0, 0), (0, 1, 0)], rounding=0.04), pose((0, 0, 3), (0.5**0.5, 0, 0, 0.5**0.5))
+    )
+    assert isinstance(hull, Polytope)
+    assert np.allclose(hull.vertices, turned.vertices)
+    assert hull.rounding == 0.04
 
 
 def test_a_file_gives_the_same_problem_as_the_library(tmp_path: Path) -> None:

@@ -262,6 +262,32 @@ def test_a_tiny_clearance_at_an_end_is_held_to_half() -> None:
     assert near.held_to == pytest.approx(1e-5, abs=1e-9)
 
 
+@pytest.mark.parametrize("gap", [5e-3, 1e-6])
+def test_the_closest_approach_is_looked_for_where_a_near_pair_has_just_got_out(gap: float) -> None:
+    certificate = proven(path((0, 0.1 + gap), (0, 1)), FLOOR, Sphere((0, 2, 0), 0.1))
+    (near,) = certificate.near_pairs
+    closest = certificate.closest
+    assert closest is not None
+    assert closest.other == "obstacle 'floor'"
+    assert closest.time == pytest.approx(near.end, abs=1e-6)
+    frames = joint_frames(ROBOT, certificate.trajectory.sample(np.array([closest.time])).q)
+    measured = dict(distances(ROBOT, certificate.scene, frames))["hand", "obstacle 'floor'"][0]
+    assert closest.clearance == pytest.approx(measured, abs=ROUNDING)
+    assert certificate.clearance is not None
+    assert closest.clearance < 10 * MM + 3e-4
+
+
+@pytest.mark.parametrize("goal", [False, True])
+def test_a_pair_that_all_but_touches_at_an_end_is_named(goal: bool) -> None:
+    there, away = (0.0, 0.1 + 1e-12), (0.0, 1.0)
+    certificate = proven(path(away, there) if goal else path(there, away), FLOOR, Sphere((0, 1.5, 0), 0.1))
+    assert certificate.status == "undecided"
+    closest = certificate.closest
+    assert closest is not None
+    assert (closest.other, closest.time) == ("obstacle 'floor'", float(goal))
+    assert f"mm at the {'goal' if goal else 'start'}; 10 mm are asked for" in certificate.message
+
+
 def test_without_a_required_clearance_no_pair_is_near() -> None:
     certificate = proven(path((0, 0.105), (0.5, 0.101), (1, 1)), FLOOR, clearance=0.0)
     assert certificate.holds

@@ -123,7 +123,9 @@ def test_the_witness_measures_hulls_as_least_squares_do(one: Polytope, other: Po
     weight = 1e4
     rows = [np.concatenate([one.vertices, -other.vertices]).T]
     rows += [weight * np.repeat([[1.0, 0.0], [0.0, 1.0]], [len(one.vertices), len(other.vertices)], axis=0).T]
-    _, apart = nnls(np.concatenate(rows), np.array([0, 0, 0, weight, weight]), maxiter=100_000)
+    shares, _ = nnls(np.concatenate(rows), np.array([0, 0, 0, weight, weight]), maxiter=100_000)
+    of_one, of_other = shares[: len(one.vertices)], shares[len(one.vertices) :]  # their sums are 1 but for the weight
+    apart = np.linalg.norm(of_one / of_one.sum() @ one.vertices - of_other / of_other.sum() @ other.vertices)
     if measured > 1e-6:
         assert measured == pytest.approx(apart - one.rounding - other.rounding, abs=1e-6)
 

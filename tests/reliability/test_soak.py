@@ -14,6 +14,7 @@ from spacearm.planner.goals import ConfigurationGoal
 from spacearm.proof import certify
 from spacearm.robot import Robot, load_robot
 from support import drawn_trajectories
+from support.drawn_bodies import drawn_body_problem
 from support.drawn_problems import drawn_problem
 from support.plan_checker import complaints
 
@@ -24,6 +25,32 @@ def test_a_drawn_problem_gives_a_motion_that_others_confirm_or_a_reason(block: i
         problem, settings = drawn_problem(1, number)
         wrong = complaints(plan(problem, settings, rng=number), instants=60, rng=np.random.default_rng(number))
         assert not wrong, (number, wrong)
+
+
+@pytest.mark.parametrize("block", range(3))
+def test_a_problem_with_every_shape_gives_a_motion_that_others_confirm_or_a_reason(block: int) -> None:
+    """With benchmarks/soak.py --shapes there are more of them."""
+    for number in range(5 * block, 5 * block + 5):
+        problem, settings = drawn_body_problem(3, number)
+        wrong = complaints(plan(problem, settings, rng=number), instants=100, rng=np.random.default_rng(number))
+        assert not wrong, (number, wrong)
+
+
+def test_the_checker_sees_where_a_floating_base_is() -> None:
+    """A promise that is too large is found out where the base has drifted to, and there only."""
+    for number in range(40):
+        problem, settings = drawn_body_problem(3, number)
+        if problem.base == "fixed" or not problem.scene.obstacles:
+            continue
+        out = plan(problem, settings, rng=number)
+        near = None if out.certificate is None else out.certificate.closest
+        if not out.found or near is None or near.obstacle is None or out.certificate is None:
+            continue
+        assert complaints(out, instants=50, rng=np.random.default_rng(0)) == []
+        more = replace(out.certificate, clearance=near.clearance + 1e-4)
+        assert any(near.link in sentence for sentence in said(replace(out, certificate=more)))
+        return
+    pytest.fail("no motion of a floating base was found")
 
 
 def test_a_drawn_problem_is_the_same_again() -> None:

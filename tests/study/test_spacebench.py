@@ -12,7 +12,7 @@ import pytest
 
 from spacearm.cli import main
 from spacearm.core.errors import FileFormatError
-from spacearm.geometry import Sphere
+from spacearm.geometry import Box, Sphere
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import ConfigurationGoal, PositionGoal, Problem, clearance, report_base
 from spacearm.proof import certify
@@ -26,6 +26,8 @@ from spacearm.study.spacebench_runs import SpaceProtocol, measure, released
 from support.messages import assert_refused, assert_sentence
 
 FROZEN = Path(__file__).resolve().parents[2] / "benchmarks" / "spacebench"
+FOLDERS = {2: FROZEN, 1: FROZEN / "v1"}
+CLEARANCE = {"truss": 0.01, "panel": 0.01, "module": 0.005, "grapple": 0.005, "arms": 0.01}
 
 
 @pytest.fixture(scope="module")
@@ -33,9 +35,16 @@ def frozen() -> list[SpaceProblem]:
     return find_problems(FROZEN)
 
 
-def test_the_frozen_set_has_fifty_problems_of_each_family(frozen: list[SpaceProblem]) -> None:
+@pytest.fixture(scope="module")
+def sets(frozen: list[SpaceProblem]) -> dict[int, list[SpaceProblem]]:
+    return {2: frozen, 1: find_problems(FOLDERS[1])}
+
+
+@pytest.mark.parametrize("number", FOLDERS)
+def test_the_frozen_sets_have_fifty_problems_of_each_family(sets: dict[int, list[SpaceProblem]], number: int) -> None:
+    frozen = sets[number]
     assert [item.name for item in frozen] == [f"{family}-{i:02d}" for family in FAMILIES for i in range(1, 51)]
-    assert sum(path.stat().st_size for path in FROZEN.iterdir()) < 4e6
+    assert sum(path.stat().st_size for path in FOLDERS[number].glob("*.json")) < 4e6
     for family in FAMILIES:
         items = [item for item in frozen if item.family == family]
         kinds = {type(item.problem.goal) for item in items}
@@ -46,12 +55,38 @@ def test_the_frozen_set_has_fifty_problems_of_each_family(frozen: list[SpaceProb
         assert all(item.problem.floats and not np.array_equal(item.problem.base_start, np.eye(4)) for item in items)
 
 
+def robots_with_a_box(items: list[SpaceProblem]) -> set[str]:
+    robots = {item.problem.robot.name: item.problem.robot for item in items}
+    return {name for name, robot in robots.items() if any(isinstance(part.shape, Box) for part in robot.shapes)}
+
+
+def test_the_second_version_has_true_shapes_and_a_clearance_and_the_first_neither(
+    sets: dict[int, list[SpaceProblem]],
+) -> None:
+    assert all(item.problem.clearance == CLEARANCE[item.family] for item in sets[2])
+    assert all(item.problem.clearance == 0 for item in sets[1])
+    boxed = {number: robots_with_a_box(items) for number, items in sets.items()}
+    every_robot = {item.problem.robot.name for item in sets[2]}
+    assert boxed == {1: set(), 2: every_robot - {"ssrms-14515kg"}}  # whose module is a capsule
+    for path in FOLDERS[1].glob("*.json"):
+        values = json.loads(path.read_text())
+        assert values["spacearm-spacebench"] == 1
+        assert all("clearance" not in problem for problem in values["problems"])
+
+
+@pytest.mark.parametrize("number", FOLDERS)
 @pytest.mark.parametrize("family", FAMILIES)
-def test_known_solutions_hold_and_straight_motions_do_not(frozen: list[SpaceProblem], family: str) -> None:
-    for item in [item for item in frozen if item.family == family][::10]:
+def test_known_solutions_hold_and_straight_motions_do_not(
+    sets: dict[int, list[SpaceProblem]], number: int, family: str
+) -> None:
+    for item in [item for item in sets[number] if item.family == family][::10]:
         problem, solution = item.problem, item.solution
         np.testing.assert_array_equal(solution.motion.control_points[0], problem.start)
-        assert certify(problem, solution).holds, item.name
+        certificate = certify(problem, solution)
+        assert certificate.holds, item.name
+        assert certificate.clearance is not None
+        assert certificate.clearance >= problem.clearance, item.name
+        assert not certificate.near_pairs, item.name
         assert not report_base(problem, solution).missed, item.name
         if isinstance(problem.goal, ConfigurationGoal):
             np.testing.assert_array_equal(solution.motion.control_points[-1], problem.goal.q)
@@ -83,7 +118,8 @@ def test_problems_come_from_a_seed_bit_for_bit_and_back_from_a_file(tmp_path: Pa
     (back,) = read_family(tmp_path / "one.json")
     write_family(tmp_path / "again.json", "module", [back], seed=3, left_out=drawn.left_out)
     assert (tmp_path / "again.json").read_bytes() == content
-    assert float(clearance(back.problem, back.problem.start)) > 0
+    assert back.problem.clearance == CLEARANCE["module"]
+    assert float(clearance(back.problem, back.problem.start)) > CLEARANCE["module"]
 
 
 def arm_and_ball(base_mass: float) -> Problem:
@@ -120,6 +156,7 @@ def test_a_motion_for_a_fixed_base_is_judged_as_the_free_base_moves() -> None:
         assert what == "collides"
         assert deepest is not None
         assert 0 < deepest <= 0.05 + 1e-6
+        assert released(replace(in_space, clearance=0.5), motion)[0] == "comes too near"  # of the ball that it passes
     assert by_hand > 0.05
 
 
@@ -162,6 +199,7 @@ def test_the_command_measures_and_reports(tmp_path: Path, told: Callable) -> Non
     met = {target["what"]: target["met"] for target in report["targets"]}
     assert met["servicer: end effector misses its goal by, at most"]
     assert met["servicer: base turned at the end by, at most"]
+    assert "clearance asked for: 5 mm; 0 in the published problems" in text
     assert "planned and proven for a fixed base, then certified for a floating base" in text
 
 
@@ -193,4 +231,9 @@ def test_wrong_input_is_one_sentence(tmp_path: Path, told: Callable) -> None:
     broken("space: goal of another kind", goal={"place": [0, 0, 0]})
     broken("space: solution of another arm", solution={"control_points": [[0, 0], [1, 1]], "duration_s": 1.0})
     broken("space: obstacles that are none", obstacles=[{"cone": {}}])
+    del values["problems"][0]["clearance"]
+    broken("space: no clearance")
+    (tmp_path / "truss.json").write_text(json.dumps(values | {"spacearm-spacebench": 1}))
+    (older,) = read_family(tmp_path / "truss.json")
+    assert older.problem.clearance == 0
     assert not (tmp_path / "out").exists()

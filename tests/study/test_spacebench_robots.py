@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from house.source import REPOSITORY
 from spacearm.dynamics import center_of_mass, system_mass
-from spacearm.geometry import Sphere
+from spacearm.geometry import Box, Cylinder, Polytope, Sphere, pose, support
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import PositionGoal, report_base
 from spacearm.proof import certify
-from spacearm.robot import forward_kinematics, joint_frames, load_robot
+from spacearm.robot import LinkShape, forward_kinematics, joint_frames, load_robot
+from spacearm.study import spacebench_robots
 from spacearm.study.paper_problem import GOAL_POSITION, OBSTACLE_CENTERS
 from spacearm.study.spacebench import PUBLISHED_ROTATION, papers_problem, servicer_problem
 from spacearm.study.spacebench_robots import light, scaled_srs7, two_arms
@@ -62,6 +64,40 @@ def test_two_arms_are_two_of_the_one() -> None:
     np.testing.assert_allclose(center_of_mass(both, q), sum(moved) / (150 + 2 * links), atol=1e-12)
     assert ("left_link_5", "right_link_5") in both.self_pairs
     assert ("base", "right_link_7") in both.self_pairs
+
+
+def test_links_of_every_shape_grow_with_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+    own, scale = load_robot("srs7", base="floating"), 1.336 / 1.178
+    turned = pose((0.01, 0.02, 0.2), (0.8, 0.6, 0, 0))
+    corners = np.random.default_rng(2).normal(0, 0.05, (8, 3))
+    shapes = (
+        Sphere((0, 0, 0.2), 0.05),
+        Box((0.1, 0.06, 0.3), turned),
+        Cylinder(0.05, 0.3, turned),
+        Polytope(corners, rounding=0.01),
+    )
+    robot = replace(own, self_pairs=(), shapes=tuple(LinkShape(name="link_3", joint=2, shape=shape) for shape in shapes))
+    monkeypatch.setattr(spacebench_robots, "load_robot", lambda *_, **__: robot)
+    ball, box, cylinder, polytope = (part.shape for part in scaled_srs7.__wrapped__().shapes)
+    for axis in np.random.default_rng(3).normal(size=(20, 3)):
+        assert support(box, axis) == pytest.approx(scale * support(shapes[1], axis))
+        rounding = 0.01 * float(np.linalg.norm(axis))
+        assert support(polytope, axis) - rounding == pytest.approx(scale * float((corners @ axis).max()))
+    assert isinstance(ball, Sphere)
+    assert ball.radius == 0.05
+    np.testing.assert_allclose(ball.center, (0, 0, 0.2 * scale))
+    assert isinstance(cylinder, Cylinder)
+    assert (cylinder.radius, cylinder.length) == pytest.approx((0.05, 0.3 * scale))
+    np.testing.assert_allclose(cylinder.pose[:3, 3], scale * turned[:3, 3])
+
+
+def test_the_two_armed_spacecraft_is_a_box_as_large_as_its_inertia_says() -> None:
+    robot = two_arms(120)
+    (bus,) = (part.shape for part in robot.shapes if part.joint < 0)
+    assert isinstance(bus, Box)
+    (body,) = (body for body in robot.bodies if body.joint < 0)
+    x, y, z = bus.size**2
+    np.testing.assert_allclose(np.diag(body.inertia), 120 / 12 * np.array([y + z, x + z, x + y]))
 
 
 def test_the_papers_problem_has_the_papers_scene_and_start() -> None:

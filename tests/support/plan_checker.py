@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 import coal
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from spacearm.geometry import Capsule, ConvexShape, HalfSpace, Obstacle, Scene, bounding_points
+from spacearm.motion import Trajectory
 from spacearm.planner import ConfigurationGoal, ConfigurationsGoal, Plan, PoseGoal, PositionGoal, Problem
 from spacearm.planner.plan_result import STATUSES
 from spacearm.robot import Robot
@@ -57,11 +61,31 @@ def _wrong_motion(plan: Plan, instants: int, rng: np.random.Generator) -> list[s
         times = np.concatenate([times, [near.time], near.time + 1e-3 * trajectory.duration * rng.normal(size=10)])
     times = np.clip(times, 0, trajectory.duration)
     out = []
-    q = trajectory.sample(times).q
-    least, _ = least_clearance(problem.robot, problem.scene, joint_frames(problem.robot, q), proven)
+    frames = _frames(plan, times)
+    least, _ = least_clearance(problem.robot, problem.scene, frames, proven)
     if least < proven - ROUNDING:
-        out += _pairs_below(plan, times, joint_frames(problem.robot, q))
+        out += _pairs_below(plan, times, frames)
     return out + _broken_limits(plan) + _wrong_ends(plan)
+
+
+def _frames(plan: Plan, times: np.ndarray) -> np.ndarray:
+    """Frames (rows, joints, 4, 4) where the arm is; where its base floats in inertial space, and the base's own last."""
+    trajectory, robot = plan.trajectory, plan.problem.robot
+    assert trajectory is not None
+    frames = joint_frames(robot, trajectory.sample(times).q)
+    if plan.problem.base == "fixed":
+        return frames
+    order = np.argsort(times)
+    base = np.empty((len(times), 1, 4, 4))
+    base[order, 0] = _base_poses(trajectory, times[order])
+    return np.concatenate([base @ frames, base], axis=1)
+
+
+def _base_poses(trajectory: Trajectory, times: np.ndarray) -> np.ndarray:
+    at, wxyz = trajectory.base_pose(times)
+    T = np.tile(np.eye(4), (len(times), 1, 1))
+    T[:, :3, :3], T[:, :3, 3] = Rotation.from_quat(wxyz, scalar_first=True).as_matrix(), at
+    return T
 
 
 def _pairs_below(plan: Plan, times: np.ndarray, frames: np.ndarray) -> list[str]:
@@ -84,9 +108,10 @@ def least_clearance(robot: Robot, scene: Scene, frames: np.ndarray, proven: floa
     links = _Links(robot, frames)
     least, at = math.inf, 0
 
-    def look(row: int, measured: float, exact: float | None) -> None:
+    def look(row: int, measured: float, exactly: Callable[[], float | None]) -> None:
         nonlocal least, at
-        found = measured if measured < proven - GJK or exact is None else exact
+        exact = None if measured < proven - GJK else exactly()  # it is slow
+        found = measured if exact is None else exact
         if found < least:
             least, at = found, row
 
@@ -99,13 +124,13 @@ def least_clearance(robot: Robot, scene: Scene, frames: np.ndarray, proven: floa
             for row, i in np.argwhere(apart < proven).tolist():
                 measured = distance(links.placed(row, i), part)
                 if measured < proven - ROUNDING:
-                    look(row, measured, links.exact_to(obstacle, row, i))
+                    look(row, measured, partial(links.exact_to, obstacle, row, i))
     for i, k in shape_pairs(robot):
         apart = np.linalg.norm(links.middle[:, i] - links.middle[:, k], axis=-1) - links.reach[i] - links.reach[k]
         for row in np.flatnonzero(apart < proven).tolist():
             measured = distance(links.placed(row, i), links.placed(row, k))
             if measured < proven - ROUNDING:
-                look(row, measured, links.exact_between(row, i, k))
+                look(row, measured, partial(links.exact_between, row, i, k))
     return least, at
 
 
@@ -117,13 +142,14 @@ class _Links:
         self._made = [geometry_of(part.shape) for part in robot.shapes]
         self._capsule = [as_capsule(part) for part in robot.shapes]
         self._frames = frames
+        self._base_is_still = frames.shape[1] == len(robot.joints)
         balls = [_ball(part.shape) for part in robot.shapes]
         self.reach = np.array([radius for _, radius in balls])
         at = [self._at(i)[:, :3, :3] @ center + self._at(i)[:, :3, 3] for i, (center, _) in enumerate(balls)]
         self.middle = np.array(at).reshape(len(balls), len(frames), 3).transpose(1, 0, 2)  # (rows, shapes, 3)
 
     def _at(self, i: int) -> np.ndarray:
-        if self._joint[i] < 0:
+        if self._joint[i] < 0 and self._base_is_still:
             return np.broadcast_to(np.eye(4), (len(self._frames), 4, 4))
         return self._frames[:, self._joint[i]]
 

@@ -69,9 +69,9 @@ Axis = Annotated[Text | Vector, _form("x, y, z or a direction (a list of three n
 _POSITION = "where its origin is, in the inertial frame [m]; by default 0, 0, 0"
 _Q_WXYZ = "its orientation as a quaternion, scalar first, of any length but 0"
 _RPY_DEG = "its orientation by turns about the fixed x, then y, then z [degrees], as in a URDF"
+_ROUNDING = "the shape is all points within this distance of it [m], 0 or more"
 _SPHERES = "how many balls may enclose it, at most"
 _EXCESS = "how far the balls may stand out, at most [m]; by default 2 % of its size"
-_ROUNDING = "the shape is everything within this distance of it [m]; by default 0"
 _SCALE = "of the file's coordinates: one number, or three for x, y and z"
 
 
@@ -114,9 +114,9 @@ class CylinderModel(PlacedModel):
 
 
 class PolytopeModel(PlacedModel):
-    """The convex hull of points; it may be flat."""
+    """The convex hull of points, in its own coordinates."""
 
-    vertices: list[Vector] = Field(description="points whose hull it is, in its own coordinates [m]")
+    vertices: list[Vector] = Field(description="points whose convex hull it is [m], at least one; it may be flat")
     rounding: Number = Field(0.0, description=_ROUNDING)
 
 

@@ -8,12 +8,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.checks import as_readonly
 from spacearm.core.errors import FileFormatError, SceneError
 from spacearm.core.reading import YamlFile, located
 from spacearm.core.rotations import rotation_from_rpy
 from spacearm.files.moveit import load_moveit_scene
-from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Polytope, PolytopeSet, Sphere, SphereSet, pose
+from spacearm.geometry import (
+    Box,
+    Capsule,
+    ConvexShape,
+    Cylinder,
+    HalfSpace,
+    Obstacle,
+    Polytope,
+    PolytopeSet,
+    Sphere,
+    SphereSet,
+    moved_shape,
+    pose,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,9 +54,7 @@ def read_obstacles(file: YamlFile, scene: Sequence[ObstacleModel]) -> list[Obsta
     return obstacles
 
 
-def read_solid(
-    model: SolidModel, directory: Path, *, name: str
-) -> Sphere | Capsule | Box | Cylinder | Polytope | PolytopeSet | SphereSet:
+def read_solid(model: SolidModel, directory: Path, *, name: str) -> ConvexShape | PolytopeSet | SphereSet:
     """Make the one shape that a mapping holds.
 
     Args:
@@ -62,12 +72,11 @@ def read_solid(
     if model.box is not None:
         return Box(model.box.size, placed(model.box), rounding=model.box.rounding, name=name)
     if model.cylinder is not None:
-        rod = model.cylinder
-        return Cylinder(rod.radius, rod.length, placed(rod), rounding=rod.rounding, name=name)
+        round_ = model.cylinder
+        return Cylinder(round_.radius, round_.length, placed(round_), rounding=round_.rounding, name=name)
     if model.polytope is not None:
-        T = placed(model.polytope)
-        vertices = as_readonly("the polytope's vertices", model.polytope.vertices, (None, 3), SceneError)
-        return Polytope(vertices @ T[:3, :3].T + T[:3, 3], rounding=model.polytope.rounding, name=name)
+        hull = Polytope(model.polytope.vertices, rounding=model.polytope.rounding, name=name)
+        return moved_shape(hull, placed(model.polytope))
     if model.mesh is not None:
         return _mesh(model.mesh, directory, name)
     assert model.points is not None, "the schema lets no obstacle through without a shape"

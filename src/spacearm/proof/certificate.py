@@ -271,7 +271,8 @@ class Certificate:
             than = _mm(near.required) if near.required else "contact"
             error = self.base_error or 0.0
             known = "" if error < _NOTABLE_ERROR else f" (the base's attitude is known to {error:.2g} rad)"
-            return f"{where} come within {near.clearance * 1e3:.3g} mm, too close to be told from {than}{known}"
+            within = f"{where} come within {near.clearance * 1e3:.3g} mm"
+            return f"{within}, too close to be told from {than}{known}{self._why_held(near)}"
         return (
             f"clearance proven at least {_mm(self.clearance or 0)} for all t, measured closest {_mm(near.clearance)}: {where}"
         )

@@ -56,6 +56,7 @@ _MOST_INTERVALS = 100_000  # evaluated before the search gives up
 _LIKELY = 24  # pairs of links and solids that are evaluated first, to find the least clearance early
 _CLOSE = 2.0  # times the least excess: pairs that seem to have less are measured
 _CONTACTS = 8  # pairs measured at once of those that seem to touch
+_JUST_OUT = 1e-9  # times the length of the curve: so soon after it gets out a pair is measured
 _LOOSE = 1e-7  # [m] Coal is asked about a pair if its bounds at the midpoint are further apart than this
 
 
@@ -128,6 +129,7 @@ class ClearanceProof:
         """
         status = self._search()
         begin, end = self._curve.domain
+        self._measure_near()
         self.measured.zoom((begin, end), self.frames_at, (end - begin) * min(self.resolution, 0.1))
         worst = self.measured.worst
         if worst is not None and worst.clearance <= worst.required:
@@ -163,7 +165,18 @@ class ClearanceProof:
             among[self.requirements.bodies_of(group, left)] = True
         if not among.any():
             return False
-        measure = InstantMeasurements(
+        near = find_near(self.requirements, self._instants(), self._curve.domain, among)
+        if not near:
+            return False
+        self.requirements.set_near(near)
+        phases = self.requirements.phases
+        self.measured.begin(phases=phases)
+        self.proven, self._least = np.full(phases, np.inf), np.full(phases, np.inf)
+        self._least[1:] = self.requirements.known_excess()
+        return True
+
+    def _instants(self) -> InstantMeasurements:
+        return InstantMeasurements(
             self._bodies,
             self._relative_bodies,
             self._joints,
@@ -174,15 +187,16 @@ class ClearanceProof:
             self._frames,
             self._bounds_at_instants,
         )
-        near = find_near(self.requirements, measure, self._curve.domain, among)
-        if not near:
-            return False
-        self.requirements.set_near(near)
-        phases = self.requirements.phases
-        self.measured.begin(phases=phases)
-        self.proven, self._least = np.full(phases, np.inf), np.full(phases, np.inf)
-        self._least[1:] = self.requirements.known_excess()
-        return True
+
+    def _measure_near(self) -> None:
+        """Measure the pairs near at an end at the ends, and where they have just got out: their least may be there."""
+        begin, end = self._curve.domain
+        little = _JUST_OUT * (end - begin)
+        for near in self.requirements.near:
+            u = np.clip([begin, near.until + little, near.since - little, end], begin, end)
+            frames = self.frames_at(u)
+            for i, pair in self._instants().nearest(near, u):
+                self.measured.measure_at(pair, frames[i], float(u[i]))
 
     def _bounds_at_instants(self, midpoints: IntervalMidpoints, group: int, pairs: OpenPairs, cells: bool) -> ClearanceBounds:
         of_cells = self._groups[group].cells

@@ -18,6 +18,7 @@ from spacearm.proof.pair_requirements import NearEnd, PairRequirements
 from spacearm.proof.required_clearance import held_to, out_level
 from spacearm.proof.separation import (
     ClearanceBounds,
+    MeasuredPair,
     ObstacleGroup,
     OpenPairs,
     link_pairs,
@@ -46,12 +47,16 @@ class Measured(NamedTuple):
         instant: (t,) index of the instant.
         link, other: (t,) the link and the other body, as in `NearEnd`.
         clearance: (t,) [m].
+        group, shape, solid: (t,) the group, and in it the shape and the solid.
     """
 
     instant: Indices
     link: Indices
     other: Indices
     clearance: Array
+    group: Indices
+    shape: Indices
+    solid: Indices
 
 
 class InstantMeasurements:
@@ -116,7 +121,29 @@ class InstantMeasurements:
         pairs, _ = self._close(group, midpoints, pairs, limit)
         pairs, known = self._close(group, midpoints, shape_pairs(which, self._bodies, self._relative_bodies, pairs), limit)
         clearance = self._measured(group, midpoints, pairs, known)
-        return Measured(pairs.interval, *self._requirements.bodies_of(group, pairs), clearance)
+        shape = self._relative_bodies.body[pairs.relative]
+        of_pairs = self._requirements.bodies_of(group, pairs)
+        return Measured(pairs.interval, *of_pairs, clearance, np.full(len(shape), group), shape, pairs.solid)
+
+    def nearest(self, near: NearEnd, u: Array) -> list[tuple[int, MeasuredPair]]:
+        """Return the instants at which a near pair has about what is required or less, and its nearest shapes there.
+
+        Args:
+            near: the pair.
+            u: (r,) the instants, in the parameter of the curve.
+        """
+        limit = np.full(self._requirements.required.shape, -np.inf)
+        limit[near.link, near.other] = near.required + _AROUND
+        if near.other >= self._requirements.obstacles:
+            limit[near.other - self._requirements.obstacles, self._requirements.obstacles + near.link] = near.required + _AROUND
+        found = self.below(u, limit)
+        out: list[tuple[int, MeasuredPair]] = []
+        for i in range(len(u)):
+            rows = np.flatnonzero(found.instant == i)
+            if rows.size:
+                row = rows[np.argmin(found.clearance[rows])]
+                out.append((i, MeasuredPair(int(found.group[row]), int(found.shape[row]), int(found.solid[row]))))
+        return out
 
     def _limits(self, group: int, pairs: OpenPairs, limit: Array) -> Array:
         link, other = self._requirements.bodies_of(group, pairs)

@@ -223,8 +223,6 @@ class PairRequirements:
         """Return what a shape and a solid of a group are held to at an instant [m], and the phase."""
         if self._uniform is not None and not self.near:
             return self._uniform, 0
-        if self._uniform is not None and not self.near:
-            return self._uniform, 0
         link, solids = self._link[shape], self._groups[group].solids
         other = self.obstacles + self._link[solid] if solids is None else solids.obstacle[solid]
         required, near = self.required[link, other], self._near[link, other]

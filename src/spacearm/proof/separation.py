@@ -456,6 +456,10 @@ class Measurements:
         self.contradicted |= found[0] < proven - DISAGREEMENT
         return found
 
+    def measure_at(self, pair: MeasuredPair, frames: Array, u: float) -> None:
+        """Measure a pair at an instant, with T_w_joint (j + 1, 4, 4)."""
+        self._measured(pair, frames, u)
+
     @property
     def worst(self) -> NearestPair | None:
         """The pair that lacks most to what it is held to; of pairs that touch, the one that penetrates deepest."""

@@ -13,8 +13,10 @@ from spacearm.core.checks import as_readonly
 from spacearm.core.errors import ProblemError
 from spacearm.core.rotations import matrix_of
 from spacearm.geometry import (
+    Box,
     ConvexShape,
     HalfSpace,
+    Polytope,
     Scene,
     moved_shape,
 )
@@ -23,7 +25,7 @@ from spacearm.robot import LinkShape, Robot, forward_kinematics, joint_frames
 from spacearm.robot.kinematics import as_configurations
 from spacearm.robot.link_shapes import as_capsule
 from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
-from spacearm.show.outlines import cut_off, middle, silhouette, span
+from spacearm.show.outlines import cut_off, middle, shape_faces, silhouette, span
 
 Array = NDArray[np.float64]
 
@@ -277,7 +279,15 @@ def draw_bases(ax: Any, drawing: PathDrawing, across: Array, up: Array, low: Arr
                 ax.add_collection3d(Poly3DCollection(outlines, zorder=2, **style), autolim=False)
         if dims == 3 and last:
             style = {"facecolor": face, "edgecolor": "#B4B4B4", "linewidth": 0.25}
-            ax.add_collection3d(Poly3DCollection(outlines, zorder=2, sort_zpos=None, **style), autolim=False)
+            parts = [part for body in bodies for part in (silhouette(body, across, up), *_seen_faces(body, eye))]
+            ax.add_collection3d(Poly3DCollection(parts, zorder=2, sort_zpos=None, **style), autolim=False)
+
+
+def _seen_faces(body: ConvexShape, eye: Array) -> list[Array]:
+    """Return the flat faces of a box or a polytope that are turned towards the eye."""
+    if not isinstance(body, (Box, Polytope)) or body.rounding:
+        return []
+    return [face for face in shape_faces(body) if np.cross(face[1] - face[0], face[2] - face[1]) @ eye > 0]
 
 
 def extent(drawing: PathDrawing, scene: Scene, dims: int, *, pad: float = 0.06) -> tuple[Array, Array]:

@@ -31,7 +31,10 @@ from spacearm.study.spacebench_families import FAMILIES
 from spacearm.study.spacebench_robots import scaled_srs7
 
 KEY = "spacearm-spacebench"
-VERSION = 1
+VERSION = 2
+"""Of the files that are written; those of version 1 are read as well."""
+
+_WITHOUT_CLEARANCE = 1  # version whose problems state no clearance, and were proven for 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,7 +72,7 @@ def write_family(path: Path, family: str, problems: Iterable[SpaceProblem], *, s
 
 
 def read_family(path: Path) -> list[SpaceProblem]:
-    """Read a family's file.
+    """Read a family's file, of this version or of version 1, whose problems have a clearance of 0: nothing touches.
 
     Raises:
         FileFormatError: a file that is missing or broken, or a problem in it that cannot be; it is named.
@@ -79,8 +82,12 @@ def read_family(path: Path) -> list[SpaceProblem]:
         values = json.loads(content)
     except ValueError:
         values = None
-    if not isinstance(values, dict) or values.get(KEY) != VERSION:
-        raise FileFormatError(f"{path} is no family of SpaceBench, expected JSON with the key {KEY}: {VERSION}; check the path")
+    if not isinstance(values, dict) or values.get(KEY) not in (_WITHOUT_CLEARANCE, VERSION):
+        raise FileFormatError(
+            f"{path} is no family of SpaceBench, expected JSON with the key {KEY}: {VERSION} or "
+            f"{_WITHOUT_CLEARANCE}; check the path"
+        )
+    stated = values[KEY] != _WITHOUT_CLEARANCE
     try:
         robots = {name: robot_from_dict(robot) for name, robot in values["robots"].items()}
         given = [(str(item["name"]), item) for item in values["problems"]]
@@ -90,7 +97,7 @@ def read_family(path: Path) -> list[SpaceProblem]:
     out = []
     for name, item in given:
         try:
-            out.append(_from_dict(item, robots, family))
+            out.append(_from_dict(item if stated else {"clearance": 0.0} | item, robots, family))
         except (KeyError, TypeError) as error:
             raise FileFormatError(f"{path}: problem {name} lacks {error}, expected a problem of SpaceBench") from None
         except SpacearmError as error:
@@ -133,7 +140,7 @@ def space_problem_as_dict(item: SpaceProblem) -> dict[str, Any]:
         "goal": goal_as_dict(problem.goal),
         "base_goal": None if base_goal is None else record_as_dict(base_goal),
         "base_limits": record_as_dict(problem.base_limits) if problem.base_limits.any else None,
-        **({"clearance": problem.clearance} if problem.clearance else {}),
+        "clearance": problem.clearance,
         "obstacles": scene_as_list(problem.scene),
         "solution": {"control_points": item.solution.motion.control_points.tolist(), "duration_s": item.solution.duration},
     }
@@ -152,7 +159,7 @@ def _from_dict(item: dict[str, Any], robots: dict[str, Robot], family: str) -> S
         base_start=np.array(item["base_start"]),
         base_goal=None if goal is None else AttitudeGoal(goal["attitude_wxyz"], goal["tolerance"]),
         base_limits=None if limits is None else BaseLimits(**limits),
-        clearance=item.get("clearance", 0.0),  # without the key: no contact
+        clearance=item["clearance"],
     )
     solution = Trajectory(
         robot,

@@ -20,10 +20,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.geometry import Box, Capsule, Cylinder, Obstacle
 from spacearm.planner import BaseLimits, PoseGoal, PositionGoal
+from spacearm.proof.required_clearance import DEFAULT_CLEARANCE
 from spacearm.robot import Robot
 from spacearm.study.spacebench_robots import light, two_arms
 
 Array = NDArray[np.float64]
+
+CLOSE_CLEARANCE = 0.005
+"""The clearance where the hand works within centimetres of a hull or between nozzles: `module` and `grapple` [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,6 +63,7 @@ class Draft:
         in_joints: whether the goal is told as joint positions that reach it with the base at rest, rather than in space.
         keep_attitude: the base is to end as it began, within this angle [rad]; None: as it comes.
         limits: how little the base may be disturbed.
+        clearance: that all pairs of bodies have to keep [m].
     """
 
     robot: Robot
@@ -68,6 +73,7 @@ class Draft:
     in_joints: bool
     keep_attitude: float | None = None
     limits: BaseLimits = field(default_factory=BaseLimits)
+    clearance: float = DEFAULT_CLEARANCE
 
 
 Family: TypeAlias = Callable[[np.random.Generator], Draft]
@@ -304,6 +310,7 @@ def draw_module(rng: np.random.Generator) -> Draft:
         in_joints=in_joints,
         keep_attitude=keep,
         limits=limits,
+        clearance=CLOSE_CLEARANCE,
     )
 
 
@@ -359,6 +366,7 @@ def draw_grapple(rng: np.random.Generator) -> Draft:
         in_joints=in_joints,
         keep_attitude=keep,
         limits=limits,
+        clearance=CLOSE_CLEARANCE,
     )
 
 

@@ -24,7 +24,7 @@ from spacearm.motion import Motion, Trajectory
 from spacearm.planner import AttitudeGoal, ConfigurationGoal, PlannerSettings, PoseGoal, PositionGoal, Problem, plan
 from spacearm.planner.clearance import clearance
 from spacearm.planner.inverse_kinematics import find_goal_configurations
-from spacearm.planner.plan_result import report_base
+from spacearm.planner.plan_result import Plan, report_base
 from spacearm.proof import certify
 from spacearm.study.spacebench import SpaceProblem, write_family
 from spacearm.study.spacebench_families import FAMILIES, Draft, Family
@@ -37,7 +37,7 @@ PROBLEMS = 50
 SEED = 2026
 """Of the frozen set."""
 
-_ROOM = 0.004  # clearance at both ends with the base at rest [m]
+_ROOM = 0.004  # beyond the required clearance, at both ends with the base at rest [m]
 _REACHING = PlannerSettings(goal_candidates=4)
 _IN_JOINTS = PlannerSettings(evaluations=200_000, stop_at_first=True, proofs=6)
 _IN_SPACE = PlannerSettings(evaluations=40_000, stop_at_first=True, proofs=6)  # each costs more: the goal depends on the motion
@@ -62,9 +62,9 @@ def generate(
 ) -> Drawn:
     """Draw problems of a family until a number of them are kept.
 
-    Kept is a problem whose ends are free of collision, that the straight motion to a goal configuration does not solve, and
-    that `plan` solves with a certificate; the shortest motion that it finds in a little time is the known solution. The same
-    seed gives the same problems.
+    Kept is a problem whose ends have more than the clearance that the family asks for, that the straight motion to a goal
+    configuration does not solve, and that `plan` solves with a certificate; the shortest motion that it finds in a little time
+    is the known solution. It keeps the clearance all the time. The same seed gives the same problems.
 
     Args:
         family: a name of `FAMILIES`.
@@ -102,14 +102,21 @@ def attempted(draw: Family, rng: np.random.Generator, name: str, family: str) ->
         settings = replace(settings, interior_points=(4, 6))
         found = plan(problem, settings, rng=seed)
     if found.status in ("start_in_collision", "goal_in_collision", "goal_unreachable"):
-        return "an end cannot be reached free of collision"
+        return "an end cannot be reached with the clearance"
     if not found.found or found.trajectory is None:
         return "no certified motion was found in the time allowed"
+    if not _keeps_all(found):
+        return "the certified motion has less than the clearance at its end"
     solution = found.trajectory
     further = plan(problem, replace(settings, evaluations=_FURTHER, stop_at_first=False), rng=seed)
-    if further.found and further.trajectory is not None and further.trajectory.motion.length() < solution.motion.length():
-        solution = further.trajectory
+    if further.found and further.trajectory is not None and _keeps_all(further):
+        solution = min(solution, further.trajectory, key=lambda trajectory: trajectory.motion.length())
     return SpaceProblem(family=family, name=name, problem=problem, solution=solution)
+
+
+def _keeps_all(found: Plan) -> bool:
+    """Whether every pair keeps the required clearance all the time, at the ends too."""
+    return found.certificate is not None and not found.certificate.near_pairs
 
 
 def _posed(draft: Draft, rng: np.random.Generator) -> Problem | str:
@@ -117,7 +124,7 @@ def _posed(draft: Draft, rng: np.random.Generator) -> Problem | str:
     start = _reached(draft, draft.start, rng)
     goal = None if start is None else _goal(draft, start, rng)
     if start is None or goal is None:
-        return "an end cannot be reached free of collision"
+        return "an end cannot be reached with the clearance"
     T = np.eye(4)
     T[:3, :3] = rotation_from_rpy(np.round(rng.uniform(-0.6, 0.6, 3), 3))
     T[:3, 3] = np.round(rng.uniform(-1, 1, 3), 3)
@@ -135,7 +142,7 @@ def _posed(draft: Draft, rng: np.random.Generator) -> Problem | str:
         base_start=T,
         base_goal=None if keep is None else AttitudeGoal(quaternion_of(T[:3, :3]), keep),
         base_limits=draft.limits,
-        clearance=0.0,
+        clearance=draft.clearance,
     )
 
 
@@ -155,16 +162,16 @@ def _reached(
     q = near.copy() if start is None else start.copy()
     each = robot.dof // len(draft.start)
     for i, goal in enumerate(goals):
-        problem = Problem(robot, _scene(draft), start=q, goal=goal, base="fixed", clearance=0.0)
+        problem = Problem(robot, _scene(draft), start=q, goal=goal, base="fixed", clearance=draft.clearance)
         found = find_goal_configurations(problem, _REACHING, int(rng.integers(2**31)))
-        roomy = found.q[found.clearance > _ROOM]
+        roomy = found.q[found.clearance > draft.clearance + _ROOM]
         if not len(roomy):
             return None
         arm = slice(i * each, (i + 1) * each)
         q[arm] = roomy[int(rng.integers(len(roomy)))][arm]
     q = np.round(q, 9).clip(robot.lower, robot.upper)
     free = clearance(Problem(robot, _scene(draft), start=q, goal=q, base="fixed"), q)
-    return q if float(free) > _ROOM else None
+    return q if float(free) > draft.clearance + _ROOM else None
 
 
 def _scene(draft: Draft) -> Scene:

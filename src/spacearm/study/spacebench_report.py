@@ -15,7 +15,7 @@ import numpy as np
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
 from spacearm.core.version import version
-from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PAGE, VERMILION, look, new_figure, tidy
+from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PAGE, PURPLE, VERMILION, look, new_figure, tidy
 from spacearm.study.reference_core import REFERENCE, load_note, machine, machine_note, speed_note
 from spacearm.study.spacebench import PUBLISHED_ROTATION, SpaceProblem
 from spacearm.study.spacebench_families import FAMILIES
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _MANY = 8  # failures listed before it would no longer be read
 
-OUTCOMES: tuple[Outcome, ...] = ("collides", "misses its goal", "disturbs the base", "holds")
+OUTCOMES: tuple[Outcome, ...] = ("collides", "comes too near", "misses its goal", "disturbs the base", "holds")
 """What may become of a fixed-base planner's motion, in the order of the reports."""
 
 SERVICER_LIMIT = 2.0
@@ -155,6 +155,8 @@ def notes(bench: SpaceBench) -> list[str]:
         out.append(load)
     if bench.jobs > 1:
         out.append(f"measured {bench.jobs} at a time: the runs disturbed each other, and take longer than one at a time")
+    if asked := sorted({1e3 * run.clearance for run in bench.runs}):
+        out.append(f"clearance asked for: {' or '.join(f'{value:g}' for value in asked)} mm; 0 in the published problems")
     limit = bench.protocol.limit
     failed = [f"{run.name} seed {run.seed} ({run.status})" for run in bench.runs if not run.solved_within(limit)]
     failed += [f"{run.what} seed {run.seed} ({run.status})" for run in bench.published if run.status != "found"]
@@ -190,7 +192,8 @@ def _plan_table(bench: SpaceBench) -> Table:
 
 
 def _let_go_table(bench: SpaceBench) -> Table:
-    header = ("family", "motions", "collide", "miss the goal", "disturb the base", "hold", "tip misses its goal by, median")
+    header = ("family", "motions", "collide", "come too near", "miss the goal", "disturb the base", "hold")
+    header += ("tip misses its goal by, median",)
     rows = [
         (
             name,
@@ -216,7 +219,7 @@ def _target_table(bench: SpaceBench) -> Table:
 # ---- the figures -----------------------------------------------------------------------------------------------------
 
 
-_COLORS = dict(zip(OUTCOMES, (VERMILION, ORANGE, LIGHT, GREEN), strict=True))
+_COLORS = dict(zip(OUTCOMES, (VERMILION, PURPLE, ORANGE, LIGHT, GREEN), strict=True))
 
 
 def figure_spacebench(bench: SpaceBench) -> Figure:
@@ -245,7 +248,7 @@ def _draw_let_go(ax: Axes, bench: SpaceBench) -> None:
         below += share
     ax.set(ylim=(0, 100), ylabel="motions planned for a fixed base [%]", title="on a floating base, the motion")
     tidy(ax)
-    ax.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.12))
+    ax.legend(ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.12))
 
 
 def _draw_peaks(ax: Axes, bench: SpaceBench) -> None:

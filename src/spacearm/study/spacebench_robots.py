@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.errors import RobotError
-from spacearm.geometry import Box, Capsule, ConvexShape
+from spacearm.geometry import Box, Capsule, ConvexShape, Cylinder, Polytope, Sphere
 from spacearm.robot import Frame, Joint, LinkShape, Robot, forward_kinematics, load_robot
 from spacearm.robot.model import Body
 from spacearm.robot.self_collision import find_self_pairs
@@ -65,7 +65,7 @@ def scaled_srs7() -> Robot:
     scale = PAPER_REACH / _height(robot)
     joints = tuple(replace(joint, T_parent_joint=_stretched(joint.T_parent_joint, scale)) for joint in robot.joints)
     frames = tuple(replace(frame, T_joint_frame=_stretched(frame.T_joint_frame, scale)) for frame in robot.frames)
-    shapes = tuple(part if part.joint < 0 else replace(part, shape=_longer_rod(part.shape, scale)) for part in robot.shapes)
+    shapes = tuple(part if part.joint < 0 else replace(part, shape=_longer_shape(part.shape, scale)) for part in robot.shapes)
     return replace(
         robot,
         name="srs7-1.336m",
@@ -82,10 +82,19 @@ def _height(robot: Robot) -> float:
     return float(np.linalg.norm(forward_kinematics(robot, np.zeros(robot.dof))[:3, 3]))
 
 
-def _longer_rod(shape: ConvexShape, scale: float) -> ConvexShape:
-    """A capsule of the same radius, its ends scaled from its joint's origin."""
-    assert isinstance(shape, Capsule), "the links of the arm are capsules"
-    return replace(shape, a=shape.a * scale, b=shape.b * scale)
+def _longer_shape(shape: ConvexShape, scale: float) -> ConvexShape:
+    """A shape scaled from its joint's origin; radii and roundings are kept."""
+    match shape:
+        case Sphere():
+            return replace(shape, center=shape.center * scale)
+        case Capsule():
+            return replace(shape, a=shape.a * scale, b=shape.b * scale)
+        case Cylinder():
+            return replace(shape, length=shape.length * scale, pose=_stretched(shape.pose, scale))
+        case Box():
+            return replace(shape, size=shape.size * scale, pose=_stretched(shape.pose, scale))
+        case Polytope():
+            return replace(shape, vertices=shape.vertices * scale)
 
 
 def _stretched(T: Array, scale: float) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from itertools import groupby
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from spacearm.motion import Trajectory
 from spacearm.planner import PlannerSettings, Problem, Weights, plan, report_base
@@ -30,8 +30,11 @@ SERVICER, LEAST_PEAK, PAPERS_SCENE = "servicer", "servicer, least peak", "the pa
 _CALM = Weights(length=1e-3, base_peak=10.0)
 _INTERIOR = 4  # control points where the least peak is looked for
 
-Outcome = Literal["holds", "collides", "misses its goal", "disturbs the base", "no motion"]
-"""What becomes of a motion that was planned for a fixed base when the base is free to move; the first failure that applies."""
+Outcome = Literal["holds", "collides", "comes too near", "misses its goal", "disturbs the base", "no motion"]
+"""What becomes of a motion that was planned for a fixed base when the base is free to move; the first failure that applies.
+
+It comes too near if it touches nothing, and has less than the problem's clearance or not provably more.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +76,7 @@ class Run:
         let_go: what becomes of that motion when the base is free to move.
         deepest: how deep it collides then, at the instant that the certificate found [m]; None where it does not.
         missed_by: by how much its tip misses the goal then [m]; None for goals in joint space.
+        clearance: that the problem asks for [m].
     """
 
     family: str
@@ -96,6 +100,7 @@ class Run:
     deepest: float | None
     missed_by: float | None
     load: float | None = None
+    clearance: float = 0.0
 
     @property
     def solved(self) -> bool:
@@ -154,6 +159,7 @@ def measure(item: SpaceProblem, seed: int, protocol: SpaceProtocol, speed: CoreS
         let_go=let_go,
         deepest=deepest,
         missed_by=missed_by,
+        clearance=item.problem.clearance,
         load=None if math.isnan(speed.load) else speed.load,
     )
 
@@ -173,6 +179,8 @@ def released(problem: Problem, trajectory: Trajectory) -> tuple[Outcome, float |
     closest = certificate.closest
     if closest is not None and closest.clearance <= 0:
         return "collides", -closest.clearance, report.goal_distance
+    if not certificate.clear:
+        return "comes too near", None, report.goal_distance
     if any("end effector" in phrase for phrase in report.missed):
         return "misses its goal", None, report.goal_distance
     return ("disturbs the base" if report.missed else "holds"), None, report.goal_distance
@@ -306,6 +314,12 @@ def _warm_published(what: str) -> None:
     plan(_published(what), PlannerSettings(evaluations=100, stop_at_first=True), rng=0)
 
 
+def _defined(item: SpaceProblem) -> dict[str, Any]:
+    """What a problem's records belong to; a clearance of 0 is not part of it, so that older records stay."""
+    values = space_problem_as_dict(item)
+    return values if values["clearance"] else {key: value for key, value in values.items() if key != "clearance"}
+
+
 SPACE = Study(
     name="spacebench",
     run=run_space_task,
@@ -314,7 +328,7 @@ SPACE = Study(
     definition=lambda task: {
         "limit_s": task.protocol.limit,
         "robot": digest(robot_as_dict(task.item.problem.robot)),
-        "problem": digest(space_problem_as_dict(task.item)),
+        "problem": digest(_defined(task.item)),
     },
     timed=True,
 )

@@ -135,7 +135,10 @@ def distance(one: Placed, other: Placed) -> float:
 
 
 def least_distances(robot: Robot, scene: Scene, frames: np.ndarray) -> np.ndarray:
-    """The least clearance (rows,) [m] of a robot to a scene and, by its pairs of links, to itself; frames as above."""
+    """The least clearance (rows,) [m] of a robot to a scene and, by its pairs of links, to itself; frames as above.
+
+    With one frame more than there are joints, the last is that of the base (a base that floats).
+    """
     solids = [shape for obstacle in scene.obstacles for shape in placed_obstacle(obstacle)]
     pairs = shape_pairs(robot)
     own = [(part.joint, *geometry_of(part.shape)) for part in robot.shapes]
@@ -143,7 +146,8 @@ def least_distances(robot: Robot, scene: Scene, frames: np.ndarray) -> np.ndarra
     for row, T in enumerate(frames):
         links = []
         for joint, made, T_joint_core in own:
-            at = T_joint_core if joint < 0 else T[joint] @ T_joint_core
+            still = joint < 0 and len(T) == len(robot.joints)
+            at = T_joint_core if still else T[joint] @ T_joint_core
             links.append((made, coal.Transform3s(np.ascontiguousarray(at[:3, :3]), np.array(at[:3, 3]))))
         found = [distance(link, solid) for link in links for solid in solids] + [distance(links[i], links[k]) for i, k in pairs]
         out[row] = min(found, default=np.inf)
