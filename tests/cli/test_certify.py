@@ -176,3 +176,6 @@ def test_pairs_near_at_an_end_have_a_row_each(told: Told, planned: Path) -> None
     assert near
     _, out, _ = told(["certify", planned / "plan.json", "--clearance", 5])
     assert len([line for line in out.splitlines() if line.startswith("near at an end")]) == len(near)
+    pairs = len({(pair["link"], pair["other"]) for pair in near})
+    row = dict(line.split("  ", 1) for line in out.splitlines())["clearance"]
+    assert row.endswith(f", but {pairs} pair{'s' if pairs > 1 else ''} nearer at an end")

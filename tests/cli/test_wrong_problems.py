@@ -74,6 +74,7 @@ CHANGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "setting out of range": (GOAL, GOAL + "\nplanner: {islands: 0}", ("line 7", "islands is 0", "from 1 to 256")),
     "setting NaN": (GOAL, GOAL + "\nplanner: {preferred_clearance: .nan}", ("line 7", "preferred_clearance is nan", "[m]")),
     "margin of before": (GOAL, GOAL + "\nplanner: {margin: 0.002}", ("line 7", "no setting 'margin' any more", "`clearance`")),
+    "clearance of the planner": (GOAL, GOAL + "\nplanner: {clearance: 0.02}", ("line 7", "the problem", "beside start")),
     "comfort of before": (GOAL, GOAL + "\nplanner: {comfort: 0.1}", ("line 7", "'comfort'", "preferred_clearance")),
     "clearance negative": (GOAL, GOAL + "\nclearance: -0.01", ("line 7", "clearance is -0.01", "[m]")),
     "clearance of no obstacle": (

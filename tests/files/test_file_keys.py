@@ -24,6 +24,7 @@ from spacearm.geometry import (
     Cylinder,
     HalfSpace,
     Obstacle,
+    Polytope,
     PolytopeSet,
     Sphere,
     SphereSet,
@@ -95,6 +96,12 @@ SHAPES: dict[str, Obstacle] = {
     "box: {size: [1, 2, 3], position: [4, 5, 6]}": Box((1, 2, 3), (4, 5, 6)),
     "box: {size: [1, 2, 3], position: [4, 5, 6], q_wxyz: [2, 0, 0, 2]}": Box((1, 2, 3), pose((4, 5, 6), (1, 0, 0, 1))),
     "cylinder: {radius: 0.1, length: 2, position: [4, 5, 6]}": Cylinder(0.1, 2, (4, 5, 6)),
+    "box: {size: [1, 2, 3], rounding: 0.1}": Box((1, 2, 3), rounding=0.1),
+    "cylinder: {radius: 0.1, length: 2, rounding: 0.02}": Cylinder(0.1, 2, rounding=0.02),
+    "{name: wedge, polytope: {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], rounding: 0.01}}": Polytope(
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0)], rounding=0.01, name="wedge"
+    ),
+    "polytope: {vertices: [[1, 0, 0], [0, 0, 2]], position: [4, 5, 6], q_wxyz: [0, 0, 0, 1]}": Polytope([(3, 5, 6), (4, 5, 8)]),
     "half_space: {normal: [0, 0, 2], point: [0, 0, -1]}": HalfSpace((0, 0, 1), (0, 0, -1)),
 }
 
@@ -290,6 +297,11 @@ REFUSED: dict[str, tuple[type[SpacearmError], str]] = {
     "box rpy of two": (SceneError, scene("box: {size: [1, 1, 1], rpy_deg: [0, 0]}")),
     "box rpy in radians": (FileFormatError, scene("box: {size: [1, 1, 1], rpy: [0, 0, 0]}")),
     "cylinder length negative": (SceneError, scene("cylinder: {radius: 1, length: -1}")),
+    "box rounding negative": (SceneError, scene("box: {size: [1, 1, 1], rounding: -0.1}")),
+    "polytope without vertices": (SceneError, scene("polytope: {vertices: []}")),
+    "polytope of flat points": (SceneError, scene("polytope: {vertices: [[0, 0], [1, 1]]}")),
+    "polytope of numbers": (FileFormatError, scene("polytope: {vertices: [0, 0, 1]}")),
+    "polytope rounding negative": (SceneError, scene("polytope: {vertices: [[0, 0, 0]], rounding: -1}")),
     "half-space without direction": (SceneError, scene("half_space: {normal: [0, 0, 0], point: [0, 0, 0]}")),
     "half-space of the second": (
         SceneError,

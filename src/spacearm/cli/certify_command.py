@@ -179,6 +179,8 @@ def _clearance(certificate: Certificate) -> str:
         if certificate.clearance is not None:
             said.append(f"{certificate.clearance * 1e3:.4g} mm proven")
         said.append(f"{certificate.closest.clearance * 1e3:.4g} mm measured closest")
+    if certificate.nearer:
+        said.append(f"but {certificate.nearer}")
     return ", ".join(said)
 
 

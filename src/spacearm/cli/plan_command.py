@@ -239,6 +239,8 @@ def _clearance(found: Plan) -> str:
         said.append("nothing is in the way" if math.isinf(proven) else f"at least {proven * 1e3:.4g} mm proven")
     if certificate is not None and certificate.closest is not None:
         said.append(f"closest measured {certificate.closest.clearance * 1e3:.4g} mm")
+    if certificate is not None and certificate.nearer:
+        said.append(f"but {certificate.nearer}")
     if found.achievable is not None:
         said.append(f"found and proven with {found.achievable * problem.clearance * 1e3:.4g} mm")
     return ", ".join(said)

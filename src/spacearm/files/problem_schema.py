@@ -386,6 +386,11 @@ class ProblemModel(StrictModel):
     )
     start_deg: Joints | None = Field(None, description="the same in degrees, instead of start")
     goal: GoalModel = Field(description="where to end")
+    clearance: Number = Field(
+        DEFAULT_CLEARANCE,
+        description="that links keep from obstacles and from each other during the whole motion [m], proven; 0: no contact",
+    )
+    clearances: list[PairClearanceModel] = Field([], description="others, for some pairs")
     base: Literal["fixed", "floating"] | None = Field(
         None, description="fixed, or floating, free to drift and turn; by default as the robot says"
     )
@@ -398,11 +403,6 @@ class ProblemModel(StrictModel):
     base_limits: BaseLimitsModel | None = Field(None, description="how little the arm may disturb the floating base")
     momentum: MomentumModel | None = Field(None, description="of base and arm, if the base floats; by default none")
     duration: Number | None = Field(None, description="of the motion [s]; by default the least that the limits allow")
-    clearance: Number = Field(
-        DEFAULT_CLEARANCE,
-        description="that links keep from obstacles and from each other during the whole motion [m], proven; 0: no contact",
-    )
-    clearances: list[PairClearanceModel] = Field([], description="others, for some pairs")
     snap_tolerance: Number = Field(
         SNAP_TOLERANCE,
         description="a start or goal beyond a joint's limit by no more than this is set onto it [rad or m]",

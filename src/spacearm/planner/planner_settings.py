@@ -163,21 +163,27 @@ class PlannerSettings:
         return self.evaluations
 
 
+_CLEARANCE = (
+    "which is searched for and proven: Problem(..., clearance=0.01), or `clearance: 0.01` in a problem file, "
+    "beside start and goal"
+)
 _MOVED = {
-    "margin": "a problem has a `clearance` [m] now, which is searched for and proven: Problem(..., clearance=0.01), or "
-    "`clearance: 0.01` in a problem file, beside start and goal",
+    "margin": f"a problem has a `clearance` [m] now, {_CLEARANCE}",
     "comfort": "it is called preferred_clearance now",
 }
+_ELSEWHERE = dict.fromkeys(("clearance", "minimum_clearance"), f"it is the problem that has a `clearance` [m], {_CLEARANCE}")
 
 
 def require_not_moved(name: str) -> None:
-    """Refuse a setting that there was once, with the word for it now.
+    """Refuse a setting that there was once, or that a problem has, with the word for it.
 
     Raises:
         SettingsError: it is one.
     """
     if name in _MOVED:
         raise SettingsError(f"PlannerSettings has no setting '{name}' any more: {_MOVED[name]}")
+    if name in _ELSEWHERE:
+        raise SettingsError(f"PlannerSettings has no setting '{name}': {_ELSEWHERE[name]}")
 
 
 def _with_moved(plain: Callable[..., None]) -> Callable[..., None]:

@@ -278,6 +278,12 @@ class Certificate:
         )
 
     @property
+    def nearer(self) -> str:
+        """How many pairs of bodies begin or end nearer than is required of them, in words; "" if none does."""
+        count = len({(near.link, near.other) for near in self.near_pairs})
+        return f"{count} pair{'s' if count > 1 else ''} nearer at an end" if count else ""
+
+    @property
     def _near_finding(self) -> str:
         """What is proven of the pairs that are near at an end; "" without any."""
         said = [near.text for near in self.near_pairs[:_LISTED]]
