@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.terminal import base_rows, loading, show_list, tell_notes, tell_robot
+from spacearm.cli.terminal import base_rows, loading, rows_on_near_pairs, show_list, tell_notes, tell_robot
 from spacearm.core.errors import SettingsError
 from spacearm.core.output import require_new
 from spacearm.core.reading import located, read_bytes
@@ -151,7 +151,7 @@ def _summary(found: Recheck) -> list[tuple[str, str]]:
     certificate = found.certificate
     rows = [("status", certificate.status), ("finding", certificate.message)]
     rows.append(("clearance", _clearance(certificate)))
-    rows += [("near at an end", pair.text) for pair in certificate.near_pairs]
+    rows += rows_on_near_pairs(certificate)
     rows += [("file contradicts", text) for text in certificate.contradictions]
     rows += [("limits", text) for text in certificate.broken_limits] or [("limits", _kept(certificate.checked))]
     base = certificate.base_findings

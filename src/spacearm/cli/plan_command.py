@@ -19,7 +19,7 @@ from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
 from spacearm.cli.results_folder import results_folder
-from spacearm.cli.terminal import base_rows, loading, progress_bar, show_list, tell_notes, tell_robot
+from spacearm.cli.terminal import base_rows, loading, progress_bar, rows_on_near_pairs, show_list, tell_notes, tell_robot
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import ProblemError, SettingsError
 from spacearm.core.interrupts import unbroken
@@ -220,7 +220,7 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
     rows.append(("clearance", _clearance(found)))
     if found.certificate is not None:
         rows.append(("certificate", f"{found.certificate.status}: {found.certificate.message}"))
-        rows += [("near at an end", pair.text) for pair in found.certificate.near_pairs]
+        rows += rows_on_near_pairs(found.certificate)
         rows += rows_on_unchecked(found.certificate.unchecked, found.certificate.bare)
     rows += [("note", note) for note in found.problem.notes]
     rows.append(("time", ", ".join(f"{name} {seconds * 1e3:.0f} ms" for name, seconds in found.timings.items())))

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from spacearm.planner import BaseReport
+    from spacearm.proof import Certificate
     from spacearm.robot import Robot
 
 Bar = Callable[[int, int, str], None]
@@ -21,6 +22,7 @@ Bar = Callable[[int, int, str], None]
 
 _LONGEST = 200  # characters of a note on a robot that are printed; the list of joints of a large robot is longer
 _NAMES_AND_NUMBERS = re.compile(r"'[^']*'|[-+]?\d[\d.e+-]*")
+_NEAR_PAIRS = 10  # pairs near at an end that a list names
 _ENDLESS = 100_000  # [characters] the width of a file or a pipe, where nothing is wrapped
 
 
@@ -175,3 +177,10 @@ def base_rows(base: BaseReport) -> list[tuple[str, str]]:
 
 def _small(value: float) -> str:
     return f"{value:.3g}" if value >= 1e-3 or value == 0 else "< 0.001"
+
+
+def rows_on_near_pairs(certificate: Certificate) -> list[tuple[str, str]]:
+    """Return rows of a list on the pairs that are near at the start or the goal, the first few; `plan.json` has all."""
+    rows = [("near at an end", pair.text) for pair in certificate.near_pairs]
+    more = len(rows) - _NEAR_PAIRS
+    return rows if more <= 1 else [*rows[:_NEAR_PAIRS], ("near at an end", f"and {more} more pairs, listed in the certificate")]

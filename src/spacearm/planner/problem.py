@@ -42,6 +42,7 @@ _MOST_TURNED = 1e6  # [rad or m] of a joint: beyond, float64 has too few digits 
 _MOST_SEARCHED = 1e4  # [rad or m] of a joint: beyond, float32 has too few digits to search with
 _FURTHEST = 1e6  # [m] of the base from the inertial origin, at the beginning and by its drift: likewise for float64
 _SHORTEST, _LONGEST = 1e-6, 1e9  # [s] durations: far beyond any motion, and their squares are numbers in float32
+_VAST_CLEARANCE = 0.5  # [m] of a problem: beyond, it may be meant in millimetres, which is told
 _MOST_TUMBLING = 18.0  # [rad] that the momentum turns the base by: nearly three turns, the most that the search can follow
 _MOST_ANGULAR = 1e9  # [N m s] of the momentum: no spacecraft has as much
 
@@ -202,6 +203,10 @@ class Problem(_WithLocal):
         notes = list(as_sentences("notes", self.notes, ProblemError))
         start = within_limits(self.robot, self.start, what="start", tolerance=snap, notes=notes)
         goal = _goal(self.robot, self.goal, start, snap, notes)
+        if self.clearance > _VAST_CLEARANCE:
+            notes.append(
+                f"a clearance of {self.clearance:g} m is asked for, more than arms are likely to keep; check its units"
+            )
         keep(self, start=start, goal=goal, snap_tolerance=snap, notes=tuple(dict.fromkeys(notes)), _local=None)
         _require_slow_tumbling(self)
 

@@ -408,7 +408,7 @@ class Robot(Frozen):
         return leader.kind == "prismatic"
 
 
-_AROUND = 10  # capsules around a shape, at most
+_AROUND = 60  # capsules around a shape, at most; of a box of 1 m they stand out by some 25 mm
 
 
 @cached_by_identity
