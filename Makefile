@@ -60,7 +60,7 @@ clean: ## remove what was built or cached; .venv and out/ stay
 $(STAMPS)/tools: pyproject.toml tools/preflight.sh tools/requirements.py
 	@python=$$(sh tools/preflight.sh $(VENV)) || exit 2; \
 	  if [ -x $(PY) ]; then echo 'Bringing the environment $(VENV) up to date.'; \
-	  else echo 'Making the environment $(VENV) and building spacearm: about 3 minutes the first time.'; fi; \
+	  else echo 'Making the environment $(VENV) and building spacearm: about 4 minutes the first time.'; fi; \
 	  [ -x $(PY) ] || "$$python" -m venv $(VENV) || exit 2; \
 	  $(PY) -m pip --version > /dev/null 2>&1 || $(PY) -m ensurepip > /dev/null || exit 2
 	@mkdir -p $(STAMPS)
