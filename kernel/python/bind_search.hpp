@@ -184,6 +184,8 @@ inline void bind_search_settings(nb::module_& m) {
         .def_rw("interior", &s::interior)
         .def_rw("ladder", &s::ladder)
         .def_rw("patience", &s::patience)
+        .def_rw("swarm_share", &s::swarm_share)
+        .def_rw("shortcuts", &s::shortcuts)
         .def_rw("refine_stall", &s::refine_stall)
         .def_rw("swarm_turn", &s::swarm_turn)
         .def_rw("swarm_stall", &s::swarm_stall)

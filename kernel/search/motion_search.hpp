@@ -12,6 +12,7 @@
 #include <chrono>
 #include <functional>
 
+#include "search/path_shortening.hpp"
 #include "search/search_settings.hpp"
 
 namespace SPACEARM_NAMESPACE {
@@ -37,8 +38,7 @@ template <class T> class motion_search {
         while (!over() && !optimal_) {
             ++turn_;
             if (best_.empty()) find_first();
-            else if (s_.swarm_turn > 0 && turn_ % s_.swarm_turn == 0) swarm_turn(true);
-            else follow_a_path();
+            else improve();
         }
         spent_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
     }
@@ -169,10 +169,11 @@ template <class T> class motion_search {
     }
 
     // ---- paths ------------------------------------------------------------------------------------------------------
-    bool find_path(path<T>& found) {
+    // The trees' next path, within so many samples.
+    bool find_path(path<T>& found, int samples) {
         if (s_.patience == 0) return false;
         const bool met = trees_.grow(
-            std::max(1, s_.patience / hints_.tree_share), of_trees_,
+            std::max(1, samples / hints_.tree_share), of_trees_,
             [&] {
                 ++evaluations_;
                 return !over();
@@ -181,25 +182,88 @@ template <class T> class motion_search {
         if (met) trees_.shorten(found, [&] { return !late(); });
         return met;
     }
-    // While nothing is known: a path, or motions from all over the place.
+    // While nothing is known: the trees, and now and then motions from all over the place. The turns become longer and
+    // longer: neither waits long for the other, and in the end both have had their share of the work.
     void find_first() {
         path<T> found;
-        if (!hints_.trees_find_motions && turn_ % 2 == 0) swarm_turn(false);
-        else if (find_path(found)) follow(found);
-        else if (!over()) swarm_turn(false);
-    }
-    void follow_a_path() {
-        if (p_.base.constrained() && turn_ % 2 == 1) {  // as in find_first: elsewhere there may be better ones
-            swarm_turn(false);
+        if (!hints_.trees_find_motions) {
+            if (turn_ % 2 == 0) swarm_turn(false);
+            else if (find_path(found, s_.patience)) follow(found);
+            else if (!over()) swarm_turn(false);
             return;
         }
+        const std::int64_t before = checker_.configurations();
+        const bool met = find_path(found, patience_);
+        if (met) follow(found);
+        if (!best_.empty() || over()) return;
+        if (met) {
+            tree_work_ += checker_.configurations() - before;
+            return;
+        }
+        tree_work_ += checker_.configurations() - before;
+        patience_ = std::min(2 * patience_, most_patience);
+        swarm_until_ = checker_.configurations() + static_cast<std::int64_t>(s_.swarm_share * static_cast<double>(tree_work_));
+        tree_work_ = 0;
+        swarm_turn(false);
+        swarm_until_ = 0;
+    }
+    static constexpr int most_patience = 1 << 24;
+
+    // ---- better motions: what has paid lately has the next turn ----------------------------------------------------
+    void improve() {
+        if (p_.base.constrained()) {
+            if (s_.swarm_turn > 0 && turn_ % s_.swarm_turn == 0) swarm_turn(true);
+            else if (turn_ % 2 == 1) swarm_turn(false);  // as in find_first: elsewhere there may be better ones
+            else another_path();
+            return;
+        }
+        const int chosen = next_method();
+        const std::int64_t before = checker_.configurations();
+        const double had = static_cast<double>(best_fitness());
+        switch (chosen) {
+            case shorter_path: shorten_a_path(); break;
+            case other_path: another_path(); break;
+            default: swarm_turn(true);
+        }
+        method& m = methods_[chosen];
+        m.gain = keeps * m.gain + (had - static_cast<double>(best_fitness())) / std::max(had, 1e-30);
+        m.work = keeps * m.work + static_cast<double>(checker_.configurations() - before);
+        m.all_work += static_cast<double>(checker_.configurations() - before);
+        ++m.turns;
+    }
+    int next_method() const {
+        double all = 0;
+        for (const method& m : methods_) all += m.all_work;
+        int best = -1;
+        for (int i = 0; i < method_count; ++i) {
+            if (!possible(i)) continue;
+            const method& m = methods_[i];
+            if (m.turns == 0 || m.all_work < least_share * all) return i;
+            if (best < 0 || m.gain * methods_[best].work > methods_[best].gain * m.work) best = i;
+        }
+        return best;
+    }
+    bool possible(int i) const {
+        if (i == around_known) return s_.swarm_turn > 0 || s_.patience == 0;
+        if (i == shorter_path) return !paths_.empty();
+        return s_.patience > 0;
+    }
+    void another_path() {
         path<T> found;
-        if (!find_path(found)) {
-            if (!over()) swarm_turn(true);
+        if (!find_path(found, s_.patience)) {
+            if (!over() && p_.base.constrained()) swarm_turn(true);
             return;
         }
         if (p_.weight.only_length() && p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
         follow(found);
+    }
+    // The path of the best motion is shortened further, and followed again.
+    void shorten_a_path() {
+        path<T> p = paths_.back();
+        if (!shortener_.shorten(p, s_.shortcuts, s_.shortcuts, refining_, [&] { return !late(); })) return;
+        trees_.shorten(p, [&] { return !late(); });
+        paths_.back() = p;
+        follow(p);
     }
     // The spline with the fewest control points that stays free along the path.
     void follow(const path<T>& along_path) {
@@ -212,8 +276,13 @@ template <class T> class motion_search {
                 continue;
             }
             const T fitness = checker_.fitness(m);
+            const bool first = best_.empty();
             note(m, fitness, "rrt_connect");
-            refine({fitness, m});
+            if (over()) return;
+            if (paths_.empty()) paths_.push_back(along_path);
+            else if (trees_.length(along_path) < trees_.length(paths_.back())) paths_.back() = along_path;
+            if (first && along_path.count(p_.dofs()) > 2) keep(m, fitness);  // the path is shortened first
+            else refine({fitness, m});
             return;
         }
         if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
@@ -393,7 +462,7 @@ template <class T> class motion_search {
             const T* x = particles_of.positions();
             const T before = least;
             for (int i = 0; i < particles_of.active(); ++i) {
-                if (over()) return;
+                if (over() || (swarm_until_ > 0 && checker_.configurations() >= swarm_until_)) return;
                 for (int d = 0; d < D; ++d) row[d] = x[static_cast<std::size_t>(d) * stride + i];
                 m = motion_of(K, goal, row);
                 judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity},
@@ -477,6 +546,7 @@ template <class T> class motion_search {
     motion_checker<T> checker_;
     const search_hints hints_ = checker_.base().hints();
     rrt_connect<T> trees_;
+    path_shortener<T> shortener_{trees_, p_.dofs()};
     search_sequence<T> of_trees_, refining_;
     std::uint64_t seed_;
     std::uint32_t island_;
@@ -487,7 +557,17 @@ template <class T> class motion_search {
     double spent_ = 0, next_question_ = 0;
     std::int64_t evaluations_ = 0, first_evaluation_ = 0, last_gain_ = 0;
     std::uint64_t asked_ = 0;
-    int turn_ = 0, swarm_turns_ = 0, unfit_ = 0;
+    int turn_ = 0, swarm_turns_ = 0, unfit_ = 0, patience_ = s_.patience;
+    std::int64_t tree_work_ = 0, swarm_until_ = 0;  // configurations
+    enum { shorter_path, around_known, other_path, method_count };
+    struct method {
+        double gain = 0, work = 0;  // lately; the gain as a share of the fitness
+        double all_work = 0;
+        int turns = 0;
+    };
+    static constexpr double keeps = 0.5, least_share = 0.1;
+    method methods_[method_count];
+    std::vector<path<T>> paths_;
     T last_noted_ = infinity, fallback_violation_ = infinity;
     std::vector<known> best_, pool_;  // best_ holds one motion or none
     motion<T> fallback_;

@@ -92,6 +92,18 @@ template <class T> class rrt_connect {
         return sum;
     }
 
+    // Whether the way straight from a to b is free, looked at in edges of at most a step.
+    bool straight_free(const T* a, const T* b) {
+        std::vector<T> from(a, a + n_), to(n_);
+        const int parts = std::max(1, static_cast<int>(std::ceil(distance_between(a, b, n_) / T(settings_.step))));
+        for (int i = 1; i <= parts; ++i) {
+            for (int d = 0; d < n_; ++d) to[d] = a[d] + (b[d] - a[d]) * T(i) / T(parts);
+            if (!checker_.edge_free(from.data(), to.data())) return false;
+            from = to;
+        }
+        return true;
+    }
+
   private:
     static constexpr int most_nodes =
         1 << 18;  // of a tree; beyond, looking for the nearest takes longer than beginning again
@@ -172,16 +184,6 @@ template <class T> class rrt_connect {
         if (away <= T(settings_.step)) return true;
         for (int d = 0; d < n_; ++d) to[d] = from[d] + (to[d] - from[d]) * (T(settings_.step) / away);
         return false;
-    }
-    bool straight_free(const T* a, const T* b) {
-        std::vector<T> from(a, a + n_), to(n_);
-        const int parts = std::max(1, static_cast<int>(std::ceil(distance_between(a, b, n_) / T(settings_.step))));
-        for (int i = 1; i <= parts; ++i) {
-            for (int d = 0; d < n_; ++d) to[d] = a[d] + (b[d] - a[d]) * T(i) / T(parts);
-            if (!checker_.edge_free(from.data(), to.data())) return false;
-            from = to;
-        }
-        return true;
     }
     void join(int at_start, int at_goal, path<T>& found) const {
         std::vector<int> order;

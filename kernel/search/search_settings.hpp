@@ -15,7 +15,9 @@ struct motion_search_settings {
     rrt_connect_settings trees;
     std::vector<int> interior = {2, 3};                        // control points of the swarm's motions, turn by turn
     std::vector<int> ladder = {1, 2, 3, 4, 6, 8, 12, 16, 24};  // tried on a path, in this order
-    int patience = 4000;        // samples of the trees before the swarm gets a turn; 0: no trees
+    int patience = 16384;       // samples of the trees before the first turn of the swarm, then ever more; 0: no trees
+    double swarm_share = 0.08;  // of the work of the trees, for the swarm, while nothing is found
+    int shortcuts = 60;  // tried in a turn
     int refine_stall = 100;     // refining ends after as many failures in a row
     int swarm_turn = 3;         // the swarm's is every turn of this number; 0: none
     int swarm_stall = 20;       // rounds without improvement that end its turn
