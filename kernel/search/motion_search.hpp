@@ -12,6 +12,7 @@
 #include <chrono>
 #include <functional>
 
+#include "search/path_motions.hpp"
 #include "search/path_shortening.hpp"
 #include "search/search_settings.hpp"
 
@@ -21,8 +22,8 @@ template <class T> class motion_search {
   public:
     motion_search(motion_problem<T> problem, motion_search_settings settings, std::uint64_t seed, std::uint32_t island)
         : p_(std::move(problem)), s_(std::move(settings)), checker_(p_), trees_(checker_, s_.trees),
-          of_trees_({seed, island, stream::rrt_connect}, {}), refining_({seed, island, stream::refining}, {}),
-          seed_(seed), island_(island) {}
+          motions_of_(checker_), of_trees_({seed, island, stream::rrt_connect}, {}),
+          refining_({seed, island, stream::refining}, {}), seed_(seed), island_(island) {}
     motion_search(const motion_search&) = delete;  // the checker refers to the problem
 
     // Goes on until the budget is spent, or nothing can be better, or `go_on` says no; it is asked now and then.
@@ -268,7 +269,7 @@ template <class T> class motion_search {
     // The spline with the fewest control points that stays free along the path.
     void follow(const path<T>& along_path) {
         for (int K : s_.ladder) {
-            motion<T> m = nearest_to(along_path, K);
+            motion<T> m = motions_of_.nearest_to(along_path, K);
             ++evaluations_;
             project_onto_ends(m);
             if (!free_or_noted(m)) {
@@ -287,7 +288,7 @@ template <class T> class motion_search {
         }
         if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
-            run_swarm(K, {nearest_to(along_path, K)});
+            run_swarm(K, {motions_of_.nearest_to(along_path, K)});
         }
     }
     bool free_or_noted(const motion<T>& m) {
@@ -295,56 +296,6 @@ template <class T> class motion_search {
         const T broken = checker_.violation(m, infinity);
         if (broken > T(0)) note_fallback(m, broken);
         return broken <= T(0) && checker_.finely_free(m);
-    }
-    motion<T> nearest_to(const path<T>& along_path, int K) {
-        const int n = p_.dofs(), samples = 2 * lanes_of<T>, corners = along_path.count(n);
-        const spline_table<T>& t = checker_.table(K);
-        std::vector<T> along(corners, T(0)), target(static_cast<std::size_t>(samples) * n);
-        for (int i = 1; i < corners; ++i)
-            along[i] = along[i - 1] + distance_between(&along_path.points[(i - 1) * n], &along_path.points[i * n], n);
-        for (int i = 0, k = 0; i < samples; ++i) {
-            const T at = t.path_share[i] * along.back();
-            while (k + 2 < corners && along[k + 1] < at) ++k;
-            const T share = (at - along[k]) / std::max(along[k + 1] - along[k], std::numeric_limits<T>::min());
-            for (int d = 0; d < n; ++d) {
-                const T q = along_path.points[k * n + d]
-                            + (along_path.points[(k + 1) * n + d] - along_path.points[k * n + d]) * share;
-                target[static_cast<std::size_t>(i) * n + d] =
-                    q - t.end_value[0][i] * p_.start[d] - t.end_value[1][i] * p_.goal(along_path.goal)[d];
-            }
-        }
-        return fitted(t, along_path.goal, target);
-    }
-    // A motion with fewer or more control points, as near to a given one as can be.
-    motion<T> with_interior(const motion<T>& m, int K) {
-        const int n = p_.dofs(), samples = 2 * lanes_of<T>, from = m.interior;
-        const spline_table<T>&own = checker_.table(from), &t = checker_.table(K);
-        std::vector<T> target(static_cast<std::size_t>(samples) * n);
-        for (int i = 0; i < samples; ++i) {
-            const T* b = &own.at_path[static_cast<std::size_t>(i) * (from + 2)];
-            for (int d = 0; d < n; ++d) {
-                T q = (b[0] - t.end_value[0][i]) * p_.start[d] + (b[from + 1] - t.end_value[1][i]) * p_.end(m)[d];
-                for (int k = 0; k < from; ++k) q += b[k + 1] * m.points[k * n + d];
-                target[static_cast<std::size_t>(i) * n + d] = q;
-            }
-        }
-        motion<T> out = fitted(t, m.goal, target);
-        out.end = m.end;
-        return out;
-    }
-    motion<T> fitted(const spline_table<T>& t, int goal, const std::vector<T>& target) const {
-        const int n = p_.dofs(), samples = 2 * lanes_of<T>, K = t.interior;
-        motion<T> m{K, goal, std::vector<T>(static_cast<std::size_t>(K) * n)};
-        for (int k = 0; k < K; ++k) {
-            for (int d = 0; d < n; ++d) {
-                T sum = 0;
-                for (int i = 0; i < samples; ++i)
-                    sum += t.nearest[static_cast<std::size_t>(k) * samples + i]
-                           * target[static_cast<std::size_t>(i) * n + d];
-                m.points[k * n + d] = std::clamp(sum, p_.lower[d], p_.upper[d]);
-            }
-        }
-        return m;
     }
 
     // ---- refine -----------------------------------------------------------------------------------------------------
@@ -384,7 +335,7 @@ template <class T> class motion_search {
         const int n = p_.dofs(), K = m.interior;
         out = m;
         if (K == 0) {  // the straight motion has nothing to shake: give it a control point
-            out = with_interior(m, 1);
+            out = motions_of_.with_interior(m, 1);
         }
         if (p_.base.free_end && out.end.empty()) out.end.assign(p_.end(m), p_.end(m) + n);
         const int all = out.interior + (p_.base.free_end ? 1 : 0);  // the end last
@@ -406,7 +357,7 @@ template <class T> class motion_search {
         for (int K : s_.ladder) {
             if (K >= now.at.interior) return;
             if (K < *std::min_element(s_.interior.begin(), s_.interior.end())) continue;
-            motion<T> m = with_interior(now.at, K);
+            motion<T> m = motions_of_.with_interior(now.at, K);
             ++evaluations_;
             if (!project_onto_ends(m)) continue;
             const T fitness = checker_.fitness(m);
@@ -425,7 +376,7 @@ template <class T> class motion_search {
         std::vector<motion<T>> known_motions;
         if (from_pool) {
             for (const known& k : pool_) {
-                if (k.at.goal == pool_.front().at.goal) known_motions.push_back(with_interior(k.at, K));
+                if (k.at.goal == pool_.front().at.goal) known_motions.push_back(motions_of_.with_interior(k.at, K));
             }
         }
         run_swarm(K, known_motions);
@@ -547,6 +498,7 @@ template <class T> class motion_search {
     const search_hints hints_ = checker_.base().hints();
     rrt_connect<T> trees_;
     path_shortener<T> shortener_{trees_, p_.dofs()};
+    path_motions<T> motions_of_;
     search_sequence<T> of_trees_, refining_;
     std::uint64_t seed_;
     std::uint32_t island_;
