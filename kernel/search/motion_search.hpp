@@ -249,19 +249,29 @@ template <class T> class motion_search {
         if (i == shorter_path) return !paths_.empty();
         return s_.patience > 0;
     }
+    // Of paths that are not longer than the best motion by far, after some shortcuts, one is followed.
     void another_path() {
         path<T> found;
         if (!find_path(found, s_.patience)) {
             if (!over() && p_.base.constrained()) swarm_turn(true);
             return;
         }
-        if (p_.weight.only_length() && p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
+        if (p_.weight.only_length()) {
+            const auto still = [&] { return !late(); };
+            for (const int tries : {s_.shortcuts / 4, s_.shortcuts}) {
+                shortener_.shorten(found, tries, tries, refining_, still);
+                if (p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
+            }
+        }
         follow(found);
     }
     // The path of the best motion is shortened further, and followed again.
     void shorten_a_path() {
         path<T> p = paths_.back();
-        if (!shortener_.shorten(p, s_.shortcuts, s_.shortcuts, refining_, [&] { return !late(); })) return;
+        if (!shortener_.shorten(p, s_.shortcuts, s_.shortcuts, refining_, [&] { return !late(); })) {
+            paths_.clear();
+            return;
+        }
         trees_.shorten(p, [&] { return !late(); });
         paths_.back() = p;
         follow(p);

@@ -17,7 +17,7 @@ struct motion_search_settings {
     std::vector<int> ladder = {1, 2, 3, 4, 6, 8, 12, 16, 24};  // tried on a path, in this order
     int patience = 16384;       // samples of the trees before the first turn of the swarm, then ever more; 0: no trees
     double swarm_share = 0.08;  // of the work of the trees, for the swarm, while nothing is found
-    int shortcuts = 60;  // tried in a turn
+    int shortcuts = 200; // tried in a turn
     int refine_stall = 100;     // refining ends after as many failures in a row
     int swarm_turn = 3;         // the swarm's is every turn of this number; 0: none
     int swarm_stall = 20;       // rounds without improvement that end its turn
