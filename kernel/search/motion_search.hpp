@@ -10,6 +10,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdio>
 #include <functional>
 
 #include "search/path_motions.hpp"
@@ -202,7 +203,7 @@ template <class T> class motion_search {
         if (p_.weight.only_length() && p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
         follow(found);
     }
-    // The spline with the fewest control points that stays free along the path.
+    // The spline with the fewest control points that stays free along the path; else a motion that clings to it.
     void follow(const path<T>& along_path) {
         for (int K : s_.ladder) {
             motion<T> m = motions_of_.nearest_to(along_path, K);
@@ -216,6 +217,20 @@ template <class T> class motion_search {
             note(m, fitness, "rrt_connect");
             refine({fitness, m});
             return;
+        }
+        if (hints_.trees_find_motions) {
+            const clung<T> m = motions_of_.cling(along_path, [&] {
+                ++evaluations_;
+                return !over();
+            });
+            static FILE* dbg = getenv("CLING") ? fopen(getenv("CLING"), "a") : nullptr;
+            if (dbg) fprintf(dbg, "%d corners %d looks %d K %d edge %d conf %ld\n", int(m.outcome), along_path.count(p_.dofs()) - 2, m.looks, m.found.interior, m.edge, long(checker_.configurations() / 16)), fflush(dbg);
+            if (m.outcome == clinging::free) {
+                const T fitness = checker_.fitness(m.found);
+                note(m.found, fitness, "rrt_connect");
+                refine({fitness, m.found});
+                return;
+            }
         }
         if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
