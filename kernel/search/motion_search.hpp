@@ -10,6 +10,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdio>
 #include <functional>
 
 #include "search/path_motions.hpp"
@@ -276,18 +277,11 @@ template <class T> class motion_search {
         paths_.back() = p;
         follow(p);
     }
-    // The spline with the fewest control points that stays free along the path.
     void follow(const path<T>& along_path) {
-        for (int K : s_.ladder) {
-            motion<T> m = motions_of_.nearest_to(along_path, K);
-            ++evaluations_;
-            project_onto_ends(m);
-            if (!free_or_noted(m)) {
-                if (over()) return;
-                continue;
-            }
-            const T fitness = checker_.fitness(m);
+        motion<T> m;
+        if (motion_along(along_path, m)) {
             const bool first = best_.empty();
+            const T fitness = checker_.fitness(m);
             note(m, fitness, "rrt_connect");
             if (over()) return;
             if (paths_.empty()) paths_.push_back(along_path);
@@ -300,6 +294,24 @@ template <class T> class motion_search {
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
             run_swarm(K, {motions_of_.nearest_to(along_path, K)});
         }
+    }
+    // The spline with the fewest control points that stays free along the path; else a motion that clings to it.
+    bool motion_along(const path<T>& along_path, motion<T>& m) {
+        for (int K : s_.ladder) {
+            m = motions_of_.nearest_to(along_path, K);
+            ++evaluations_;
+            project_onto_ends(m);
+            if (free_or_noted(m)) return true;
+            if (over()) return false;
+        }
+        if (!hints_.trees_find_motions) return false;
+        clung<T> tight = motions_of_.cling(along_path, [&] {
+            ++evaluations_;
+            return !over();
+        });
+        if (tight.outcome != clinging::free) return false;
+        m = std::move(tight.found);
+        return true;
     }
     bool free_or_noted(const motion<T>& m) {
         if (!best_.empty()) return checker_.free(m);

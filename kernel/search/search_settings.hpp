@@ -1,12 +1,10 @@
 // How the planner searches, when it ends, and what it keeps of what it found.
 #pragma once
 
-#include "search/rrt_connect.hpp"
+#include "search/path_motions.hpp"
 #include "swarm/swarm.hpp"
 
 namespace SPACEARM_NAMESPACE {
-
-inline constexpr int most_interior = 32;  // control points
 
 // A user sets `swarm` and `interior`. The other numbers are constants of the search. They were chosen on
 // MotionBenchMaker's Panda problems; benchmarks/search_parts.py measures what each part of the search is worth.
