@@ -10,7 +10,6 @@
 #pragma once
 
 #include <chrono>
-#include <cstdio>
 #include <functional>
 
 #include "search/path_motions.hpp"
@@ -60,6 +59,7 @@ template <class T> class motion_search {
         for (const known& k : pool_) {
             if (best_.empty() || k.fitness < best_.front().fitness) best_.assign(1, k);
         }
+        paths_.clear();
         tried_straight_ = false;
     }
 
@@ -178,7 +178,7 @@ template <class T> class motion_search {
             std::max(1, samples / hints_.tree_share), of_trees_,
             [&] {
                 ++evaluations_;
-                return !over();
+                return !over() && (trees_until_ == 0 || checker_.configurations() < trees_until_);
             },
             [&] { return !late(); }, found);
         if (met) trees_.shorten(found, [&] { return !late(); });
@@ -188,28 +188,26 @@ template <class T> class motion_search {
     // longer: neither waits long for the other, and in the end both have had their share of the work.
     void find_first() {
         path<T> found;
-        if (!hints_.trees_find_motions) {
+        if (!hints_.trees_find_motions || s_.patience == 0) {
             if (turn_ % 2 == 0) swarm_turn(false);
             else if (find_path(found, s_.patience)) follow(found);
             else if (!over()) swarm_turn(false);
             return;
         }
-        const std::int64_t before = checker_.configurations();
-        const bool met = find_path(found, patience_);
-        if (met) follow(found);
-        if (!best_.empty() || over()) return;
-        if (met) {
-            tree_work_ += checker_.configurations() - before;
-            return;
+        trees_until_ = checker_.configurations() + trees_turn_;
+        while (best_.empty() && !over() && checker_.configurations() < trees_until_) {
+            if (find_path(found, std::numeric_limits<int>::max())) follow(found);
         }
-        tree_work_ += checker_.configurations() - before;
-        patience_ = std::min(2 * patience_, most_patience);
-        swarm_until_ = checker_.configurations() + static_cast<std::int64_t>(s_.swarm_share * static_cast<double>(tree_work_));
-        tree_work_ = 0;
-        swarm_turn(false);
+        trees_until_ = 0;
+        if (!best_.empty() || over()) return;
+        take_swarm_turn(false, static_cast<std::int64_t>(s_.swarm_share * static_cast<double>(trees_turn_)));
+        trees_turn_ = std::min(2 * trees_turn_, std::int64_t{1} << 40);
+    }
+    void take_swarm_turn(bool from_pool, std::int64_t configurations) {
+        swarm_until_ = checker_.configurations() + configurations;
+        swarm_turn(from_pool);
         swarm_until_ = 0;
     }
-    static constexpr int most_patience = 1 << 24;
 
     // ---- better motions: what has paid lately has the next turn ----------------------------------------------------
     void improve() {
@@ -225,7 +223,7 @@ template <class T> class motion_search {
         switch (chosen) {
             case shorter_path: shorten_a_path(); break;
             case other_path: another_path(); break;
-            default: swarm_turn(true);
+            default: take_swarm_turn(true, std::int64_t{swarm_first} << std::min(methods_[around_known].turns, 30));
         }
         method& m = methods_[chosen];
         m.gain = keeps * m.gain + (had - static_cast<double>(best_fitness())) / std::max(had, 1e-30);
@@ -258,9 +256,8 @@ template <class T> class motion_search {
             return;
         }
         if (p_.weight.only_length()) {
-            const auto still = [&] { return !late(); };
             for (const int tries : {s_.shortcuts / 4, s_.shortcuts}) {
-                shortener_.shorten(found, tries, tries, refining_, still);
+                shorten(found, tries);
                 if (p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
             }
         }
@@ -269,7 +266,7 @@ template <class T> class motion_search {
     // The path of the best motion is shortened further, and followed again.
     void shorten_a_path() {
         path<T> p = paths_.back();
-        if (!shortener_.shorten(p, s_.shortcuts, s_.shortcuts, refining_, [&] { return !late(); })) {
+        if (!shorten(p, s_.shortcuts)) {
             paths_.clear();
             return;
         }
@@ -277,6 +274,14 @@ template <class T> class motion_search {
         paths_.back() = p;
         follow(p);
     }
+    static constexpr int few = 4;
+    bool shorten(path<T>& p, int tries) {
+        return shortener_.shorten(p, tries, s_.shortcut_stall, refining_, [&] {
+            ++evaluations_;
+            return !over();
+        });
+    }
+    // Where a motion along a path is the first, the path itself is shortened next; else the motion is refined.
     void follow(const path<T>& along_path) {
         motion<T> m;
         if (motion_along(along_path, m)) {
@@ -286,7 +291,8 @@ template <class T> class motion_search {
             if (over()) return;
             if (paths_.empty()) paths_.push_back(along_path);
             else if (trees_.length(along_path) < trees_.length(paths_.back())) paths_.back() = along_path;
-            if (first && along_path.count(p_.dofs()) > 2) keep(m, fitness);  // the path is shortened first
+            // Refining pays with few control points; where there are many, the path is shortened first.
+            if (first && m.interior > few) keep(m, fitness);
             else refine({fitness, m});
             return;
         }
@@ -309,6 +315,7 @@ template <class T> class motion_search {
             ++evaluations_;
             return !over();
         });
+        if (tight.outcome == clinging::blocked && ++blocked_ % 4 == 0) checker_.base().look_closer_at_edges();
         if (tight.outcome != clinging::free) return false;
         m = std::move(tight.found);
         return true;
@@ -531,8 +538,9 @@ template <class T> class motion_search {
     double spent_ = 0, next_question_ = 0;
     std::int64_t evaluations_ = 0, first_evaluation_ = 0, last_gain_ = 0;
     std::uint64_t asked_ = 0;
-    int turn_ = 0, swarm_turns_ = 0, unfit_ = 0, patience_ = s_.patience;
-    std::int64_t tree_work_ = 0, swarm_until_ = 0;  // configurations
+    int turn_ = 0, swarm_turns_ = 0, unfit_ = 0, blocked_ = 0;
+    // [configurations] how long the trees' turn is while nothing is known; where turns end that do, 0: nowhere.
+    std::int64_t trees_turn_ = s_.first_turn, trees_until_ = 0, swarm_until_ = 0;
     enum { shorter_path, around_known, other_path, method_count };
     struct method {
         double gain = 0, work = 0;  // lately; the gain as a share of the fitness
@@ -540,6 +548,7 @@ template <class T> class motion_search {
         int turns = 0;
     };
     static constexpr double keeps = 0.5, least_share = 0.1;
+    static constexpr int swarm_first = 1 << 15;  // configurations of the swarm's first turn; then twice as many each time
     method methods_[method_count];
     std::vector<path<T>> paths_;
     T last_noted_ = infinity, fallback_violation_ = infinity;
