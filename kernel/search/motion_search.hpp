@@ -10,7 +10,6 @@
 #pragma once
 
 #include <chrono>
-#include <cstdio>
 #include <functional>
 
 #include "search/path_motions.hpp"
@@ -203,39 +202,39 @@ template <class T> class motion_search {
         if (p_.weight.only_length() && p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
         follow(found);
     }
-    // The spline with the fewest control points that stays free along the path; else a motion that clings to it.
+    // The spline with few control points that is nearest to the path; then a motion that clings to the path; and where
+    // an edge of the path was not free after all, splines with more control points, which leave it here and there.
     void follow(const path<T>& along_path) {
-        for (int K : s_.ladder) {
-            motion<T> m = motions_of_.nearest_to(along_path, K);
+        const bool clings = hints_.trees_find_motions;
+        for (std::size_t i = 0; i < s_.ladder.size(); ++i) {
+            if (i == 1 && clings && cling(along_path)) return;
+            motion<T> m = motions_of_.nearest_to(along_path, s_.ladder[i]);
             ++evaluations_;
             project_onto_ends(m);
-            if (!free_or_noted(m)) {
-                if (over()) return;
-                continue;
-            }
-            const T fitness = checker_.fitness(m);
-            note(m, fitness, "rrt_connect");
-            refine({fitness, m});
-            return;
-        }
-        if (hints_.trees_find_motions) {
-            const clung<T> m = motions_of_.cling(along_path, [&] {
-                ++evaluations_;
-                return !over();
-            });
-            static FILE* dbg = getenv("CLING") ? fopen(getenv("CLING"), "a") : nullptr;
-            if (dbg) fprintf(dbg, "%d corners %d looks %d K %d edge %d conf %ld\n", int(m.outcome), along_path.count(p_.dofs()) - 2, m.looks, m.found.interior, m.edge, long(checker_.configurations() / 16)), fflush(dbg);
-            if (m.outcome == clinging::free) {
-                const T fitness = checker_.fitness(m.found);
-                note(m.found, fitness, "rrt_connect");
-                refine({fitness, m.found});
+            if (free_or_noted(m)) {
+                begin_from(m);
                 return;
             }
+            if (over()) return;
         }
+        if (clings && s_.ladder.size() == 1 && cling(along_path)) return;
         if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
             run_swarm(K, {motions_of_.nearest_to(along_path, K)});
         }
+    }
+    bool cling(const path<T>& along_path) {
+        const clung<T> m = motions_of_.cling(along_path, [&] {
+            ++evaluations_;
+            return !over();
+        });
+        if (m.outcome == clinging::free) begin_from(m.found);
+        return m.outcome == clinging::free;
+    }
+    void begin_from(const motion<T>& m) {
+        const T fitness = checker_.fitness(m);
+        note(m, fitness, "rrt_connect");
+        refine({fitness, m});
     }
     bool free_or_noted(const motion<T>& m) {
         if (!best_.empty()) return checker_.free(m);
