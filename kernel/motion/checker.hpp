@@ -81,20 +81,28 @@ template <class T> class motion_checker {
         return !near_.any() || near_pairs_keep(m);
     }
     bool free(const motion<T>& m) { return violation(m, T(0)) <= T(0) && finely_free(m); }
-    // Where along a motion its clearance falls short, from 0 to 1: all instants that are looked at, in no order.
-    void collisions(const motion<T>& m, std::vector<double>& at) {
+    // The same; if it is not free for its clearance, `at` gets the instants, from 0 to 1, of the first pack that is
+    // not.
+    bool free(const motion<T>& m, std::vector<double>& at) {
         at.clear();
-        if (!sane(m)) return;
-        T lane[W];
+        if (!sane(m)) return false;
         for (sampling density : {sampling::coarse, sampling::fine}) {
             base_->follow(m, density, true);
+            if (!(unmet(m) <= T(0))) return false;
+            near_.begin();
             for (int i = 0; i < base_->packs(); ++i) {
+                T lane[W];
                 shortfall_at(i, false).store(lane);
                 for (int k = 0; k < W; ++k) {
                     if (lane[k] > T(0)) at.push_back(base_->instant_at(i, k));
                 }
+                if (!at.empty()) return false;
+                if (near_.any()) watch_near_pairs(i);
             }
+            if (near_.any() && !(density == sampling::coarse ? near_.shortfall(m.goal) <= T(0) : near_pairs_keep(m)))
+                return false;
         }
+        return true;
     }
 
     // Whether the straight edge between two configurations is free, the base where it is at the beginning: at a pack of

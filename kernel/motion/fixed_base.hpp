@@ -44,7 +44,7 @@ template <class T> class fixed_base final : public base_model<T> {
         const T along = local_.measure_lengths() * T(instants_per_unit * this->edge_packs()) / T(W);
         const T most = T(this->most_instants / W);
         first_ = 0;
-        all_ = std::max(sample_packs_fine, static_cast<int>(std::ceil(std::min(most, along))));
+        all_ = std::max(sample_packs_fine - sample_packs_coarse, static_cast<int>(std::ceil(std::min(most, along))));
         jump_ = std::max(1, static_cast<int>(0.618 * all_));  // from pack to pack, so that the first are far apart
         while (std::gcd(jump_, all_) > 1) ++jump_;
     }

@@ -1,8 +1,8 @@
 // A motion of many control points, looked at where only six of them count.
 //
-// A quintic spline is made of spans, one polynomial each, and on a span six neighbouring control points count. Positions
-// are told in spans: x = s (K + 1). The lanes of a pack may be on any spans: the six values are computed for all lanes
-// at once, then each lane sums its own six control points, the joints side by side.
+// A quintic spline is made of spans, one polynomial each, and on a span six neighbouring control points count.
+// Positions are told in spans: x = s (K + 1). The lanes of a pack may be on any spans: the six values are computed for
+// all lanes at once, then each lane sums its own six control points, the joints side by side.
 #pragma once
 
 #include <array>
@@ -17,7 +17,8 @@ inline constexpr int looks_a_span = 2;    // instants of a span that length, dur
 inline constexpr int lengths_a_span = 4;  // steps of a span in which the length along a motion is known
 
 // The six values that are not 0 at a position, of `Number`s: a double or a pack. `low` is where the span begins.
-template <class Number> SPACEARM_INLINE void six_values(const Number& x, const Number& low, int interior, Number* value) {
+template <class Number>
+SPACEARM_INLINE void six_values(const Number& x, const Number& low, int interior, Number* value) {
     using std::max, std::min;
     const auto inside = [&](const Number& knot) { return min(max(knot, Number(0)), Number(interior + 1)); };
     Number left[6], right[6];
@@ -55,7 +56,8 @@ template <class T> span_table<T> make_span_table(int interior) {
             const double s = derivative ? (i + 0.5) / (looks_a_span * spans) : double(i) / (lengths_a_span * spans);
             const std::vector<double> all = all_spline_values(s, interior, derivative);
             const int span = i / (steps / spans);
-            for (int j = 0; j < 6; ++j) t.value[derivative].push_back(static_cast<T>(all[std::min(span, interior) + j]));
+            for (int j = 0; j < 6; ++j)
+                t.value[derivative].push_back(static_cast<T>(all[std::min(span, interior) + j]));
         }
     }
     return t;
@@ -146,8 +148,8 @@ template <class T> class local_spline {
     T position_at(T share) const {
         const T wanted = share * lengths_.back();
         const auto next = std::upper_bound(lengths_.begin(), lengths_.end(), wanted);
-        const int i = static_cast<int>(std::clamp<std::ptrdiff_t>(next - lengths_.begin(), 1,
-                                                                  static_cast<std::ptrdiff_t>(lengths_.size()) - 1));
+        const int i = static_cast<int>(
+            std::clamp<std::ptrdiff_t>(next - lengths_.begin(), 1, static_cast<std::ptrdiff_t>(lengths_.size()) - 1));
         const T step = lengths_[i] - lengths_[i - 1];
         const T part = step > T(0) ? std::clamp((wanted - lengths_[i - 1]) / step, T(0), T(1)) : T(0);
         return (T(i - 1) + part) / T(lengths_a_span);

@@ -274,14 +274,13 @@ template <class T> class motion_search {
         paths_.back() = p;
         follow(p);
     }
-    static constexpr int few = 4;
     bool shorten(path<T>& p, int tries) {
         return shortener_.shorten(p, tries, s_.shortcut_stall, refining_, [&] {
             ++evaluations_;
             return !over();
         });
     }
-    // Where a motion along a path is the first, the path itself is shortened next; else the motion is refined.
+    // A motion along a path, and what can be made of it.
     void follow(const path<T>& along_path) {
         motion<T> m;
         if (motion_along(along_path, m)) {
@@ -301,20 +300,27 @@ template <class T> class motion_search {
             run_swarm(K, {motions_of_.nearest_to(along_path, K)});
         }
     }
-    // The spline with the fewest control points that stays free along the path; else a motion that clings to it.
+    static constexpr int few = 4;
+    // The spline with few control points that is nearest to the path; else a motion that clings to the path; and where
+    // an edge of the path was not free after all, splines with more control points, which leave it here and there.
     bool motion_along(const path<T>& along_path, motion<T>& m) {
-        for (int K : s_.ladder) {
-            m = motions_of_.nearest_to(along_path, K);
+        const bool clings = hints_.trees_find_motions;
+        for (std::size_t i = 0; i < s_.ladder.size(); ++i) {
+            if (i == 1 && clings && cling(along_path, m)) return true;
+            m = motions_of_.nearest_to(along_path, s_.ladder[i]);
             ++evaluations_;
             project_onto_ends(m);
             if (free_or_noted(m)) return true;
             if (over()) return false;
         }
-        if (!hints_.trees_find_motions) return false;
+        return clings && s_.ladder.size() == 1 && cling(along_path, m);
+    }
+    bool cling(const path<T>& along_path, motion<T>& m) {
         clung<T> tight = motions_of_.cling(along_path, [&] {
             ++evaluations_;
             return !over();
         });
+        // Edges are looked at too coarsely, if that happens again and again.
         if (tight.outcome == clinging::blocked && ++blocked_ % 4 == 0) checker_.base().look_closer_at_edges();
         if (tight.outcome != clinging::free) return false;
         m = std::move(tight.found);

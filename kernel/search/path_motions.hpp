@@ -97,9 +97,9 @@ template <class T> class path_motions {
             if (static_cast<int>(places.size()) > most_interior) return out;
             place_controls(along_path, places, out.found);
             ++out.looks;
-            checker_.collisions(out.found, where);
+            const bool free = checker_.free(out.found, where);
             if (where.empty()) {
-                out.outcome = checker_.free(out.found) ? clinging::free : clinging::unmet;
+                out.outcome = free ? clinging::free : clinging::unmet;
                 return out;
             }
             if (!come_nearer(places, where, edges, closeness, out)) {
@@ -210,9 +210,7 @@ template <class T> class path_motions {
         }
     }
     const T* control(const motion<T>& m, int k) const {
-        return k <= 0             ? p_.start.data()
-               : k > m.interior ? p_.end(m)
-                                : &m.points[static_cast<std::size_t>(k - 1) * n_];
+        return k <= 0 ? p_.start.data() : k > m.interior ? p_.end(m) : &m.points[static_cast<std::size_t>(k - 1) * n_];
     }
     void place(const motion<T>& m, double s, T* q) const {
         const int span = span_of(s * (m.interior + 1), m.interior);
@@ -239,8 +237,9 @@ template <class T> class path_motions {
         double share;
         bool middle;  // whether the edges have a control point in the middle, too
     };
-    static constexpr grip grips[] = {{0, 0, false},      {0, 0, true},       {1, 1.0 / 4, true},  {1, 1.0 / 12, true},
-                                     {2, 1.0 / 24, true}, {2, 1.0 / 96, true}, {2, 1.0 / 384, true}, {2, 0, true}};
+    static constexpr grip grips[] = {{0, 0, false},        {0, 0, true},        {1, 1.0 / 4, true},
+                                     {1, 1.0 / 12, true},  {2, 1.0 / 24, true}, {2, 1.0 / 96, true},
+                                     {2, 1.0 / 384, true}, {2, 0, true}};
     static constexpr int tightest = static_cast<int>(std::size(grips)) - 1;
 
     // The interior control points, in order.

@@ -12,8 +12,8 @@ namespace SPACEARM_NAMESPACE {
 struct motion_search_settings {
     swarm_settings swarm;  // evaluations: of one turn
     rrt_connect_settings trees;
-    std::vector<int> interior = {2, 3};                        // control points of the swarm's motions, turn by turn
-    std::vector<int> ladder = {1, 2, 3, 4, 6, 8, 12, 16, 24};  // tried on a path, in this order
+    std::vector<int> interior = {2, 3};      // control points of the swarm's motions, turn by turn
+    std::vector<int> ladder = {2, 4, 8, 16};  // tried on a path: the first, then one that clings to it, then the others
     int patience = 4000;        // samples of the trees in a turn, where there is another method to turn to; 0: no trees
     int first_turn = 1 << 19;   // configurations of the trees' first turn while nothing is found; then ever more
     double swarm_share = 0.08;  // of the work of the trees, for the swarm, while nothing is found
