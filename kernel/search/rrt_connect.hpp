@@ -24,15 +24,16 @@ template <class T> T distance_between(const T* a, const T* b, int n) {
 }
 
 struct rrt_connect_settings {
-    double step = 1.0;       // [rad or m] longest edge
-    double near_line = 0.9;  // share of the samples drawn around the straight motion ...
-    double spread = 1.0;     // ... with this deviation [rad or m]
+    double step = 1.0;       // [rad or m] longest edge of an arm of seven joints; with more it is shorter
+    double near_line = 0.8;  // share of the samples drawn around the straight motion ...
+    double spread = 2.0;     // ... with this deviation [rad or m]
 };
 
 template <class T> class rrt_connect {
   public:
     rrt_connect(motion_checker<T>& checker, const rrt_connect_settings& settings)
-        : checker_(checker), p_(checker.problem()), settings_(settings), n_(p_.dofs()) {
+        : checker_(checker), p_(checker.problem()), settings_(settings), n_(p_.dofs()),
+          step_(T(settings.step) * std::min(T(1), T(7) / T(n_))) {
         begin_again();
     }
 
@@ -95,7 +96,7 @@ template <class T> class rrt_connect {
     // Whether the way straight from a to b is free, looked at in edges of at most a step.
     bool straight_free(const T* a, const T* b) {
         std::vector<T> from(a, a + n_), to(n_);
-        const int parts = std::max(1, static_cast<int>(std::ceil(distance_between(a, b, n_) / T(settings_.step))));
+        const int parts = std::max(1, static_cast<int>(std::ceil(distance_between(a, b, n_) / step_)));
         for (int i = 1; i <= parts; ++i) {
             for (int d = 0; d < n_; ++d) to[d] = a[d] + (b[d] - a[d]) * T(i) / T(parts);
             if (!checker_.edge_free(from.data(), to.data())) return false;
@@ -181,8 +182,8 @@ template <class T> class rrt_connect {
     // Pulls `to` within a step of `from`; whether it was within one already.
     bool step_towards(const T* from, T* to) const {
         const T away = distance_between(from, to, n_);
-        if (away <= T(settings_.step)) return true;
-        for (int d = 0; d < n_; ++d) to[d] = from[d] + (to[d] - from[d]) * (T(settings_.step) / away);
+        if (away <= step_) return true;
+        for (int d = 0; d < n_; ++d) to[d] = from[d] + (to[d] - from[d]) * (step_ / away);
         return false;
     }
     void join(int at_start, int at_goal, path<T>& found) const {
@@ -205,6 +206,7 @@ template <class T> class rrt_connect {
     const motion_problem<T>& p_;
     rrt_connect_settings settings_;
     int n_;
+    T step_;
     branch from_start_, from_goals_;
 };
 
