@@ -195,6 +195,14 @@ class SearchSettings:
 
     patience: int
 
+    first_turn: int
+
+    swarm_share: float
+
+    shortcuts: int
+
+    shortcut_stall: int
+
     refine_stall: int
 
     swarm_turn: int
