@@ -11,7 +11,7 @@ from kernel import objectives
 from kernel.builds import Build, surround
 from spacearm.geometry import Box, Obstacle, Sphere
 from spacearm.robot import Frame, Joint, LinkShape, Robot
-from support.kernel_cases import TERMS, instants, looked_at
+from support.kernel_cases import TERMS, coarsely_looked_at, instants, looked_at
 from support.oracles import coal_shapes, pinocchio_points
 
 BALLS = [Sphere((0.0, 0.0, 0.0), 0.2), Sphere((0.25, 0.0, 0.0), 0.1), Sphere((0.5, 0.0, -0.8), 0.1)]
@@ -92,7 +92,7 @@ def test_a_near_pair_is_held_by_the_order_of_the_motion(build: Build, case: str)
     judged = search.judge(rows, K, goal)
     found, free = np.array(judged.violation), np.array(judged.free)
     fine = looked_at(build, rows, K, start, GOALS[goal])
-    coarse = fine[:, ::4]
+    coarse = coarsely_looked_at(build, rows, K, start, GOALS[goal])
     expected, broken = np.zeros(len(rows)), np.zeros(len(rows), dtype=bool)
     kinds = set()
     for i in range(len(rows)):
@@ -214,7 +214,7 @@ def test_no_more_is_preferred_of_a_pair_than_its_own_lower_margin(build: Build) 
     """The term `clearance` on either side of the margin that is required: one rule for pairs of any margin."""
     start, goal, preferred, K = np.array([-0.6, 0.45]), np.array([0.6, 0.45]), 0.3, 1
     rows = build.array([[0.0, 0.45]])
-    q = looked_at(build, rows, K, start, goal)[0, ::4]
+    q = coarsely_looked_at(build, rows, K, start, goal)[0]
     for own in (0.005, 0.15, 0.5):
         given = {"body": ints(0), "obstacle": ints(0), "other": ints(-1), "margin": np.array([own])}
         search = objectives.motion_search(

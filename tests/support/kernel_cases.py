@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -64,10 +65,35 @@ TERMS = ("length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3
 
 
 def looked_at(build: Build, x: np.ndarray, K: int, start: Sequence[float], goal: Sequence[float]) -> np.ndarray:
-    """The configurations (rows, instants, n) at all instants that the search looks at."""
-    basis = by_scipy(instants(build, 8), K, 0)
+    """The configurations (rows, instants, n) at all instants that the search looks at, the last ones repeated."""
+    points = [np.vstack([start, row.reshape(K, len(start)), goal]) for row in x.astype(np.float64)]
+    rows = [by_scipy(fine_instants(build, row), K, 0) @ row for row in points]
+    most = max((len(row) for row in rows), default=0)
+    whole = [np.vstack([row, np.repeat(row[-1:], most - len(row), axis=0)]) for row in rows]
+    return np.array(whole).reshape(len(x), most, len(start))
+
+
+def coarsely_looked_at(build: Build, x: np.ndarray, K: int, start: Sequence[float], goal: Sequence[float]) -> np.ndarray:
+    """The configurations (rows, instants, n) at the coarse instants, from which the terms and violations are."""
     points = np.stack([np.vstack([start, row.reshape(K, len(start)), goal]) for row in x.astype(np.float64)])
-    return np.einsum("ik,rkd->rid", basis, points)
+    return np.einsum("ik,rkd->rid", by_scipy(instants(build, 2), K, 0), points)
+
+
+def fine_instants(build: Build, points: np.ndarray) -> np.ndarray:
+    """All instants at which the search looks at a motion: even ones, or so many evenly along its length that they are dense.
+
+    The length is that of the lines between the control points (K + 2, n); the spline's own is no greater.
+    """
+    K, even = len(points) - 2, instants(build, 8)
+    up_to = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    rate = (by_scipy(even[::4], K, 1) @ up_to).max()
+    if K <= 24 and 16 * rate <= len(even):
+        return even
+    steps = np.linspace(0, 1, 4 * (K + 1) + 1)
+    packs = min(max(6, math.ceil(16 * up_to[-1] / build.lanes)), 4096 // build.lanes)
+    shares = (np.arange(packs * build.lanes) + 0.5) / (packs * build.lanes)
+    along = np.interp(shares * up_to[-1], by_scipy(steps, K, 0) @ up_to, steps)
+    return np.sort(np.concatenate([even[::4], along]))
 
 
 def clamped_quintic(interior: int) -> np.ndarray:
