@@ -10,36 +10,15 @@ import pytest
 from kernel import objectives
 from kernel.builds import Build, surround
 from spacearm.geometry import Box, Obstacle, Sphere
-from spacearm.robot import Frame, Joint, LinkShape, Robot
+from spacearm.robot import LinkShape
 from support.kernel_cases import TERMS, coarsely_looked_at, instants, looked_at
 from support.oracles import coal_shapes, pinocchio_points
+from support.small_robots import CARRIAGE_RADIUS as RADIUS
+from support.small_robots import slider
 
 BALLS = [Sphere((0.0, 0.0, 0.0), 0.2), Sphere((0.25, 0.0, 0.0), 0.1), Sphere((0.5, 0.0, -0.8), 0.1)]
 """A cradle of two balls, and something else."""
-RADIUS = 0.1  # of what slides
 REQUIRED, MARGIN = 0.1, 0.02  # of the pair in question, and of all others [m]
-
-
-def slider(*shapes: LinkShape, pairs: tuple[tuple[str, str], ...] = ()) -> Robot:
-    """A carriage that slides along x and z: its place is (q0, 0, q1)."""
-    to_x, to_z = np.eye(4), np.eye(4)
-    to_x[:3, :3] = np.column_stack([(0, 1, 0), (0, 0, 1), (1, 0, 0)])
-    to_z[:3, :3] = to_x[:3, :3].T
-    return Robot(
-        name="slider",
-        joints=(
-            Joint(name="x", kind="prismatic", parent=-1, T_parent_joint=to_x),
-            Joint(name="z", kind="prismatic", parent=0, T_parent_joint=to_z),
-        ),
-        shapes=shapes or (LinkShape(name="carriage", joint=1, shape=Sphere((0, 0, 0), RADIUS)),),
-        self_pairs=pairs,
-        frames=(Frame(name="tip", joint=1, T_joint_frame=np.eye(4)),),
-        tip="tip",
-        lower=(-3, -3),
-        upper=(3, 3),
-        velocity=(1, 1),
-        acceleration=(1, 1),
-    )
 
 
 def ints(*values: int) -> np.ndarray:
