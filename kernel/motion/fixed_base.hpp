@@ -109,27 +109,18 @@ template <class T> class fixed_base final : public base_model<T> {
     }
 
   private:
-    // The greatest rate, over the coarse instants, of the length of the lines between control points [rad or m].
+    // The greatest rate over the coarse instants, per unit of s [rad or m].
     T fastest(const motion<T>& m, const spline_table<T>& t) const {
-        const int n = this->p_.dofs(), K = m.interior;
-        const T *before = this->p_.start.data(), *end = this->p_.end(m);
-        T up_to = 0;
-        pack<T> rate[sample_packs_coarse];
-        for (pack<T>& r : rate) r = pack<T>(T(0));
-        for (int k = 1; k < K + 2; ++k) {
-            const T* here = k > K ? end : &m.points[static_cast<std::size_t>(k - 1) * n];
-            T squared = 0;
-            for (int d = 0; d < n; ++d) squared += (here[d] - before[d]) * (here[d] - before[d]);
-            up_to += std::sqrt(squared);
-            for (int l = 0; l < sample_packs_coarse; ++l) {
-                const T* basis = &t.value[1][pack_offset<T>(l, K)];
-                rate[l] += pack<T>::load(basis + static_cast<std::size_t>(k) * W) * up_to;
+        pack<T> most(T(0));
+        for (int l = 0; l < sample_packs_coarse; ++l) {
+            pack<T> squared(T(0));
+            for (int d = 0; d < this->p_.dofs(); ++d) {
+                const pack<T> v = this->p_.coordinate(m, &t.value[1][pack_offset<T>(l, m.interior)], d);
+                squared += v * v;
             }
-            before = here;
+            most = max(most, squared);
         }
-        T out = 0;
-        for (const pack<T>& r : rate) out = std::max(out, greatest_of(r));
-        return out;
+        return std::sqrt(greatest_of(most));
     }
     // Where, in spans, an instant is, of a motion that is looked at span by span.
     T position(int l, int lane) const {

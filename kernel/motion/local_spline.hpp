@@ -14,7 +14,7 @@ namespace SPACEARM_NAMESPACE {
 // [1/rad or 1/m] how many instants of a motion, or of a straight edge, are looked at before any proof failed.
 inline constexpr int instants_per_unit = 16;
 inline constexpr int looks_a_span = 2;    // instants of a span that length, duration and smoothness are told from
-inline constexpr int lengths_a_span = 4;  // steps of a span in which the length along a motion is known
+inline constexpr int lengths_a_span = 4;  // steps of a span, at whose ends the length along a motion is known
 
 // The six values that are not 0 at a position, of `Number`s: a double or a pack. `low` is where the span begins.
 template <class Number>
@@ -121,26 +121,25 @@ template <class T> class local_spline {
         }
     }
 
-    // How long the lines between the control points are up to the end of each step: no stretch of the motion is longer
-    // than the lengths at its ends differ by. Returns the whole.
+    // How long the motion is up to the end of each step, by the chords of the steps. Returns the whole.
     T measure_lengths() {
-        std::vector<T> up_to(K_ + 6, T(0));
-        for (int k = 1; k < K_ + 6; ++k) {
-            pack<T> squared(T(0));
-            for (int b = 0; b < stride_; b += W) {
-                const T* row = &rows_[static_cast<std::size_t>(k) * stride_ + b];
-                const pack<T> away = pack<T>::load(row) - pack<T>::load(row - stride_);
-                squared += away * away;
-            }
-            up_to[k] = up_to[k - 1] + std::sqrt(sum_of(squared));
-        }
         const int steps = lengths_a_span * (K_ + 1);
         lengths_.resize(steps + 1);
-        for (int i = 0; i <= steps; ++i) {
+        lengths_[0] = 0;
+        T* before = lanes_.data();
+        T* here = before + stride_;
+        std::copy(rows_.begin(), rows_.begin() + stride_, before);
+        for (int i = 1; i <= steps; ++i) {
             const T* six = &table_->value[0][static_cast<std::size_t>(i) * 6];
-            const T* row = &up_to[span_of(i / lengths_a_span, K_)];
-            lengths_[i] = 0;
-            for (int j = 0; j < 6; ++j) lengths_[i] += six[j] * row[j];
+            const T* row = &rows_[static_cast<std::size_t>(span_of(i / lengths_a_span, K_)) * stride_];
+            pack<T> squared(T(0));
+            for (int b = 0; b < stride_; b += W) {
+                const pack<T> at = summed(row + b, six, 1), away = at - pack<T>::load(before + b);
+                at.store(here + b);
+                squared += away * away;
+            }
+            lengths_[i] = lengths_[i - 1] + std::sqrt(sum_of(squared));
+            std::swap(before, here);
         }
         return lengths_.back();
     }
