@@ -79,14 +79,6 @@ template <class T> void bind_goal_search(nb::module_& m, const std::string& suff
         .def_prop_ro(
             "in_collision", [](shared& s) { return number_of_turn(s, [](auto& of) { return of.in_collision(); }); },
             "How many of those are in collision.")
-        .def_prop_ro(
-            "closest",
-            [](shared& s) {
-                return rows_of_turn(s, [](auto& of) {
-                    return of.closest().empty() ? std::vector<row>{} : std::vector<row>{of.closest()};
-                });
-            },
-            nb::rv_policy::move, "(0 or 1, n) of those that missed the goal, the one that came nearest to it.")
         .def(
             "differing",
             [](shared& s, int most) { return rows_of_turn(s, [&](auto& of) { return of.differing(most); }); }, "most"_a,
@@ -94,6 +86,9 @@ template <class T> void bind_goal_search(nb::module_& m, const std::string& suff
         .def(
             "lacking", [](shared& s, int most) { return rows_of_turn(s, [&](auto& of) { return of.lacking(most); }); },
             "most"_a, "(g, n) that lack some of the clearance asked for, those that lack least first.")
+        .def(
+            "missed", [](shared& s, int most) { return rows_of_turn(s, [&](auto& of) { return of.missed(most); }); },
+            "most"_a, "(b, n) where seeds ended that missed the goal, the nearest to it first.")
         .def(
             "pulled",
             [](shared& s, in2c<double> q, int most, bool pull, bool at_centre) {

@@ -216,12 +216,13 @@ template <class T> SPACEARM_INLINE void shorten(pack<T>* step, int width, T long
     for (int c = 0; c < width; ++c) step[c] = step[c] * factor;
 }
 
-// The step of damped least squares at q, where the goal was looked at: damped by the error itself, so that steps near
-// the goal converge quadratically (Sugihara, 2011). Joints that push against a bound stay on it.
+// Moves q a step of damped least squares, from where the goal was looked at: damped by the error itself, so that steps
+// near the goal converge quadratically (Sugihara, 2011). Joints that push against a bound stay on it.
 template <class T>
-SPACEARM_NOINLINE void step_onto(const goal_reach<T>& r, reach_memory<T>& m, const pack<T>* q, const T* lower,
-                                 const T* upper, pack<T>* step) {
-    const pack<T> damping = m.cost * static_cast<T>(damping_share);
+SPACEARM_NOINLINE void move_onto(const goal_reach<T>& r, reach_memory<T>& m, const pack<T>* q, const T* lower,
+                                 const T* upper, const pack<T>& share, pack<T>* to) {
+    const pack<T> damping = m.cost * share;
+    pack<T>* step = m.step.data();
     damped(r, m.jacobian.data(), m.missing, damping, step);
     const pack<T> zero(T(0)), one(T(1));
     bool held = false;
@@ -234,31 +235,27 @@ SPACEARM_NOINLINE void step_onto(const goal_reach<T>& r, reach_memory<T>& m, con
     }
     if (held) damped(r, m.held.data(), m.missing, damping, step);
     shorten(step, r.width());
+    for (int c = 0; c < r.width(); ++c) to[c] = clamp(q[c] + step[c], pack<T>(lower[c]), pack<T>(upper[c]));
 }
 
-// Where a lane is when it has taken its step from where the goal was looked at.
-template <class T>
-SPACEARM_INLINE void move_onto(const goal_reach<T>& r, reach_memory<T>& m, const pack<T>* q, const T* lower,
-                               const T* upper, pack<T>* to) {
-    step_onto(r, m, q, lower, upper, m.step.data());
-    for (int c = 0; c < r.width(); ++c) to[c] = clamp(q[c] + m.step[c], pack<T>(lower[c]), pack<T>(upper[c]));
-}
-
-// Brings packs within the bounds to the goal's centre, or as near to it as bounds and arm allow: in the end q is where
-// each lane came nearest to it.
+// Brings packs within the bounds to the goal's centre, or as near to it as bounds and arm allow (Levenberg and
+// Marquardt: the damping falls with each step that comes nearer, and rises with each that does not, which is not
+// taken).
 template <class T>
 void polish(const goal_reach<T>& r, reach_memory<T>& m, pack<T>* q, const T* lower, const T* upper, int rounds) {
-    std::vector<pack<T>> best(q, q + r.width());
-    pack<T> least(std::numeric_limits<T>::max());
-    for (int round = 0;; ++round) {
-        look_at_goal(r, q, m);
-        const pack_mask<T> better = m.cost < least;
-        least = select(better, m.cost, least);
-        for (int c = 0; c < r.width(); ++c) best[c] = select(better, q[c], best[c]);
-        if (round >= rounds || all(least <= static_cast<T>(converged * converged))) break;
-        move_onto(r, m, q, lower, upper, q);
+    std::vector<pack<T>> tried(r.width());
+    pack<T> share(static_cast<T>(damping_share / 100));
+    look_at_goal(r, q, m);
+    pack<T> cost = m.cost;
+    for (int round = 0; round < rounds && !all(cost <= static_cast<T>(converged * converged)); ++round) {
+        move_onto(r, m, q, lower, upper, share, tried.data());
+        look_at_goal(r, tried.data(), m);
+        const pack_mask<T> better = m.cost < cost;
+        cost = select(better, m.cost, cost);
+        for (int c = 0; c < r.width(); ++c) q[c] = select(better, tried[c], q[c]);
+        share = clamp(share * select(better, pack<T>(T(0.1)), pack<T>(T(8))), pack<T>(T(1e-12)), pack<T>(T(1e12)));
+        if (!all(better)) look_at_goal(r, q, m);
     }
-    std::copy(best.begin(), best.end(), q);
 }
 
 }  // namespace SPACEARM_NAMESPACE

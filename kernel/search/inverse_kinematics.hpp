@@ -66,11 +66,12 @@ inline std::vector<row> distinct(const std::vector<row>& rows, const row& start,
     return out;
 }
 
-// What a seed led to: a configuration at the goal.
+// What a seed led to.
 struct reaching {
     row q;
     int seed = 0;        // its number
-    double lacking = 0;  // what its clearances fall short of those asked for, summed [m]
+    double lacking = 0;  // at the goal: what the clearances fall short of those asked for, summed [m]; else the error's
+                         // square
 };
 
 template <class T> class goal_search {
@@ -97,7 +98,6 @@ template <class T> class goal_search {
     int begun() const { return begun_; }  // seeds
     int reached() const { return static_cast<int>(found_.size()); }
     int in_collision() const { return in_collision_; }  // of those
-    const row& closest() const { return closest_; }     // to the goal, of those that missed it; empty: none did
 
     // Goes on with so many seeds more; go_on is called now and then.
     template <class GoOn> void look(int seeds, GoOn&& go_on) {
@@ -119,16 +119,14 @@ template <class T> class goal_search {
 
     // At most so many of the others, those that lack least first.
     std::vector<row> lacking(int most) const {
-        std::vector<const reaching*> order;
+        std::vector<reaching> others;
         for (const reaching& one : found_) {
-            if (!(one.lacking <= 0)) order.push_back(&one);
+            if (!(one.lacking <= 0)) others.push_back(one);
         }
-        std::stable_sort(order.begin(), order.end(),
-                         [](const reaching* a, const reaching* b) { return a->lacking < b->lacking; });
-        std::vector<row> out;
-        for (std::size_t i = 0; i < order.size() && static_cast<int>(i) < most; ++i) out.push_back(order[i]->q);
-        return out;
+        return least_of(std::move(others), most);
     }
+    // At most so many of where the seeds ended that missed the goal, the nearest to it first.
+    std::vector<row> missed(int most) const { return least_of(missed_, most); }
 
     // At most so many of configurations, and with `pull` of what they become when they are pulled towards the start:
     // those that differ. at_centre: they are to stay at the goal's very centre.
@@ -202,6 +200,7 @@ template <class T> class goal_search {
             ++begun_;
             ++running;
         };
+        const pack<T> share(static_cast<T>(damping_share));
         for (int i = 0; i < W; ++i) refill(i);
         while (running > 0) {
             go_on();
@@ -210,7 +209,7 @@ template <class T> class goal_search {
             T cost[W], there[W];
             memory_.cost.store(cost);
             select(is_reached(reach_, memory_), pack<T>(T(1)), pack<T>(T(0))).store(there);
-            move_onto(reach_, memory_, q_.data(), lower_.data(), upper_.data(), q_.data());
+            move_onto(reach_, memory_, q_.data(), lower_.data(), upper_.data(), share, q_.data());
             for (int c = 0; c < width; ++c) q_[c].store(&next[c * W]);
             for (int i = 0; i < W; ++i) {
                 if (lanes[i].seed < 0 || !has_ended(lanes[i], cost[i], there[i] > T(0))) continue;
@@ -238,13 +237,16 @@ template <class T> class goal_search {
     }
 
     void book(const lane& one, double cost, bool there) {
-        if (there) found_.push_back({one.q, one.seed});
-        // Of those that are alike the first seed, in whatever order they end.
-        else if (cost < closest_cost_ || (cost == closest_cost_ && one.seed < closest_seed_)) {
-            closest_cost_ = cost;
-            closest_seed_ = one.seed;
-            closest_ = one.q;
-        }
+        if (there) found_.push_back({one.q, one.seed, 0});
+        else missed_.push_back({one.q, one.seed, cost});
+    }
+    static std::vector<row> least_of(std::vector<reaching> from, int most) {
+        std::sort(from.begin(), from.end(), [](const reaching& a, const reaching& b) {
+            return a.lacking != b.lacking ? a.lacking < b.lacking : a.seed < b.seed;
+        });
+        std::vector<row> out;
+        for (std::size_t i = 0; i < from.size() && static_cast<int>(i) < most; ++i) out.push_back(from[i].q);
+        return out;
     }
 
     // ---- clearance --------------------------------------------------------------------------------------------------
@@ -369,10 +371,7 @@ template <class T> class goal_search {
     std::vector<char> moves_frame_;
     std::vector<T> lower_, upper_;  // of those entries
     int begun_ = 0, in_collision_ = 0;
-    std::vector<reaching> found_;
-    double closest_cost_ = std::numeric_limits<double>::infinity();
-    int closest_seed_ = 0;
-    row closest_;
+    std::vector<reaching> found_, missed_;
 };
 
 // Brings configurations within the bounds, all side by side, to the goal's centre, or as near to it as bounds and arm

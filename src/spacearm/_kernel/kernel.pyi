@@ -566,12 +566,6 @@ class GoalSearch64:
     def in_collision(self) -> int:
         """How many of those are in collision."""
 
-    @property
-    def closest(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-        """
-        (0 or 1, n) of those that missed the goal, the one that came nearest to it.
-        """
-
     def differing(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
         """
         (g, n) that have the clearance asked for, spread wide, nearest to the start first.
@@ -580,6 +574,11 @@ class GoalSearch64:
     def lacking(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
         """
         (g, n) that lack some of the clearance asked for, those that lack least first.
+        """
+
+    def missed(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+        """
+        (b, n) where seeds ended that missed the goal, the nearest to it first.
         """
 
     def pulled(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], most: int, *, pull: bool, at_centre: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
@@ -875,12 +874,6 @@ class GoalSearch32:
     def in_collision(self) -> int:
         """How many of those are in collision."""
 
-    @property
-    def closest(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-        """
-        (0 or 1, n) of those that missed the goal, the one that came nearest to it.
-        """
-
     def differing(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
         """
         (g, n) that have the clearance asked for, spread wide, nearest to the start first.
@@ -889,6 +882,11 @@ class GoalSearch32:
     def lacking(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
         """
         (g, n) that lack some of the clearance asked for, those that lack least first.
+        """
+
+    def missed(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+        """
+        (b, n) where seeds ended that missed the goal, the nearest to it first.
         """
 
     def pulled(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], most: int, *, pull: bool, at_centre: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:

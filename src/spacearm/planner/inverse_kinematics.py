@@ -40,6 +40,7 @@ _SWARMS = 4  # around each goal configuration that is in collision
 _NEAR = 0.01  # [m or rad] what is farther from the goal than that and three times the tolerance is out of reach
 _SEEDS = 16  # for each goal candidate asked for, at first: most poses among obstacles then have as many that differ
 _MOST_SEEDS = 128  # likewise, where none is free; or where there are fewer than asked for, as long as doubling finds more
+_NEAREST_MISSES, _ROUNDS_OF_MISSES = 64, 100  # of damped least squares to where the goal is missed least
 _LEAST_LACKING = 4  # configurations for each goal candidate that are looked at more closely where none has the room wanted
 
 
@@ -303,15 +304,19 @@ class _SpaceSearch:
                 break
             seeds, before = 2 * seeds, len(q)
         counts.searches, counts.reached, counts.in_collision = kernel.begun, kernel.reached, kernel.in_collision
-        if len(q):
-            return self._found(q, at_centre=True)
-        q = kernel.lacking(_LEAST_LACKING * most)
+        found = self._found(q, at_centre=True)
+        if found is not None:
+            return found
+        q = kernel.lacking(_LEAST_LACKING * most) if not len(q) else q
         room = self._search.room(q)
         roomy = with_room(np.ones(len(q), dtype=bool), room)
-        if roomy.any():
-            return self._found(q[roomy], at_centre=True)
+        found = self._found(q[roomy], at_centre=True)
+        if found is not None:
+            return found
+        lower, upper = self._bounds
+        missed = polished(self._reach, kernel.missed(_NEAREST_MISSES), lower, upper, rounds=_ROUNDS_OF_MISSES)
         self._best.offer(self._reach, q, room.least)
-        self._best.offer(self._reach, kernel.closest, np.zeros(len(kernel.closest)))
+        self._best.offer(self._reach, missed, self._search.room(missed).least)
         return None
 
     def _by_swarms(self) -> GoalConfigurations | None:
@@ -343,26 +348,29 @@ class _SpaceSearch:
             # What is at the goal's centre goes before what is only within its tolerance.
             for q, good, has, at_centre in ((onto, there, room, True), (seen, as_seen, room_as_seen, False)):
                 roomy = with_room(good, has)
-                if roomy.any():
-                    return self._found(q[roomy], at_centre=at_centre)
+                found = self._found(q[roomy], at_centre=at_centre)
+                if found is not None:
+                    return found
             self._best.offer(reach, onto, room.least)
             self._best.offer(reach, seen, room_as_seen.least)
             if search.late() or (stage is not _STAGES[0] and self._best.is_far(reach)):
                 return None
         return None
 
-    def _found(self, q: Array, *, at_centre: bool) -> GoalConfigurations:
-        """Pull free configurations (b, n) at the goal towards the start, and return those that differ.
+    def _found(self, q: Array, *, at_centre: bool) -> GoalConfigurations | None:
+        """Pull free configurations (b, n) at the goal towards the start, and return those that differ, if there are any.
 
         What is pulled loses none of the room it has, up to what the search asks for.
         """
+        if not len(q):
+            return None
         most = self._search.candidates
         if self._pull or len(q) > most:
             q = self._kernel.pulled(q, most, pull=self._pull, at_centre=at_centre)
         q = self._kernel.with_turns(q, most)
         room = self._search.room(q)
         kept = with_room(np.ones(len(q), dtype=bool), room)
-        return self._counts.found(q[kept], room.least[kept], self._start)
+        return self._counts.found(q[kept], room.least[kept], self._start) if kept.any() else None
 
 
 def reaching_bounds(robot: Robot, start: Array) -> tuple[Array, Array]:
