@@ -280,13 +280,13 @@ class _SpaceSearch:
         self._reach, self._start, self._search, self._pull = reach, start, search, pull
         self._bounds = reaching_bounds(search.robot, start)
         self._best, self._counts = _Closest(), _Counts()
+        self._beyond = _beyond_reach(search.robot, reach.goal)
         self._kernel = search.seeds(reach, start, self._bounds)
 
     def run(self) -> GoalConfigurations:
         """Return what is found; see `find_goal_configurations`."""
         found = self._by_seeds()
-        hopeless = self._search.late() or _beyond_reach(self._search.robot, self._reach.goal) or self._best.is_far(self._reach)
-        if found is None and not hopeless:
+        if found is None and not (self._search.late() or self._beyond or self._best.is_far(self._reach)):
             found = self._by_swarms()
         best = self._best
         return found or self._counts.none(best.q, best.distance, best.angle, dof=self._search.robot.dof)
@@ -294,12 +294,11 @@ class _SpaceSearch:
     def _by_seeds(self) -> GoalConfigurations | None:
         """Let damped least squares run from twice as many seeds each time, until that brings nothing new."""
         kernel, counts, most = self._kernel, self._counts, self._search.candidates
-        hopeless = _beyond_reach(self._search.robot, self._reach.goal)
         seeds, before = _SEEDS * most, -1
         while True:
             kernel.look(seeds - kernel.begun)
             q = kernel.differing(most)
-            enough = len(q) == most or 0 < len(q) <= before or hopeless
+            enough = len(q) == most or 0 < len(q) <= before or self._beyond
             if enough or self._search.late() or seeds >= _MOST_SEEDS * most:
                 break
             seeds, before = 2 * seeds, len(q)
