@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cases import ENVIRONMENT, Case, Trace, load_cases
+from cases import ENVIRONMENT, Case, Collection, Trace, load_collection
 
 from spacearm.study.other_checker import OtherChecker
 from spacearm.study.reference_core import REFERENCE, load_now, machine, seconds_per_configuration
@@ -46,10 +46,11 @@ def main() -> None:
         pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "-q", "install", "--no-deps", "--upgrade"]
         subprocess.run([*pip, "--target", str(ENVIRONMENT), "ompl==2.0.1", "cma==4.5.0"], check=True)
     sys.path.append(str(ENVIRONMENT))
-    cases, files = load_cases(args.data, most=args.problems)
+    collection = load_collection(args.data, most=args.problems)
+    cases = collection.cases
     begun = time.perf_counter()
-    traces, core = compete(cases, args)
-    other = OtherChecker(files, cases[0].problem.robot.dof_names)
+    traces, core = compete(collection, args)
+    other = OtherChecker(collection.files, collection.joints)
     of = {case.name: case for case in cases}
     for trace in traces:
         if trace.way is not None:
@@ -69,12 +70,13 @@ def main() -> None:
     os._exit(0)  # OMPL's bindings complain at length about what they leak
 
 
-def compete(cases: list[Case], args: argparse.Namespace) -> tuple[list[Trace], dict[str, Any]]:
+def compete(collection: Collection, args: argparse.Namespace) -> tuple[list[Trace], dict[str, Any]]:
     """Let all take turns; return the traces, and how the core was."""
     import spline_methods
     import with_ompl
     import with_spacearm
 
+    cases = collection.cases
     kernel, loads, traces = [], [], []
     crossing = with_ompl.empty_call(cases[0])
     for seed in range(args.seeds):
@@ -89,7 +91,7 @@ def compete(cases: list[Case], args: argparse.Namespace) -> tuple[list[Trace], d
     if not args.no_vamp:
         import with_vamp
 
-        traces += with_vamp.planned(cases)
+        traces += with_vamp.planned(cases, collection.robot)
     return traces, {"numpy": float(np.median(kernel)), "loads": [min(loads), max(loads)], "crossing": crossing}
 
 
