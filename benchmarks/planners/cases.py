@@ -14,6 +14,7 @@ from spacearm.core.errors import SpacearmError
 from spacearm.planner import Problem, clearance
 from spacearm.planner.kernel_model import kernel_model
 from spacearm.study.motionbenchmaker import Item, RobotFiles, find_items, find_robot, read_item
+from spacearm.study.other_checker import OtherChecker, overlapping_pairs
 
 HERE = Path(__file__).resolve().parent
 ENVIRONMENT = HERE.parents[1] / ".venv-planners"
@@ -108,6 +109,9 @@ class Collection:
     @property
     def joints(self) -> tuple[str, ...]:
         return self.cases[0].problem.robot.dof_names
+
+    def other_checker(self) -> OtherChecker:
+        return OtherChecker(self.files, self.joints, overlapping=overlapping_pairs(self.cases[0].problem.robot))
 
 
 def load_collection(

@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 from cases import ENVIRONMENT, Case, Collection, Trace, load_collection
 
-from spacearm.study.other_checker import OtherChecker
 from spacearm.study.reference_core import REFERENCE, load_now, machine, seconds_per_configuration
 
 SEARCH = 0.5  # how long our bare search goes on [s]
@@ -50,7 +49,7 @@ def main() -> None:
     cases = collection.cases
     begun = time.perf_counter()
     traces, core = compete(collection, args)
-    other = OtherChecker(collection.files, collection.joints)
+    other = collection.other_checker()
     of = {case.name: case for case in cases}
     for trace in traces:
         if trace.way is not None:

@@ -142,7 +142,7 @@ def write_json(path: Path | None, rows: list[Row], left_out: dict[str, dict[str,
 def measured(collection: Collection, args: argparse.Namespace) -> list[Row]:
     """Let both take turns, problem after problem; what VAMP takes for a collision goes to those left out."""
     vamp = None if args.only == "ours" else Vamp(collection.robot, collection.joints, repetitions=args.repetitions)
-    other = None if args.no_check or args.only == "vamp" else OtherChecker(collection.files, collection.joints)
+    other = None if args.no_check or args.only == "vamp" else collection.other_checker()
     rows = []
     for case in collection.cases:
         print(f"{collection.robot} {case.name}   ", end="\r", file=sys.stderr, flush=True)

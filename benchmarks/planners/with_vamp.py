@@ -2,7 +2,8 @@
 
 VAMP knows no cylinders between flat ends: its authors take capsules around them, and boxes within them for the family "box"
 (whose cylinder is to be grasped), and so do we. Its build fetches two libraries from a network. `vamp/` stands in for them;
-where SPACEARM_NIGH names a copy of the first, github.com/KavrakiLab/nigh, its own k-d trees are taken.
+where a copy of the first, github.com/KavrakiLab/nigh, is in `.venv-planners/nigh`, or where SPACEARM_NIGH says, its own k-d
+trees are taken.
 """
 
 from __future__ import annotations
@@ -70,10 +71,20 @@ class Vamp:
         joints: our order of the joints.
         repetitions: of each run, the quickest counts.
         budgets: iterations of AORRTC; none: it is left out.
+        dynamic_domain: VAMP's default; see `RRTCSettings`.
     """
 
-    def __init__(self, robot: str, joints: tuple[str, ...], *, repetitions: int = 3, budgets: tuple[int, ...] = ()) -> None:
-        command = [str(build(robot)), str(repetitions), str(ROBOTS[robot][1]), *map(str, budgets)]
+    def __init__(
+        self,
+        robot: str,
+        joints: tuple[str, ...],
+        *,
+        repetitions: int = 3,
+        budgets: tuple[int, ...] = (),
+        dynamic_domain: bool = True,
+    ) -> None:
+        step = str(ROBOTS[robot][1])
+        command = [str(build(robot)), str(repetitions), step, str(int(dynamic_domain)), *map(str, budgets)]
         self._program = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         names = self._line().split()
         if sorted(names) != sorted(joints):
@@ -111,15 +122,22 @@ class Vamp:
         return Answer(planner, int(iterations), float(seconds), float(cost) if int(solved) else np.nan, corners)
 
 
+def own_trees() -> Path | None:
+    """Return the folder of VAMP's library of k-d trees, where there is one."""
+    given = os.environ.get("SPACEARM_NIGH")
+    place = Path(given) if given else ENVIRONMENT / "nigh"
+    return place if (place / "src" / "nigh").is_dir() else None
+
+
 def build(robot: str) -> Path:
     """Fetch VAMP and Eigen from PyPI, compile a robot's program, and return it; it is kept."""
-    nigh = os.environ.get("SPACEARM_NIGH")
+    nigh = own_trees()
     program = ENVIRONMENT / f"vamp_{robot}{'_nigh' if nigh else ''}"
     newest = max(path.stat().st_mtime for path in (HERE / "vamp").rglob("*.*"))
     if program.exists() and program.stat().st_mtime > newest:
         return program
     source, eigen = _sources()
-    includes = [source, *([Path(nigh) / "src"] if nigh else []), HERE / "vamp"]
+    includes = [source, *([nigh / "src"] if nigh else []), HERE / "vamp"]
     command = ["g++", *_FLAGS.split(), f"-DROBOT={ROBOTS[robot][0]}", f"-DROBOT_FILE=<vamp/robots/{robot}.hh>"]
     command += [part for path in includes for part in ("-I", str(path))] + ["-isystem", str(eigen)]
     print(f"compiling VAMP's {robot}", file=sys.stderr)

@@ -1,6 +1,6 @@
 // One of VAMP's robots on problems from stdin: RRT-Connect with simplification, and AORRTC with growing budgets of iterations.
 //
-//     program repetitions range [budget ...]      compiled with -DROBOT=Panda -DROBOT_FILE="<vamp/robots/panda.hh>"
+//     program repetitions range dynamic_domain [budget ...]      compiled with -DROBOT=Panda -DROBOT_FILE="<vamp/robots/panda.hh>"
 //
 // The names of the robot's joints are told first, in a line: their order is that of the configurations here.
 // A problem: the start and the goal; the number of boxes, then centre, three axes and half sizes of each (15 numbers); the
@@ -38,7 +38,8 @@ struct Found {
 
 Found found(const vamp::planning::PlanningResult<Robot>& result) { return {1e-9 * static_cast<double>(result.nanoseconds), result.path}; }
 
-constexpr double enough = 0.3;  // seconds after which a run is not repeated
+constexpr double enough = 0.3;    // seconds after which a run is not repeated
+constexpr double patience = 2.0;  // seconds after which a run that found nothing is not made longer
 
 template <class Plan> Found least_of(int repetitions, Plan plan) {
     Found out = plan();
@@ -103,7 +104,8 @@ int main(int argc, char** argv) {
     const int repetitions = argc > 1 ? std::atoi(argv[1]) : 3;
     const float range = argc > 2 ? static_cast<float>(std::atof(argv[2])) : 1.0f;
     std::vector<std::size_t> budgets;
-    for (int i = 3; i < argc; ++i) budgets.push_back(std::strtoul(argv[i], nullptr, 10));
+    const bool dynamic_domain = argc <= 3 || std::atoi(argv[3]) != 0;
+    for (int i = 4; i < argc; ++i) budgets.push_back(std::strtoul(argv[i], nullptr, 10));
     for (const auto& name : Robot::joint_names) std::printf("%.*s ", static_cast<int>(name.size()), name.data());
     std::printf("\n");
     std::fflush(stdout);
@@ -119,10 +121,11 @@ int main(int argc, char** argv) {
             for (const std::size_t most : {100'000, 1'000'000}) {
                 vamp::planning::RRTCSettings settings;
                 settings.range = range;
+                settings.dynamic_domain = dynamic_domain;
                 settings.max_iterations = settings.max_samples = most;
                 rng->reset();
                 out = found(vamp::planning::RRTC<Robot, rake, Robot::resolution>::solve(start, goal, environment, settings, rng));
-                if (!out.path.empty() || out.seconds > enough) break;
+                if (!out.path.empty() || out.seconds > patience) break;
             }
             return out;
         };

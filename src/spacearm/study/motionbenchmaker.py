@@ -14,6 +14,8 @@ from spacearm.core.errors import FileFormatError, nearest
 from spacearm.files.moveit import load_moveit, requested_group
 from spacearm.planner import ConfigurationGoal, Problem
 from spacearm.robot import Robot, load_robot
+from spacearm.robot.srdf import group_members, load_srdf
+from spacearm.robot.urdf import urdf_tree
 
 _SCENE = re.compile(r"scene(\d*)\.ya?ml")
 _LAYOUT = "folders with scene*.yaml and request*.yaml, one folder a family"
@@ -51,8 +53,10 @@ class RobotFiles:
     group: str
 
     def load(self) -> Robot:
-        """Return the robot."""
-        return load_robot(self.urdf, srdf=self.srdf, group=self.group)
+        """Return the robot. Of a group with several chains the last one's end is the tip: goals are configurations here."""
+        tree = urdf_tree(self.urdf, collision="none")
+        tips = group_members(load_srdf(self.srdf), self.group, tree).tips
+        return load_robot(self.urdf, srdf=self.srdf, group=self.group, tip=tips[-1] if len(tips) > 1 else None)
 
 
 def find_items(folder: Path, *, families: Sequence[str] = (), most: int | None = None) -> list[Item]:
