@@ -24,8 +24,15 @@ VERSION = "0.6.4"
 BUDGETS = (1_000, 3_000, 10_000, 30_000)
 """Iterations of AORRTC, each a run of its own."""
 
-ROBOTS = {"panda": ("Panda", 1.0), "ur5": ("UR5", 1.5), "fetch": ("Fetch", 1.0), "baxter": ("Baxter", 0.5)}
-"""VAMP's robots: what the type is called, and VAMP's own choice of the trees' step (`ROBOT_RRT_RANGES`) [rad]."""
+ROBOTS = {
+    "panda": ("Panda", 1.0, True),
+    "ur5": ("UR5", 1.5, True),
+    "fetch": ("Fetch", 1.0, True),
+    "baxter": ("Baxter", 0.5, False),
+}
+"""VAMP's robots: what the type is called; VAMP's own choice of the trees' step (`ROBOT_RRT_RANGES`) [rad]; and whether nodes whose
+extension failed draw samples from near them alone (`dynamic_domain`). VAMP does that by default. On the Baxter it is better off
+without: 24 of 24 problems solved instead of 22, 95 in 100 within 51 ms instead of 122 ms."""
 
 _FLAGS = "-std=c++17 -O3 -DNDEBUG -march=native -mavx2 -fno-math-errno -fno-signed-zeros -fno-trapping-math -fno-rounding-math "
 _FLAGS += "-ffp-contract=fast -fassociative-math -w"  # VAMP's own
@@ -71,7 +78,6 @@ class Vamp:
         joints: our order of the joints.
         repetitions: of each run, the quickest counts.
         budgets: iterations of AORRTC; none: it is left out.
-        dynamic_domain: VAMP's default; see `RRTCSettings`.
     """
 
     def __init__(
@@ -81,10 +87,9 @@ class Vamp:
         *,
         repetitions: int = 3,
         budgets: tuple[int, ...] = (),
-        dynamic_domain: bool = True,
     ) -> None:
-        step = str(ROBOTS[robot][1])
-        command = [str(build(robot)), str(repetitions), step, str(int(dynamic_domain)), *map(str, budgets)]
+        _, step, dynamic_domain = ROBOTS[robot]
+        command = [str(build(robot)), str(repetitions), str(step), str(int(dynamic_domain)), *map(str, budgets)]
         self._program = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         names = self._line().split()
         if sorted(names) != sorted(joints):
