@@ -5,8 +5,8 @@
 DIR holds MotionBenchMaker's problems for a robot, as `spacearm bench mbm` takes them; its URDF's name begins with the robot's.
 VAMP is RRT-Connect and its simplification, compiled from its source of PyPI, with its own settings for each robot. Its time is
 its own count. Ours is the search of `plan()` alone, to the first motion; and once more for 10 ms, for the length. Times are as
-measured, the least of `--repetitions` runs that do the same. What we find is looked at afterwards in steps of 0.005 rad by
-Pinocchio and Coal.
+measured, the least of `--repetitions` runs that do the same. What is found is looked at afterwards in steps of 0.005 rad by
+Pinocchio and Coal: the search alone looks at instants, and `plan()` offers a motion only when it is proven.
 
 A problem is left out where an end of it is in collision, for us or for VAMP. Times and lengths are compared on the problems
 that VAMP solved. A motion that we do not find there counts as infinitely late. Lengths are compared where both have one: ours
@@ -22,17 +22,16 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from cases import Case, Collection, load_collection
-from with_vamp import Answers, Vamp
+from cases import Case, Collection, along, load_collection
+from with_vamp import Answers, Vamp, own_trees
 
 from spacearm.motion import Motion
 from spacearm.planner import PlannerSettings
 from spacearm.planner.motion_search import Islands
 from spacearm.planner.searched_clearance import SearchedClearance
-from spacearm.study.other_checker import OtherChecker, dense_configurations
+from spacearm.study.other_checker import STEP, OtherChecker, dense_configurations
 from spacearm.study.reference_core import load_now, machine_note
 
 LIMIT = 1.0
@@ -57,7 +56,8 @@ class Ours:
         evaluations: motions looked at before it.
         first_length: its length [rad].
         length: after `BUDGET`, or that of the first motion where it is later [rad].
-        collisions: configurations of both motions that Pinocchio and Coal find in collision; None: not looked at.
+        first_collides: whether Pinocchio and Coal find the first motion in collision; None: not looked at.
+        collides: likewise the motion after `BUDGET`.
     """
 
     seed: int
@@ -65,7 +65,8 @@ class Ours:
     evaluations: int = 0
     first_length: float | None = None
     length: float | None = None
-    collisions: int | None = None
+    first_collides: bool | None = None
+    collides: bool | None = None
 
 
 @dataclass
@@ -83,6 +84,7 @@ class Row:
         vamp_rough_seconds: of RRT-Connect alone [s].
         vamp_length: simplified [rad]; None: not solved.
         vamp_rough_length: before that [rad].
+        vamp_collides: whether Pinocchio and Coal find the simplified path in collision; None: not looked at.
         ours: by seed.
     """
 
@@ -96,6 +98,7 @@ class Row:
     vamp_rough_seconds: float = np.nan
     vamp_length: float | None = None
     vamp_rough_length: float | None = None
+    vamp_collides: bool | None = None
     ours: list[Ours] = field(default_factory=list)
 
 
@@ -142,13 +145,13 @@ def write_json(path: Path | None, rows: list[Row], left_out: dict[str, dict[str,
 def measured(collection: Collection, args: argparse.Namespace) -> list[Row]:
     """Let both take turns, problem after problem; what VAMP takes for a collision goes to those left out."""
     vamp = None if args.only == "ours" else Vamp(collection.robot, collection.joints, repetitions=args.repetitions)
-    other = None if args.no_check or args.only == "vamp" else collection.other_checker()
+    other = None if args.no_check else collection.other_checker()
     rows = []
     for case in collection.cases:
         print(f"{collection.robot} {case.name}   ", end="\r", file=sys.stderr, flush=True)
         row = Row(collection.robot, case.item.family, case.item.name, case.straight, case.margin)
         if vamp is not None:
-            _note(row, vamp.ask(case))
+            _note(row, vamp.ask(case), case, other)
             if not row.vamp_free:
                 collection.left_out[case.name] = "VAMP finds an end in collision"
                 continue
@@ -160,41 +163,40 @@ def measured(collection: Collection, args: argparse.Namespace) -> list[Row]:
     return rows
 
 
-def _note(row: Row, answers: Answers) -> None:
+def _note(row: Row, answers: Answers, case: Case, other: OtherChecker | None) -> None:
     row.vamp_free = answers.start_free and answers.goal_free
     rough, simplified = answers.of("RRTC"), answers.of("RRTC+simplify")
     row.vamp_rough_seconds, row.vamp_seconds = rough.seconds, simplified.seconds
     if simplified.corners is not None:
         row.vamp_length, row.vamp_rough_length = simplified.length, rough.length
+        if other is not None:
+            row.vamp_collides = other.look(case.item, along(simplified.corners, STEP)).collisions > 0
 
 
 def _ours(case: Case, seed: int, repetitions: int, other: OtherChecker | None) -> Ours:
     out = Ours(seed)
-    motions: list[Motion] = []
     for _ in range(repetitions):
         islands = searched(case, seed, LIMIT, until_first=True)
         history = islands.history()
         if not history or history[0].seconds > LIMIT:
-            break
+            return out
         if out.first is None:
-            motions = [islands.motions()[-1]]
-            out.evaluations, out.first_length = history[0].evaluations, motions[0].length()
+            motion = islands.motions()[-1]
+            out.evaluations, out.first_length = history[0].evaluations, motion.length()
+            out.first_collides = _collides(case, motion, other)
         out.first = min(history[0].seconds, out.first or np.inf)
         if out.first > _SLOW:
             break
-    if out.first is None:
-        return out
-    out.length = out.first_length
     islands = searched(case, seed, BUDGET, until_first=False)
-    found = [
-        motion for entry, motion in zip(islands.history(), islands.motions()[::-1], strict=True) if entry.seconds <= BUDGET
-    ]
-    if found:
-        out.length = found[-1].length()
-        motions.append(found[-1])
-    if other is not None:
-        out.collisions = sum(other.look(case.item, dense_configurations(motion)).collisions for motion in motions)
+    improvements = zip(islands.history(), islands.motions()[::-1], strict=True)
+    found = [motion for entry, motion in improvements if entry.seconds <= BUDGET]
+    out.length = found[-1].length() if found else out.first_length
+    out.collides = _collides(case, found[-1], other) if found else out.first_collides
     return out
+
+
+def _collides(case: Case, motion: Motion, other: OtherChecker | None) -> bool | None:
+    return None if other is None else other.look(case.item, dense_configurations(motion)).collisions > 0
 
 
 def searched(case: Case, seed: int, seconds: float, *, until_first: bool) -> Islands:
@@ -223,7 +225,7 @@ class Summary:
     vamp_length: float
     ratio: float
     within_budget: int
-    collisions: int
+    collide: tuple[int, int, int]
 
     @property
     def median(self) -> float:
@@ -251,7 +253,11 @@ def summary_of(name: str, rows: Sequence[Row]) -> Summary:
         vamp_length=float(np.mean([row.vamp_length for row, _ in both])) if both else nan,
         ratio=float(np.mean([run.length / row.vamp_length for row, run in both])) if both else nan,
         within_budget=sum(run.first is not None and run.first <= BUDGET for _, run in runs),
-        collisions=sum((run.collisions or 0) > 0 for _, run in runs),
+        collide=(
+            sum(bool(run.first_collides) for _, run in runs),
+            sum(bool(run.collides) for _, run in runs),
+            sum(bool(row.vamp_collides) for row in rows),
+        ),
     )
 
 
@@ -282,6 +288,7 @@ def report(
     return [
         f"{len(rows)} problems{half}, {args.seeds} seeds of ours, least of {args.repetitions} runs; {seconds:.0f} s in all, "
         f"load {min(loads):.1f} to {max(loads):.1f}. {machine_note()}.",
+        f"VAMP's nearest neighbours: {'its own k-d trees' if own_trees() else 'a scan in place of its k-d trees'}.",
         "",
         *_missed(groups(rows, families=False)),
         "",
@@ -307,7 +314,8 @@ _FIRST: Columns = (
     ("ours / VAMP", lambda s: f"{s.median:.2f} / {s.p95:.2f}"),
     ("ours within 1 s", lambda s: f"{s.in_time} of {s.runs}"),
     ("VAMP within 1 s", lambda s: f"{s.vamp_solved} of {s.problems}"),
-    ("collide", lambda s: str(s.collisions)),
+    ("ours collide", lambda s: str(s.collide[0])),
+    ("VAMP's collide", lambda s: str(s.collide[2])),
 )
 
 _LENGTH: Columns = (
@@ -317,6 +325,7 @@ _LENGTH: Columns = (
     ("VAMP, simplified [rad]", lambda s: f"{s.vamp_length:.3f}"),
     ("ours / VAMP", lambda s: f"{s.ratio:.3f}"),
     ("first motion within 10 ms", lambda s: f"{s.within_budget} of {s.runs}"),
+    ("ours collide", lambda s: str(s.collide[1])),
 )
 
 
@@ -350,11 +359,6 @@ def _left_out(left_out: dict[str, dict[str, str]]) -> list[str]:
             + "."
         )
     return out
-
-
-def collected(path: Path) -> list[dict[str, Any]]:
-    """Return the rows of a file that was written before."""
-    return json.loads(path.read_text(encoding="utf-8"))["rows"]
 
 
 if __name__ == "__main__":

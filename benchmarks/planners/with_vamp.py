@@ -30,9 +30,9 @@ ROBOTS = {
     "fetch": ("Fetch", 1.0, True),
     "baxter": ("Baxter", 0.5, False),
 }
-"""VAMP's robots: what the type is called; VAMP's own choice of the trees' step (`ROBOT_RRT_RANGES`) [rad]; and whether nodes whose
-extension failed draw samples from near them alone (`dynamic_domain`). VAMP does that by default. On the Baxter it is better off
-without: 24 of 24 problems solved instead of 22, 95 in 100 within 51 ms instead of 122 ms."""
+"""VAMP's robots: what the type is called; VAMP's own choice of the trees' step (`ROBOT_RRT_RANGES`) [rad]; and whether nodes
+that could not be extended take samples from near them alone (`dynamic_domain`). VAMP does that by default. On the Baxter it
+does better without: 24 of 24 problems solved instead of 22, 95 in 100 within 51 ms instead of 122 ms."""
 
 _FLAGS = "-std=c++17 -O3 -DNDEBUG -march=native -mavx2 -fno-math-errno -fno-signed-zeros -fno-trapping-math -fno-rounding-math "
 _FLAGS += "-ffp-contract=fast -fassociative-math -w"  # VAMP's own
