@@ -5,8 +5,8 @@
 Every chain is 1.5 m long; its joints turn about z and y by turns (`scaling.arm`). In front of it stands a shelf of three by
 three compartments. A problem leads from one compartment to another: both ends are drawn there with the tip inside and 1 cm of
 clearance or more, and the straight motion between them collides. The problems are the same on every machine. Ours is the search
-of `plan()` alone. OMPL's RRT-Connect with its own settings, without simplification, asks the same kernel through Python; what it
-would take without Python is told. What is found is looked at afterwards in steps of 0.005 rad, in float64.
+of `plan()` alone. OMPL's RRT-Connect with its own settings, without simplification, asks the same kernel through Python; its
+time is told without Python. What is found is looked at afterwards in steps of 0.005 rad, in float64.
 """
 
 from __future__ import annotations
@@ -231,7 +231,7 @@ def draw(rows: Sequence[dict[str, Any]], path: Path) -> None:
             right.plot(joints, [100 * np.isfinite(row[key]).mean() for row in rows], "o-", color=color, markersize=3)
         left.set(yscale="log", xlabel="joints", ylabel="first motion [ms]")
         left.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        right.set(xlabel="joints", ylabel="found [%]", ylim=(0, 103))
+        right.set(xlabel="joints", ylabel="found in time [%]", ylim=(0, 103))
         for ax in (left, right):
             ax.set_xticks(joints)
             tidy(ax)
