@@ -117,6 +117,7 @@ def main() -> None:
     parser.add_argument("--no-check", action="store_true", help="do not look at the motions by Pinocchio and Coal")
     parser.add_argument("--json", type=Path, help="write every problem's numbers")
     parser.add_argument("--markdown", type=Path, help="write the tables")
+    parser.add_argument("--figure", type=Path, help="draw the share solved over time, for each robot")
     args = parser.parse_args()
     begun, loads = time.perf_counter(), [load_now()]
     rows: list[Row] = []
@@ -132,6 +133,8 @@ def main() -> None:
     print(text)
     if args.markdown:
         args.markdown.write_text(text + "\n", encoding="utf-8")
+    if args.figure:
+        draw(rows, args.figure)
 
 
 def write_json(path: Path | None, rows: list[Row], left_out: dict[str, dict[str, str]]) -> None:
@@ -359,6 +362,35 @@ def _left_out(left_out: dict[str, dict[str, str]]) -> list[str]:
             + "."
         )
     return out
+
+
+def draw(rows: Sequence[Row], path: Path) -> None:
+    """Draw the share of the problems that is solved within a time, for each robot."""
+    from matplotlib.ticker import FuncFormatter
+
+    from spacearm.show.figure_style import BLUE, PAGE, VERMILION, look, new_figure, tidy
+
+    robots = list(dict.fromkeys(row.robot for row in rows))
+    with look():
+        figure = new_figure(PAGE, 2.2)
+        axes = figure.subplots(1, len(robots), sharey=True, sharex=True, squeeze=False)[0]
+        for ax, robot in zip(axes, robots, strict=True):
+            own = [row for row in rows if row.robot == robot]
+            ours = [run.first for row in own for run in row.ours]
+            theirs = [row.vamp_seconds if row.vamp_length is not None else None for row in own]
+            for values, color, name in (
+                (ours, BLUE, "spacearm, first motion"),
+                (theirs, VERMILION, "VAMP, RRT-Connect and simplification"),
+            ):
+                found = np.sort([1e3 * value for value in values if value is not None])
+                share = 100 * np.arange(1, len(found) + 1) / max(len(values), 1)
+                ax.step(found, share, where="post", color=color, label=name)
+            ax.set(xscale="log", xlabel="time [ms]", title=f"{robot}, {len(own)} problems", xlim=(0.01, 1e3), ylim=(0, 101))
+            ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            tidy(ax)
+        axes[0].set_ylabel("solved [%]")
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        figure.savefig(path, dpi=200, metadata={"Software": None, "Title": "first motions"})
 
 
 if __name__ == "__main__":
