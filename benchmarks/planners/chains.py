@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from cases import ENVIRONMENT, MARGIN, Case, Trace
 from first_motion import LIMIT, searched
+from page import put_into
 from scaling import arm
 
 from spacearm.geometry import Box, Scene
@@ -52,6 +53,7 @@ def main() -> None:
     parser.add_argument("--no-ompl", action="store_true", help="leave OMPL out")
     parser.add_argument("--json", type=Path, help="write the numbers")
     parser.add_argument("--markdown", type=Path, help="write the table")
+    parser.add_argument("--page", type=Path, help="put the table into this page")
     parser.add_argument("--figure", type=Path, help="draw them")
     args = parser.parse_args()
     sys.path.append(str(ENVIRONMENT))
@@ -60,10 +62,12 @@ def main() -> None:
     for count in args.joints:
         rows.append(measured(count, chain_cases(count, args.problems), args))
         loads.append(load_now())
-    text = "\n".join(report(rows, args, loads, time.perf_counter() - begun))
-    print(text)
+    lines = report(rows, args, loads, time.perf_counter() - begun)
+    print("\n".join(lines))
     if args.markdown:
-        args.markdown.write_text(text + "\n", encoding="utf-8")
+        args.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    if args.page:
+        put_into(args.page, "chains", lines)
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     if args.figure:

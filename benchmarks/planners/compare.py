@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 from cases import ENVIRONMENT, Case, Collection, Trace, load_collection
+from page import put_into
 
 from spacearm.study.reference_core import REFERENCE, load_now, machine, seconds_per_configuration
 
@@ -39,6 +40,7 @@ def main() -> None:
     parser.add_argument("--no-vamp", action="store_true", help="leave VAMP out (it needs g++)")
     parser.add_argument("--json", type=Path, help="write all traces")
     parser.add_argument("--markdown", type=Path, help="write the tables")
+    parser.add_argument("--page", type=Path, help="put the tables into this page")
     parser.add_argument("--figure", type=Path, help="draw quality over time and evaluations")
     args = parser.parse_args()
     if args.install:
@@ -54,10 +56,12 @@ def main() -> None:
     for trace in traces:
         if trace.way is not None:
             trace.collisions = other.look(of[trace.case].item, trace.way).collisions
-    text = "\n".join(report(traces, cases, core, args, time.perf_counter() - begun))
-    print(text)
+    lines = report(traces, cases, core, args, time.perf_counter() - begun)
+    print("\n".join(lines))
     if args.markdown:
-        args.markdown.write_text(text + "\n", encoding="utf-8")
+        args.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    if args.page:
+        put_into(args.page, "planners", lines)
     if args.json:
         plain = [{key: value for key, value in vars(trace).items() if key != "way"} for trace in traces]
         args.json.write_text(json.dumps({"machine": machine(), "core": core, "traces": plain}), encoding="utf-8")

@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 from cases import Case, Collection, along, load_collection
+from page import put_into
 from with_vamp import Answers, Vamp, own_trees
 
 from spacearm.motion import Motion
@@ -117,6 +118,7 @@ def main() -> None:
     parser.add_argument("--no-check", action="store_true", help="do not look at the motions by Pinocchio and Coal")
     parser.add_argument("--json", type=Path, help="write every problem's numbers")
     parser.add_argument("--markdown", type=Path, help="write the tables")
+    parser.add_argument("--page", type=Path, help="put the tables into this page")
     parser.add_argument("--figure", type=Path, help="draw the share solved over time, for each robot")
     args = parser.parse_args()
     begun, loads = time.perf_counter(), [load_now()]
@@ -129,10 +131,12 @@ def main() -> None:
             rows += measured(collection, args)
             loads.append(load_now())
             write_json(args.json, rows, left_out)
-    text = "\n".join(report(rows, left_out, args, loads, time.perf_counter() - begun))
-    print(text)
+    lines = report(rows, left_out, args, loads, time.perf_counter() - begun)
+    print("\n".join(lines))
     if args.markdown:
-        args.markdown.write_text(text + "\n", encoding="utf-8")
+        args.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    if args.page:
+        put_into(args.page, "first motion", lines)
     if args.figure:
         draw(rows, args.figure)
 
