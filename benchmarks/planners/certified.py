@@ -42,10 +42,9 @@ def main() -> None:
 
 
 def report(benches: list[Benchmark], args: argparse.Namespace) -> list[str]:
-    loads = [load for bench in benches for load in bench.loads]
+    load = load_note([load for bench in benches for load in bench.loads]) or "load: not known"
     lines = [
-        f"{args.seeds} seed(s), {sum(bench.seconds for bench in benches):.0f} s in all, {load_note(loads) or 'load: not known'}. "
-        f"{machine_note()}.",
+        f"{args.seeds} seeds, {sum(bench.seconds for bench in benches):.0f} s in all, {load}. {machine_note()}.",
         "",
         "| robot | problems | ends collide | certified within 1 s | plan() [ms] | one certificate [ms] | proofs, mean / most | "
         "collide afterwards |",

@@ -61,7 +61,7 @@ def main() -> None:
     if args.markdown:
         args.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
     if args.page:
-        put_into(args.page, "planners", lines)
+        put_into(args.page, "planners", [*without(lines, "**OMPL through Python**")])
     if args.json:
         plain = [{key: value for key, value in vars(trace).items() if key != "way"} for trace in traces]
         args.json.write_text(json.dumps({"machine": machine(), "core": core, "traces": plain}), encoding="utf-8")
@@ -163,6 +163,13 @@ def report(traces: list[Trace], cases: list[Case], core: dict[str, Any], args: a
     for name in splines:
         lines.append("| " + " | ".join([name, *_spline_cells([t for t in traces if t.method == name], known)]) + " |")
     return lines
+
+
+def without(lines: list[str], title: str) -> list[str]:
+    """Return a report without the part of a title: from there to the next one."""
+    titles = [i for i, line in enumerate(lines) if line.startswith("**")]
+    first = next(i for i in titles if lines[i].startswith(title))
+    return lines[:first] + lines[min((i for i in titles if i > first), default=len(lines)) :]
 
 
 def _head(*names: str) -> list[str]:
