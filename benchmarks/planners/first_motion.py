@@ -119,6 +119,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write every problem's numbers")
     parser.add_argument("--markdown", type=Path, help="write the tables")
     parser.add_argument("--page", type=Path, help="put the tables into this page")
+    parser.add_argument("--readme", type=Path, help="put a short table into this page")
     parser.add_argument("--figure", type=Path, help="draw the share solved over time, for each robot")
     args = parser.parse_args()
     begun, loads = time.perf_counter(), [load_now()]
@@ -137,6 +138,8 @@ def main() -> None:
         args.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
     if args.page:
         put_into(args.page, "first motion", lines)
+    if args.readme:
+        put_into(args.readme, "speed", _table(groups(rows, families=False), _SHORT))
     if args.figure:
         draw(rows, args.figure)
 
@@ -333,6 +336,16 @@ _LENGTH: Columns = (
     ("ours / VAMP", lambda s: f"{s.ratio:.3f}"),
     ("first motion within 10 ms", lambda s: f"{s.within_budget} of {s.runs}"),
     ("ours collide", lambda s: str(s.collide[1])),
+)
+
+
+_SHORT: Columns = (
+    ("robot", lambda s: s.name),
+    ("problems", lambda s: str(s.problems)),
+    ("first motion, median / 95 in 100", lambda s: "{:.2f} / {:.2f} ms".format(*s.ours_first)),
+    ("VAMP", lambda s: "{:.2f} / {:.2f} ms".format(*s.vamp_first)),
+    ("found within 1 s", lambda s: f"{s.in_time} (VAMP {s.vamp_solved})"),
+    ("length after 10 ms, ours / VAMP's", lambda s: f"{s.ratio:.2f}"),
 )
 
 
