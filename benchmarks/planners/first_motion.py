@@ -285,7 +285,10 @@ def groups(rows: Sequence[Row], *, families: bool) -> list[Summary]:
         out.append(summary_of(robot, own))
         if families:
             names = dict.fromkeys(row.family for row in own)
-            out += [summary_of(f"{robot}: {name}", [row for row in own if row.family == name]) for name in names]
+            out += [
+                summary_of(f"{robot}: {name.removesuffix(f'_{robot}')}", [row for row in own if row.family == name])
+                for name in names
+            ]
     return out
 
 
