@@ -392,6 +392,10 @@ void bounding_sphere(const link_envelope<T>& b, int first, int last, double (&ce
         center[k] = 0;
         for (int i = first; i < last; ++i) center[k] += double(b.bodies[i].middle[k]) / (last - first);
     }
+    if (last - first == 1) {
+        radius = double(b.bodies[first].reach) * (1 + 1e-6) + 1e-6;
+        return;
+    }
     for (int step = 2; step < 300; ++step) {
         radius = -1;
         int furthest = first;
@@ -409,14 +413,21 @@ void bounding_sphere(const link_envelope<T>& b, int first, int last, double (&ce
     }
     radius = radius * (1 + 1e-6) + 1e-6;  // rounding must not let anything out
 }
+struct center_and_radius {
+    double center[3], radius;
+};
 
 // Clusters of a link: the whole, or halves of it where these are worth it. Appends to `made` their indices.
-template <class T> void make_clusters(link_envelope<T>& b, int joint, int first, int last, std::vector<int>& made) {
+// `around` is their bounding sphere, where it is known.
+template <class T>
+void make_clusters(link_envelope<T>& b, int joint, int first, int last, std::vector<int>& made,
+                   const center_and_radius* around = nullptr) {
     constexpr int few = 4;
     constexpr double worth =
         0.8;  // a split must shrink the bounding spheres to this share; measured, as is `few`: docs/benchmarks.md
-    double center[3], radius;
-    bounding_sphere(b, first, last, center, radius);
+    center_and_radius whole;
+    if (around) whole = *around;
+    else bounding_sphere(b, first, last, whole.center, whole.radius);
     if (last - first > few) {
         int longest = 0;
         double extent = -1;
@@ -432,19 +443,19 @@ template <class T> void make_clusters(link_envelope<T>& b, int joint, int first,
         std::stable_sort(b.bodies.begin() + first, b.bodies.begin() + last,
                          [&](const auto& x, const auto& y) { return x.middle[longest] < y.middle[longest]; });
         const int middle = (first + last) / 2;
-        double c[3], one, two;
-        bounding_sphere(b, first, middle, c, one);
-        bounding_sphere(b, middle, last, c, two);
-        if (std::max(one, two) < worth * radius) {
-            make_clusters(b, joint, first, middle, made);
-            make_clusters(b, joint, middle, last, made);
+        center_and_radius one, two;
+        bounding_sphere(b, first, middle, one.center, one.radius);
+        bounding_sphere(b, middle, last, two.center, two.radius);
+        if (std::max(one.radius, two.radius) < worth * whole.radius) {
+            make_clusters(b, joint, first, middle, made, &one);
+            make_clusters(b, joint, middle, last, made, &two);
             return;
         }
     }
     const bool has_solids = std::any_of(b.bodies.begin() + first, b.bodies.begin() + last,
                                         [](const auto& body) { return body.solid >= 0; });
-    cluster<T> out{joint, first, last, has_solids, {}, static_cast<T>(radius)};
-    for (int k = 0; k < 3; ++k) out.center[k] = static_cast<T>(center[k]);
+    cluster<T> out{joint, first, last, has_solids, {}, static_cast<T>(whole.radius)};
+    for (int k = 0; k < 3; ++k) out.center[k] = static_cast<T>(whole.center[k]);
     made.push_back(static_cast<int>(b.clusters.size()));
     b.clusters.push_back(out);
 }

@@ -17,7 +17,6 @@ template <class T> class path {
     std::vector<T> points;  // (m, n)
     int goal = 0;
     int count(int n) const { return static_cast<int>(points.size()) / n; }
-    const T* at(int i, int n) const { return &points[static_cast<std::size_t>(i) * n]; }
 };
 
 template <class T> T distance_between(const T* a, const T* b, int n) {
@@ -47,10 +46,8 @@ template <class T> class rrt_connect {
     // nowhere, or limits so wide that steps do not arrive, it ends all the same.
     template <class GoOn, class Still>
     bool grow(int tries, search_sequence<T>& random, GoOn&& go_on, Still&& still, path<T>& found) {
-        if (from_start_.count() == 1) tries_ = 0;
         for (int i = 0; i < tries; ++i) {
             if (!go_on()) return false;
-            ++tries_;
             if (std::max(from_start_.count(), from_goals_.count()) >= most_nodes) begin_again();
             branch& one =
                 from_start_.count() <= from_goals_.count() ? from_start_ : from_goals_;  // the smaller one grows
@@ -69,25 +66,15 @@ template <class T> class rrt_connect {
         return false;
     }
 
-    // Leaves out corners, then cuts others, as long as still() says yes. The more tries the path took, the more cuts
-    // are tried: a path that is found at once is not worth many.
+    // Leaves out what can be left out, from either end, as long as still() says yes.
     template <class Still> void shorten(path<T>& found, Still&& still) {
         for (int i = 0; i + 2 < found.count(n_); ++i) {
             for (int k = found.count(n_) - 1; k >= i + 2; --k) {
                 if (!still()) return;
-                if (!straight_free(found.at(i, n_), found.at(k, n_))) continue;
+                if (!straight_free(&found.points[i * n_], &found.points[k * n_])) continue;
                 found.points.erase(found.points.begin() + (i + 1) * n_, found.points.begin() + k * n_);
                 break;
             }
-        }
-        T where = T(0.5), wide = T(0.5);
-        for (int i = 0, failed = 0; i < tries_ / 2 && failed < most_failed_cuts && found.count(n_) > 2; ++i) {
-            if (!still()) return;
-            where += T(0.7548776662466927);  // the additive sequence that fills the square evenly (Roberts, 2018)
-            wide += T(0.5698402909980532);
-            where -= std::floor(where);
-            wide -= std::floor(wide);
-            failed = cut(found, where, wide * widest_cut) ? 0 : failed + 1;
         }
     }
     T length(const path<T>& found) const {
@@ -97,18 +84,27 @@ template <class T> class rrt_connect {
         return sum;
     }
 
+    // Whether the way straight from a to b is free, looked at in edges of at most a step.
+    bool straight_free(const T* a, const T* b) {
+        std::vector<T> from(a, a + n_), to(n_);
+        const int parts = std::max(1, static_cast<int>(std::ceil(weighted_distance(a, b) / T(settings_.step))));
+        for (int i = 1; i <= parts; ++i) {
+            for (int d = 0; d < n_; ++d) to[d] = a[d] + (b[d] - a[d]) * T(i) / T(parts);
+            if (!checker_.edge_free(from.data(), to.data())) return false;
+            from = to;
+        }
+        return true;
+    }
+
   private:
     static constexpr int W = lanes_of<T>;
     static constexpr int most_nodes =
         1 << 18;  // of a tree; beyond, looking for the nearest takes longer than beginning again
-    static constexpr int most_steps = 1 << 12;   // towards one sample: many times any arm's range
-    static constexpr int one_by_one = 4;         // edges that collide before the ends are looked at a pack at a time
-    static constexpr int more_edges = 2;         // in the direction of the sample, after the first
-    static constexpr int most_failed_cuts = 20;  // in a row
-    static constexpr T widest_cut = T(0.5);      // of the path
-    static constexpr T worth = T(0.98);          // a cut that is no shorter counts as failed
-    static constexpr T first_edge = T(0.5);      // of the longest: near the ends there is little room
-    static constexpr T least_weight = T(0.1);    // of joints that move next to nothing
+    static constexpr int most_steps = 1 << 12;  // towards one sample: many times any arm's range
+    static constexpr int one_by_one = 4;        // edges that collide before the ends are looked at a pack at a time
+    static constexpr int more_edges = 2;        // in the direction of the sample, after the first
+    static constexpr T first_edge = T(0.5);     // of the longest: near the ends there is little room
+    static constexpr T least_weight = T(0.1);   // of joints that move next to nothing
 
     // A tree's nodes; weighted as well, one row a joint, so that the nearest is looked for a pack at a time.
     struct branch {
@@ -270,41 +266,6 @@ template <class T> class rrt_connect {
         for (int d = 0; d < n_; ++d) to[d] = from[d] + (to[d] - from[d]) * (step / away);
         return false;
     }
-    bool straight_free(const T* a, const T* b) {
-        std::vector<T> from(a, a + n_), to(n_);
-        const int parts = std::max(1, static_cast<int>(std::ceil(weighted_distance(a, b) / T(settings_.step))));
-        for (int i = 1; i <= parts; ++i) {
-            for (int d = 0; d < n_; ++d) to[d] = a[d] + (b[d] - a[d]) * T(i) / T(parts);
-            if (!checker_.edge_free(from.data(), to.data())) return false;
-            from = to;
-        }
-        return true;
-    }
-    // Replaces a share `wide` of the path, around the share `where`, by a straight edge; false if that is not free, or
-    // not worth it.
-    bool cut(path<T>& found, T where, T wide) {
-        const int m = found.count(n_);
-        std::vector<T> along(m, T(0));
-        for (int i = 1; i < m; ++i) along[i] = along[i - 1] + weighted_distance(found.at(i - 1, n_), found.at(i, n_));
-        const T ends[2] = {std::max(T(0), where - wide / 2) * along.back(),
-                           std::min(T(1), where + wide / 2) * along.back()};
-        int edge[2];
-        std::vector<T> between;
-        for (int k = 0; k < 2; ++k) {
-            int i = 0;
-            while (i + 2 < m && along[i + 1] <= ends[k]) ++i;
-            const T share = (ends[k] - along[i]) / std::max(along[i + 1] - along[i], std::numeric_limits<T>::min());
-            const T *a = found.at(i, n_), *b = found.at(i + 1, n_);
-            for (int d = 0; d < n_; ++d) between.push_back(a[d] + (b[d] - a[d]) * share);
-            edge[k] = i;
-        }
-        if (edge[0] == edge[1] || !straight_free(&between[0], &between[n_])) return false;
-        const bool worth_it = weighted_distance(&between[0], &between[n_]) < worth * (ends[1] - ends[0]);
-        const auto from = found.points.begin();
-        const auto first = found.points.erase(from + (edge[0] + 1) * n_, from + (edge[1] + 1) * n_);
-        found.points.insert(first, between.begin(), between.end());
-        return worth_it;
-    }
     void join(int at_start, int at_goal, path<T>& found) const {
         std::vector<int> order;
         for (int i = at_start; i >= 0; i = from_start_.parent[i]) order.push_back(i);
@@ -323,8 +284,7 @@ template <class T> class rrt_connect {
     int n_;
     std::vector<T> weight_, spread_;  // (n,) of the joints
     branch from_start_, from_goals_;
-    int tries_ = 0;    // that the path took, or the trees so far
-    int blocked_ = 0;  // edges that collided
+    int blocked_ = 0;  // edges so far
     candidate candidate_[W];
     std::vector<pack<T>> ends_;
     std::vector<T> at_, next_, aim_, weighted_;
