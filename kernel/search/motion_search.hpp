@@ -59,6 +59,9 @@ template <class T> class motion_search {
         for (const known& k : pool_) {
             if (best_.empty() || k.fitness < best_.front().fitness) best_.assign(1, k);
         }
+        for (const motion_record<T>& r : history_) {
+            if (best_.empty() || r.fitness < best_.front().fitness) best_.assign(1, {r.fitness, r.found});
+        }
         tried_straight_ = false;
     }
 
