@@ -222,6 +222,7 @@ SPACEARM_UNARY(nearest)
 
 template <class T> SPACEARM_INLINE pack<T> operator-(const pack<T>& a) { return pack<T>(T(0)) - a; }
 template <class T> SPACEARM_INLINE pack<T>& operator+=(pack<T>& a, const pack<T>& b) { return a = a + b; }
+template <class T> SPACEARM_INLINE pack<T>& operator-=(pack<T>& a, const pack<T>& b) { return a = a - b; }
 
 #define SPACEARM_COMPARE(name, op)                                                                                     \
     template <class T> SPACEARM_INLINE pack_mask<T> name(const pack<T>& a, const pack<T>& b) {                         \

@@ -18,7 +18,8 @@ enum class stream : std::uint32_t {
     evolution = 3,
     archive = 4,
     rrt_connect = 5,
-    refining = 6
+    refining = 6,
+    goal_seeds = 7
 };
 
 struct random_key {

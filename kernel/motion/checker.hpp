@@ -121,6 +121,16 @@ template <class T> class motion_checker {
         return true;
     }
 
+    // Which of a pack of configurations are free, the base where it is at the beginning.
+    free_lanes<T> free_configurations(const pack<T>* q) {
+        edge_configurations_ += W;
+        base_->place_joints(q, work_.frames.data());
+        memory_.base = nullptr;
+        free_lanes<T> out(1);
+        compare_all<T>(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, {p_.margin}, memory_, out);
+        return out;
+    }
+
     const spline_table<T>& table(int interior) {
         if (interior >= static_cast<int>(tables_.size())) tables_.resize(interior + 1);
         if (!tables_[interior]) tables_[interior] = spline_table_of<T>(interior);

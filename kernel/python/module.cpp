@@ -1,6 +1,7 @@
 // The Python module of one instruction level.
 #include "python/bind_convex.hpp"
 #include "python/bind_exact.hpp"
+#include "python/bind_inverse_kinematics.hpp"
 #include "python/bind_model.hpp"
 #include "python/bind_search.hpp"
 #include "python/bind_swarm.hpp"
@@ -43,6 +44,7 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
     bind_objectives<T>(m, named("PaperObjective").c_str(), named("ReachObjective").c_str());
     bind_steps<T>(m, named("Swarm").c_str());
     bind_motion_search<T>(m, suffix);
+    bind_goal_search<T>(m, suffix);
     bind_lanes<T>(m, suffix);
 }
 

@@ -13,6 +13,7 @@
 #include <functional>
 
 #include "search/path_motions.hpp"
+#include "search/path_shortening.hpp"
 #include "search/search_settings.hpp"
 
 namespace SPACEARM_NAMESPACE {
@@ -38,8 +39,7 @@ template <class T> class motion_search {
         while (!over() && !optimal_) {
             ++turn_;
             if (best_.empty()) find_first();
-            else if (s_.swarm_turn > 0 && turn_ % s_.swarm_turn == 0) swarm_turn(true);
-            else follow_a_path();
+            else improve();
         }
         spent_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
     }
@@ -62,6 +62,7 @@ template <class T> class motion_search {
         for (const motion_record<T>& r : history_) {
             if (best_.empty() || r.fitness < best_.front().fitness) best_.assign(1, {r.fitness, r.found});
         }
+        paths_.clear();
         tried_straight_ = false;
     }
 
@@ -173,71 +174,160 @@ template <class T> class motion_search {
     }
 
     // ---- paths ------------------------------------------------------------------------------------------------------
-    bool find_path(path<T>& found) {
+    // The trees' next path, within so many samples.
+    bool find_path(path<T>& found, int samples) {
         if (s_.patience == 0) return false;
         const bool met = trees_.grow(
-            std::max(1, s_.patience / hints_.tree_share), of_trees_,
+            std::max(1, samples / hints_.tree_share), of_trees_,
             [&] {
                 ++evaluations_;
-                return !over();
+                return !over() && (trees_until_ == 0 || checker_.configurations() < trees_until_);
             },
             [&] { return !late(); }, found);
         if (met) trees_.shorten(found, [&] { return !late(); });
         return met;
     }
-    // While nothing is known: a path, or motions from all over the place.
+    // While nothing is known: the trees, and now and then motions from all over the place. The turns become longer and
+    // longer: neither waits long for the other, and in the end both have had their share of the work.
     void find_first() {
         path<T> found;
-        if (!hints_.trees_find_motions && turn_ % 2 == 0) swarm_turn(false);
-        else if (find_path(found)) follow(found);
-        else if (!over()) swarm_turn(false);
+        if (!hints_.trees_find_motions || s_.patience == 0) {
+            if (turn_ % 2 == 0) swarm_turn(false);
+            else if (find_path(found, s_.patience)) follow(found);
+            else if (!over()) swarm_turn(false);
+            return;
+        }
+        trees_until_ = checker_.configurations() + trees_turn_;
+        while (best_.empty() && !over() && checker_.configurations() < trees_until_) {
+            if (find_path(found, std::numeric_limits<int>::max())) follow(found);
+        }
+        trees_until_ = 0;
+        if (!best_.empty() || over()) return;
+        take_swarm_turn(false, static_cast<std::int64_t>(s_.swarm_share * static_cast<double>(trees_turn_)));
+        trees_turn_ = std::min(2 * trees_turn_, std::int64_t{1} << 40);
     }
-    void follow_a_path() {
-        if (p_.base.constrained() && turn_ % 2 == 1) {  // as in find_first: elsewhere there may be better ones
-            swarm_turn(false);
+    void take_swarm_turn(bool from_pool, std::int64_t configurations) {
+        swarm_until_ = checker_.configurations() + configurations;
+        swarm_turn(from_pool);
+        swarm_until_ = 0;
+    }
+
+    // ---- better motions: what has paid lately has the next turn ----------------------------------------------------
+    void improve() {
+        if (p_.base.constrained()) {
+            if (s_.swarm_turn > 0 && turn_ % s_.swarm_turn == 0) swarm_turn(true);
+            else if (turn_ % 2 == 1) swarm_turn(false);  // as in find_first: elsewhere there may be better ones
+            else another_path();
             return;
         }
+        const int chosen = next_method();
+        const std::int64_t before = checker_.configurations();
+        const double had = static_cast<double>(best_fitness());
+        switch (chosen) {
+            case shorter_path: shorten_a_path(); break;
+            case other_path: another_path(); break;
+            default: take_swarm_turn(true, std::int64_t{swarm_first} << std::min(methods_[around_known].turns, 30));
+        }
+        method& m = methods_[chosen];
+        m.gain = keeps * m.gain + (had - static_cast<double>(best_fitness())) / std::max(had, 1e-30);
+        m.work = keeps * m.work + static_cast<double>(checker_.configurations() - before);
+        m.all_work += static_cast<double>(checker_.configurations() - before);
+        ++m.turns;
+    }
+    int next_method() const {
+        double all = 0;
+        for (const method& m : methods_) all += m.all_work;
+        int best = -1;
+        for (int i = 0; i < method_count; ++i) {
+            if (!possible(i)) continue;
+            const method& m = methods_[i];
+            if (m.turns == 0 || m.all_work < least_share * all) return i;
+            if (best < 0 || m.gain * methods_[best].work > methods_[best].gain * m.work) best = i;
+        }
+        return best;
+    }
+    bool possible(int i) const {
+        if (i == around_known) return s_.swarm_turn > 0 || s_.patience == 0;
+        if (i == shorter_path) return !paths_.empty();
+        return s_.patience > 0;
+    }
+    // Of paths that are not longer than the best motion by far, after some shortcuts, one is followed.
+    void another_path() {
         path<T> found;
-        if (!find_path(found)) {
-            if (!over()) swarm_turn(true);
+        if (!find_path(found, s_.patience)) {
+            if (!over() && p_.base.constrained()) swarm_turn(true);
             return;
         }
-        if (p_.weight.only_length() && p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
+        if (p_.weight.only_length()) {
+            for (const int tries : {s_.shortcuts / 4, s_.shortcuts}) {
+                shorten(found, tries);
+                if (p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
+            }
+        }
         follow(found);
     }
-    // The spline with few control points that is nearest to the path; then a motion that clings to the path; and where
-    // an edge of the path was not free after all, splines with more control points, which leave it here and there.
-    void follow(const path<T>& along_path) {
-        const bool clings = hints_.trees_find_motions;
-        for (std::size_t i = 0; i < s_.ladder.size(); ++i) {
-            if (i == 1 && clings && cling(along_path)) return;
-            motion<T> m = motions_of_.nearest_to(along_path, s_.ladder[i]);
-            ++evaluations_;
-            project_onto_ends(m);
-            if (free_or_noted(m)) {
-                begin_from(m);
-                return;
-            }
-            if (over()) return;
+    // The path of the best motion is shortened further, and followed again.
+    void shorten_a_path() {
+        path<T> p = paths_.back();
+        if (!shorten(p, s_.shortcuts)) {
+            paths_.clear();
+            return;
         }
-        if (clings && s_.ladder.size() == 1 && cling(along_path)) return;
+        trees_.shorten(p, [&] { return !late(); });
+        paths_.back() = p;
+        follow(p);
+    }
+    bool shorten(path<T>& p, int tries) {
+        return shortener_.shorten(p, tries, s_.shortcut_stall, refining_, [&] {
+            ++evaluations_;
+            return !over();
+        });
+    }
+    // A motion along a path, and what can be made of it.
+    void follow(const path<T>& along_path) {
+        motion<T> m;
+        if (motion_along(along_path, m)) {
+            const bool first = best_.empty();
+            const T fitness = checker_.fitness(m);
+            note(m, fitness, "rrt_connect");
+            if (over()) return;
+            if (paths_.empty()) paths_.push_back(along_path);
+            else if (trees_.length(along_path) < trees_.length(paths_.back())) paths_.back() = along_path;
+            // Refining pays with few control points; where there are many, the path is shortened first.
+            if (first && m.interior > few) keep(m, fitness);
+            else refine({fitness, m});
+            return;
+        }
         if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
             run_swarm(K, {motions_of_.nearest_to(along_path, K)});
         }
     }
-    bool cling(const path<T>& along_path) {
-        const clung<T> m = motions_of_.cling(along_path, [&] {
+    static constexpr int few = 4;
+    // The spline with few control points that is nearest to the path; else a motion that clings to the path; and where
+    // an edge of the path was not free after all, splines with more control points, which leave it here and there.
+    bool motion_along(const path<T>& along_path, motion<T>& m) {
+        const bool clings = hints_.trees_find_motions;
+        for (std::size_t i = 0; i < s_.ladder.size(); ++i) {
+            if (i == 1 && clings && cling(along_path, m)) return true;
+            m = motions_of_.nearest_to(along_path, s_.ladder[i]);
+            ++evaluations_;
+            project_onto_ends(m);
+            if (free_or_noted(m)) return true;
+            if (over()) return false;
+        }
+        return clings && s_.ladder.size() == 1 && cling(along_path, m);
+    }
+    bool cling(const path<T>& along_path, motion<T>& m) {
+        clung<T> tight = motions_of_.cling(along_path, [&] {
             ++evaluations_;
             return !over();
         });
-        if (m.outcome == clinging::free) begin_from(m.found);
-        return m.outcome == clinging::free;
-    }
-    void begin_from(const motion<T>& m) {
-        const T fitness = checker_.fitness(m);
-        note(m, fitness, "rrt_connect");
-        refine({fitness, m});
+        // Edges are looked at too coarsely, if that happens again and again.
+        if (tight.outcome == clinging::blocked && ++blocked_ % 4 == 0) checker_.base().look_closer_at_edges();
+        if (tight.outcome != clinging::free) return false;
+        m = std::move(tight.found);
+        return true;
     }
     bool free_or_noted(const motion<T>& m) {
         if (!best_.empty()) return checker_.free(m);
@@ -361,7 +451,7 @@ template <class T> class motion_search {
             const T* x = particles_of.positions();
             const T before = least;
             for (int i = 0; i < particles_of.active(); ++i) {
-                if (over()) return;
+                if (over() || (swarm_until_ > 0 && checker_.configurations() >= swarm_until_)) return;
                 for (int d = 0; d < D; ++d) row[d] = x[static_cast<std::size_t>(d) * stride + i];
                 m = motion_of(K, goal, row);
                 judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity},
@@ -445,6 +535,7 @@ template <class T> class motion_search {
     motion_checker<T> checker_;
     const search_hints hints_ = checker_.base().hints();
     rrt_connect<T> trees_;
+    path_shortener<T> shortener_{trees_, p_.dofs()};
     path_motions<T> motions_of_;
     search_sequence<T> of_trees_, refining_;
     std::uint64_t seed_;
@@ -456,7 +547,19 @@ template <class T> class motion_search {
     double spent_ = 0, next_question_ = 0;
     std::int64_t evaluations_ = 0, first_evaluation_ = 0, last_gain_ = 0;
     std::uint64_t asked_ = 0;
-    int turn_ = 0, swarm_turns_ = 0, unfit_ = 0;
+    int turn_ = 0, swarm_turns_ = 0, unfit_ = 0, blocked_ = 0;
+    // [configurations] how long the trees' turn is while nothing is known; where turns end that do, 0: nowhere.
+    std::int64_t trees_turn_ = s_.first_turn, trees_until_ = 0, swarm_until_ = 0;
+    enum { shorter_path, around_known, other_path, method_count };
+    struct method {
+        double gain = 0, work = 0;  // lately; the gain as a share of the fitness
+        double all_work = 0;
+        int turns = 0;
+    };
+    static constexpr double keeps = 0.5, least_share = 0.1;
+    static constexpr int swarm_first = 1 << 15;  // configurations of the swarm's first turn; then twice as many each time
+    method methods_[method_count];
+    std::vector<path<T>> paths_;
     T last_noted_ = infinity, fallback_violation_ = infinity;
     std::vector<known> best_, pool_;  // best_ holds one motion or none
     motion<T> fallback_;

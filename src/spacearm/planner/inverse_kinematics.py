@@ -1,8 +1,9 @@
 """Inverse kinematics: the collision-free configurations that reach a goal.
 
 A configuration is taken as it is where it is free of collision; else swarms look around it within its tolerance. For a goal in
-space, swarms come near it from everywhere (`goal_swarms`), and damped least squares brings what they find onto the goal. Of the
-results that are free, each is pulled towards the start, and those that differ remain, the nearest to the start first.
+space the kernel runs damped least squares from many seeds side by side. If none of what they find is free, swarms come near the
+goal from everywhere (`goal_swarms`), and damped least squares brings these onto it. Of the results that are free, some that
+differ are pulled towards the start. The nearest to the start come first.
 """
 
 from __future__ import annotations
@@ -14,16 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.checks import keep
-from spacearm.core.exact import length, product, solved
+from spacearm.core.exact import length, product
 from spacearm.core.native import native
 from spacearm.core.rotations import rotation_vectors, turns_between
 from spacearm.planner.clearance import ClearanceModel, KernelClearance, Room
-from spacearm.planner.goal_choice import LEAST_CLEARANCE, distinct, with_room
+from spacearm.planner.goal_choice import LEAST_CLEARANCE, with_room
 from spacearm.planner.goal_swarms import GoalSwarms, Slack
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, JointGoal, PositionGoal, SpaceGoal
+from spacearm.planner.kernel_model import kernel_model, make_kernel_model
 from spacearm.planner.planner_settings import PlannerSettings
-from spacearm.planner.problem import Problem, nearest_turns
-from spacearm.planner.searched_clearance import SEARCH_ROOM, SearchedClearance, clearance_of_goals, usual_clearance
+from spacearm.planner.problem import Problem, nearest_turns, whole_turns
+from spacearm.planner.searched_clearance import SearchedClearance, clearance_of_goals, usual_clearance
 from spacearm.robot.kinematics import tree_model
 from spacearm.robot.model import Robot
 
@@ -35,12 +37,11 @@ LEVER = 0.2
 """[m] An error of 1 rad weighs as much as an error of this length."""
 _WORTH_MOVING = 1e-3  # [rad or m] a tolerance of a goal configuration within which it may gain clearance
 _SWARMS = 4  # around each goal configuration that is in collision
-_PULLS = 6  # steps towards the start
-_PULL_ROUNDS = 4  # of damped least squares after each of them
-_CLOSER = 1e-3  # [rad or m] by which a step must at least bring it nearer
 _NEAR = 0.01  # [m or rad] what is farther from the goal than that and three times the tolerance is out of reach
-_LONGEST_STEP = 0.6  # [rad or m] of any joint in one step of damped least squares
-_EXACT = 1e-10  # [m] error that is called converged: rounding is 1e-15 or so
+_SEEDS = 16  # for each goal candidate asked for, at first: most poses among obstacles then have as many that differ
+_MOST_SEEDS = 128  # likewise, where none is free; or where there are fewer than asked for, as long as doubling finds more
+_NEAREST_MISSES, _ROUNDS_OF_MISSES = 64, 100  # of damped least squares to where the goal is missed least
+_LEAST_LACKING = 4  # configurations for each goal candidate that are looked at more closely where none has the room wanted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -50,7 +51,7 @@ class GoalConfigurations:
     Attributes:
         q: (g, n) distinct, free of collision, within the limits and the goal's tolerance, nearest to the start first.
         clearance: (g,) of each, to obstacles and between links [m].
-        searches: how many swarms looked for them; 0 where the goal is a configuration that could be taken as it is.
+        searches: how many seeds and swarms looked for them; 0 where the goal is a configuration that could be taken as it is.
         reached: how many configurations within the goal's tolerance were seen.
         in_collision: how many of those were in collision.
         closest: (n,) if there are none: the configuration that came nearest to the goal, of those that reach it the one
@@ -81,7 +82,7 @@ def find_goal_configurations(
         problem: robot, scene, start and goal.
         settings: of the planner: `goal_candidates` is the most that are returned of a goal in space.
         seed: random seed; the same one gives the same configurations, on any number of threads.
-        late: whether time is up: what was found by then is returned; the first swarms are always run.
+        late: whether time is up: what was found by then is returned; the first seeds or swarms are always run.
 
     Returns:
         What was found; `q` is empty if nothing was.
@@ -112,8 +113,7 @@ def find_goal_configurations(
         return _find_in_joint_space(goal, start, search)
     # Where the search for motions moves the end too, and the first motion is enough, pulling takes longer than it saves.
     pull = not (follows_arm and settings.stop_at_first)
-    reach = Reach(robot=robot, goal=goal)
-    found = _find_in_space(reach, start, search, pull=pull)
+    found = _SpaceSearch(reach=Reach(robot=robot, goal=goal), start=start, search=search, pull=pull).run()
     if len(found.q) or not follows_arm:
         return found
     # Out of reach for the base as it begins, but the arm will move it: the search begins at what comes nearest.
@@ -144,6 +144,22 @@ class _Search:
     def room(self, q: Array) -> Room:
         """Compare the clearances of configurations (b, n) with those required."""
         return self.clearance.room(q, self.required)
+
+    def seeds(self, reach: Reach, start: Array, bounds: tuple[Array, Array]) -> native.GoalSearch64:
+        """Return the kernel's search from many seeds within bounds (n,) each."""
+        scene, searched = self.clearance.scene, self.swarms.searched
+        pairs, (lower, upper) = searched.kernel_pairs, bounds
+        made = make_kernel_model(self.robot, scene, pair_margins=pairs) if pairs else kernel_model(self.robot, scene)
+        return native.GoalSearch64(
+            scene=made.model64,
+            goal=reach.kernel_goal,
+            start=np.array(start),
+            lower=lower,
+            upper=upper,
+            turns=whole_turns(self.robot),
+            margin=searched.asked,
+            seed=self.swarms.seed,
+        )
 
 
 @dataclass(slots=True)
@@ -250,48 +266,110 @@ _STAGES = (
 """Each is gone through only if those before found nothing."""
 
 
-def _find_in_space(reach: Reach, start: Array, search: _Search, *, pull: bool) -> GoalConfigurations:
-    """Find distinct free configurations that reach a goal in space; see `find_goal_configurations`."""
-    lower, upper = reaching_bounds(search.robot, start)
-    best, counts = _Closest(), _Counts()
-    for stage in _STAGES:
-        count = stage.swarms * search.candidates
-        swarms = search.swarms.run(
-            reach.goal,
-            lower=lower,
-            upper=upper,
-            home=start,
-            particles=stage.particles,
-            iterations=stage.iterations,
-            first=counts.searches,
-            count=count,
-            slack=stage.slack,
-        )
-        seen = nearest_turns(search.robot, np.vstack([start, swarms]), start)
-        onto = polished(reach, seen, lower, upper, rounds=stage.rounds, late=search.late)
-        as_seen = reaches(reach, seen)
-        if as_seen[0]:
-            onto[0] = seen[0]  # the start is there already: nothing needs to move
-        there = reaches(reach, onto)
-        room, room_as_seen = search.room(onto), search.room(seen)
-        free = (there & (room.least > 0)) | (as_seen & (room_as_seen.least > 0))
-        counts.searches += count
-        counts.reached += int((there | as_seen).sum())
-        counts.in_collision += int(((there | as_seen) & ~free).sum())
-        # What is at the goal's centre goes before what is only within its tolerance.
-        for q, good, has, at_centre in ((onto, there, room, True), (seen, as_seen, room_as_seen, False)):
-            roomy = with_room(good, has)
-            if roomy.any():
-                q, clear = q[roomy], has.least[roomy]
-                if pull:
-                    q, clear = _pulled(reach, q, has.select(roomy), start, search, at_centre=at_centre)
-                chosen = distinct(q, start, search.candidates)
-                return counts.found(q[chosen], clear[chosen], start)
-        best.offer(reach, onto, room.least)
-        best.offer(reach, seen, room_as_seen.least)
-        if search.late() or _beyond_reach(search.robot, reach.goal) or (stage is not _STAGES[0] and best.is_far(reach)):
-            break
-    return counts.none(best.q, best.distance, best.angle, dof=search.robot.dof)
+class _SpaceSearch:
+    """A search for distinct free configurations that reach a goal in space: seeds first, then swarms.
+
+    Args:
+        reach: the goal.
+        start: (n,) to be near [rad or m].
+        search: what looks for them, and what they are checked against.
+        pull: whether what is found is pulled towards the start.
+    """
+
+    def __init__(self, *, reach: Reach, start: Array, search: _Search, pull: bool) -> None:
+        self._reach, self._start, self._search, self._pull = reach, start, search, pull
+        self._bounds = reaching_bounds(search.robot, start)
+        self._best, self._counts = _Closest(), _Counts()
+        self._beyond = _beyond_reach(search.robot, reach.goal)
+        self._kernel = search.seeds(reach, start, self._bounds)
+
+    def run(self) -> GoalConfigurations:
+        """Return what is found; see `find_goal_configurations`."""
+        found = self._by_seeds()
+        if found is None and not (self._search.late() or self._beyond or self._best.is_far(self._reach)):
+            found = self._by_swarms()
+        best = self._best
+        return found or self._counts.none(best.q, best.distance, best.angle, dof=self._search.robot.dof)
+
+    def _by_seeds(self) -> GoalConfigurations | None:
+        """Let damped least squares run from twice as many seeds each time, until that brings nothing new."""
+        kernel, counts, most = self._kernel, self._counts, self._search.candidates
+        seeds, before = _SEEDS * most, -1
+        while True:
+            kernel.look(seeds - kernel.begun)
+            q = kernel.differing(most)
+            enough = len(q) == most or 0 < len(q) <= before or self._beyond
+            if enough or self._search.late() or seeds >= _MOST_SEEDS * most:
+                break
+            seeds, before = 2 * seeds, len(q)
+        counts.searches, counts.reached, counts.in_collision = kernel.begun, kernel.reached, kernel.in_collision
+        found = self._found(q, at_centre=True)
+        if found is not None:
+            return found
+        q = kernel.lacking(_LEAST_LACKING * most) if not len(q) else q
+        room = self._search.room(q)
+        roomy = with_room(np.ones(len(q), dtype=bool), room)
+        found = self._found(q[roomy], at_centre=True)
+        if found is not None:
+            return found
+        lower, upper = self._bounds
+        missed = polished(self._reach, kernel.missed(_NEAREST_MISSES), lower, upper, rounds=_ROUNDS_OF_MISSES)
+        self._best.offer(self._reach, q, room.least)
+        self._best.offer(self._reach, missed, self._search.room(missed).least)
+        return None
+
+    def _by_swarms(self) -> GoalConfigurations | None:
+        """Let swarms look near the goal for what is free, and bring that onto it."""
+        search, reach, counts, first = self._search, self._reach, self._counts, 0
+        lower, upper = self._bounds
+        for stage in _STAGES:
+            count = stage.swarms * search.candidates
+            swarms = search.swarms.run(
+                reach.goal,
+                lower=lower,
+                upper=upper,
+                home=self._start,
+                particles=stage.particles,
+                iterations=stage.iterations,
+                first=first,
+                count=count,
+                slack=stage.slack,
+            )
+            seen = nearest_turns(search.robot, np.vstack([self._start, swarms]), self._start)
+            onto = polished(reach, seen, lower, upper, rounds=stage.rounds)
+            there, as_seen = reaches(reach, onto), reaches(reach, seen)
+            room, room_as_seen = search.room(onto), search.room(seen)
+            free = (there & (room.least > 0)) | (as_seen & (room_as_seen.least > 0))
+            first += count
+            counts.searches += count
+            counts.reached += int((there | as_seen).sum())
+            counts.in_collision += int(((there | as_seen) & ~free).sum())
+            # What is at the goal's centre goes before what is only within its tolerance.
+            for q, good, has, at_centre in ((onto, there, room, True), (seen, as_seen, room_as_seen, False)):
+                roomy = with_room(good, has)
+                found = self._found(q[roomy], at_centre=at_centre)
+                if found is not None:
+                    return found
+            self._best.offer(reach, onto, room.least)
+            self._best.offer(reach, seen, room_as_seen.least)
+            if search.late() or (stage is not _STAGES[0] and self._best.is_far(reach)):
+                return None
+        return None
+
+    def _found(self, q: Array, *, at_centre: bool) -> GoalConfigurations | None:
+        """Pull free configurations (b, n) at the goal towards the start, and return those that differ, if there are any.
+
+        What is pulled loses none of the room it has, up to what the search asks for.
+        """
+        if not len(q):
+            return None
+        most = self._search.candidates
+        if self._pull or len(q) > most:
+            q = self._kernel.pulled(q, most, pull=self._pull, at_centre=at_centre)
+        q = self._kernel.with_turns(q, most)
+        room = self._search.room(q)
+        kept = with_room(np.ones(len(q), dtype=bool), room)
+        return self._counts.found(q[kept], room.least[kept], self._start) if kept.any() else None
 
 
 def reaching_bounds(robot: Robot, start: Array) -> tuple[Array, Array]:
@@ -316,6 +394,9 @@ class _Closest:
     merit: tuple[bool, float] = field(default=(True, np.inf))  # whether it misses the goal, and by how much
 
     def offer(self, reach: Reach, q: Array, clear: Array) -> None:
+        """Take the best of configurations (b, n) with clearances (b,), if it is better."""
+        if not len(q):
+            return
         distance, angle = goal_errors(reach, q)
         misses = ~reaches(reach, q)
         merit = np.where(misses, np.hypot(distance, LEVER * angle), -clear)
@@ -330,45 +411,12 @@ class _Closest:
         return self.merit[0] and (self.distance > 3 * near + _NEAR or self.angle > 3 * turned + _NEAR)
 
 
-def _pulled(reach: Reach, q: Array, room: Room, start: Array, search: _Search, *, at_centre: bool) -> tuple[Array, Array]:
-    """Add to configurations (b, n) what they become when pulled towards the start while the frame stays in place.
-
-    Args:
-        reach: the goal.
-        q: free configurations that reach it.
-        room: (b,) their clearances; what is pulled keeps 2 mm beyond what is required, or what there was if that was less.
-        start: (n,) to pull towards [rad or m].
-        search: bounds and clearances to keep.
-        at_centre: whether they are at the goal's very centre, and are to stay there.
-
-    Returns:
-        (2 b, n) and the least clearance of each (2 b,) [m].
-    """
-    lower, upper = reaching_bounds(search.robot, start)
-    least, most_lacking = np.minimum(SEARCH_ROOM, room.beyond), room.lacking
-    near, clear = q.copy(), room.least.copy()
-    away = np.linalg.norm(near - start, axis=1)
-    share = np.full(len(q), 0.5)
-    for _ in range(_PULLS):
-        if search.late():
-            break
-        tried = np.clip(nearer(reach, near, start, share), lower, upper)
-        if at_centre:
-            tried = polished(reach, tried, lower, upper, rounds=_PULL_ROUNDS)
-        new_room, new_away = search.room(tried), np.linalg.norm(tried - start, axis=1)
-        good = (new_away < away - _CLOSER) & reaches(reach, tried)
-        good &= (new_room.beyond >= least) & (new_room.lacking <= most_lacking) & (new_room.least > 0)
-        near[good], clear[good], away[good] = tried[good], new_room.least[good], new_away[good]
-        share = np.where(good, share, share * 0.4)
-    return np.vstack([near, q]), np.concatenate([clear, room.least])
-
-
-# ---- The distance of configurations from a goal in space, and damped least squares onto it ---------------------------
+# ---- The distance of configurations from a goal in space, and the way onto it ----------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reach:
-    """A goal in space for one robot, and the chain of joints that moves its frame.
+    """A goal in space for one robot.
 
     Attributes:
         robot: with n joints.
@@ -376,10 +424,6 @@ class Reach:
         model: the kernel's model of the joints.
         joint: index of the joint whose moving frame the goal's frame rides on.
         T_joint_frame: (4, 4) from the goal's frame to that moving frame [m].
-        chain: (k,) indices of the joints from the base to the frame.
-        moved_by: (k, n) 1 where an entry of q moves a joint of the chain; one may move several.
-        turns: (k,) what a joint turns by for 1 in q; 0 for slides.
-        slides: (k,) how far a joint slides for 1 in q; 0 for those that turn.
     """
 
     robot: Robot
@@ -387,31 +431,34 @@ class Reach:
     model: native.Model64 = field(init=False)
     joint: int = field(init=False)
     T_joint_frame: Array = field(init=False)
-    chain: NDArray[np.intp] = field(init=False)
-    moved_by: Array = field(init=False)
-    turns: Array = field(init=False)
-    slides: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        robot = self.robot
-        frame = robot.frame(self.goal.frame or robot.tip)
-        chain: list[int] = []
-        at = frame.joint
-        while at >= 0:
-            chain.append(at)
-            at = robot.joints[at].parent
-        chain.reverse()
-        joints = [robot.joints[i] for i in chain]
-        keep(
-            self,
-            model=tree_model(robot),
-            joint=frame.joint,
-            T_joint_frame=frame.T_joint_frame,
-            chain=np.array(chain, dtype=np.intp),
-            moved_by=np.eye(robot.dof)[[joint.dof for joint in joints]],
-            turns=np.array([joint.multiplier * (joint.kind == "revolute") for joint in joints]),
-            slides=np.array([joint.multiplier * (joint.kind == "prismatic") for joint in joints]),
-        )
+        frame = self.robot.frame(self.goal.frame or self.robot.tip)
+        keep(self, model=tree_model(self.robot), joint=frame.joint, T_joint_frame=frame.T_joint_frame)
+
+    @property
+    def kernel_goal(self) -> native.FrameGoal:
+        """The goal as the kernel takes it."""
+        near, turned = self.goal.tolerances
+        return kernel_goal(self.robot, self.goal, distance=near, angle=turned)
+
+
+def kernel_goal(robot: Robot, goal: SpaceGoal, *, distance: float, angle: float) -> native.FrameGoal:
+    """Return a goal in space as the kernel takes it, with tolerances [m] and [rad]."""
+    kinds, frame = native.FrameGoalKind, robot.frame(goal.frame or robot.tip)
+    pose = np.eye(4) if isinstance(goal, PositionGoal) else goal.pose
+    axis = None if isinstance(goal, PositionGoal) else goal.free_axis
+    return native.FrameGoal(
+        kind=kinds.position if isinstance(goal, PositionGoal) else kinds.pose if axis is None else kinds.axis,
+        joint=frame.joint,
+        local=frame.T_joint_frame[:3, :3].copy(),
+        offset=frame.T_joint_frame[:3, 3].copy(),
+        wanted=pose[:3, :3].copy(),
+        position=np.array(goal.position),
+        axis=np.zeros(3) if axis is None else np.array(axis),
+        position_tolerance=distance,
+        angle_tolerance=angle,
+    )
 
 
 def goal_errors(reach: Reach, q: Array) -> tuple[Array, Array]:
@@ -425,14 +472,21 @@ def goal_errors(reach: Reach, q: Array) -> tuple[Array, Array]:
         The distance (b,) [m] and the angle (b,) [rad]: of the turn between the orientations, or of the free axis; 0 for a
         position.
     """
-    residual, _ = _residuals(reach, reach.model.joint_frames(np.ascontiguousarray(q)))
-    return np.linalg.norm(residual[:, :3], axis=-1), np.linalg.norm(residual[:, 3:], axis=-1) / LEVER
+    frames = reach.model.joint_frames(np.ascontiguousarray(q))
+    return pose_errors(reach.goal, product(frames[:, reach.joint], reach.T_joint_frame))
 
 
 def pose_errors(goal: SpaceGoal, T: Array) -> tuple[Array, Array]:
     """Return how far frames that stand at T (b, 4, 4) are from where the goal's is to be: (b,) [m] and (b,) [rad]."""
-    residual, _ = _missing(goal, T)
-    return np.linalg.norm(residual[:, :3], axis=-1), np.linalg.norm(residual[:, 3:], axis=-1) / LEVER
+    distance = np.linalg.norm(goal.position - T[:, :3, 3], axis=-1)
+    if isinstance(goal, PositionGoal):
+        return distance, np.zeros(len(T))
+    R, R_goal = T[:, :3, :3], goal.pose[:3, :3]
+    if goal.free_axis is None:
+        turn = rotation_vectors(product(R_goal, np.swapaxes(R, -1, -2)))
+    else:
+        turn = turns_between(product(R, goal.free_axis), product(R_goal, goal.free_axis))
+    return distance, np.linalg.norm(turn, axis=-1)
 
 
 def reaches(reach: Reach, q: Array) -> NDArray[np.bool_]:
@@ -456,12 +510,11 @@ def reach_of(robot: Robot, frame: str) -> float:
     return reach
 
 
-def polished(
-    reach: Reach, q: Array, lower: Array, upper: Array, *, rounds: int = 40, late: Callable[[], bool] = lambda: False
-) -> Array:
+def polished(reach: Reach, q: Array, lower: Array, upper: Array, *, rounds: int = 40) -> Array:
     """Bring configurations to the goal's very centre, or as near to it as bounds and arm allow.
 
-    Damped least squares (Levenberg and Marquardt), all rows side by side, joints that push against a bound stay on it.
+    Damped least squares (Levenberg and Marquardt; damped by the error, after Sugihara, 2011), all rows side by side. Joints
+    that push against a bound stay on it.
 
     Args:
         reach: the goal.
@@ -469,116 +522,9 @@ def polished(
         lower: (n,) bounds, which q stays within.
         upper: (n,) likewise.
         rounds: the most steps.
-        late: whether time is up.
 
     Returns:
-        (b, n): each no farther from the goal than it was, in m plus 0.2 m per rad.
+        (b, n): each no farther from the goal than it was, in m plus 0.2 m times the chord of the angle, 2 sin(angle / 2).
     """
-    q = np.clip(q, lower, upper)
-    if not len(q):
-        return q
-    damping = np.full(len(q), 1e-3)
-    here = _placed(reach, q)
-    going = np.flatnonzero(here.cost > _EXACT**2)
-    for _ in range(rounds):
-        if not going.size or late():
-            break
-        at = here.rows(going)
-        tried = np.clip(q[going] + _step(at, q[going], lower, upper, damping[going]), lower, upper)
-        there = _placed(reach, tried)
-        better = there.cost < at.cost
-        damping[going] = np.clip(np.where(better, damping[going] * 0.1, damping[going] * 8), 1e-12, 1e6)
-        moved = going[better]
-        progress = (at.cost - there.cost) > 1e-6 * at.cost
-        q[moved] = tried[better]
-        here.put(moved, there.rows(better))
-        stuck = (better & ~progress) | (damping[going] >= 1e6)
-        going = going[~stuck & (here.cost[going] > _EXACT**2)]
-    return q
-
-
-def nearer(reach: Reach, q: Array, towards: Array, share: Array) -> Array:
-    """Move configurations (b, n) shares (b,) of the way towards another (n,), along what leaves the goal's frame in place."""
-    J, wish = _placed(reach, q).jacobian, towards - q
-    seen = np.einsum("bmn,bn->bm", J, wish)  # what the frame would see of it
-    step = share[:, None] * (wish - np.einsum("bmn,bm->bn", J, _solved(J, seen, np.full(len(q), 1e-9))))
-    return q + _shortened(step)
-
-
-@dataclass(slots=True)
-class _Placed:
-    """Residuals (b, m) [m], their derivatives (b, m, n) and their squares' sums (b,)."""
-
-    residual: Array
-    jacobian: Array
-    cost: Array
-
-    def rows(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> _Placed:
-        return _Placed(self.residual[which], self.jacobian[which], self.cost[which])
-
-    def put(self, which: NDArray[np.intp], other: _Placed) -> None:
-        self.residual[which], self.jacobian[which], self.cost[which] = other.residual, other.jacobian, other.cost
-
-
-def _placed(reach: Reach, q: Array) -> _Placed:
-    frames = reach.model.joint_frames(np.ascontiguousarray(q))
-    residual, axis = _residuals(reach, frames)
-    jacobian = _jacobian(reach, frames)
-    if residual.shape[1] == 3:
-        jacobian = jacobian[:, :3]
-    elif axis is not None:  # turning about the free axis changes nothing
-        jacobian[:, 3:] -= axis[:, :, None] * np.einsum("bi,bin->bn", axis, jacobian[:, 3:])[:, None, :]
-    return _Placed(residual, jacobian, np.einsum("bm,bm->b", residual, residual))
-
-
-def _residuals(reach: Reach, frames: Array) -> tuple[Array, Array | None]:
-    """Return what is missing to the goal, (b, 3 or 6) [m], and where the free axis points, (b, 3), if there is one."""
-    return _missing(reach.goal, product(frames[:, reach.joint], reach.T_joint_frame))
-
-
-def _missing(goal: SpaceGoal, T: Array) -> tuple[Array, Array | None]:
-    missing = goal.position - T[:, :3, 3]
-    if isinstance(goal, PositionGoal):
-        return missing, None
-    R, R_goal = T[:, :3, :3], goal.pose[:3, :3]
-    if goal.free_axis is None:
-        return np.concatenate([missing, LEVER * rotation_vectors(product(R_goal, np.swapaxes(R, -1, -2)))], axis=1), None
-    axis, wanted = product(R, goal.free_axis), product(R_goal, goal.free_axis)
-    return np.concatenate([missing, LEVER * turns_between(axis, wanted)], axis=1), axis
-
-
-def _jacobian(reach: Reach, frames: Array) -> Array:
-    """Return how the frame moves and turns (times the lever) with q, (b, 6, n), in base axes."""
-    point = product(frames[:, reach.joint, :3, :3], reach.T_joint_frame[:3, 3]) + frames[:, reach.joint, :3, 3]
-    chain = frames[:, reach.chain]
-    axes, arms = chain[..., :3, 2], point[:, None] - chain[..., :3, 3]  # (b, k, 3)
-    columns = np.empty((len(frames), 6, len(reach.chain)))
-    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
-        across = axes[..., j] * arms[..., k] - axes[..., k] * arms[..., j]
-        columns[:, i] = reach.turns * across + reach.slides * axes[..., i]
-        columns[:, 3 + i] = LEVER * reach.turns * axes[..., i]
-    return product(columns, reach.moved_by)
-
-
-def _step(at: _Placed, q: Array, lower: Array, upper: Array, damping: Array) -> Array:
-    # Damped by the error itself: small near the goal, where full steps converge quadratically.
-    jacobian, scale = at.jacobian, damping * (1e-9 + at.cost)
-    step = np.einsum("bmn,bm->bn", jacobian, _solved(jacobian, at.residual, scale))
-    against = ((q <= lower) & (step < 0)) | ((q >= upper) & (step > 0))
-    if against.any():
-        jacobian = np.where(against[:, None, :], 0.0, jacobian)
-        step = np.einsum("bmn,bm->bn", jacobian, _solved(jacobian, at.residual, scale))
-    return _shortened(step)
-
-
-def _shortened(step: Array) -> Array:
-    longest = np.abs(step).max(axis=-1, keepdims=True, initial=1e-300)
-    return step * np.minimum(1.0, _LONGEST_STEP / longest)
-
-
-def _solved(J: Array, wanted: Array, scale: Array) -> Array:
-    """Solve (J J^T + scale I) x = wanted, row by row."""
-    JJ = product(J, np.swapaxes(J, -1, -2))
-    diagonal = np.einsum("bmm->bm", JJ)
-    diagonal += (scale + 1e-14 + 1e-13 * diagonal.sum(axis=-1))[:, None]  # never singular, whatever the arm's size
-    return solved(JJ, wanted)
+    inside = np.ascontiguousarray(np.clip(q, lower, upper))
+    return native.polished64(reach.model, reach.kernel_goal, inside, np.array(lower), np.array(upper), rounds)

@@ -142,6 +142,7 @@ class _Arm:
 
 _models = _IdentityCache[KernelModel](_CACHED)
 _arms = _IdentityCache[_Arm](_CACHED)
+_pairs = _IdentityCache[NDArray[np.int32]](_CACHED)
 
 
 def _arm(robot: Robot, frame: str | None, further: tuple[tuple[int, NDArray[np.float64]], ...]) -> _Arm:
@@ -181,12 +182,18 @@ def _require_within_reach(robot: Robot, *arrays: NDArray[np.float64]) -> None:
 
 
 def self_shape_pairs(robot: Robot) -> NDArray[np.int32]:
-    """Return the pairs of shapes that must keep clear of each other, (p, 2) indices into `robot.shapes`."""
+    """Return the pairs of shapes that must keep clear of each other, (p, 2) indices into `robot.shapes`; cached by identity."""
+    return _pairs.get((robot,), (), lambda: _self_shape_pairs(robot))
+
+
+def _self_shape_pairs(robot: Robot) -> NDArray[np.int32]:
     of: dict[str, list[int]] = {}
     for i, part in enumerate(robot.shapes):
         of.setdefault(part.name, []).append(i)
-    pairs = [(i, k) for one, two in robot.self_pairs for i in of[one] for k in of[two]]
-    return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+    listed = [(i, k) for one, two in robot.self_pairs for i in of[one] for k in of[two]]
+    pairs = np.array(listed, dtype=np.int32).reshape(-1, 2)
+    pairs.flags.writeable = False
+    return pairs
 
 
 def _envelope(robot: Robot) -> native.Envelope:

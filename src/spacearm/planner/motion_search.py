@@ -25,7 +25,7 @@ from spacearm.dynamics.base_models import BaseDemands
 from spacearm.motion import Motion
 from spacearm.motion.limit_margins import as_jerk_limit
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
-from spacearm.planner.inverse_kinematics import FAR
+from spacearm.planner.inverse_kinematics import FAR, kernel_goal
 from spacearm.planner.kernel_model import KernelModel, kernel_model, make_kernel_model
 from spacearm.planner.plan_result import Improvement
 from spacearm.planner.planner_settings import PlannerSettings, as_planner_settings
@@ -336,24 +336,11 @@ def base_demands(problem: Problem, *, finest: float = _FINEST) -> BaseDemands:
 
 
 def _frame_goal(problem: Problem, finest: float) -> native.FrameGoal | None:
-    goal, kinds = problem.goal, native.FrameGoalKind
+    goal = problem.goal
     if not isinstance(goal, (PositionGoal, PoseGoal)):
         return None
-    frame = problem.robot.frame(goal.frame or problem.robot.tip)
-    pose = goal.pose if isinstance(goal, PoseGoal) else np.eye(4)
-    axis = goal.free_axis if isinstance(goal, PoseGoal) else None
-    near, turned = goal.tolerances
-    return native.FrameGoal(
-        kind=kinds.position if isinstance(goal, PositionGoal) else kinds.pose if axis is None else kinds.axis,
-        joint=frame.joint,
-        local=frame.T_joint_frame[:3, :3].copy(),
-        offset=frame.T_joint_frame[:3, 3].copy(),
-        wanted=pose[:3, :3].copy(),
-        position=np.array(goal.position),
-        axis=np.zeros(3) if axis is None else np.array(axis),
-        position_tolerance=max(_WITHIN * near, finest),
-        angle_tolerance=max(_WITHIN * turned, finest),
-    )
+    near, turned = (max(_WITHIN * tolerance, finest) for tolerance in goal.tolerances)
+    return kernel_goal(problem.robot, goal, distance=near, angle=turned)
 
 
 def _attitude_goal(problem: Problem, finest: float) -> native.AttitudeGoal | None:

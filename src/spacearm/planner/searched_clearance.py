@@ -215,20 +215,22 @@ class _Pairs:
             self._add_near(link, f"obstacle {self._model.scene.called(obstacle)}", of_ends, asked, rows)
 
     def _add_links(self, at_ends: Array, required: Array) -> None:
-        if not self._special(at_ends, required).any():
+        special = self._special(at_ends, required)
+        if not special.any():
             return
-        of_links: dict[tuple[str, str], list[int]] = {}
-        pairs: list[list[int]] = self._model.pairs.tolist()
-        for p, (i, k) in enumerate(pairs):
-            of_links.setdefault((self._names[i], self._names[k]), []).append(p)
-        for (link, other), some in of_links.items():
+        number = {name: i for i, name in enumerate(dict.fromkeys(self._names))}
+        link_of = np.array([number[name] for name in self._names])
+        pairs = self._model.pairs
+        of_links = link_of[pairs[:, 0]] * len(number) + link_of[pairs[:, 1]]
+        groups, first = np.unique(of_links[special], return_index=True)
+        for group in groups[np.argsort(first)].tolist():
+            some = np.flatnonzero(of_links == group)
             of_ends: Array = at_ends[:, some].min(axis=1)
             least, asked = float(of_ends.min()), float(required[some[0]])
-            if not (least < asked + 2 * SEARCH_ROOM or asked + SEARCH_ROOM != self._asked):
-                continue
-            rows = [(pairs[p][0], -1, pairs[p][1]) for p in some]
+            rows: list[Row] = [(i, -1, k) for i, k in pairs[some].tolist()]
             self._put(rows, least, asked)
             if held_to(least, asked) < asked:
+                link, other = (self._names[int(i)] for i in pairs[some[0]])
                 self._add_near(link, f"link '{other}'", of_ends, asked, rows)
 
     def _put(self, rows: Iterable[Row], least: float, required: float) -> None:
