@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from kernel import drawn
 from kernel.builds import Build, surround
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
-from support.kernel_cases import enveloped
+from support.kernel_cases import bench, enveloped
 from support.oracles import pinocchio_points
 
 
@@ -62,14 +62,9 @@ def test_of_a_straight_arm_it_is_the_length_beyond_the_joint(build: Build) -> No
     )
     most = np.array([2.0, 3.0, 3.0])
     np.testing.assert_allclose(surround(build, robot, []).native.levers(most), [1.0, 2.1, 1.1], rtol=1e-4)
-    behind = replace(robot, joints=(joints[1], joints[0], joints[2]))  # the first joint turns the slide, too
-    behind = replace(
-        behind,
-        joints=(
-            replace(joints[1], parent=-1, dof=0),
-            replace(joints[0], parent=0, dof=1),
-            joints[2],
-        ),
+    behind = replace(  # the first joint turns the slide, too
+        robot,
+        joints=(replace(joints[1], parent=-1, dof=0), replace(joints[0], parent=0, dof=1), joints[2]),
         lower=robot.lower[[1, 0, 2]],
         upper=robot.upper[[1, 0, 2]],
     )
@@ -77,18 +72,5 @@ def test_of_a_straight_arm_it_is_the_length_beyond_the_joint(build: Build) -> No
 
 
 def test_without_bodies_there_is_none(build: Build) -> None:
-    robot = enveloped(
-        np.random.default_rng(0),
-        Robot(
-            name="bare",
-            joints=(Joint(name="joint", kind="revolute", parent=-1, T_parent_joint=np.eye(4)),),
-            frames=(Frame(name="tip", joint=0, T_joint_frame=np.eye(4)),),
-            tip="tip",
-            lower=np.array([-3.0]),
-            upper=np.array([3.0]),
-            velocity=np.ones(1),
-            acceleration=np.ones(1),
-        ),
-        0,
-    )
+    robot = bench()
     np.testing.assert_array_equal(surround(build, robot, []).native.levers(np.ones(1)), [0.0])
