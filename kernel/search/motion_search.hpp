@@ -316,7 +316,7 @@ template <class T> class motion_search {
             m = motions_of_.nearest_to(along_path, s_.ladder[i]);
             ++evaluations_;
             project_onto_ends(m);
-            if (free_or_noted(m)) return true;
+            if (clings ? checker_.free(m) : free_or_noted(m)) return true;
             if (over()) return false;
         }
         return clings && s_.ladder.size() == 1 && cling(along_path, m);
@@ -561,7 +561,7 @@ template <class T> class motion_search {
         int turns = 0;
     };
     static constexpr double keeps = 0.5, least_share = 0.1;
-    static constexpr int swarm_first = 1 << 14;  // configurations of the swarm's first turn; then twice as many each time
+    static constexpr int swarm_first = 1 << 14;  // configurations of the first turn; then twice as many each time
     method methods_[method_count];
     std::vector<path<T>> paths_;
     T last_noted_ = infinity, fallback_violation_ = infinity;
