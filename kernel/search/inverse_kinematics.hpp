@@ -27,24 +27,27 @@ inline constexpr int most_rounds_of_a_seed = 40;
 inline constexpr int patience = 4;  // rounds of a seed, within which the square of its error must halve
 inline constexpr int pulls = 6;     // steps towards the start
 inline constexpr int rounds_of_a_pull = 4;
-inline constexpr double closer = 1e-3;  // [rad or m] by which a pull must bring a configuration nearer to the start
+inline constexpr double centred = 1e-8;  // [m] error of what is at the goal's centre
+inline constexpr double closer = 1e-3;   // [rad or m] by which a pull must bring a configuration nearer to the start
 inline constexpr double shorter_pull = 0.4;  // factor of a pull after one that was no good
 inline constexpr double whole_turn = 6.283185307179586;
 
 using row = std::vector<double>;
 
+inline double apart(const row& a, const row& b) {  // in any joint
+    double greatest = 0;
+    for (std::size_t d = 0; d < a.size(); ++d) greatest = std::max(greatest, std::abs(a[d] - b[d]));
+    return greatest;
+}
+
 // The rows that differ, nearest to the start first, at most so many. What counts as near to one that was chosen is
 // widened as long as enough are left: they are spread as wide as they can be.
 inline std::vector<row> distinct(const std::vector<row>& rows, const row& start, int most) {
+    require(most >= 1, "a number of configurations that is none");
     const auto away = [&](const row& q) {
         double sum = 0;
         for (std::size_t d = 0; d < q.size(); ++d) sum += (q[d] - start[d]) * (q[d] - start[d]);
         return sum;
-    };
-    const auto apart = [](const row& a, const row& b) {  // in any joint
-        double greatest = 0;
-        for (std::size_t d = 0; d < a.size(); ++d) greatest = std::max(greatest, std::abs(a[d] - b[d]));
-        return greatest;
     };
     std::vector<double> distance;
     for (const row& one : rows) distance.push_back(away(one));
@@ -147,8 +150,11 @@ template <class T> class goal_search {
             for (std::size_t d = 0; d < n_; ++d) {
                 for (double turn : {-whole_turn, whole_turn}) {
                     if (!s_.turns[d] || one[d] + turn < s_.lower[d] || one[d] + turn > s_.upper[d]) continue;
-                    more.push_back(one);
-                    more.back()[d] += turn;
+                    row turned(one);
+                    turned[d] += turn;
+                    const bool known = std::any_of(rows.begin(), rows.end(),
+                                                   [&](const row& other) { return apart(turned, other) <= differs; });
+                    if (!known) more.push_back(std::move(turned));
                 }
             }
         }
@@ -224,12 +230,13 @@ template <class T> class goal_search {
         }
     }
 
-    // Whether a lane is at the goal's centre, or stuck. The start may be anywhere within the goal's tolerance.
+    // Whether a lane is at the goal's centre, or stuck. The start may be anywhere within the goal's tolerance; others
+    // that are within it have all rounds to come to the centre.
     static bool has_ended(lane& one, T cost, bool there) {
         const bool first = one.round == 0;
         bool stuck = one.round >= most_rounds_of_a_seed || !(cost <= std::numeric_limits<T>::max());
         if (one.round % patience == 0) {
-            stuck = stuck || (!first && !(cost <= one.checkpoint * T(0.5)));
+            stuck = stuck || (!first && !there && !(cost <= one.checkpoint * T(0.5)));
             one.checkpoint = cost;
         }
         ++one.round;
@@ -307,6 +314,9 @@ template <class T> class goal_search {
         load(rows, filled);
         std::vector<pack<T>> here(whole_);
         const pack<T> lacking = lacking_of_pack(false);
+        for (int c = 0; c < reach_.width(); ++c) q_[c] = whole_[reach_.entries[c]];
+        look_at_goal(reach_, q_.data(), memory_);
+        const pack<T> centre = max(memory_.cost, pack<T>(static_cast<T>(centred * centred)));
         pack<T> away = from_start(), share(T(0.5));
         for (int pull = 0; pull < pulls; ++pull) {
             whole_ = here;
@@ -314,6 +324,7 @@ template <class T> class goal_search {
             look_at_goal(reach_, q_.data(), memory_);
             const pack<T> new_away = from_start();
             pack_mask<T> good = is_reached(reach_, memory_) & (new_away < away - static_cast<T>(closer));
+            if (at_centre) good = good & (memory_.cost <= centre);
             if (any(good)) good = good & (lacking_of_pack(false) <= lacking);
             for (std::size_t d = 0; d < n_; ++d) here[d] = select(good, whole_[d], here[d]);
             away = select(good, new_away, away);
