@@ -261,22 +261,28 @@ def compete(arm: Arm, case: str, problems: Sequence[Problem], seconds: float) ->
 
 
 def ours(case: str, chain: Chain, problem: Problem, seed: int) -> Row:
-    times, there_are = list[float](), len(find_goal_configurations(problem, PlannerSettings(goal_candidates=256), seed).q)
-    wanted = min(WANTED, there_are)
-    for most in (1, WANTED):
-        settings = PlannerSettings(goal_candidates=most, threads=1)
+    wanted = min(WANTED, len(configurations(problem, 256, seed)[0]))
+    _, first = configurations(problem, 1, seed, times=3)
+    q, seconds = configurations(problem, WANTED, seed, times=3)
+    robot, goal = problem.robot, problem.goal
+    assert isinstance(goal, PoseGoal)
+    wrong = sum(not (inside(robot, row) and chain.reaches(row, goal)) for row in q)
+    return Row(case, "spacearm", first, seconds if len(q) >= wanted else np.inf, len(q), wanted, wrong)
+
+
+def configurations(problem: Problem, most: int, seed: int, *, times: int = 0) -> tuple[np.ndarray, float]:
+    """Return our configurations, and the least time of some further calls."""
+    settings, seconds = PlannerSettings(goal_candidates=most, threads=1), np.inf
+    q = find_goal_configurations(problem, settings, seed).q
+    for _ in range(times):
+        begun = time.process_time()
         find_goal_configurations(problem, settings, seed)
-        spent = []
-        for _ in range(3):
-            begun = time.process_time()
-            found = find_goal_configurations(problem, settings, seed)
-            spent.append(time.process_time() - begun)
-        times.append(min(spent) if len(found.q) >= min(most, wanted) else np.inf)
-    goal: Any = problem.goal
-    robot, q = problem.robot, found.q
-    inside = ((q >= robot.lower) & (q <= robot.upper)).all(axis=1)
-    wrong = sum(not (ok and chain.reaches(row, goal)) for ok, row in zip(inside, q, strict=True))
-    return Row(case, "spacearm", *times, len(q), wanted, wrong)
+        seconds = min(seconds, time.process_time() - begun)
+    return q, seconds if len(q) else np.inf
+
+
+def inside(robot: Robot, q: np.ndarray) -> bool:
+    return bool(((q >= robot.lower) & (q <= robot.upper)).all())
 
 
 def theirs(row: Row, solve: Solver, problem: Problem, seed: int, seconds: float) -> Row:

@@ -99,7 +99,7 @@ def test_a_callback_that_comes_back_is_refused() -> None:
     assert said == ["called by its own callback"]
 
 
-def test_seeds_looked_at_by_many_threads_are_those_of_one(often: None) -> None:
+def test_guesses_looked_at_by_many_threads_are_those_of_one(often: None) -> None:
     arm = objectives.thick_arm()
     pose = forward_kinematics(arm, objectives.AROUND[1])
     made = [objectives.goal_search(BUILD, arm, objectives.CLUTTER, pose, objectives.AROUND[0]) for _ in range(2)]

@@ -50,12 +50,12 @@ def assert_same_runs(found: list[Any], expected: list[Any]) -> None:
 
 
 def goals_found(build: Build, *batches: int) -> list[np.ndarray]:
-    """What seeds lead to on the way to a pose among obstacles, looked for in batches."""
+    """What guesses lead to on the way to a pose among obstacles, looked for in batches."""
     robot = objectives.thick_arm()
     pose = forward_kinematics(robot, objectives.AROUND[1])
     search = objectives.goal_search(build, robot, objectives.CLUTTER, pose, objectives.AROUND[0])
-    for seeds in batches:
-        search.look(seeds)
+    for guesses in batches:
+        search.look(guesses)
     some = search.differing(8)
     assert len(some) > 1
     pulled = search.pulled(some, 8, pull=True, at_centre=True)
@@ -63,7 +63,7 @@ def goals_found(build: Build, *batches: int) -> list[np.ndarray]:
     return [some, pulled, search.with_turns(pulled, 64), search.lacking(20), search.missed(20), counted]
 
 
-def test_seeds_lead_to_the_same_goal_configurations_on_every_level_and_in_batches_of_any_size() -> None:
+def test_guesses_lead_to_the_same_goal_configurations_on_every_level_and_in_batches_of_any_size() -> None:
     first, *others = levels(64)
     expected = goals_found(first, 150)
     for build, batches in [(build, (150,)) for build in others] + [(first, (1, 2, 47, 100))]:

@@ -1,4 +1,4 @@
-"""Inverse kinematics from many seeds: all kinds of robots by Pinocchio, how many are found, and where the search ends."""
+"""Inverse kinematics from many guesses: all kinds of robots by Pinocchio, how many are found, and where the search ends."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_of_the_ways_of_a_planar_arm_there_are_two_however_many_are_asked_for() 
     for most in (1, 2, 8, 64):
         found = find_goal_configurations(problem, PlannerSettings(goal_candidates=most), 0)
         assert len(found.q) == min(most, 2)
-        assert found.searches == 16 * most * (1 if most <= 2 else 2)  # it ends where twice as many seeds bring nothing new
+        assert found.searches == 16 * most * (1 if most <= 2 else 2)  # it ends where twice as many guesses bring nothing new
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
@@ -165,8 +165,8 @@ def test_joints_that_do_not_move_the_frame_stay_where_they_are_if_they_can() -> 
 
 
 @pytest.mark.parametrize("kind", ["position", "pose", "free axis"])
-def test_more_seeds_find_what_is_as_near_or_nearer(kind: str) -> None:
-    """The seeds of a search for more candidates begin with those of one for fewer."""
+def test_more_guesses_find_what_is_as_near_or_nearer(kind: str) -> None:
+    """The guesses of a search for more candidates begin with those of one for fewer."""
     for seed in range(5):
         problem = reached_problem(load_robot("zhang2022"), seed, kind)
         few, many = (find_goal_configurations(problem, PlannerSettings(goal_candidates=n), 3).q for n in (8, 64))
@@ -213,14 +213,14 @@ def test_a_goal_out_of_reach_ends_the_search_before_any_swarm() -> None:
         assert explain_goal(problem, found).status == "goal_unreachable"
 
 
-def test_when_time_is_up_the_first_seeds_are_all() -> None:
+def test_when_time_is_up_the_first_guesses_are_all() -> None:
     settings = PlannerSettings(goal_candidates=2)
     assert find_goal_configurations(blocked(), settings, 0, late=lambda: True).searches == 16 * 2
     free = reached_problem(load_robot("zhang2022"), 1, "pose")
     assert len(find_goal_configurations(free, settings, 0, late=lambda: True).q)
 
 
-def test_behind_a_wall_with_a_slit_swarms_find_what_seeds_do_not() -> None:
+def test_behind_a_wall_with_a_slit_swarms_find_what_guesses_do_not() -> None:
     """The planar arm folds around balls on both of its ways to the goal's centre; within the tolerance there is room."""
     goal = PositionGoal((1.5, 0.0, 0.0), tolerance=0.4)
     ball = Sphere((1.5, 0.0, 0.0), 0.1)

@@ -806,17 +806,17 @@ def sincos32(x: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C')
 
 class GoalSearch64:
     """
-    Free configurations that bring a frame to its goal, from many seeds side by side.
+    Free configurations that bring a frame to its goal, from many guesses side by side.
     """
 
     def __init__(self, *, scene: Model64, goal: FrameGoal, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], turns: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')], margin: float, seed: int) -> None: ...
 
-    def look(self, seeds: int) -> None:
-        """Goes on with so many seeds more; the first is the start."""
+    def look(self, guesses: int) -> None:
+        """Goes on with so many guesses more; the first is the start."""
 
     @property
     def begun(self) -> int:
-        """Seeds."""
+        """Guesses."""
 
     @property
     def reached(self) -> int:
@@ -838,7 +838,7 @@ class GoalSearch64:
 
     def missed(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
         """
-        (b, n) where seeds ended that missed the goal, the nearest to it first.
+        (b, n) where guesses ended that missed the goal, the nearest to it first.
         """
 
     def pulled(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], most: int, *, pull: bool, at_centre: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
