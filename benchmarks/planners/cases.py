@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from spacearm.core.errors import SpacearmError
 from spacearm.planner import Problem, clearance
 from spacearm.planner.kernel_model import kernel_model
 from spacearm.study.motionbenchmaker import Item, RobotFiles, find_items, find_robot, read_item
+from spacearm.study.other_checker import OtherChecker, overlapping_pairs
 
 HERE = Path(__file__).resolve().parent
 ENVIRONMENT = HERE.parents[1] / ".venv-planners"
@@ -87,18 +90,67 @@ class Trace:
             self.points.append((seconds, evaluations, length))
 
 
-def load_cases(folder: Path, *, most: int) -> tuple[list[Case], RobotFiles]:
-    """Read some problems of each family, those whose ends are free, and their models in the kernel."""
-    files = find_robot(folder, urdf=None, srdf=None, group="panda_arm")
+@dataclass
+class Collection:
+    """Problems of one robot.
+
+    Attributes:
+        robot: as its URDF file is called, as VAMP calls it too.
+        files: of the robot.
+        cases: those whose ends are free.
+        left_out: the others, and why.
+    """
+
+    robot: str
+    files: RobotFiles
+    cases: list[Case]
+    left_out: dict[str, str]
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        return self.cases[0].problem.robot.dof_names
+
+    def other_checker(self) -> OtherChecker:
+        return OtherChecker(self.files, self.joints, overlapping=overlapping_pairs(self.cases[0].problem.robot))
+
+
+def load_collection(
+    folder: Path,
+    *,
+    most: int | None = None,
+    half: str = "all",
+    group: str | None = None,
+    families: Sequence[str] = (),
+) -> Collection:
+    """Read problems of each family, and their models in the kernel.
+
+    Args:
+        folder: of the families, the robot's files beside them.
+        most: so many of each family.
+        half: "odd" or "even": those with such a number alone; or "all".
+        group: whose joints move; None: the one of the requests.
+        families: beginnings of the names of those wanted; none: all.
+    """
+    every = [item for item in find_items(folder) if half == "all" or int(item.name or 0) % 2 == (half == "odd")]
+    named = tuple(families) or ("",)
+    wanted = dict.fromkeys(item.family for item in every if item.family.startswith(named))
+    items = [item for family in wanted for item in [item for item in every if item.family == family][:most]]
+    files = find_robot(folder, items, group=group)
     robot = files.load()
-    cases = []
-    for item in find_items(folder, most=most):
-        problem = read_item(item, robot)
+    out = Collection(files.urdf.stem.split("_")[0], files, [], {})
+    for item in items:
+        try:
+            problem = read_item(item, robot)
+        except SpacearmError as error:
+            out.left_out[f"{item.family} {item.name}"] = str(error)
+            continue
         least = float(clearance(problem, np.stack([problem.start, problem.goal.q])).min())
         if least > 0:
-            cases.append(Case(item, problem, min(MARGIN, least / 2)))
+            out.cases.append(Case(item, problem, min(MARGIN, least / 2)))
             _ = kernel_model(robot, problem.scene).model32
-    return cases, files
+        else:
+            out.left_out[f"{item.family} {item.name}"] = f"an end is in collision by {-1e3 * least:.2f} mm"
+    return out
 
 
 def along(corners: np.ndarray, step: float) -> np.ndarray:

@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cases import ENVIRONMENT, Case, Trace, load_cases
+from cases import ENVIRONMENT, Case, Collection, Trace, load_collection
+from page import put_into
 
-from spacearm.study.other_checker import OtherChecker
 from spacearm.study.reference_core import REFERENCE, load_now, machine, seconds_per_configuration
 
 SEARCH = 0.5  # how long our bare search goes on [s]
@@ -40,24 +40,28 @@ def main() -> None:
     parser.add_argument("--no-vamp", action="store_true", help="leave VAMP out (it needs g++)")
     parser.add_argument("--json", type=Path, help="write all traces")
     parser.add_argument("--markdown", type=Path, help="write the tables")
+    parser.add_argument("--page", type=Path, help="put the tables into this page")
     parser.add_argument("--figure", type=Path, help="draw quality over time and evaluations")
     args = parser.parse_args()
     if args.install:
         pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "-q", "install", "--no-deps", "--upgrade"]
         subprocess.run([*pip, "--target", str(ENVIRONMENT), "ompl==2.0.1", "cma==4.5.0"], check=True)
     sys.path.append(str(ENVIRONMENT))
-    cases, files = load_cases(args.data, most=args.problems)
+    collection = load_collection(args.data, most=args.problems)
+    cases = collection.cases
     begun = time.perf_counter()
-    traces, core = compete(cases, args)
-    other = OtherChecker(files, cases[0].problem.robot.dof_names)
+    traces, core = compete(collection, args)
+    other = collection.other_checker()
     of = {case.name: case for case in cases}
     for trace in traces:
         if trace.way is not None:
             trace.collisions = other.look(of[trace.case].item, trace.way).collisions
-    text = "\n".join(report(traces, cases, core, args, time.perf_counter() - begun))
-    print(text)
+    lines = report(traces, cases, core, args, time.perf_counter() - begun)
+    print("\n".join(lines))
     if args.markdown:
-        args.markdown.write_text(text + "\n", encoding="utf-8")
+        args.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    if args.page:
+        put_into(args.page, "planners", [*without(lines, "**OMPL through Python**")])
     if args.json:
         plain = [{key: value for key, value in vars(trace).items() if key != "way"} for trace in traces]
         args.json.write_text(json.dumps({"machine": machine(), "core": core, "traces": plain}), encoding="utf-8")
@@ -69,12 +73,13 @@ def main() -> None:
     os._exit(0)  # OMPL's bindings complain at length about what they leak
 
 
-def compete(cases: list[Case], args: argparse.Namespace) -> tuple[list[Trace], dict[str, Any]]:
+def compete(collection: Collection, args: argparse.Namespace) -> tuple[list[Trace], dict[str, Any]]:
     """Let all take turns; return the traces, and how the core was."""
     import spline_methods
     import with_ompl
     import with_spacearm
 
+    cases = collection.cases
     kernel, loads, traces = [], [], []
     crossing = with_ompl.empty_call(cases[0])
     for seed in range(args.seeds):
@@ -89,7 +94,7 @@ def compete(cases: list[Case], args: argparse.Namespace) -> tuple[list[Trace], d
     if not args.no_vamp:
         import with_vamp
 
-        traces += with_vamp.planned(cases)
+        traces += with_vamp.planned(cases, collection.robot)
     return traces, {"numpy": float(np.median(kernel)), "loads": [min(loads), max(loads)], "crossing": crossing}
 
 
@@ -158,6 +163,13 @@ def report(traces: list[Trace], cases: list[Case], core: dict[str, Any], args: a
     for name in splines:
         lines.append("| " + " | ".join([name, *_spline_cells([t for t in traces if t.method == name], known)]) + " |")
     return lines
+
+
+def without(lines: list[str], title: str) -> list[str]:
+    """Return a report without the part of a title: from there to the next one."""
+    titles = [i for i, line in enumerate(lines) if line.startswith("**")]
+    first = next(i for i in titles if lines[i].startswith(title))
+    return lines[:first] + lines[min((i for i in titles if i > first), default=len(lines)) :]
 
 
 def _head(*names: str) -> list[str]:

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from page import put_into
 
 from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion
@@ -59,6 +60,7 @@ def main() -> None:
     parser.add_argument("--problems", type=int, default=6, help="of each size")
     parser.add_argument("--json", type=Path, help="write the numbers")
     parser.add_argument("--markdown", type=Path, help="write the tables")
+    parser.add_argument("--page", type=Path, help="put the tables into this page")
     parser.add_argument("--figure", type=Path, help="draw them")
     args = parser.parse_args()
     begun = time.perf_counter()
@@ -79,10 +81,12 @@ def main() -> None:
         "joints": by_joints,
         "threads": by_threads,
     }
-    text = "\n".join(report(found))
-    print(text)
+    lines = report(found)
+    print("\n".join(lines))
     if args.markdown:
-        args.markdown.write_text(text + "\n", encoding="utf-8")
+        args.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    if args.page:
+        put_into(args.page, "scaling", lines)
     if args.json:
         args.json.write_text(json.dumps(found, indent=1), encoding="utf-8")
     if args.figure:

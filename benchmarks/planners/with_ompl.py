@@ -52,8 +52,17 @@ class Checker(base.MotionValidator):
         return free
 
 
-def planned(name: str, case: Case, seed: int, seconds: float) -> Trace:
-    """A planner's run; RRT-Connect ends with its first way and simplifies it, the others go on until the time is over."""
+def planned(name: str, case: Case, seed: int, seconds: float, *, simplify: bool = True, step: float | None = RANGE) -> Trace:
+    """A planner's run; RRT-Connect ends with its first way and simplifies it, the others go on until the time is over.
+
+    Args:
+        name: of the planner.
+        case: what to solve.
+        seed: of OMPL's random numbers.
+        seconds: limit.
+        simplify: RRT-Connect's way.
+        step: of the trees [rad]; None: OMPL's own choice.
+    """
     util.RNG.setSeed(seed + 1)
     space = base.RealVectorStateSpace(len(case.start))
     bounds = base.RealVectorBounds(len(case.start))
@@ -73,8 +82,8 @@ def planned(name: str, case: Case, seed: int, seconds: float) -> Trace:
     setup.setStartAndGoalStates(*ends)
     setup.setOptimizationObjective(base.PathLengthOptimizationObjective(information))
     planner = PLANNERS[name](information)
-    if hasattr(planner, "setRange"):
-        planner.setRange(RANGE)
+    if step is not None and hasattr(planner, "setRange"):
+        planner.setRange(step)
     setup.setPlanner(planner)
     anytime = name != "RRTConnect"
     trace = Trace(f"OMPL {name}" if anytime else "OMPL RRT-Connect, simplified", case.name, seed)
@@ -91,7 +100,7 @@ def planned(name: str, case: Case, seed: int, seconds: float) -> Trace:
 
     setup.solve(base.PlannerTerminationCondition(over))
     if setup.haveExactSolutionPath():
-        if not anytime:
+        if simplify and not anytime:
             setup.simplifySolution()
         corners = np.array([[state[i] for i in range(len(case.start))] for state in setup.getSolutionPath().getStates()])
         if len(corners) > 1 and np.allclose(corners[[0, -1]], [case.start, case.goal], atol=1e-4):  # AORRTC's once was empty

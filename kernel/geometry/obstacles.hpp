@@ -287,11 +287,12 @@ pack<T> axis_distance(const polytope_obstacle<T>& o, const vec3<T>& a, const vec
     return signed_distance(axis, o, std::numeric_limits<T>::max());
 }
 
-template <class T> SPACEARM_INLINE bool near_box(const vec3<T>& p, T reach, const obstacle_node<T>& n) {
+// Whether a point is further from a node's box than `reach`, along one of the axes.
+template <class T> SPACEARM_INLINE pack_mask<T> beyond_box(const vec3<T>& p, T reach, const obstacle_node<T>& n) {
     const pack_mask<T> x = (p.x <= n.lower[0] - reach) | (pack<T>(n.upper[0] + reach) <= p.x);
     const pack_mask<T> y = (p.y <= n.lower[1] - reach) | (pack<T>(n.upper[1] + reach) <= p.y);
     const pack_mask<T> z = (p.z <= n.lower[2] - reach) | (pack<T>(n.upper[2] + reach) <= p.z);
-    return !all(x | y | z);
+    return x | y | z;
 }
 
 }  // namespace SPACEARM_NAMESPACE

@@ -136,49 +136,88 @@ SPACEARM_NOINLINE pack<T> body_clearance(const link_envelope<T>& b, const envelo
 // Whether the capsules of a cluster are measured by their axes' distance from an obstacle; its other bodies never are.
 template <class T, class Shape> inline constexpr bool has_axis_distance = !std::is_same_v<Shape, polytope_obstacle<T>>;
 
-template <class T, class Shape>
-SPACEARM_NOINLINE void add_solid_shortfall(const link_envelope<T>& b, int i, const Shape& o, T margin,
-                                           const envelope_memory<T>& w, pack<T>& sum, bool depth) {
+// ---- what is made of a pack's clearances ----------------------------------------------------------------------------
+// By how much they fall short of the margin [m], summed over all pairs, lane by lane. With stop_early the sum is only
+// known to be above 0 in some lane, or 0 in all.
+template <class T> struct shortfall_sum {
+    bool stop_early;
+    pack<T> sum{T(0)};
+    bool depth() const { return !stop_early; }  // whether it matters by how much they fall short
+    SPACEARM_INLINE bool far(const pack_mask<T>& beyond) const { return all(beyond); }
+    SPACEARM_INLINE void take(T required, const pack<T>& is) { sum += above_zero(pack<T>(required) - is); }
+    bool over() const { return stop_early && !all(sum <= T(0)); }
+};
+
+// Which lanes are free, as long as `least` of them may be. Lanes that are known not to be free cost nothing more.
+template <class T> class free_lanes {
+  public:
+    explicit free_lanes(int least) : least_(least) {
+        std::fill(free_, free_ + W, T(1));
+        out_ = pack<T>::load(free_) <= T(0);
+    }
+    bool depth() const { return false; }
+    SPACEARM_INLINE bool far(const pack_mask<T>& beyond) const { return all(beyond | out_); }
+    SPACEARM_INLINE void take(T required, const pack<T>& is) {
+        const pack_mask<T> clear = pack<T>(required) <= is;  // not so where a number is none
+        if (!far(clear)) leave_out(clear);
+    }
+    bool over() const { return left_ < least_; }
+    bool is_free(int lane) const { return free_[lane] > T(0); }
+
+  private:
+    SPACEARM_NOINLINE void leave_out(const pack_mask<T>& clear) {
+        select(clear, pack<T>::load(free_), pack<T>(T(0))).store(free_);
+        left_ = 0;
+        for (int i = 0; i < W; ++i) left_ += free_[i] > T(0);
+        out_ = pack<T>::load(free_) <= T(0);
+    }
+    static constexpr int W = lanes_of<T>;
+    int least_, left_ = W;
+    T free_[W];  // 1 or 0
+    pack_mask<T> out_;
+};
+
+template <class T, class Shape, class Result>
+SPACEARM_NOINLINE void compare_solids(const link_envelope<T>& b, int i, const Shape& o, T margin,
+                                      const envelope_memory<T>& w, Result& result) {
     const cluster<T>& c = b.clusters[i];
     for (int k = c.first; k < c.last; ++k) {
-        if (all(pack<T>(b.bodies[k].reach + margin + rounding_of<T>(o)) <= distance_to(o, w.middle[k]))) continue;
-        sum += above_zero(margin - body_clearance(b, w, k, o, margin, depth));
+        if (result.far(pack<T>(b.bodies[k].reach + margin + rounding_of<T>(o)) <= distance_to(o, w.middle[k])))
+            continue;
+        result.take(margin, body_clearance(b, w, k, o, margin, result.depth()));
     }
 }
 
-// Adds to `sum`, lane by lane, by how much the clearance of a cluster and an obstacle falls short of the margin: for
-// each of its bodies [m].
-template <class T, class Shape>
-SPACEARM_INLINE void add_shortfall(const link_envelope<T>& b, const frame<T>* frames, int i, const Shape& o, T asked,
-                                   envelope_memory<T>& w, pack<T>& sum, bool depth) {
+// For each body of a cluster and an obstacle: the distance that is required of their axes or cores, and what it is.
+template <class T, class Shape, class Result>
+SPACEARM_INLINE void compare(const link_envelope<T>& b, const frame<T>* frames, int i, const Shape& o, T asked,
+                             envelope_memory<T>& w, Result& result) {
     const cluster<T>& c = b.clusters[i];
     const T margin = asked + rounding_of<T>(o);
-    if (all(pack<T>(c.radius + margin) <= distance_to(o, w.centers[i]))) return;
+    if (result.far(pack<T>(c.radius + margin) <= distance_to(o, w.centers[i]))) return;
     place_bodies(b, frames, i, w);
-    if (!has_axis_distance<T, Shape> || c.has_solids) return add_solid_shortfall(b, i, o, asked, w, sum, depth);
+    if (!has_axis_distance<T, Shape> || c.has_solids) return compare_solids(b, i, o, asked, w, result);
     for (int k = c.first; k < c.last; ++k) {
         const link_body<T>& body = b.bodies[k];
         const pack<T> from_middle = distance_to(o, w.middle[k]);
-        if (all(pack<T>(body.reach + margin) <= from_middle)) continue;
+        if (result.far(pack<T>(body.reach + margin) <= from_middle)) continue;
         pack<T> d = from_middle;
         if (body.inverse_squared_length != T(0)) {
             // A distance changes by no more than the displacement: between the middle and an end no point is nearer
             // than half of both distances less a quarter of the length.
             const pack<T> nearest_end = min(distance_to(o, w.a[k]), distance_to(o, w.a[k] + w.ab[k]));
             const T quarter = (body.reach - body.radius) * T(0.5);
-            if (all(pack<T>(body.radius + margin + quarter) <= (from_middle + nearest_end) * T(0.5))) continue;
+            if (result.far(pack<T>(body.radius + margin + quarter) <= (from_middle + nearest_end) * T(0.5))) continue;
             d = axis_distance(o, w.a[k], w.ab[k], body.inverse_squared_length);
         }
-        sum += above_zero(pack<T>(body.radius + margin) - d);
+        result.take(body.radius + margin, d);
     }
 }
 
-template <class T>
-inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles,
-                                   const asked_clearance<T>& asked, envelope_memory<T>& w, pack<T>& sum,
-                                   bool stop_early) {
+template <class T, class Result>
+inline void compare_obstacles(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles,
+                              const asked_clearance<T>& asked, envelope_memory<T>& w, Result& result) {
     const bool by_pair = !b.pair_margins.empty();
-    const bool depth = !stop_early;
     const int nodes = static_cast<int>(obstacles.tree.size());
     for (int i = static_cast<int>(b.clusters.size()) - 1; i >= 0; --i) {  // the last link first: it collides most
         const cluster<T>& c = b.clusters[i];
@@ -186,18 +225,18 @@ inline void add_obstacle_shortfall(const link_envelope<T>& b, const frame<T>* fr
         const T reach = c.radius + (by_pair ? asked.greatest(c) : asked.margin);
         for (int k = 0; k < nodes;) {
             const obstacle_node<T>& node = obstacles.tree[k];
-            if (!near_box(w.centers[i], reach, node)) {
+            if (result.far(beyond_box(w.centers[i], reach, node))) {
                 k = node.skip;
                 continue;
             }
             if (node.kind != shape::none) {
                 const T margin = by_pair ? b.margin_of(i, k, asked) : asked.margin;
                 obstacles.visit(node.kind, node.index,
-                                [&](const auto& o) { add_shortfall(b, frames, i, o, margin, w, sum, depth); });
+                                [&](const auto& o) { compare(b, frames, i, o, margin, w, result); });
             }
             ++k;
         }
-        if (stop_early && !all(sum <= T(0))) return;
+        if (result.over()) return;
     }
 }
 
@@ -229,9 +268,9 @@ SPACEARM_INLINE bool lone_solid_is_far(const link_envelope<T>& b, const envelope
     return box_is_far(solid_of(b, w, c.first), center, reach, margin);
 }
 
-template <class T>
-SPACEARM_NOINLINE void add_solid_self_shortfall(const link_envelope<T>& b, int i, int j, T margin,
-                                                const envelope_memory<T>& w, pack<T>& sum, bool depth) {
+template <class T, class Result>
+SPACEARM_NOINLINE void compare_two_links(const link_envelope<T>& b, int i, int j, T margin, const envelope_memory<T>& w,
+                                         Result& result) {
     const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
     if (lone_solid_is_far(b, w, i, w.centers[j], two.radius, margin)) return;
     if (lone_solid_is_far(b, w, j, w.centers[i], one.radius, margin)) return;
@@ -240,17 +279,16 @@ SPACEARM_NOINLINE void add_solid_self_shortfall(const link_envelope<T>& b, int i
             const link_body<T>&c = b.bodies[k], &d = b.bodies[l];
             const vec3<T> between = w.middle[k] - w.middle[l];
             const T reach = c.reach + d.reach + margin;
-            if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
-            sum += above_zero(margin
-                              - (c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, margin, depth)
-                                                              : capsule_clearance(b, w, k, l)));
+            if (result.far(pack<T>(reach * reach) <= dot(between, between))) continue;
+            result.take(margin, c.solid >= 0 || d.solid >= 0 ? body_clearance(b, w, k, l, margin, result.depth())
+                                                             : capsule_clearance(b, w, k, l));
         }
     }
 }
 
-template <class T>
-inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames, const asked_clearance<T>& asked,
-                               envelope_memory<T>& w, pack<T>& sum, bool stop_early) {
+template <class T, class Result>
+inline void compare_links(const link_envelope<T>& b, const frame<T>* frames, const asked_clearance<T>& asked,
+                          envelope_memory<T>& w, Result& result) {
     const bool by_pair = !b.pair_margins.empty();
     for (std::size_t p = 0; p < b.pairs.size(); ++p) {
         const auto& [i, j] = b.pairs[p];
@@ -258,30 +296,38 @@ inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames
         const cluster<T>&one = b.clusters[i], &two = b.clusters[j];
         const vec3<T> apart = w.centers[i] - w.centers[j];
         const T near = one.radius + two.radius + margin;
-        if (all(pack<T>(near * near) <= dot(apart, apart))) continue;
+        if (result.far(pack<T>(near * near) <= dot(apart, apart))) continue;
         place_bodies(b, frames, i, w);
         place_bodies(b, frames, j, w);
         if (one.has_solids || two.has_solids) {
-            add_solid_self_shortfall(b, i, j, margin, w, sum, !stop_early);
-            if (stop_early && !all(sum <= T(0))) return;
+            compare_two_links(b, i, j, margin, w, result);
+            if (result.over()) return;
             continue;
         }
         for (int k = one.first; k < one.last; ++k) {
             const link_body<T>& c = b.bodies[k];
             const vec3<T> to = w.middle[k] - w.centers[j];
             const T from = c.reach + two.radius + margin;
-            if (all(pack<T>(from * from) <= dot(to, to))) continue;
+            if (result.far(pack<T>(from * from) <= dot(to, to))) continue;
             for (int l = two.first; l < two.last; ++l) {
                 const link_body<T>& d = b.bodies[l];
                 const vec3<T> between = w.middle[k] - w.middle[l];
                 const T reach = c.reach + d.reach + margin;
-                if (all(pack<T>(reach * reach) <= dot(between, between))) continue;
+                if (result.far(pack<T>(reach * reach) <= dot(between, between))) continue;
                 const pack<T> d2 = squared_distance(b, w, k, l);
-                sum += above_zero(pack<T>(c.radius + d.radius + margin) - sqrt(d2));
+                result.take(c.radius + d.radius + margin, sqrt(d2));
             }
         }
-        if (stop_early && !all(sum <= T(0))) return;
+        if (result.over()) return;
     }
+}
+
+template <class T, class Result>
+inline void compare_all(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles,
+                        const asked_clearance<T>& asked, envelope_memory<T>& w, Result& result) {
+    place(b, frames, w);
+    compare_obstacles(b, frames, obstacles, asked, w, result);
+    if (!result.over()) compare_links(b, frames, asked, w, result);
 }
 
 // Shortfall of clearance [m] of one pack of configurations, summed over all pairs. With stop_early it is only known to
@@ -289,12 +335,10 @@ inline void add_self_shortfall(const link_envelope<T>& b, const frame<T>* frames
 template <class T>
 inline pack<T> shortfall(const link_envelope<T>& b, const frame<T>* frames, const obstacle_set<T>& obstacles,
                          const asked_clearance<T>& asked, envelope_memory<T>& w, bool stop_early) {
-    place(b, frames, w);
-    pack<T> sum(T(0));
-    add_obstacle_shortfall(b, frames, obstacles, asked, w, sum, stop_early);
-    if (!stop_early || all(sum <= T(0))) add_self_shortfall(b, frames, asked, w, sum, stop_early);
+    shortfall_sum<T> result{stop_early};
+    compare_all(b, frames, obstacles, asked, w, result);
     const pack<T> infinite(std::numeric_limits<T>::infinity());
-    return select(sum <= infinite, sum, infinite);
+    return select(result.sum <= infinite, result.sum, infinite);
 }
 
 // ---- of pairs that are looked at one by one -------------------------------------------------------------------------

@@ -79,9 +79,10 @@ template <class T> class base_model {
         forward_kinematics(p_.scene.robot, q, frames);
     }
     int edge_packs() const { return edge_packs_; }  // of a straight edge between two configurations
+    void look_closer_at_edges() { edge_packs_ = std::min(2 * edge_packs_, most_edge_packs); }
 
   protected:
-    static constexpr int most_instants = 4096;
+    static constexpr int most_instants = 4096, most_edge_packs = 64;
 
     const std::vector<T>& added_table(int interior) {
         std::vector<T>& values = added_tables_[interior];

@@ -30,14 +30,14 @@ template <class T> class motion_checker {
     // The weighted sum of the terms; those without a weight are 0 unless `all`.
     T fitness(const motion<T>& m, bool all = false, T* terms = nullptr) {
         const motion_weights<T>& w = p_.weight;
-        const spline_table<T>& t = table(m.interior);
         T value[term_count] = {};
-        if (all || w.length > 0) value[term_length] = length(m, t);
+        if (m.interior > most_tabled) local_.take(m, p_.start.data(), p_.end(m), p_.dofs());
+        if (all || w.length > 0) value[term_length] = length(m);
         if (all || w.duration > 0) {
             base_->follow(m, sampling::coarse, false);
             value[term_duration] = base_->duration(fastest(m));
         }
-        if (all || w.smoothness > 0) value[term_smoothness] = smoothness(m, t);
+        if (all || w.smoothness > 0) value[term_smoothness] = smoothness(m);
         if (all || w.carried()) carried(m, value);
         if (all || w.of_base()) of_base(m, value);
         if (terms) std::copy(value, value + term_count, terms);
@@ -81,6 +81,29 @@ template <class T> class motion_checker {
         return !near_.any() || near_pairs_keep(m);
     }
     bool free(const motion<T>& m) { return violation(m, T(0)) <= T(0) && finely_free(m); }
+    // The same; if it is not free for its clearance, `at` gets the instants, from 0 to 1, of the first pack that is
+    // not.
+    bool free(const motion<T>& m, std::vector<double>& at) {
+        at.clear();
+        if (!sane(m)) return false;
+        for (sampling density : {sampling::coarse, sampling::fine}) {
+            base_->follow(m, density, true);
+            if (!(unmet(m) <= T(0))) return false;
+            near_.begin();
+            for (int i = 0; i < base_->packs(); ++i) {
+                T lane[W];
+                shortfall_at(i, false).store(lane);
+                for (int k = 0; k < W; ++k) {
+                    if (lane[k] > T(0)) at.push_back(base_->instant_at(i, k));
+                }
+                if (!at.empty()) return false;
+                if (near_.any()) watch_near_pairs(i);
+            }
+            if (near_.any() && !(density == sampling::coarse ? near_.shortfall(m.goal) <= T(0) : near_pairs_keep(m)))
+                return false;
+        }
+        return true;
+    }
 
     // Whether the straight edge between two configurations is free, the base where it is at the beginning: at a pack of
     // instants or more, the second end included.
@@ -96,6 +119,16 @@ template <class T> class motion_checker {
             if (any(pack<T>(T(0)) < shortfall_in_place({p_.margin}, true))) return false;
         }
         return true;
+    }
+
+    // Which of a pack of configurations are free, the base where it is at the beginning.
+    free_lanes<T> free_configurations(const pack<T>* q) {
+        edge_configurations_ += W;
+        base_->place_joints(q, work_.frames.data());
+        memory_.base = nullptr;
+        free_lanes<T> out(1);
+        compare_all<T>(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, {p_.margin}, memory_, out);
+        return out;
     }
 
     const spline_table<T>& table(int interior) {
@@ -169,7 +202,7 @@ template <class T> class motion_checker {
     // The fastest uniform time within all limits, those of the base too, of the motion followed.
     T fastest(const motion<T>& m) {
         const base_demands<T>& b = p_.base;
-        T out = duration(m, table(m.interior));
+        T out = duration(m);
         if (b.most_rate > T(0)) out = std::max(out, base_->rate() / b.most_rate);
         if (b.most_arm > T(0)) out = std::max(out, base_->arm_momentum() / b.most_arm);
         return out;
@@ -197,44 +230,79 @@ template <class T> class motion_checker {
 
     // ---- terms of the fitness
     // -----------------------------------------------------------------------------------------
-    T length(const motion<T>& m, const spline_table<T>& t) const {
+    // Of a motion of few control points the lanes are its coarse instants, else the joints at one instant.
+    T length(const motion<T>& m) {
+        if (m.interior > most_tabled) {
+            T sum = 0;
+            for (int i = 0; i < local_.looks(); ++i) sum += std::sqrt(squared_rate(1, i));
+            return sum / T(local_.looks());
+        }
+        const spline_table<T>& t = table(m.interior);
         pack<T> sum(T(0));
         for (int l = 0; l < sample_packs_coarse; ++l) {
             pack<T> squared(T(0));
-            for (int d = 0; d < p_.dofs(); ++d) {
-                const pack<T> v = p_.coordinate(m, &t.value[1][pack_offset<T>(l, m.interior)], d);
-                squared += v * v;
-            }
+            add_squared_rates(m, t, 1, l, squared);
             sum += sqrt(squared);
         }
         return sum_of(sum) / T(sample_packs_coarse * lanes_of<T>);
     }
-    T duration(const motion<T>& m, const spline_table<T>& t) const {
+    T smoothness(const motion<T>& m) {
+        T sum = 0;
+        if (m.interior > most_tabled) {
+            for (int i = 0; i < local_.looks(); ++i) sum += squared_rate(3, i);
+            return sum / T(local_.looks());
+        }
+        const spline_table<T>& t = table(m.interior);
+        pack<T> squared(T(0));
+        for (int l = 0; l < sample_packs_coarse; ++l) add_squared_rates(m, t, 3, l, squared);
+        return sum_of(squared) / T(sample_packs_coarse * lanes_of<T>);
+    }
+    void add_squared_rates(const motion<T>& m, const spline_table<T>& t, int derivative, int l,
+                           pack<T>& squared) const {
+        for (int d = 0; d < p_.dofs(); ++d) {
+            const pack<T> v = p_.coordinate(m, &t.value[derivative][pack_offset<T>(l, m.interior)], d);
+            squared += v * v;
+        }
+    }
+    T squared_rate(int derivative, int look) const {
+        pack<T> squared(T(0));
+        local_.derivative(derivative, look, [&](int, const pack<T>& v) { squared += v * v; });
+        return sum_of(squared);
+    }
+    T duration(const motion<T>& m) {
         T out = 0;
+        const bool many = m.interior > most_tabled;
+        if (many) local_.take(m, p_.start.data(), p_.end(m), p_.dofs());
         const std::vector<T>* limits[4] = {nullptr, &p_.velocity, &p_.acceleration, &p_.jerk};
         for (int k = 1; k < 4; ++k) {
             if (limits[k]->empty()) continue;
-            pack<T> most(T(0));
-            for (int l = 0; l < sample_packs_coarse; ++l) {
-                for (int d = 0; d < p_.dofs(); ++d) {
-                    most = max(most, abs(p_.coordinate(m, &t.value[k][pack_offset<T>(l, m.interior)], d))
-                                         * (T(1) / (*limits[k])[d]));
-                }
-            }
-            const T share = greatest_of(most);
+            const T share = many ? greatest_share(k, *limits[k]) : greatest_share(m, k, *limits[k]);
             out = std::max(out, k == 1 ? share : k == 2 ? std::sqrt(share) : static_cast<T>(cube_root(share)));
         }
         return out;
     }
-    T smoothness(const motion<T>& m, const spline_table<T>& t) const {
-        pack<T> sum(T(0));
+    // The greatest share of its joint's limit that a derivative takes.
+    T greatest_share(const motion<T>& m, int derivative, const std::vector<T>& limit) {
+        const spline_table<T>& t = table(m.interior);
+        pack<T> most(T(0));
         for (int l = 0; l < sample_packs_coarse; ++l) {
             for (int d = 0; d < p_.dofs(); ++d) {
-                const pack<T> v = p_.coordinate(m, &t.value[3][pack_offset<T>(l, m.interior)], d);
-                sum += v * v;
+                const pack<T> v = p_.coordinate(m, &t.value[derivative][pack_offset<T>(l, m.interior)], d);
+                most = max(most, abs(v) * (T(1) / limit[d]));
             }
         }
-        return sum_of(sum) / T(sample_packs_coarse * lanes_of<T>);
+        return greatest_of(most);
+    }
+    T greatest_share(int derivative, const std::vector<T>& limit) const {
+        std::vector<T> inverse((limit.size() + W - 1) / W * W, T(0));
+        for (std::size_t d = 0; d < limit.size(); ++d) inverse[d] = T(1) / limit[d];
+        pack<T> most(T(0));
+        for (int i = 0; i < local_.looks(); ++i) {
+            local_.derivative(derivative, i, [&](int first, const pack<T>& v) {
+                most = max(most, abs(v) * pack<T>::load(&inverse[first]));
+            });
+        }
+        return greatest_of(most);
     }
 
     void of_base(const motion<T>& m, T* value) {
@@ -328,6 +396,7 @@ template <class T> class motion_checker {
     workspace<T> work_;
     std::vector<pack<T>> q_;
     near_pair_watch<T> near_;
+    local_spline<T> local_;  // of the motion looked at last, if it has many control points
     std::int64_t edge_configurations_ = 0;
     std::vector<std::shared_ptr<const spline_table<T>>> tables_;
     terminal_solver<T> solver_;

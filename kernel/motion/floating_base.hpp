@@ -10,12 +10,14 @@
 #pragma once
 
 #include "motion/base.hpp"
+#include "motion/local_spline.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
 // A spline's basis at the nodes (i + 1) / N, packs of them: values and first derivatives.
 template <class T> struct node_table {
     std::vector<T> value[2];
+    std::vector<int> first, last;  // of each pack: the control points that count, the last one excluded
 };
 template <class T> std::shared_ptr<const node_table<T>> node_table_of(int interior, int packs) {
     static std::mutex lock;
@@ -30,6 +32,10 @@ template <class T> std::shared_ptr<const node_table<T>> node_table_of(int interi
                 std::vector<double> instants;
                 for (int lane = 0; lane < W; ++lane) instants.push_back((l * W + lane + 1.0) / (packs * W));
                 append_instants(t.value[derivative], interior, derivative, instants);
+                if (derivative > 0) continue;
+                t.first.push_back(
+                    std::clamp(span_of(instants.front() * (interior + 1), interior) - 2, 0, interior + 1));
+                t.last.push_back(std::min(span_of(instants.back() * (interior + 1), interior) + 4, interior + 2));
             }
         }
         entry = std::make_shared<const node_table<T>>(std::move(t));
@@ -61,7 +67,7 @@ template <class T> class floating_track {
             const std::size_t at = static_cast<std::size_t>(l) * (interior + 2) * W;
             for (int d = 0; d < n; ++d) {
                 pack<T> q(T(0)), dq(T(0));
-                for (int k = 0; k < interior + 2; ++k) {
+                for (int k = tables_->first[l]; k < tables_->last[l]; ++k) {
                     const T c = control(k, d);
                     q += pack<T>::load(&tables_->value[0][at + k * W]) * c;
                     dq += pack<T>::load(&tables_->value[1][at + k * W]) * c;
@@ -315,7 +321,7 @@ template <class T> class floating_base final : public base_model<T> {
     void follow(const motion<T>& m, sampling density, bool with_frames) override {
         m_ = &m;
         fine_ = density == sampling::fine;
-        follow(m, fine_ ? fine_nodes_ : coarse_nodes, with_frames);
+        follow(m, fine_ ? fine_nodes(m) : coarse_nodes, with_frames);
         const int all = static_cast<int>(this->added_.size());
         first_added_ = std::max(0, all - most_added);
         if (fine_ && all > 0) added_values_ = this->added_table(m.interior).data();
@@ -387,7 +393,7 @@ template <class T> class floating_base final : public base_model<T> {
     }
 
   private:
-    static constexpr int coarse_nodes = 64;
+    static constexpr int coarse_nodes = 64, first_fine_nodes = 128;
     static constexpr int end_nodes = sizeof(T) == 4 ? 64 : 256;  // measured: docs/theory.md
     static constexpr int most_added = 8;                         // packs of added instants, the latest
 
@@ -399,6 +405,14 @@ template <class T> class floating_base final : public base_model<T> {
                    : k == K + 1 ? this->p_.end(m)[d]
                                 : m.points[static_cast<std::size_t>(k - 1) * n + d];
         });
+    }
+    // More for a long motion: on the whole they are as dense as an edge's instants.
+    int fine_nodes(const motion<T>& m) {
+        along_.take(m, this->p_.start.data(), this->p_.end(m), this->p_.dofs());
+        const T wanted = along_.measure_lengths() * T(instants_per_unit) * T(fine_nodes_) / T(first_fine_nodes);
+        int nodes = fine_nodes_;
+        while (nodes < this->most_instants && T(nodes) < wanted) nodes *= 2;
+        return nodes;
     }
     const frame<T>* put_all(const frame<T>& base, const frame<T>* local, frame<T>* frames) const {
         for (std::size_t j = 0; j < local_.size(); ++j) put(base, local[j], this->p_.scene.shape_columns[j], frames[j]);
@@ -434,7 +448,8 @@ template <class T> class floating_base final : public base_model<T> {
     const motion<T>* m_ = nullptr;
     const T* added_values_ = nullptr;
     bool fine_ = false;
-    int fine_nodes_ = 128, first_added_ = 0;
+    int fine_nodes_ = first_fine_nodes, first_added_ = 0;
+    local_spline<T> along_;
     std::vector<pack<T>> q_;
     std::vector<frame<T>> local_;
     std::vector<spin_and_velocity<T>> rates_;

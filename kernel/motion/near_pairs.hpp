@@ -42,7 +42,7 @@ SPACEARM_NOINLINE pack<T> clearance_of(const near_pair<T>& pair, const model<T>&
         const int nodes = static_cast<int>(m.obstacles.tree.size());
         for (int k = 0; k < nodes;) {
             const obstacle_node<T>& node = m.obstacles.tree[k];
-            if (!near_box(w.centers[i], c.radius + pair.required, node)) {
+            if (all(beyond_box(w.centers[i], c.radius + pair.required, node))) {
                 k = node.skip;
                 continue;
             }

@@ -18,8 +18,13 @@ namespace SPACEARM_NAMESPACE {
 
 inline constexpr int spline_degree = 5;
 
-// (K + 2) values of the derivative-th derivative at s in [0, 1].
-inline std::vector<double> spline_basis(double s, int interior, int derivative) {
+// The span that a position x = s (K + 1) is on.
+template <class T> int span_of(T x, int interior) {
+    return x > T(0) ? static_cast<int>(std::min(x, static_cast<T>(interior))) : 0;
+}
+
+// (K + 6) values of the derivative-th derivative at s in [0, 1], the repeated ends one by one.
+inline std::vector<double> all_spline_values(double s, int interior, int derivative) {
     const int count = interior + 6;
     std::vector<double> knots(count + spline_degree + 1);
     for (int i = 0; i < static_cast<int>(knots.size()); ++i) {
@@ -40,10 +45,20 @@ inline std::vector<double> spline_basis(double s, int interior, int derivative) 
                 degree <= low ? (s - knots[i]) * here + (knots[i + degree + 1] - s) * next : degree * (here - next);
         }
     }
+    values.resize(count);
+    return values;
+}
+// (K + 2) of them, those of the repeated ends summed.
+inline std::vector<double> spline_basis(double s, int interior, int derivative) {
+    const std::vector<double> values = all_spline_values(s, interior, derivative);
+    const int count = interior + 6;
     std::vector<double> out(interior + 2, 0.0);
     for (int i = 0; i < count; ++i) out[i < 3 ? 0 : i >= count - 3 ? interior + 1 : i - 2] += values[i];
     return out;
 }
+
+// Motions with more control points are looked at span by span: local_spline.hpp.
+inline constexpr int most_tabled = 24;
 
 inline constexpr int sample_packs_coarse = 2;  // packs of the coarse check, the first of the fine one's
 inline constexpr int sample_packs_fine = 8;

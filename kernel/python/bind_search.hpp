@@ -184,6 +184,10 @@ inline void bind_search_settings(nb::module_& m) {
         .def_rw("interior", &s::interior)
         .def_rw("ladder", &s::ladder)
         .def_rw("patience", &s::patience)
+        .def_rw("first_turn", &s::first_turn)
+        .def_rw("swarm_share", &s::swarm_share)
+        .def_rw("shortcuts", &s::shortcuts)
+        .def_rw("shortcut_stall", &s::shortcut_stall)
         .def_rw("refine_stall", &s::refine_stall)
         .def_rw("swarm_turn", &s::swarm_turn)
         .def_rw("swarm_stall", &s::swarm_stall)
@@ -409,9 +413,66 @@ template <class T> std::vector<improvement<T>> history_of(shared_search<T>& s) {
     return out;
 }
 
+// What became of a path of straight edges: a motion along it, or why there is none.
+template <class T> struct followed_path {
+    clung<T> at;
+    int dofs;
+};
+template <class T> followed_path<T> cling(shared_search<T>& s, in2c<T> corners, int goal) {
+    const motion_problem<T>& p = s.problem();
+    require(corners.shape(0) >= 2 && corners.shape(1) == static_cast<std::size_t>(p.dofs()), "a path that is none");
+    require(goal >= 0 && goal < p.goal_count(), "no such goal");
+    path<T> along{{corners.data(), corners.data() + corners.size()}, goal};
+    require(all_within(along.points, furthest), "a joint position that is none, or too far");
+    followed_path<T> out{{}, p.dofs()};
+    s.turn([&] {
+        signal_listener signals;
+        out.at = path_motions<T>(s.search.checker()).cling(along, [&] {
+            signals.ask();
+            return true;
+        });
+    });
+    return out;
+}
+template <class T>
+out_array<T, 2> with_interior(shared_search<T>& s, in2c<T> rows, int interior, int goal, int wanted) {
+    require(wanted >= 0 && wanted <= most_interior, "a number of control points out of range");
+    const motion_rows<T> motions(s.problem(), rows, interior, goal);
+    std::vector<T> out;
+    s.turn([&] {
+        path_motions<T> fitting(s.search.checker());
+        for (std::size_t i = 0; i < motions.count(); ++i) {
+            const motion<T> m = fitting.with_interior(motions[i], wanted);
+            out.insert(out.end(), m.points.begin(), m.points.end());
+        }
+    });
+    return array_of<T, 2>(std::move(out), {motions.count(), static_cast<std::size_t>(wanted) * s.problem().dofs()});
+}
+
+template <class T> void bind_followed_path(nb::module_& m, const std::string& suffix) {
+    using followed = followed_path<T>;
+    nb::class_<followed>(m, ("FollowedPath" + suffix).c_str(), "What became of a path of straight edges.")
+        .def_prop_ro(
+            "outcome",
+            [](const followed& f) {
+                static constexpr const char* names[] = {"free", "blocked", "unmet", "unfinished"};
+                return names[static_cast<int>(f.at.outcome)];
+            },
+            "free; blocked: the path itself is not; unmet: something else than clearance; unfinished: too many "
+            "corners.")
+        .def_prop_ro(
+            "points", [](const followed& f) { return points_of(f.at.found, f.dofs); }, nb::rv_policy::move)
+        .def_prop_ro(
+            "edge", [](const followed& f) { return f.at.edge; }, "Where it is blocked; -1: it is not.")
+        .def_prop_ro(
+            "at", [](const followed& f) { return row_of(f.at.at); }, nb::rv_policy::move)
+        .def_prop_ro("looks", [](const followed& f) { return f.at.looks; });
+}
+
 template <class T> void bind_motion_search(nb::module_& m, const std::string& suffix) {
     using search = shared_search<T>;
     bind_found<T>(m, suffix);
+    bind_followed_path<T>(m, suffix);
     nb::class_<search>(m, ("MotionSearch" + suffix).c_str(), "The search for motions, one island.")
         .def(
             "__init__",
@@ -433,6 +494,10 @@ template <class T> void bind_motion_search(nb::module_& m, const std::string& su
             },
             "at"_a, "spread"_a, "Looks there from now on; motions that collide there are forgotten.")
         .def("judge", &judge<T>, "rows"_a, "interior"_a, "goal"_a, "What motions (rows, K n) are worth.")
+        .def("cling", &cling<T>, "corners"_a, "goal"_a,
+             "The motion along a path (m, n) from the start to a goal, as near to it as it takes to be free.")
+        .def("with_interior", &with_interior<T>, "rows"_a, "interior"_a, "goal"_a, "wanted"_a,
+             "The motions with another number of control points that are nearest to motions (rows, K n).")
         .def("base_along", &base_along<T>, "rows"_a, "interior"_a, "goal"_a, "nodes"_a, "ends_only"_a,
              "Position and attitude wxyz of the base at the nodes (rows, nodes + 1, 7), or at the last (rows, 1, 7).")
         .def("project", &project<T>, "rows"_a, "interior"_a, "goal"_a,

@@ -12,6 +12,8 @@
 #include <chrono>
 #include <functional>
 
+#include "search/path_motions.hpp"
+#include "search/path_shortening.hpp"
 #include "search/search_settings.hpp"
 
 namespace SPACEARM_NAMESPACE {
@@ -20,8 +22,8 @@ template <class T> class motion_search {
   public:
     motion_search(motion_problem<T> problem, motion_search_settings settings, std::uint64_t seed, std::uint32_t island)
         : p_(std::move(problem)), s_(std::move(settings)), checker_(p_), trees_(checker_, s_.trees),
-          of_trees_({seed, island, stream::rrt_connect}, {}), refining_({seed, island, stream::refining}, {}),
-          seed_(seed), island_(island) {}
+          motions_of_(checker_), of_trees_({seed, island, stream::rrt_connect}, {}),
+          refining_({seed, island, stream::refining}, {}), seed_(seed), island_(island) {}
     motion_search(const motion_search&) = delete;  // the checker refers to the problem
 
     // Goes on until the budget is spent, or nothing can be better, or `go_on` says no; it is asked now and then.
@@ -37,8 +39,7 @@ template <class T> class motion_search {
         while (!over() && !optimal_) {
             ++turn_;
             if (best_.empty()) find_first();
-            else if (s_.swarm_turn > 0 && turn_ % s_.swarm_turn == 0) swarm_turn(true);
-            else follow_a_path();
+            else improve();
         }
         spent_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
     }
@@ -58,6 +59,10 @@ template <class T> class motion_search {
         for (const known& k : pool_) {
             if (best_.empty() || k.fitness < best_.front().fitness) best_.assign(1, k);
         }
+        for (const motion_record<T>& r : history_) {
+            if (best_.empty() || r.fitness < best_.front().fitness) best_.assign(1, {r.fitness, r.found});
+        }
+        paths_.clear();
         tried_straight_ = false;
     }
 
@@ -169,113 +174,166 @@ template <class T> class motion_search {
     }
 
     // ---- paths ------------------------------------------------------------------------------------------------------
-    bool find_path(path<T>& found) {
+    // The trees' next path, within so many samples.
+    bool find_path(path<T>& found, int samples) {
         if (s_.patience == 0) return false;
         const bool met = trees_.grow(
-            std::max(1, s_.patience / hints_.tree_share), of_trees_,
+            std::max(1, samples / hints_.tree_share), of_trees_,
             [&] {
                 ++evaluations_;
-                return !over();
+                return !over() && (trees_until_ == 0 || checker_.configurations() < trees_until_);
             },
             [&] { return !late(); }, found);
         if (met) trees_.shorten(found, [&] { return !late(); });
         return met;
     }
-    // While nothing is known: a path, or motions from all over the place.
+    // While nothing is known: the trees, and now and then motions from all over the place. The turns become longer and
+    // longer: neither waits long for the other, and in the end both have had their share of the work.
     void find_first() {
         path<T> found;
-        if (!hints_.trees_find_motions && turn_ % 2 == 0) swarm_turn(false);
-        else if (find_path(found)) follow(found);
-        else if (!over()) swarm_turn(false);
+        if (!hints_.trees_find_motions || s_.patience == 0) {
+            if (turn_ % 2 == 0) swarm_turn(false);
+            else if (find_path(found, s_.patience)) follow(found);
+            else if (!over()) swarm_turn(false);
+            return;
+        }
+        trees_until_ = checker_.configurations() + trees_turn_;
+        while (best_.empty() && !over() && checker_.configurations() < trees_until_) {
+            if (find_path(found, std::numeric_limits<int>::max())) follow(found);
+        }
+        trees_until_ = 0;
+        if (!best_.empty() || over()) return;
+        take_swarm_turn(false, static_cast<std::int64_t>(s_.swarm_share * static_cast<double>(trees_turn_)));
+        trees_turn_ = std::min(2 * trees_turn_, std::int64_t{1} << 40);
     }
-    void follow_a_path() {
-        if (p_.base.constrained() && turn_ % 2 == 1) {  // as in find_first: elsewhere there may be better ones
-            swarm_turn(false);
+    void take_swarm_turn(bool from_pool, std::int64_t configurations) {
+        swarm_until_ = checker_.configurations() + configurations;
+        swarm_turn(from_pool);
+        swarm_until_ = 0;
+    }
+
+    // ---- better motions: what has paid lately has the next turn ----------------------------------------------------
+    void improve() {
+        if (p_.base.constrained()) {
+            if (s_.swarm_turn > 0 && turn_ % s_.swarm_turn == 0) swarm_turn(true);
+            else if (turn_ % 2 == 1) swarm_turn(false);  // as in find_first: elsewhere there may be better ones
+            else another_path();
             return;
         }
+        const int chosen = next_method();
+        const std::int64_t before = checker_.configurations();
+        const double had = static_cast<double>(best_fitness());
+        switch (chosen) {
+            case shorter_path: shorten_a_path(); break;
+            case other_path: another_path(); break;
+            default: take_swarm_turn(true, std::int64_t{swarm_first} << std::min(methods_[around_known].turns, 30));
+        }
+        method& m = methods_[chosen];
+        m.gain = keeps * m.gain + (had - static_cast<double>(best_fitness())) / std::max(had, 1e-30);
+        m.work = keeps * m.work + static_cast<double>(checker_.configurations() - before);
+        m.all_work += static_cast<double>(checker_.configurations() - before);
+        ++m.turns;
+    }
+    int next_method() const {
+        double all = 0;
+        for (const method& m : methods_) all += m.all_work;
+        int best = -1;
+        for (int i = 0; i < method_count; ++i) {
+            if (!possible(i)) continue;
+            const method& m = methods_[i];
+            if (m.turns == 0 || m.all_work < least_share * all) return i;
+            if (best < 0 || m.gain * methods_[best].work > methods_[best].gain * m.work) best = i;
+        }
+        return best;
+    }
+    bool possible(int i) const {
+        if (i == around_known) return s_.swarm_turn > 0 || s_.patience == 0;
+        if (i == shorter_path) return !paths_.empty();
+        return s_.patience > 0;
+    }
+    // Of paths that are not longer than the best motion by far, after some shortcuts, one is followed.
+    void another_path() {
         path<T> found;
-        if (!find_path(found)) {
-            if (!over()) swarm_turn(true);
+        if (!find_path(found, s_.patience)) {
+            if (!over() && p_.base.constrained()) swarm_turn(true);
             return;
         }
-        if (p_.weight.only_length() && p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
+        if (p_.weight.only_length()) {
+            for (const int tries : {s_.shortcuts / 4, s_.shortcuts}) {
+                shorten(found, tries);
+                if (p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
+            }
+        }
         follow(found);
     }
-    // The spline with the fewest control points that stays free along the path.
-    void follow(const path<T>& along_path) {
-        for (int K : s_.ladder) {
-            motion<T> m = nearest_to(along_path, K);
+    // The path of the best motion is shortened further, and followed again.
+    void shorten_a_path() {
+        path<T> p = paths_.back();
+        if (!shorten(p, s_.shortcuts)) {
+            paths_.clear();
+            return;
+        }
+        trees_.shorten(p, [&] { return !late(); });
+        paths_.back() = p;
+        follow(p);
+    }
+    bool shorten(path<T>& p, int tries) {
+        return shortener_.shorten(p, tries, s_.shortcut_stall, refining_, [&] {
             ++evaluations_;
-            project_onto_ends(m);
-            if (!free_or_noted(m)) {
-                if (over()) return;
-                continue;
-            }
+            return !over();
+        });
+    }
+    // A motion along a path, and what can be made of it.
+    void follow(const path<T>& along_path) {
+        motion<T> m;
+        if (motion_along(along_path, m)) {
+            const bool first = best_.empty();
             const T fitness = checker_.fitness(m);
             note(m, fitness, "rrt_connect");
-            refine({fitness, m});
+            if (over()) return;
+            if (paths_.empty()) paths_.push_back(along_path);
+            else if (trees_.length(along_path) < trees_.length(paths_.back())) paths_.back() = along_path;
+            // Refining pays with few control points; where there are many, the path is shortened first.
+            if (first && m.interior > few) keep(m, fitness);
+            else refine({fitness, m});
             return;
         }
         if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
-            run_swarm(K, {nearest_to(along_path, K)});
+            run_swarm(K, {motions_of_.nearest_to(along_path, K)});
         }
+    }
+    static constexpr int few = 4;
+    // The spline with few control points that is nearest to the path; else a motion that clings to the path; and where
+    // an edge of the path was not free after all, splines with more control points, which leave it here and there.
+    bool motion_along(const path<T>& along_path, motion<T>& m) {
+        const bool clings = hints_.trees_find_motions;
+        for (std::size_t i = 0; i < s_.ladder.size(); ++i) {
+            if (i == 1 && clings && cling(along_path, m)) return true;
+            m = motions_of_.nearest_to(along_path, s_.ladder[i]);
+            ++evaluations_;
+            project_onto_ends(m);
+            if (free_or_noted(m)) return true;
+            if (over()) return false;
+        }
+        return clings && s_.ladder.size() == 1 && cling(along_path, m);
+    }
+    bool cling(const path<T>& along_path, motion<T>& m) {
+        clung<T> tight = motions_of_.cling(along_path, [&] {
+            ++evaluations_;
+            return !over();
+        });
+        // Edges are looked at too coarsely, if that happens again and again.
+        if (tight.outcome == clinging::blocked && ++blocked_ % 4 == 0) checker_.base().look_closer_at_edges();
+        if (tight.outcome != clinging::free) return false;
+        m = std::move(tight.found);
+        return true;
     }
     bool free_or_noted(const motion<T>& m) {
         if (!best_.empty()) return checker_.free(m);
         const T broken = checker_.violation(m, infinity);
         if (broken > T(0)) note_fallback(m, broken);
         return broken <= T(0) && checker_.finely_free(m);
-    }
-    motion<T> nearest_to(const path<T>& along_path, int K) {
-        const int n = p_.dofs(), samples = 2 * lanes_of<T>, corners = along_path.count(n);
-        const spline_table<T>& t = checker_.table(K);
-        std::vector<T> along(corners, T(0)), target(static_cast<std::size_t>(samples) * n);
-        for (int i = 1; i < corners; ++i)
-            along[i] = along[i - 1] + distance_between(&along_path.points[(i - 1) * n], &along_path.points[i * n], n);
-        for (int i = 0, k = 0; i < samples; ++i) {
-            const T at = t.path_share[i] * along.back();
-            while (k + 2 < corners && along[k + 1] < at) ++k;
-            const T share = (at - along[k]) / std::max(along[k + 1] - along[k], std::numeric_limits<T>::min());
-            for (int d = 0; d < n; ++d) {
-                const T q = along_path.points[k * n + d]
-                            + (along_path.points[(k + 1) * n + d] - along_path.points[k * n + d]) * share;
-                target[static_cast<std::size_t>(i) * n + d] =
-                    q - t.end_value[0][i] * p_.start[d] - t.end_value[1][i] * p_.goal(along_path.goal)[d];
-            }
-        }
-        return fitted(t, along_path.goal, target);
-    }
-    // A motion with fewer or more control points, as near to a given one as can be.
-    motion<T> with_interior(const motion<T>& m, int K) {
-        const int n = p_.dofs(), samples = 2 * lanes_of<T>, from = m.interior;
-        const spline_table<T>&own = checker_.table(from), &t = checker_.table(K);
-        std::vector<T> target(static_cast<std::size_t>(samples) * n);
-        for (int i = 0; i < samples; ++i) {
-            const T* b = &own.at_path[static_cast<std::size_t>(i) * (from + 2)];
-            for (int d = 0; d < n; ++d) {
-                T q = (b[0] - t.end_value[0][i]) * p_.start[d] + (b[from + 1] - t.end_value[1][i]) * p_.end(m)[d];
-                for (int k = 0; k < from; ++k) q += b[k + 1] * m.points[k * n + d];
-                target[static_cast<std::size_t>(i) * n + d] = q;
-            }
-        }
-        motion<T> out = fitted(t, m.goal, target);
-        out.end = m.end;
-        return out;
-    }
-    motion<T> fitted(const spline_table<T>& t, int goal, const std::vector<T>& target) const {
-        const int n = p_.dofs(), samples = 2 * lanes_of<T>, K = t.interior;
-        motion<T> m{K, goal, std::vector<T>(static_cast<std::size_t>(K) * n)};
-        for (int k = 0; k < K; ++k) {
-            for (int d = 0; d < n; ++d) {
-                T sum = 0;
-                for (int i = 0; i < samples; ++i)
-                    sum += t.nearest[static_cast<std::size_t>(k) * samples + i]
-                           * target[static_cast<std::size_t>(i) * n + d];
-                m.points[k * n + d] = std::clamp(sum, p_.lower[d], p_.upper[d]);
-            }
-        }
-        return m;
     }
 
     // ---- refine -----------------------------------------------------------------------------------------------------
@@ -315,7 +373,7 @@ template <class T> class motion_search {
         const int n = p_.dofs(), K = m.interior;
         out = m;
         if (K == 0) {  // the straight motion has nothing to shake: give it a control point
-            out = with_interior(m, 1);
+            out = motions_of_.with_interior(m, 1);
         }
         if (p_.base.free_end && out.end.empty()) out.end.assign(p_.end(m), p_.end(m) + n);
         const int all = out.interior + (p_.base.free_end ? 1 : 0);  // the end last
@@ -337,7 +395,7 @@ template <class T> class motion_search {
         for (int K : s_.ladder) {
             if (K >= now.at.interior) return;
             if (K < *std::min_element(s_.interior.begin(), s_.interior.end())) continue;
-            motion<T> m = with_interior(now.at, K);
+            motion<T> m = motions_of_.with_interior(now.at, K);
             ++evaluations_;
             if (!project_onto_ends(m)) continue;
             const T fitness = checker_.fitness(m);
@@ -356,7 +414,7 @@ template <class T> class motion_search {
         std::vector<motion<T>> known_motions;
         if (from_pool) {
             for (const known& k : pool_) {
-                if (k.at.goal == pool_.front().at.goal) known_motions.push_back(with_interior(k.at, K));
+                if (k.at.goal == pool_.front().at.goal) known_motions.push_back(motions_of_.with_interior(k.at, K));
             }
         }
         run_swarm(K, known_motions);
@@ -393,7 +451,7 @@ template <class T> class motion_search {
             const T* x = particles_of.positions();
             const T before = least;
             for (int i = 0; i < particles_of.active(); ++i) {
-                if (over()) return;
+                if (over() || (swarm_until_ > 0 && checker_.configurations() >= swarm_until_)) return;
                 for (int d = 0; d < D; ++d) row[d] = x[static_cast<std::size_t>(d) * stride + i];
                 m = motion_of(K, goal, row);
                 judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity},
@@ -477,6 +535,8 @@ template <class T> class motion_search {
     motion_checker<T> checker_;
     const search_hints hints_ = checker_.base().hints();
     rrt_connect<T> trees_;
+    path_shortener<T> shortener_{trees_, p_.dofs()};
+    path_motions<T> motions_of_;
     search_sequence<T> of_trees_, refining_;
     std::uint64_t seed_;
     std::uint32_t island_;
@@ -487,7 +547,19 @@ template <class T> class motion_search {
     double spent_ = 0, next_question_ = 0;
     std::int64_t evaluations_ = 0, first_evaluation_ = 0, last_gain_ = 0;
     std::uint64_t asked_ = 0;
-    int turn_ = 0, swarm_turns_ = 0, unfit_ = 0;
+    int turn_ = 0, swarm_turns_ = 0, unfit_ = 0, blocked_ = 0;
+    // [configurations] how long the trees' turn is while nothing is known; where turns end that do, 0: nowhere.
+    std::int64_t trees_turn_ = s_.first_turn, trees_until_ = 0, swarm_until_ = 0;
+    enum { shorter_path, around_known, other_path, method_count };
+    struct method {
+        double gain = 0, work = 0;  // lately; the gain as a share of the fitness
+        double all_work = 0;
+        int turns = 0;
+    };
+    static constexpr double keeps = 0.5, least_share = 0.1;
+    static constexpr int swarm_first = 1 << 15;  // configurations of the swarm's first turn; then twice as many each time
+    method methods_[method_count];
+    std::vector<path<T>> paths_;
     T last_noted_ = infinity, fallback_violation_ = infinity;
     std::vector<known> best_, pool_;  // best_ holds one motion or none
     motion<T> fallback_;

@@ -1,23 +1,26 @@
 // How the planner searches, when it ends, and what it keeps of what it found.
 #pragma once
 
-#include "search/rrt_connect.hpp"
+#include "search/path_motions.hpp"
 #include "swarm/swarm.hpp"
 
 namespace SPACEARM_NAMESPACE {
 
-inline constexpr int most_interior = 32;  // control points
-
-// A user sets `swarm` and `interior`. The other numbers are constants of the search. They were chosen on
-// MotionBenchMaker's Panda problems; benchmarks/search_parts.py measures what each part of the search is worth.
+// A user sets `swarm` and `interior`. The other numbers are constants of the search, the same for all robots. They were
+// chosen on half of MotionBenchMaker's problems for four arms; benchmarks/search_parts.py measures what each part of the
+// search is worth.
 struct motion_search_settings {
     swarm_settings swarm;  // evaluations: of one turn
     rrt_connect_settings trees;
-    std::vector<int> interior = {2, 3};                        // control points of the swarm's motions, turn by turn
-    std::vector<int> ladder = {1, 2, 3, 4, 6, 8, 12, 16, 24};  // tried on a path, in this order
-    int patience = 4000;        // samples of the trees before the swarm gets a turn; 0: no trees
+    std::vector<int> interior = {2, 3};      // control points of the swarm's motions, turn by turn
+    std::vector<int> ladder = {2, 4, 8, 16};  // tried on a path: the first, then one that clings to it, then the others
+    int patience = 4000;        // samples of the trees in a turn, where there is another method to turn to; 0: no trees
+    int first_turn = 1 << 19;   // configurations of the trees' first turn while nothing is found; then ever more
+    double swarm_share = 0.08;  // of the work of the trees, for the swarm, while nothing is found
+    int shortcuts = 200;        // tried on a path in a turn, at most
+    int shortcut_stall = 50;    // the turn ends after as many failures in a row
     int refine_stall = 100;     // refining ends after as many failures in a row
-    int swarm_turn = 3;         // the swarm's is every turn of this number; 0: none
+    int swarm_turn = 3;         // of constrained motions every turn of this number is the swarm's; 0: no swarm
     int swarm_stall = 20;       // rounds without improvement that end its turn
     double give_up = 1.15;      // refining ends early where a motion stays this much worse than the best
     double detour = 1.3;        // paths longer than this times the best motion are not followed up
@@ -36,9 +39,11 @@ inline void require_sound(const motion_search_settings& s) {
     constexpr int often = 1'000'000;
     const auto counted = [](int n, int least) { return n >= least && n <= often; };
     require(s.trees.step >= 1e-3 && s.trees.step <= 1e3 && counted(s.patience, 0) && counted(s.swarm_turn, 0)
+                && counted(s.first_turn, 1) && counted(s.shortcuts, 1) && counted(s.shortcut_stall, 1)
                 && counted(s.swarm_stall, 0) && counted(s.refine_stall, 1),
             out);
-    for (double x : {s.trees.near_line, s.trees.spread, s.give_up, s.detour, s.shake, s.swarm_spread})
+    for (double x :
+         {s.trees.near_line, s.trees.spread, s.swarm_share, s.give_up, s.detour, s.shake, s.swarm_spread})
         require(x >= 0 && x <= 1e6, out);
 }
 

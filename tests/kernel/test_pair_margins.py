@@ -10,36 +10,15 @@ import pytest
 from kernel import objectives
 from kernel.builds import Build, surround
 from spacearm.geometry import Box, Obstacle, Sphere
-from spacearm.robot import Frame, Joint, LinkShape, Robot
-from support.kernel_cases import TERMS, instants, looked_at
+from spacearm.robot import LinkShape
+from support.kernel_cases import TERMS, coarsely_looked_at, instants, looked_at
 from support.oracles import coal_shapes, pinocchio_points
+from support.small_robots import CARRIAGE_RADIUS as RADIUS
+from support.small_robots import slider
 
 BALLS = [Sphere((0.0, 0.0, 0.0), 0.2), Sphere((0.25, 0.0, 0.0), 0.1), Sphere((0.5, 0.0, -0.8), 0.1)]
 """A cradle of two balls, and something else."""
-RADIUS = 0.1  # of what slides
 REQUIRED, MARGIN = 0.1, 0.02  # of the pair in question, and of all others [m]
-
-
-def slider(*shapes: LinkShape, pairs: tuple[tuple[str, str], ...] = ()) -> Robot:
-    """A carriage that slides along x and z: its place is (q0, 0, q1)."""
-    to_x, to_z = np.eye(4), np.eye(4)
-    to_x[:3, :3] = np.column_stack([(0, 1, 0), (0, 0, 1), (1, 0, 0)])
-    to_z[:3, :3] = to_x[:3, :3].T
-    return Robot(
-        name="slider",
-        joints=(
-            Joint(name="x", kind="prismatic", parent=-1, T_parent_joint=to_x),
-            Joint(name="z", kind="prismatic", parent=0, T_parent_joint=to_z),
-        ),
-        shapes=shapes or (LinkShape(name="carriage", joint=1, shape=Sphere((0, 0, 0), RADIUS)),),
-        self_pairs=pairs,
-        frames=(Frame(name="tip", joint=1, T_joint_frame=np.eye(4)),),
-        tip="tip",
-        lower=(-3, -3),
-        upper=(3, 3),
-        velocity=(1, 1),
-        acceleration=(1, 1),
-    )
 
 
 def ints(*values: int) -> np.ndarray:
@@ -92,7 +71,7 @@ def test_a_near_pair_is_held_by_the_order_of_the_motion(build: Build, case: str)
     judged = search.judge(rows, K, goal)
     found, free = np.array(judged.violation), np.array(judged.free)
     fine = looked_at(build, rows, K, start, GOALS[goal])
-    coarse = fine[:, ::4]
+    coarse = coarsely_looked_at(build, rows, K, start, GOALS[goal])
     expected, broken = np.zeros(len(rows)), np.zeros(len(rows), dtype=bool)
     kinds = set()
     for i in range(len(rows)):
@@ -214,7 +193,7 @@ def test_no_more_is_preferred_of_a_pair_than_its_own_lower_margin(build: Build) 
     """The term `clearance` on either side of the margin that is required: one rule for pairs of any margin."""
     start, goal, preferred, K = np.array([-0.6, 0.45]), np.array([0.6, 0.45]), 0.3, 1
     rows = build.array([[0.0, 0.45]])
-    q = looked_at(build, rows, K, start, goal)[0, ::4]
+    q = coarsely_looked_at(build, rows, K, start, goal)[0]
     for own in (0.005, 0.15, 0.5):
         given = {"body": ints(0), "obstacle": ints(0), "other": ints(-1), "margin": np.array([own])}
         search = objectives.motion_search(

@@ -13,6 +13,7 @@ import pytest
 from spacearm.study.motionbenchmaker import RobotFiles
 from spacearm.study.motionbenchmaker_report import (
     BUDGETS,
+    PANDA,
     as_markdown,
     lengths_over_time,
     notes,
@@ -21,8 +22,6 @@ from spacearm.study.motionbenchmaker_report import (
     targets_of,
 )
 from spacearm.study.motionbenchmaker_runs import Benchmark, Protocol, Run
-
-FILES = RobotFiles(urdf=Path("arm.urdf"), srdf=Path("arm.srdf"), group="arm")
 
 
 def run(**changes: Any) -> Run:
@@ -52,8 +51,9 @@ def run(**changes: Any) -> Run:
     return Run(**{**given, **changes})
 
 
-def benchmark(*runs: Run, seeds: int = 1) -> Benchmark:
-    return Benchmark(protocol=Protocol(seeds=seeds), robot=FILES, runs=runs, seconds=1.0)
+def benchmark(*runs: Run, seeds: int = 1, group: str = PANDA) -> Benchmark:
+    files = RobotFiles(urdf=Path("arm.urdf"), srdf=Path("arm.srdf"), group=group)
+    return Benchmark(protocol=Protocol(seeds=seeds), robot=files, runs=runs, seconds=1.0)
 
 
 def test_times_are_the_reference_cores_unless_raw() -> None:
@@ -118,6 +118,17 @@ def test_targets_of_lengths_follow_the_straight_motions() -> None:
     by_name = {target.what: target for target in targets_of(benchmark(run(straight=2 * 4.18)))}
     assert by_name["length after 1 ms, mean"].target == pytest.approx(2 * 4.90)
     assert by_name["first motion, median"].target == 0.15
+
+
+def test_another_arm_is_not_held_to_the_pandas_times() -> None:
+    other = benchmark(run(), run(seed=1, status="not_found"), seeds=2, group="both_arms")
+    assert [target.what for target in targets_of(other)] == [
+        "found and certified within 1 s, the worst seed",
+        "plans with a collision found afterwards",
+    ]
+    assert [target.met for target in targets_of(other)] == [False, True]
+    assert "targets of any arm" in as_markdown(other)
+    assert "group 'both_arms' of arm.srdf" in notes(other)
 
 
 def test_no_motion_at_all_is_told_as_a_report_too() -> None:

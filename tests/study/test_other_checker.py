@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from spacearm.motion import Motion
 from spacearm.study.motionbenchmaker import Item, RobotFiles, find_items
-from spacearm.study.other_checker import STEP, OtherChecker, dense_configurations
+from spacearm.study.other_checker import STEP, OtherChecker, dense_configurations, overlapping_pairs
 from study.tiny_collection import box, request, scene, write_problem, write_robot
 
 ACROSS = Motion([[-1.0, 0.0], [1.0, 0.0]])
@@ -70,6 +70,23 @@ def test_links_that_the_srdf_keeps_apart_may_not_meet(tmp_path: Path) -> None:
     (tmp_path / "arm.srdf").write_text(text.replace('link1="upper"', 'link1="base"'))
     strict = OtherChecker(RobotFiles(urdf=tmp_path / "arm.urdf", srdf=tmp_path / "arm.srdf", group="arm"), JOINTS)
     assert strict.look(item, dense_configurations(folded)).collisions > 0
+
+
+def test_links_that_always_overlap_are_left_out_where_that_is_said(tmp_path: Path) -> None:
+    """A bead of the forearm is in one of the upper arm, whatever the elbow does, and nobody allows them to touch."""
+    other, item = checked(tmp_path)
+    urdf, srdf = (tmp_path / "arm.urdf").read_text(), (tmp_path / "arm.srdf").read_text()
+    at = urdf.index('<link name="fore"')
+    upper, fore = urdf[:at].replace('xyz="0.5 0 0"', 'xyz="0.58 0 0"'), urdf[at:].replace('xyz="0.3 0 0"', 'xyz="0.02 0 0"', 1)
+    (tmp_path / "arm.urdf").write_text(upper + fore)
+    (tmp_path / "arm.srdf").write_text(srdf.replace('link1="upper"', 'link1="base"'))
+    files = RobotFiles(urdf=tmp_path / "arm.urdf", srdf=tmp_path / "arm.srdf", group="arm")
+    pairs = overlapping_pairs(files.load())
+    assert [pair.links for pair in pairs] == [("fore", "upper")]
+    q = dense_configurations(ACROSS)
+    assert OtherChecker(files, JOINTS).look(item, q).collisions == len(q)
+    assert OtherChecker(files, JOINTS, overlapping=pairs).look(item, q).collisions == 0
+    assert other.look(item, q).collisions == 0
 
 
 @pytest.mark.parametrize("seed", range(3))

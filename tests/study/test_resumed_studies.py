@@ -21,7 +21,8 @@ from study.tiny_collection import request, scene, write_collection, write_proble
 
 def test_motionbenchmaker_goes_on_and_measures_a_changed_problem_not_twice(tmp_path: Path) -> None:
     data, records = write_collection(tmp_path / "data"), tmp_path / "runs.jsonl"
-    items, robot = find_items(data), find_robot(data, urdf=None, srdf=None, group="arm")
+    items = find_items(data)
+    robot = find_robot(data, items, group="arm")
     protocol = Protocol(seeds=1, search=0.02, plan=0.1)
     first = run_benchmark(items[:2], robot, protocol, records=records)
     assert [run.name for run in first.runs] == ["0001", "0001"]

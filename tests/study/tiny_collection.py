@@ -41,12 +41,14 @@ def scene(*objects: dict[str, Any]) -> dict[str, Any]:
     return {"world": {"collision_objects": list(objects)}}
 
 
-def request(start: Sequence[float], goal: Sequence[float]) -> dict[str, Any]:
+def request(
+    start: Sequence[float], goal: Sequence[float], *, group: str = "arm", names: Sequence[str] = ("shoulder", "elbow")
+) -> dict[str, Any]:
     """A motion request."""
-    names = ["shoulder", "elbow"]
     wanted = [{"joint_name": name, "position": at} for name, at in zip(names, goal, strict=True)]
     return {
-        "start_state": {"joint_state": {"name": names, "position": list(start)}},
+        "group_name": group,
+        "start_state": {"joint_state": {"name": list(names), "position": list(start)}},
         "goal_constraints": [{"joint_constraints": wanted}],
     }
 

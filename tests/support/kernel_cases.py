@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -64,10 +65,38 @@ TERMS = ("length", "duration", "tip", "clearance", "smoothness", "f1", "f2", "f3
 
 
 def looked_at(build: Build, x: np.ndarray, K: int, start: Sequence[float], goal: Sequence[float]) -> np.ndarray:
-    """The configurations (rows, instants, n) at all instants that the search looks at."""
-    basis = by_scipy(instants(build, 8), K, 0)
+    """The configurations (rows, instants, n) at all instants that the search looks at, the last ones repeated."""
+    points = [np.vstack([start, row.reshape(K, len(start)), goal]) for row in x.astype(np.float64)]
+    rows = [by_scipy(fine_instants(build, row), K, 0) @ row for row in points]
+    most = max((len(row) for row in rows), default=0)
+    whole = [np.vstack([row, np.repeat(row[-1:], most - len(row), axis=0)]) for row in rows]
+    return np.array(whole).reshape(len(x), most, len(start))
+
+
+def coarsely_looked_at(build: Build, x: np.ndarray, K: int, start: Sequence[float], goal: Sequence[float]) -> np.ndarray:
+    """The configurations (rows, instants, n) at the coarse instants, from which the terms and violations are."""
     points = np.stack([np.vstack([start, row.reshape(K, len(start)), goal]) for row in x.astype(np.float64)])
-    return np.einsum("ik,rkd->rid", basis, points)
+    return np.einsum("ik,rkd->rid", by_scipy(instants(build, 2), K, 0), points)
+
+
+def fine_instants(build: Build, points: np.ndarray, *, doubled: bool = False) -> np.ndarray:
+    """All instants at which the search looks at a motion: even ones, or so many evenly along its length that they are dense.
+
+    The length is that of the chords between four steps a span; the motion has control points (K + 2, n). `doubled`: after a
+    proof failed.
+    """
+    K, even = len(points) - 2, instants(build, 8)
+    coarse, between = even[::4], even + 0.5 / len(even)
+    rate = np.linalg.norm(by_scipy(coarse, K, 1) @ points, axis=1).max()
+    if K <= 24 and 16 * rate <= len(even):
+        return np.sort(np.concatenate([even, between])) if doubled else even
+    steps = np.linspace(0, 1, 4 * (K + 1) + 1)
+    chords = np.linalg.norm(np.diff(by_scipy(steps, K, 0) @ points, axis=0), axis=1)
+    up_to = np.concatenate([[0], np.cumsum(chords)])
+    packs = min(max(6, math.ceil(16 * (1 + doubled) * up_to[-1] / build.lanes)), 4096 // build.lanes)
+    shares = (np.arange(packs * build.lanes) + 0.5) / (packs * build.lanes)
+    along = np.interp(shares * up_to[-1], up_to, steps)
+    return np.sort(np.concatenate([coarse, along, between] if doubled else [coarse, along]))
 
 
 def clamped_quintic(interior: int) -> np.ndarray:

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.robot import Frame, Joint, Robot
+from spacearm.geometry import Sphere
+from spacearm.robot import Frame, Joint, LinkShape, Robot
 
 
 def two_link(**changes: Any) -> Robot:
@@ -30,3 +31,28 @@ def two_link(**changes: Any) -> Robot:
         "acceleration": (2, 2),
     }
     return Robot(**(fields | changes))
+
+
+CARRIAGE_RADIUS = 0.1  # [m] of what slides
+
+
+def slider(*shapes: LinkShape, pairs: tuple[tuple[str, str], ...] = ()) -> Robot:
+    """A carriage that slides along x and z: its place is (q0, 0, q1)."""
+    to_x, to_z = np.eye(4), np.eye(4)
+    to_x[:3, :3] = np.column_stack([(0, 1, 0), (0, 0, 1), (1, 0, 0)])
+    to_z[:3, :3] = to_x[:3, :3].T
+    return Robot(
+        name="slider",
+        joints=(
+            Joint(name="x", kind="prismatic", parent=-1, T_parent_joint=to_x),
+            Joint(name="z", kind="prismatic", parent=0, T_parent_joint=to_z),
+        ),
+        shapes=shapes or (LinkShape(name="carriage", joint=1, shape=Sphere((0, 0, 0), CARRIAGE_RADIUS)),),
+        self_pairs=pairs,
+        frames=(Frame(name="tip", joint=1, T_joint_frame=np.eye(4)),),
+        tip="tip",
+        lower=(-3, -3),
+        upper=(3, 3),
+        velocity=(1, 1),
+        acceleration=(1, 1),
+    )

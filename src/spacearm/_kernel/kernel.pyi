@@ -195,6 +195,14 @@ class SearchSettings:
 
     patience: int
 
+    first_turn: int
+
+    swarm_share: float
+
+    shortcuts: int
+
+    shortcut_stall: int
+
     refine_stall: int
 
     swarm_turn: int
@@ -496,6 +504,28 @@ class Projection64:
     @property
     def met(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]: ...
 
+class FollowedPath64:
+    """What became of a path of straight edges."""
+
+    @property
+    def outcome(self) -> str:
+        """
+        free; blocked: the path itself is not; unmet: something else than clearance; unfinished: too many corners.
+        """
+
+    @property
+    def points(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
+
+    @property
+    def edge(self) -> int:
+        """Where it is blocked; -1: it is not."""
+
+    @property
+    def at(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
+    @property
+    def looks(self) -> int: ...
+
 class MotionSearch64:
     """The search for motions, one island."""
 
@@ -511,6 +541,16 @@ class MotionSearch64:
 
     def judge(self, rows: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], interior: int, goal: int) -> Judgement64:
         """What motions (rows, K n) are worth."""
+
+    def cling(self, corners: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], goal: int) -> FollowedPath64:
+        """
+        The motion along a path (m, n) from the start to a goal, as near to it as it takes to be free.
+        """
+
+    def with_interior(self, rows: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], interior: int, goal: int, wanted: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+        """
+        The motions with another number of control points that are nearest to motions (rows, K n).
+        """
 
     def base_along(self, rows: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], interior: int, goal: int, nodes: int, ends_only: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]:
         """
@@ -752,6 +792,28 @@ class Projection32:
     @property
     def met(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]: ...
 
+class FollowedPath32:
+    """What became of a path of straight edges."""
+
+    @property
+    def outcome(self) -> str:
+        """
+        free; blocked: the path itself is not; unmet: something else than clearance; unfinished: too many corners.
+        """
+
+    @property
+    def points(self) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]: ...
+
+    @property
+    def edge(self) -> int:
+        """Where it is blocked; -1: it is not."""
+
+    @property
+    def at(self) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]: ...
+
+    @property
+    def looks(self) -> int: ...
+
 class MotionSearch32:
     """The search for motions, one island."""
 
@@ -767,6 +829,16 @@ class MotionSearch32:
 
     def judge(self, rows: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], interior: int, goal: int) -> Judgement32:
         """What motions (rows, K n) are worth."""
+
+    def cling(self, corners: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], goal: int) -> FollowedPath32:
+        """
+        The motion along a path (m, n) from the start to a goal, as near to it as it takes to be free.
+        """
+
+    def with_interior(self, rows: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], interior: int, goal: int, wanted: int) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]:
+        """
+        The motions with another number of control points that are nearest to motions (rows, K n).
+        """
 
     def base_along(self, rows: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], interior: int, goal: int, nodes: int, ends_only: bool) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None, None))]:
         """

@@ -35,7 +35,7 @@ class MbmOptions:
         output: a new or empty folder for report.json, tables.md and the figure.
         urdf: the robot; none: the only URDF file in the folder of the data.
         srdf: its groups and the links that may touch; none: the only SRDF file there.
-        group: the group whose joints move.
+        group: the group whose joints move; none: the one that the requests name.
         families: measure only these families; none: all.
         problems: measure only this number of problems of each family; none: all.
         seeds: runs of each problem.
@@ -51,7 +51,7 @@ class MbmOptions:
     output: Annotated[Path | None, arg(metavar="FOLDER", aliases=("-o",))] = None
     urdf: Path | None = None
     srdf: Path | None = None
-    group: str = "panda_arm"
+    group: str | None = None
     families: tuple[str, ...] | None = None
     problems: int | None = None
     seeds: int = 5
@@ -140,7 +140,7 @@ def _mbm(arguments: Sequence[str]) -> int:
 
     protocol = Protocol(seeds=options.seeds, search=options.search / 1e3, plan=options.budget / 1e3)
     items = find_items(options.data, families=options.families or (), most=options.problems)
-    robot = find_robot(options.data, urdf=options.urdf, srdf=options.srdf, group=options.group)
+    robot = find_robot(options.data, items, urdf=options.urdf, srdf=options.srdf, group=options.group)
     with (
         recorded_in(options.records),
         results_folder(options.output) if options.output else contextlib.nullcontext() as folder,

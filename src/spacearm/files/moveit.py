@@ -267,6 +267,15 @@ def _read_scene(path: PathLike) -> tuple[PlanningScene | None, str]:
     return message(PlanningScene, _file(text, path, "world", _SCENE)), text
 
 
+def requested_group(path: PathLike) -> str:
+    """Return the name of the group that a motion request is for; "" where it names none.
+
+    Raises:
+        FileFormatError: a file that is missing, broken or of another format.
+    """
+    return _read_request(path).group_name
+
+
 def _read_request(path: PathLike) -> MotionPlanRequest:
     text = read_text(path, what=_REQUEST)
     if is_scene_text(text):

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 DEGREE = 5
 REPEATED = 3  # control points at each end that are equal: no velocity and no acceleration there
-_MOST_POINTS = 256  # control points; the size of the matrices grows with their square
+_MOST_POINTS = 514  # control points: 512 of the search's, and the ends
 _BATCH = 16  # motions at once, so that their Bezier points fit into the cache
 _BISECTIONS = 5  # each piece is cut into 2^5 for its hulls: bounds within 0.1 % of the true extremes of the quintic
 
@@ -39,7 +39,7 @@ class Motion(Frozen):
         control_points: (K + 2, n) start, K interior points, goal [rad or m]. Two of them make the quintic.
 
     Raises:
-        ProblemError: fewer than two points or more than 256, or numbers that are not finite.
+        ProblemError: fewer than two points or more than 514, or numbers that are not finite.
     """
 
     control_points: Array
@@ -120,16 +120,21 @@ class Motion(Frozen):
         Returns:
             The pieces' ends (p, 2), and the least and greatest values on each, (p, n) [rad or m].
         """
+        moved = self._moved(derivative)
         if pieces is None:
             ends, matrix = _all_hulls(self.interior, derivative, bisections)
+            points = product(matrix, moved[_six(np.arange(self.pieces), self.interior)])
+            points = points.reshape(len(ends), -1, self.dof)
         else:
-            ends, matrix = _hull_matrix(self.interior, derivative, bisections, np.asarray(pieces))
-        points = product(matrix, self._moved(derivative))
+            indices = np.asarray(pieces)
+            ends, matrix = _hull_matrix(self.interior, derivative, bisections, indices)
+            points = product(matrix, moved[_six(indices >> bisections, self.interior)])
         return ends, points.min(axis=1), points.max(axis=1)
 
     def bezier(self, derivative: int = 0) -> Array:
         """Return the Bezier points of each polynomial piece of a derivative, (K + 1, 6 - derivative, n)."""
-        return product(_all_hulls(self.interior, derivative, 0)[1], self._moved(derivative))
+        matrix = _all_hulls(self.interior, derivative, 0)[1]
+        return product(matrix, self._moved(derivative)[_six(np.arange(self.pieces), self.interior)])
 
     def _moved(self, derivative: int) -> Array:
         """Return the control points; for a derivative relative to the start, so that a joint at rest has exactly 0."""
@@ -149,14 +154,15 @@ def greatest_entries(control_points: Array, derivative: int, *, bisections: int 
     """
     count = control_points.shape[1]
     _, matrix = _all_hulls(count - 2, derivative, bisections)
+    six = _six(np.arange(count - 1, dtype=np.int64), count - 2)
     moved = control_points - control_points[:, :1] if derivative else control_points
-    rows = matrix.reshape(-1, count)
     if len(moved) == 1:
-        return np.abs(product(rows, moved[0])).max(initial=0.0)[None]
+        return np.abs(product(matrix, moved[0][six])).max(initial=0.0)[None]
     out = np.zeros(len(moved))
     for i in range(0, len(moved), _BATCH):
         some = moved[i : i + _BATCH]
-        values = product(rows, some.swapaxes(0, 1).reshape(count, -1))
+        rows = some.swapaxes(0, 1)[six].reshape(*six.shape, -1)
+        values = product(matrix, rows).reshape(-1, rows.shape[-1])
         out[i : i + _BATCH] = np.maximum(values.max(axis=0), -values.min(axis=0)).reshape(len(some), -1).max(axis=1)
     return out
 
@@ -234,29 +240,47 @@ def cox_de_boor(s: Array, knots: Array, degree: int) -> Array:
 
 @lru_cache(maxsize=64)
 def _all_hulls(interior: int, derivative: int, bisections: int) -> tuple[Array, Array]:
-    ends, matrix = _hull_matrix(interior, derivative, bisections, np.arange((interior + 1) * (1 << bisections)))
+    """Return `_hull_matrix` of all pieces, those of a piece of the spline's own together: (K + 1, ..., 6)."""
+    ends, matrix = _hull_matrix(interior, derivative, bisections, np.arange((interior + 1) << bisections))
+    matrix = matrix.reshape(interior + 1, -1, matrix.shape[2])
     for array in (ends, matrix):
         array.setflags(write=False)
     return ends, matrix
 
 
+def _six(spans: NDArray[np.int64], interior: int) -> NDArray[np.int64]:
+    """Return the control points that count on some of the spline's own pieces, (p, 6), fewer if there are no six."""
+    width = min(DEGREE + 1, interior + 2)
+    first = np.clip(spans - (REPEATED - 1), 0, interior + 2 - width)
+    return first[:, None] + np.arange(width)
+
+
 def _hull_matrix(interior: int, derivative: int, bisections: int, pieces: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Map the control points to the Bezier points of some pieces of a derivative: (p, degree + 1, K + 2).
+    """Map the control points of `_six` to the Bezier points of some pieces of a derivative: (p, degree + 1, 6).
 
     Bezier point j of a piece is the derivative's blossom at degree - j times its begin and j times its end.
     """
     degree = DEGREE - derivative
     ends = (pieces[:, None] + np.arange(2)) / ((interior + 1) * (1 << bisections))
     knots, columns = _knots(interior)[derivative : interior + 12 - derivative], _differences(interior, derivative)
-    span = degree + pieces // (1 << bisections)
-    points = [_blossom(knots, columns, span, [ends[:, int(i < j)] for i in range(degree)]) for j in range(degree + 1)]
+    spans = pieces >> bisections
+    six, span = _six(spans, interior), degree + spans
+    near = [columns[(span - degree + i)[:, None], six] for i in range(degree + 1)]
+    points = [_blossom(knots, near, span, [ends[:, int(i < j)] for i in range(degree)]) for j in range(degree + 1)]
     return ends, np.stack(points, axis=1)
 
 
-def _blossom(knots: Array, columns: Array, span: NDArray[np.int64], arguments: list[Array]) -> Array:
-    """Return the polar form of spline pieces at as many arguments as its degree, each (p,), by de Boor's averages."""
+def _blossom(knots: Array, near: list[Array], span: NDArray[np.int64], arguments: list[Array]) -> Array:
+    """Return the polar form of spline pieces at as many arguments as its degree, each (p,), by de Boor's averages.
+
+    Args:
+        knots: of the spline.
+        near: degree + 1 control points of each piece, (p, ...).
+        span: (p,) where the pieces begin among the knots.
+        arguments: of the polar form.
+    """
     degree = len(arguments)
-    values = [columns[span - degree + i] for i in range(degree + 1)]
+    values = list(near)
     for turn, u in enumerate(arguments, start=1):
         for i in range(degree, turn - 1, -1):
             low, high = knots[span - degree + i], knots[span + 1 + i - turn]

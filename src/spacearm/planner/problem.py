@@ -36,6 +36,8 @@ _LEAST_LIMIT = 1e-9  # [rad, rad/s or N m s] of the base: below, rounding decide
 _NO_LIMIT = 1e12  # as good as no limit
 SNAP_TOLERANCE = 1e-5
 """[rad or m] A start or goal so little beyond a joint's limit is set onto it by default: so much is a file's rounding."""
+SET_ONTO_LIMITS = "set onto them"
+"""What a problem's note says of an end that was beyond a limit by rounding."""
 _MOST_SNAPPED = 0.1  # [rad or m] more is no rounding
 _WIDEST = 1e3  # [m] of a clearance
 _MOST_TURNED = 1e6  # [rad or m] of a joint: beyond, float64 has too few digits to prove anything with
@@ -368,7 +370,7 @@ def within_limits(
             f"'{robot.dof_names[i]}' by {abs(given[i] - inside[i]):.2g} {'m' if robot.is_prismatic(int(i)) else 'rad'}"
             for i in snapped
         ]
-        notes.append(f"{name} is a little beyond the limits and was set onto them: joint {', '.join(each)}")
+        notes.append(f"{name} is a little beyond the limits and was {SET_ONTO_LIMITS}: joint {', '.join(each)}")
     return as_readonly(name, inside, (robot.dof,), ProblemError)
 
 

@@ -11,9 +11,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from spacearm.core.errors import FileFormatError, nearest
-from spacearm.files.moveit import load_moveit
+from spacearm.files.moveit import load_moveit, requested_group
 from spacearm.planner import ConfigurationGoal, Problem
 from spacearm.robot import Robot, load_robot
+from spacearm.robot.srdf import group_members, load_srdf
+from spacearm.robot.urdf import urdf_tree
 
 _SCENE = re.compile(r"scene(\d*)\.ya?ml")
 _LAYOUT = "folders with scene*.yaml and request*.yaml, one folder a family"
@@ -51,8 +53,10 @@ class RobotFiles:
     group: str
 
     def load(self) -> Robot:
-        """Return the robot."""
-        return load_robot(self.urdf, srdf=self.srdf, group=self.group)
+        """Return the robot. Of a group with several chains the last one's end is the tip: goals are configurations here."""
+        tree = urdf_tree(self.urdf, collision="none")
+        tips = group_members(load_srdf(self.srdf), self.group, tree).tips
+        return load_robot(self.urdf, srdf=self.srdf, group=self.group, tip=tips[-1] if len(tips) > 1 else None)
 
 
 def find_items(folder: Path, *, families: Sequence[str] = (), most: int | None = None) -> list[Item]:
@@ -70,7 +74,9 @@ def find_items(folder: Path, *, families: Sequence[str] = (), most: int | None =
         kind = "is a file" if folder.exists() else "does not exist"
         raise FileFormatError(f"{folder} {kind}, expected {_LAYOUT}; check --data")
     try:
-        found = {path.name: _of_family(path) for path in sorted({folder, *folder.iterdir()}) if path.is_dir()}
+        inner = folder / "problems"  # as in the archives of VAMP
+        places = {folder, *folder.iterdir(), *(inner.iterdir() if inner.is_dir() else ())}
+        found = {path.name: _of_family(path) for path in sorted(places) if path.is_dir()}
     except OSError as error:
         raise FileFormatError(f"{folder} cannot be read ({error.strerror}), expected {_LAYOUT}; check --data") from None
     found = {name: items for name, items in found.items() if items}
@@ -82,13 +88,39 @@ def find_items(folder: Path, *, families: Sequence[str] = (), most: int | None =
     return [item for name, items in found.items() if not families or name in families for item in items[:most]]
 
 
-def find_robot(folder: Path, *, urdf: Path | None, srdf: Path | None, group: str) -> RobotFiles:
-    """Take the robot's files that are given, else the only ones in the folder.
+def find_robot(
+    folder: Path, items: Sequence[Item], *, urdf: Path | None = None, srdf: Path | None = None, group: str | None = None
+) -> RobotFiles:
+    """Take the robot's files that are given, else the only ones in the folder; and the group, else the one of the requests.
+
+    Args:
+        folder: of the problems.
+        items: the problems.
+        urdf: the robot's joints and bodies.
+        srdf: its groups.
+        group: whose joints move; None: `group_name` in the requests.
 
     Raises:
-        FileFormatError: there is none, or several.
+        FileFormatError: there is no such file, or several; the requests name no group, or different ones.
     """
-    return RobotFiles(urdf=urdf or _only(folder, "urdf"), srdf=srdf or _only(folder, "srdf"), group=group)
+    return RobotFiles(
+        urdf=urdf or _only(folder, "urdf"), srdf=srdf or _only(folder, "srdf"), group=group or _requested_group(items)
+    )
+
+
+def _requested_group(items: Sequence[Item]) -> str:
+    found: dict[str, Item] = {}
+    for item in items:
+        name = requested_group(item.request)
+        if not name:
+            raise FileFormatError(f"{item.request} names no group in 'group_name', expected one; name it by --group")
+        found.setdefault(name, item)
+    if len(found) > 1:
+        listed = ", ".join(f"'{name}' in {item.family} {item.name}" for name, item in found.items())
+        raise FileFormatError(
+            f"the requests name several groups ({listed}), expected one; name one by --group or pick --families"
+        )
+    return next(iter(found))
 
 
 def _only(folder: Path, kind: str) -> Path:

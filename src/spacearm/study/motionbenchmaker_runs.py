@@ -18,13 +18,17 @@ import numpy as np
 from spacearm.geometry import Scene
 from spacearm.planner import ConfigurationGoal, Plan, PlannerSettings, Problem, plan
 from spacearm.planner.motion_search import Islands
+from spacearm.planner.problem import SET_ONTO_LIMITS
 from spacearm.planner.searched_clearance import searched_clearance
 from spacearm.robot import Robot
 from spacearm.study.motionbenchmaker import Item, RobotFiles, read_item
-from spacearm.study.other_checker import OtherChecker, dense_configurations
+from spacearm.study.other_checker import OtherChecker, dense_configurations, overlapping_pairs
 from spacearm.study.reference_core import CoreSpeed, speed_for
 from spacearm.study.run_study import Progress, Study, jobs_of, run_study
 from spacearm.study.study_records import file_digest
+from spacearm.study.study_tables import listed
+
+_MANY = 5  # pairs or problems named before it would no longer be read
 
 LIMIT = 1.0
 """A problem that takes longer than this is not solved [s of the reference core]."""
@@ -280,6 +284,7 @@ class Benchmark:
         runs: by seed, family and problem.
         seconds: that it took; of a study that was resumed, since then.
         jobs: how many runs were measured at a time.
+        notes: what was assumed or left out of the robot and the problems, a sentence each.
     """
 
     protocol: Protocol
@@ -287,6 +292,7 @@ class Benchmark:
     runs: tuple[Run, ...]
     seconds: float
     jobs: int = 1
+    notes: tuple[str, ...] = ()
 
     @property
     def families(self) -> tuple[str, ...]:
@@ -333,13 +339,38 @@ def run_benchmark(
     if progress:
         progress(0, protocol.seeds * len(items), "reading")
     tasks = mbm_tasks(items, robot, protocol)
-    for task in tasks[: len(items)]:
-        _prepared(robot, task.digests[:2]).problem(task.item, task.digests[2:])
+    problems = [_prepared(robot, task.digests[:2]).problem(task.item, task.digests[2:]) for task in tasks[: len(items)]]
     speed_for.cache_clear()  # how fast the core was in a benchmark before says nothing now
     runs = run_study(MBM, tasks, records=records, jobs=jobs, progress=progress)
     return Benchmark(
-        protocol=protocol, robot=robot, runs=tuple(runs), seconds=time.perf_counter() - begun, jobs=jobs_of(MBM, jobs)
+        protocol=protocol,
+        robot=robot,
+        runs=tuple(runs),
+        seconds=time.perf_counter() - begun,
+        jobs=jobs_of(MBM, jobs),
+        notes=_notes_of(items, problems),
     )
+
+
+def _notes_of(items: Sequence[Item], problems: Sequence[Problem]) -> tuple[str, ...]:
+    """Say what the collection is planned with, and without."""
+    if not problems:
+        return ()
+    robot = problems[0].robot
+    out = [f"robot {robot.name}, {robot.dof} joints, tip '{robot.tip}' (goals are configurations: the tip has no part)"]
+    apart = [pair.text for pair in overlapping_pairs(robot)]
+    if apart:
+        out.append(f"no plan keeps them apart, and nobody looks at them afterwards: {listed(apart, _MANY)}")
+    onto = [
+        f"{item.family} {item.name}"
+        for item, problem in zip(items, problems, strict=True)
+        if any(SET_ONTO_LIMITS in note for note in problem.notes)
+    ]
+    if onto:
+        out.append(
+            f"an end is beyond joint limits by rounding, and was {SET_ONTO_LIMITS}, in {len(onto)}: {listed(onto, _MANY)}"
+        )
+    return tuple(out)
 
 
 @dataclass(slots=True)
@@ -362,4 +393,4 @@ class _Prepared:
 @lru_cache(maxsize=1)
 def _prepared(robot: RobotFiles, digests: tuple[tuple[str, str], ...]) -> _Prepared:
     arm = robot.load()
-    return _Prepared(arm=arm, other=OtherChecker(robot, arm.dof_names))
+    return _Prepared(arm=arm, other=OtherChecker(robot, arm.dof_names, overlapping=overlapping_pairs(arm)))

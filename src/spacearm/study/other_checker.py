@@ -18,6 +18,7 @@ from spacearm.core.checks import shown_error
 from spacearm.core.errors import FileFormatError
 from spacearm.core.reading import read_bytes
 from spacearm.motion import Motion
+from spacearm.robot import Robot, UncheckedPair, unchecked_pairs
 from spacearm.study.motionbenchmaker import Item, RobotFiles
 
 Array = NDArray[np.float64]
@@ -59,18 +60,24 @@ def dense_configurations(motion: Motion, step: float = STEP) -> Array:
         wanted /= 2
 
 
+def overlapping_pairs(robot: Robot) -> tuple[UncheckedPair, ...]:
+    """Return the pairs of links that no plan keeps apart although nobody allows them to touch: they always overlap."""
+    return tuple(pair for pair in unchecked_pairs(robot) if pair.reason in ("always", "adjacent"))
+
+
 class OtherChecker:
     """Pinocchio and Coal for one robot.
 
     Args:
         files: of the robot.
         joints: the names of the columns of q.
+        overlapping: pairs of links that are not looked at, for they overlap in every configuration; see `overlapping_pairs`.
 
     Raises:
         FileFormatError: Pinocchio cannot read them, as where a mesh is missing.
     """
 
-    def __init__(self, files: RobotFiles, joints: tuple[str, ...]) -> None:
+    def __init__(self, files: RobotFiles, joints: tuple[str, ...], *, overlapping: Iterable[UncheckedPair] = ()) -> None:
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         urdf, srdf = str(files.urdf), str(files.srdf)
@@ -84,6 +91,7 @@ class OtherChecker:
             ) from None
         self._bodies.addAllCollisionPairs()
         pin.removeCollisionPairs(self._model, self._bodies, srdf)
+        self._leave_out({frozenset(pair.links) for pair in overlapping})
         names = list(self._model.names)
         moved = [self._model.joints[names.index(name)] for name in joints]
         turning = [name for name, joint in zip(joints, moved, strict=True) if joint.nq != 1]
@@ -93,6 +101,11 @@ class OtherChecker:
             )
         self._columns = [joint.idx_q for joint in moved]
         self._stated: dict[Item, tuple[list[StatedSolid], dict[str, float]]] = {}
+
+    def _leave_out(self, pairs: set[frozenset[str]]) -> None:
+        links = [str(self._model.frames[body.parentFrame].name) for body in self._bodies.geometryObjects]
+        for pair in [pair for pair in self._bodies.collisionPairs if {links[pair.first], links[pair.second]} in pairs]:
+            self._bodies.removeCollisionPair(pair)
 
     def read(self, item: Item) -> None:
         """Read a problem's files.
