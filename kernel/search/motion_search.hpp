@@ -269,13 +269,14 @@ template <class T> class motion_search {
     // The path of the best motion is shortened further, and followed again.
     void shorten_a_path() {
         path<T> p = paths_.back();
-        if (!shorten(p, s_.shortcuts)) {
+        if (shorten(p, s_.shortcuts)) {
+            trees_.shorten(p, [&] { return !late(); });
+            paths_.back() = p;
+            if (follow(p)) return;
+        } else {
             paths_.clear();
-            return;
         }
-        trees_.shorten(p, [&] { return !late(); });
-        paths_.back() = p;
-        follow(p);
+        if (!over() && !refined_) refine(best_.front());
     }
     bool shorten(path<T>& p, int tries) {
         return shortener_.shorten(p, tries, s_.shortcut_stall, refining_, [&] {
@@ -283,25 +284,27 @@ template <class T> class motion_search {
             return !over();
         });
     }
-    // A motion along a path, and what can be made of it.
-    void follow(const path<T>& along_path) {
+    // A motion along a path, and what can be made of it; false where there is none.
+    bool follow(const path<T>& along_path) {
         motion<T> m;
         if (motion_along(along_path, m)) {
             const bool first = best_.empty();
             const T fitness = checker_.fitness(m);
             note(m, fitness, "rrt_connect");
-            if (over()) return;
+            if (over()) return true;
             if (paths_.empty()) paths_.push_back(along_path);
             else if (trees_.length(along_path) < trees_.length(paths_.back())) paths_.back() = along_path;
             // Refining pays with few control points; where there are many, the path is shortened first.
-            if (first && m.interior > few) keep(m, fitness);
-            else refine({fitness, m});
-            return;
+            refined_ = !first || m.interior <= few;
+            if (refined_) refine({fitness, m});
+            else keep(m, fitness);
+            return true;
         }
         if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
             run_swarm(K, {motions_of_.nearest_to(along_path, K)});
         }
+        return false;
     }
     static constexpr int few = 4;
     // The spline with few control points that is nearest to the path; else a motion that clings to the path; and where
@@ -340,6 +343,7 @@ template <class T> class motion_search {
     // One candidate after the other: some control points pulled towards the straight motion, most of them shaken too.
     // Both strengths follow success, as in an evolution strategy with one parent.
     void refine(known now) {
+        refined_ = true;
         T shake = T(s_.shake), pull = T(0.3);
         motion<T> next;
         int failures = 0;
@@ -543,7 +547,7 @@ template <class T> class motion_search {
     motion_budget budget_;
     const std::function<bool()>* go_on_ = nullptr;
     std::chrono::steady_clock::time_point begun_;
-    bool stopped_ = false, tried_straight_ = false, optimal_ = false;
+    bool stopped_ = false, tried_straight_ = false, optimal_ = false, refined_ = true;
     double spent_ = 0, next_question_ = 0;
     std::int64_t evaluations_ = 0, first_evaluation_ = 0, last_gain_ = 0;
     std::uint64_t asked_ = 0;

@@ -7,7 +7,7 @@
 namespace SPACEARM_NAMESPACE {
 
 // A user sets `swarm` and `interior`. The other numbers are constants of the search, the same for all robots. They were
-// chosen on half of MotionBenchMaker's problems for four arms; benchmarks/search_parts.py measures what each part of the
+// chosen on half of MotionBenchMaker's problems for four arms; benchmarks/planners/search_parts.py measures what each part of the
 // search is worth.
 struct motion_search_settings {
     swarm_settings swarm;  // evaluations: of one turn
