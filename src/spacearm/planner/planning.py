@@ -521,10 +521,10 @@ def _on_less(problem: Problem, less: _Less) -> str:
 
 def _fitness(trajectory: Trajectory, islands: Islands, weights: Weights) -> dict[str, float]:
     """Return the trajectory's terms: length and duration exactly, the others as the search has them where they are weighed."""
-    terms = islands.terms(trajectory.motion)
-    weighed = {name for name in setting_names(Weights) if getattr(weights, name) > 0}
     exact = {"length": trajectory.motion.length(), "duration": trajectory.duration}
-    return exact | {name: value for name, value in terms.items() if name in weighed and name not in exact}
+    weighed = {name for name in setting_names(Weights) if getattr(weights, name) > 0} - set(exact)
+    terms = islands.terms(trajectory.motion) if weighed else {}
+    return exact | {name: value for name, value in terms.items() if name in weighed}
 
 
 def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool) -> str:
