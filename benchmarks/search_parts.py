@@ -20,6 +20,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+<<<<<<< HEAD:benchmarks/planners/search_parts.py
+=======
+
+sys.path.insert(0, str(Path(__file__).resolve().parent / "planners"))
+
+>>>>>>> main:benchmarks/search_parts.py
 from cases import Case, load_collection
 from page import put_into
 
