@@ -1,7 +1,7 @@
 """What each part of the search for motions is worth, on any robots: trees, refinement, the swarm, and the numbers they go by.
 
-    python benchmarks/planners/search_parts.py --data DIR [--data DIR ...]
-    python benchmarks/planners/search_parts.py --data DIR --seeds 2 --variants all "no swarm"
+    python benchmarks/search_parts.py --data DIR [--data DIR ...]
+    python benchmarks/search_parts.py --data DIR --seeds 2 --variants all "no swarm"
 
 DIR holds MotionBenchMaker's problems for a robot, as `spacearm bench mbm` takes them. Each variant runs on every problem, one
 thread; the variants take turns problem by problem, so that all see the same machine. "First" is the time to the first motion;
@@ -20,12 +20,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-<<<<<<< HEAD:benchmarks/planners/search_parts.py
-=======
 
 sys.path.insert(0, str(Path(__file__).resolve().parent / "planners"))
 
->>>>>>> main:benchmarks/search_parts.py
 from cases import Case, load_collection
 from page import put_into
 
