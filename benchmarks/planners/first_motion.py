@@ -420,7 +420,8 @@ def draw(rows: Sequence[Row], path: Path) -> None:
             ):
                 found = np.sort([1e3 * value for value in values if value is not None])
                 share = 100 * np.arange(1, len(found) + 1) / max(len(values), 1)
-                ax.step([*found, 1e3 * LIMIT], [*share, *share[-1:]], where="post", color=color, label=name)
+                if len(found):
+                    ax.step([*found, 1e3 * LIMIT], [*share, share[-1]], where="post", color=color, label=name)
             ax.set(xscale="log", xlabel="time [ms]", title=f"{robot}, {len(own)} problems", xlim=(0.01, 1e3), ylim=(0, 101))
             ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             tidy(ax)
