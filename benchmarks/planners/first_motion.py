@@ -187,8 +187,8 @@ def _note(row: Row, answers: Answers, case: Case, other: OtherChecker | None) ->
 
 def _ours(case: Case, seed: int, repetitions: int, other: OtherChecker | None) -> Ours:
     out = Ours(seed)
-    for _ in range(repetitions):
-        islands = searched(case, seed, LIMIT, until_first=True)
+    for islands in [prepared(case, seed, LIMIT) for _ in range(repetitions)]:  # prepared before: one runs right after the other
+        run(islands, LIMIT, until_first=True)
         history = islands.history()
         if not history or history[0].seconds > LIMIT:
             return out
@@ -213,10 +213,19 @@ def _collides(case: Case, motion: Motion, other: OtherChecker | None) -> bool | 
 
 def searched(case: Case, seed: int, seconds: float, *, until_first: bool) -> Islands:
     """The search of `plan()`, without the proof."""
-    settings = PlannerSettings(evaluations=None, time_budget=seconds, threads=1)
-    islands = Islands(case.problem, case.goal[None].copy(), settings, seed=seed, searched=SearchedClearance(asked=case.margin))
-    islands.run(evaluations=0, seconds=seconds, until_first=until_first, stall=0)
+    islands = prepared(case, seed, seconds)
+    run(islands, seconds, until_first=until_first)
     return islands
+
+
+def prepared(case: Case, seed: int, seconds: float) -> Islands:
+    """A search that may begin."""
+    settings = PlannerSettings(evaluations=None, time_budget=seconds, threads=1)
+    return Islands(case.problem, case.goal[None].copy(), settings, seed=seed, searched=SearchedClearance(asked=case.margin))
+
+
+def run(islands: Islands, seconds: float, *, until_first: bool) -> None:
+    islands.run(evaluations=0, seconds=seconds, until_first=until_first, stall=0)
 
 
 # ---- tables ------------------------------------------------------------------------------------------------------------

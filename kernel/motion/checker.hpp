@@ -92,7 +92,7 @@ template <class T> class motion_checker {
             near_.begin();
             for (int i = 0; i < base_->packs(); ++i) {
                 T lane[W];
-                shortfall_at(i, false).store(lane);
+                shortfall_at(i, true).store(lane);
                 for (int k = 0; k < W; ++k) {
                     if (lane[k] > T(0)) at.push_back(base_->instant_at(i, k));
                 }

@@ -50,25 +50,19 @@ template <class T> struct span_table {
 template <class T> span_table<T> make_span_table(int interior) {
     span_table<T> t;
     const int spans = interior + 1;
-    for (int derivative = 0; derivative < 4; ++derivative) {
+    for (int derivative = 0; derivative < (interior > most_tabled ? 4 : 1); ++derivative) {
         const int steps = derivative ? looks_a_span * spans : lengths_a_span * spans + 1;
         for (int i = 0; i < steps; ++i) {
             const double s = derivative ? (i + 0.5) / (looks_a_span * spans) : double(i) / (lengths_a_span * spans);
-            const std::vector<double> all = all_spline_values(s, interior, derivative);
-            const int span = i / (steps / spans);
-            for (int j = 0; j < 6; ++j)
-                t.value[derivative].push_back(static_cast<T>(all[std::min(span, interior) + j]));
+            double six[6];
+            six_spline_values(s, interior, derivative, six);
+            for (double b : six) t.value[derivative].push_back(static_cast<T>(b));
         }
     }
     return t;
 }
 template <class T> std::shared_ptr<const span_table<T>> span_table_of(int interior) {
-    static std::mutex lock;
-    static std::map<int, std::shared_ptr<const span_table<T>>> known;
-    std::lock_guard<std::mutex> hold(lock);
-    auto& entry = known[interior];
-    if (!entry) entry = std::make_shared<const span_table<T>>(make_span_table<T>(interior));
-    return entry;
+    return kept_table<span_table<T>>(interior, make_span_table<T>);
 }
 
 // The control points of one motion: K + 6 rows, the start and the end three times each.

@@ -6,6 +6,7 @@
 // and Tiller, The NURBS Book, 1997). Made once a K, so in plain double precision.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -23,19 +24,20 @@ template <class T> int span_of(T x, int interior) {
     return x > T(0) ? static_cast<int>(std::min(x, static_cast<T>(interior))) : 0;
 }
 
-// (K + 6) values of the derivative-th derivative at s in [0, 1], the repeated ends one by one.
-inline std::vector<double> all_spline_values(double s, int interior, int derivative) {
-    const int count = interior + 6;
-    std::vector<double> knots(count + spline_degree + 1);
-    for (int i = 0; i < static_cast<int>(knots.size()); ++i) {
-        knots[i] = std::min(1.0, std::max(0.0, static_cast<double>(i - spline_degree) / (interior + 1)));
-    }
+// The derivative-th derivative's values that are not 0 at s in [0, 1]: those of six control points, the repeated ends
+// one by one. Returns the first of them, which is the span.
+inline int six_spline_values(double s, int interior, int derivative, double* out) {
+    const auto knot = [&](int i) {
+        return std::min(1.0, std::max(0.0, static_cast<double>(i - spline_degree) / (interior + 1)));
+    };
+    int first = std::min(interior, static_cast<int>(s * (interior + 1)));
+    while (first > 0 && s < knot(first + spline_degree)) --first;  // rounding
+    while (first < interior && s >= knot(first + spline_degree + 1)) ++first;
+    double knots[2 * spline_degree + 2];
+    for (int i = 0; i < 2 * spline_degree + 2; ++i) knots[i] = knot(first + i);
     // The polynomial pieces of degree 5 - derivative, then up again with the derivative's factors.
-    int span = spline_degree;
-    while (span < count - 1 && s >= knots[span + 1]) ++span;
-    const int low = spline_degree - derivative;
-    std::vector<double> values(count + spline_degree + 1,
-                               0.0);  // of the basis of the degree at hand, by its first knot
+    const int low = spline_degree - derivative, span = spline_degree;
+    double values[spline_degree + 2] = {};  // of the basis of the degree at hand, by its first knot
     values[span] = 1;
     for (int degree = 1; degree <= spline_degree; ++degree) {
         for (int i = span - degree; i <= span; ++i) {
@@ -45,15 +47,15 @@ inline std::vector<double> all_spline_values(double s, int interior, int derivat
                 degree <= low ? (s - knots[i]) * here + (knots[i + degree + 1] - s) * next : degree * (here - next);
         }
     }
-    values.resize(count);
-    return values;
+    std::copy(values, values + spline_degree + 1, out);
+    return first;
 }
-// (K + 2) of them, those of the repeated ends summed.
+// All (K + 2) values, those of the repeated ends summed.
 inline std::vector<double> spline_basis(double s, int interior, int derivative) {
-    const std::vector<double> values = all_spline_values(s, interior, derivative);
-    const int count = interior + 6;
+    double six[spline_degree + 1];
+    const int first = six_spline_values(s, interior, derivative, six);
     std::vector<double> out(interior + 2, 0.0);
-    for (int i = 0; i < count; ++i) out[i < 3 ? 0 : i >= count - 3 ? interior + 1 : i - 2] += values[i];
+    for (int j = 0; j <= spline_degree; ++j) out[std::clamp(first + j - 2, 0, interior + 1)] += six[j];
     return out;
 }
 
@@ -78,6 +80,11 @@ inline double sample_instant(int pack_index, int lane, int lanes) {
 template <class T> struct spline_table {
     int interior = 0;
     std::vector<T> value[4];  // derivative 0: all fine packs; 1 to 3: the coarse packs
+};
+
+// Least squares for a number of control points.
+template <class T> struct fit_table {
+    int interior = 0;
     // The spline nearest to 2 lanes points of a path: control points = nearest * (points - what the ends contribute).
     std::vector<T> nearest;       // (K, 2 lanes)
     std::vector<T> path_share;    // (2 lanes): how far along the path the points are
@@ -112,7 +119,13 @@ template <class T> spline_table<T> make_spline_table(int interior) {
             append_instants(t.value[derivative], interior, derivative, instants);
         }
     }
-    // Least squares by the normal equations; a trace of damping keeps them sound where a control point does little.
+    return t;
+}
+template <class T> fit_table<T> make_fit_table(int interior) {
+    constexpr int W = lanes_of<T>;
+    fit_table<T> t;
+    t.interior = interior;
+    // By the normal equations; a trace of damping keeps them sound where a control point does little.
     const int points = 2 * W, K = interior;
     std::vector<std::vector<double>> rows, normal(K, std::vector<double>(K + points, 0.0));
     for (int i = 0; i < points; ++i) {
@@ -146,13 +159,19 @@ template <class T> spline_table<T> make_spline_table(int interior) {
 }
 
 // The tables are the same for every problem: made when first asked for.
-template <class T> std::shared_ptr<const spline_table<T>> spline_table_of(int interior) {
+template <class Table, class Make> std::shared_ptr<const Table> kept_table(int interior, Make&& make) {
     static std::mutex lock;
-    static std::map<int, std::shared_ptr<const spline_table<T>>> known;
+    static std::map<int, std::shared_ptr<const Table>> known;
     std::lock_guard<std::mutex> hold(lock);
     auto& entry = known[interior];
-    if (!entry) entry = std::make_shared<const spline_table<T>>(make_spline_table<T>(interior));
+    if (!entry) entry = std::make_shared<const Table>(make(interior));
     return entry;
+}
+template <class T> std::shared_ptr<const spline_table<T>> spline_table_of(int interior) {
+    return kept_table<spline_table<T>>(interior, make_spline_table<T>);
+}
+template <class T> std::shared_ptr<const fit_table<T>> fit_table_of(int interior) {
+    return kept_table<fit_table<T>>(interior, make_fit_table<T>);
 }
 
 }  // namespace SPACEARM_NAMESPACE

@@ -39,7 +39,7 @@ template <class T> class path_motions {
                                    [&](double s, T* q) { on.at(static_cast<T>(eased(s)), q); });
         }
         const int samples = 2 * lanes_of<T>;
-        const spline_table<T>& t = checker_.table(K);
+        const fit_table<T>& t = table(K);
         std::vector<T> target(static_cast<std::size_t>(samples) * n_);
         for (int i = 0; i < samples; ++i) {
             T* q = &target[static_cast<std::size_t>(i) * n_];
@@ -57,7 +57,7 @@ template <class T> class path_motions {
             out = fitted_anywhere(m.goal, p_.end(m), K, 4 * (std::max(from, K) + 1),
                                   [&](double s, T* q) { place(m, s, q); });
         } else {
-            const spline_table<T>&own = checker_.table(from), &t = checker_.table(K);
+            const fit_table<T>&own = table(from), &t = table(K);
             std::vector<T> target(static_cast<std::size_t>(samples) * n_);
             for (int i = 0; i < samples; ++i) {
                 const T* b = &own.at_path[static_cast<std::size_t>(i) * (from + 2)];
@@ -134,8 +134,14 @@ template <class T> class path_motions {
     };
     static double eased(double s) { return s * s * s * (10 - 15 * s + 6 * s * s); }
 
+    const fit_table<T>& table(int K) {
+        if (K >= static_cast<int>(tables_.size())) tables_.resize(K + 1);
+        if (!tables_[K]) tables_[K] = fit_table_of<T>(K);
+        return *tables_[K];
+    }
+
     // ---- least squares ----------------------------------------------------------------------------------------------
-    motion<T> fitted(const spline_table<T>& t, int goal, const std::vector<T>& target) const {
+    motion<T> fitted(const fit_table<T>& t, int goal, const std::vector<T>& target) const {
         const int samples = 2 * lanes_of<T>, K = t.interior;
         motion<T> m{K, goal, std::vector<T>(static_cast<std::size_t>(K) * n_)};
         for (int k = 0; k < K; ++k) {
@@ -301,6 +307,7 @@ template <class T> class path_motions {
     motion_checker<T>& checker_;
     const motion_problem<T>& p_;
     int n_;
+    std::vector<std::shared_ptr<const fit_table<T>>> tables_;
 };
 
 }  // namespace SPACEARM_NAMESPACE

@@ -16,8 +16,7 @@ template <class T> class path_shortener {
 
     // At most `tries` shortcuts; ends after as many failures in a row as `stall`, or when still() says no. Whether the
     // path became shorter.
-    template <class Still>
-    bool shorten(path<T>& p, int tries, int stall, search_sequence<T>& random, Still&& still) {
+    template <class Still> bool shorten(path<T>& p, int tries, int stall, search_sequence<T>& random, Still&& still) {
         const T before = measure(p);
         int failures = 0;
         for (int i = 0; i < tries && failures < stall && still(); ++i) {
@@ -43,8 +42,8 @@ template <class T> class path_shortener {
         return static_cast<int>(above - along_.begin()) - 1;
     }
     void point_at(const path<T>& p, T s, int k, T* q) const {
-        const T share =
-            std::clamp((s - along_[k]) / std::max(along_[k + 1] - along_[k], std::numeric_limits<T>::min()), T(0), T(1));
+        const T share = std::clamp((s - along_[k]) / std::max(along_[k + 1] - along_[k], std::numeric_limits<T>::min()),
+                                   T(0), T(1));
         for (int d = 0; d < n_; ++d) {
             const T a = p.points[k * n_ + d];
             q[d] = a + (p.points[(k + 1) * n_ + d] - a) * share;
@@ -74,8 +73,7 @@ template <class T> class path_shortener {
                 const int k = first + i;
                 const T share = (along_[k] - from) / width;
                 for (int d = 0; d < n_; ++d) {
-                    fresh_[i * n_ + d] =
-                        only_[d] ? fresh_[d] + (b[d] - fresh_[d]) * share : p.points[k * n_ + d];
+                    fresh_[i * n_ + d] = only_[d] ? fresh_[d] + (b[d] - fresh_[d]) * share : p.points[k * n_ + d];
                 }
             }
         }

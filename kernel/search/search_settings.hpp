@@ -7,12 +7,12 @@
 namespace SPACEARM_NAMESPACE {
 
 // A user sets `swarm` and `interior`. The other numbers are constants of the search, the same for all robots. They were
-// chosen on half of MotionBenchMaker's problems for four arms; benchmarks/planners/search_parts.py measures what each part of the
-// search is worth.
+// chosen on half of the problems of MotionBenchMaker for four arms; benchmarks/search_parts.py tells what each part
+// of the search is worth.
 struct motion_search_settings {
     swarm_settings swarm;  // evaluations: of one turn
     rrt_connect_settings trees;
-    std::vector<int> interior = {2, 3};      // control points of the swarm's motions, turn by turn
+    std::vector<int> interior = {2, 3};       // control points of the swarm's motions, turn by turn
     std::vector<int> ladder = {2, 4, 8, 16};  // tried on a path: the first, then one that clings to it, then the others
     int patience = 4000;        // samples of the trees in a turn, where there is another method to turn to; 0: no trees
     int first_turn = 1 << 19;   // configurations of the trees' first turn while nothing is found; then ever more
@@ -42,8 +42,7 @@ inline void require_sound(const motion_search_settings& s) {
                 && counted(s.first_turn, 1) && counted(s.shortcuts, 1) && counted(s.shortcut_stall, 1)
                 && counted(s.swarm_stall, 0) && counted(s.refine_stall, 1),
             out);
-    for (double x :
-         {s.trees.near_line, s.trees.spread, s.swarm_share, s.give_up, s.detour, s.shake, s.swarm_spread})
+    for (double x : {s.trees.near_line, s.trees.spread, s.swarm_share, s.give_up, s.detour, s.shake, s.swarm_spread})
         require(x >= 0 && x <= 1e6, out);
 }
 

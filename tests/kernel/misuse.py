@@ -389,6 +389,8 @@ REFUSED: dict[str, Case] = {
     "pair_clearances: a negative capsule": lambda: surrounded().pair_clearances(q(1, 7), ints(-1, 1).reshape(1, 2)),
     "pair_clearances: pairs of one": lambda: surrounded().pair_clearances(q(1, 7), ints(0, 1).reshape(2, 1)),
     "shortfalls: too many columns": lambda: surrounded().shortfalls(q(1, 8), 0.0, False),
+    "free: too many columns": lambda: surrounded().free(q(1, 8), 0.0),
+    "levers: too few joints": lambda: surrounded().levers(np.ones(6)),
     "motions: a start of another length": lambda: motions(start=np.zeros(6)),
     "motions: a goal of another length": lambda: motions(goals=np.ones((2, 8))),
     "motions: no goals": lambda: motions(goals=np.ones((0, 7))),

@@ -327,6 +327,14 @@ class Model64:
         How far the clearance falls short of the margin, summed over pairs (rows,) [m].
         """
 
+    def free(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None))], margin: float) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]:
+        """Whether all pairs keep it (rows,)."""
+
+    def levers(self, most: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """
+        How far at most a unit of each joint moves any point of the bodies (n,); `most`: the joints' greatest values without their signs (n,).
+        """
+
     def momentum_terms(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None))], dq: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
         """
         With the base at rest: centre of mass, angular momentum, inertia (xx, yy, zz, xy, xz, yz), rate of a free base, velocity of the centre (rows, 18).
@@ -613,6 +621,14 @@ class Model32:
     def shortfalls(self, q: Annotated[NDArray[numpy.float32], dict(shape=(None, None))], margin: float, stop_early: bool) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
         """
         How far the clearance falls short of the margin, summed over pairs (rows,) [m].
+        """
+
+    def free(self, q: Annotated[NDArray[numpy.float32], dict(shape=(None, None))], margin: float) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]:
+        """Whether all pairs keep it (rows,)."""
+
+    def levers(self, most: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
+        """
+        How far at most a unit of each joint moves any point of the bodies (n,); `most`: the joints' greatest values without their signs (n,).
         """
 
     def momentum_terms(self, q: Annotated[NDArray[numpy.float32], dict(shape=(None, None))], dq: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')]) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]:
