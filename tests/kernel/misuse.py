@@ -579,7 +579,6 @@ REFUSED: dict[str, Case] = {
     "search: seconds that are no number": lambda: search(seconds=np.nan),
     "product: matrices that do not fit": lambda: BUILD.module.product(q(1, 2, 3), q(1, 2, 3)),
     "product: matrices of other numbers": lambda: BUILD.module.product(q(2, 2, 3), q(3, 3, 2)),
-    "solved: a vector too short": lambda: BUILD.module.solved(q(1, 3, 3), q(1, 2)),
     "angles: fewer abscissae than ordinates": lambda: BUILD.module.angles(q(3), q(2)),
 }
 

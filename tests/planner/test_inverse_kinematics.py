@@ -197,6 +197,22 @@ def test_a_goal_that_is_reached_in_collision_alone_is_counted_and_explained() ->
     assert "'ball'" in report.message
 
 
+@pytest.mark.parametrize("kind", ["position", "pose", "free axis"])
+def test_swarms_look_no_more_where_the_hand_itself_is_in_an_obstacle_at_the_pose(kind: str) -> None:
+    """With a pose, the hand is where it is, whatever the joints do; a tolerance as wide as the ball lets it out."""
+    problem, two = blocked(), PlannerSettings(goal_candidates=2)
+    T = problem.goal.pose  # type: ignore[union-attr]
+    found = find_goal_configurations(replace(problem, goal=goal_at(T, kind)), two, 0)
+    assert not len(found.q)
+    assert (found.searches == 128 * 2) == (kind == "pose")
+    if kind == "pose":
+        wide = goal_at(T, kind, position_tolerance=0.3, orientation_tolerance=0.5)
+        found = find_goal_configurations(replace(problem, goal=wide), two, 0)
+        assert_sound(replace(problem, goal=wide), found)
+        assert len(found.q)
+        assert found.searches > 128 * 2
+
+
 def test_a_goal_out_of_reach_ends_the_search_before_any_swarm() -> None:
     robot = load_robot("zhang2022")
     T = forward_kinematics(robot, np.full(7, 0.4))

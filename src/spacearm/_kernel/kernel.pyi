@@ -947,9 +947,6 @@ def polished64(scene: Model64, goal: FrameGoal, q: Annotated[NDArray[numpy.float
 def product(a: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C')], b: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]:
     """Matrices (p, m, k) by matrices (p or 1, k, n)."""
 
-def solved(a: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C')], b: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-    """x of a x = b, for matrices (p, m, m) and vectors (p, m)."""
-
 def sines(x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,))], Annotated[NDArray[numpy.float64], dict(shape=(None,))]]:
     """Sines and cosines."""
 

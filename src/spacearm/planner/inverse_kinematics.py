@@ -18,6 +18,7 @@ from spacearm.core.checks import keep
 from spacearm.core.exact import length, product
 from spacearm.core.native import native
 from spacearm.core.rotations import rotation_vectors, turns_between
+from spacearm.geometry import bounding_points
 from spacearm.planner.clearance import ClearanceModel, KernelClearance, Room
 from spacearm.planner.goal_choice import LEAST_CLEARANCE, with_room
 from spacearm.planner.goal_swarms import GoalSwarms, Slack
@@ -286,7 +287,7 @@ class _SpaceSearch:
     def run(self) -> GoalConfigurations:
         """Return what is found; see `find_goal_configurations`."""
         found = self._by_guesses()
-        if found is None and not (self._search.late() or self._beyond or self._best.is_far(self._reach)):
+        if found is None and not (self._search.late() or self._beyond or self._best.is_far(self._reach) or self._is_blocked()):
             found = self._by_swarms()
         best = self._best
         return found or self._counts.none(best.q, best.distance, best.angle, dof=self._search.robot.dof)
@@ -317,6 +318,25 @@ class _SpaceSearch:
         self._best.offer(self._reach, q, room.least)
         self._best.offer(self._reach, missed, self._search.room(missed).least)
         return None
+
+    def _is_blocked(self) -> bool:
+        """Whether an obstacle is where the goal's frame takes the link that it is fixed to, whatever the other joints do.
+
+        A body that is deeper in an obstacle than any of its points can move stays in it. Within the goal's tolerances they
+        move by no more than the distance, and the angle times their distance from the frame.
+        """
+        reach, goal, q = self._reach, self._reach.goal, self._kernel.lacking(1)
+        if not len(q) or isinstance(goal, PositionGoal) or goal.free_axis is not None:
+            return False
+        depth: Array = -self._search.clearance.to_kernel_obstacles(q)[0].min(axis=-1, initial=0.0)
+        near, turned = goal.tolerances
+        for part, deep in zip(self._search.robot.shapes, depth.tolist(), strict=True):
+            if part.joint == reach.joint:
+                points, rounding = bounding_points(part.shape)
+                far = float(np.linalg.norm(points - reach.T_joint_frame[:3, 3], axis=1).max()) + rounding
+                if deep > 2 * (near + turned * far):  # from one side of the tolerances to the other
+                    return True
+        return False
 
     def _by_swarms(self) -> GoalConfigurations | None:
         """Let swarms look near the goal for what is free, and bring that onto it."""
