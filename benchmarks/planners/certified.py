@@ -44,7 +44,7 @@ def main() -> None:
 def report(benches: list[Benchmark], args: argparse.Namespace) -> list[str]:
     load = load_note([load for bench in benches for load in bench.loads]) or "load: not known"
     lines = [
-        f"{args.seeds} seeds, {sum(bench.seconds for bench in benches):.0f} s in all, {load}. {machine_note()}.",
+        f"Seeds: {args.seeds}. {sum(bench.seconds for bench in benches):.0f} s in all, {load}. {machine_note()}.",
         "",
         "| robot | problems | ends collide | certified within 1 s | plan() [ms] | one certificate [ms] | proofs, mean / most | "
         "collide afterwards |",

@@ -187,8 +187,8 @@ def _note(row: Row, answers: Answers, case: Case, other: OtherChecker | None) ->
 
 def _ours(case: Case, seed: int, repetitions: int, other: OtherChecker | None) -> Ours:
     out = Ours(seed)
-    for _ in range(repetitions):
-        islands = searched(case, seed, LIMIT, until_first=True)
+    for islands in [prepared(case, seed, LIMIT) for _ in range(repetitions)]:  # prepared before: one runs right after the other
+        run(islands, LIMIT, until_first=True)
         history = islands.history()
         if not history or history[0].seconds > LIMIT:
             return out
@@ -213,10 +213,19 @@ def _collides(case: Case, motion: Motion, other: OtherChecker | None) -> bool | 
 
 def searched(case: Case, seed: int, seconds: float, *, until_first: bool) -> Islands:
     """The search of `plan()`, without the proof."""
-    settings = PlannerSettings(evaluations=None, time_budget=seconds, threads=1)
-    islands = Islands(case.problem, case.goal[None].copy(), settings, seed=seed, searched=SearchedClearance(asked=case.margin))
-    islands.run(evaluations=0, seconds=seconds, until_first=until_first, stall=0)
+    islands = prepared(case, seed, seconds)
+    run(islands, seconds, until_first=until_first)
     return islands
+
+
+def prepared(case: Case, seed: int, seconds: float) -> Islands:
+    """A search that may begin."""
+    settings = PlannerSettings(evaluations=None, time_budget=seconds, threads=1)
+    return Islands(case.problem, case.goal[None].copy(), settings, seed=seed, searched=SearchedClearance(asked=case.margin))
+
+
+def run(islands: Islands, seconds: float, *, until_first: bool) -> None:
+    islands.run(evaluations=0, seconds=seconds, until_first=until_first, stall=0)
 
 
 # ---- tables ------------------------------------------------------------------------------------------------------------
@@ -301,7 +310,7 @@ def report(
     summaries = groups(rows, families=args.families)
     half = {"odd": " with odd numbers", "even": " with even numbers", "all": ""}[args.half]
     return [
-        f"{len(rows)} problems{half}, {args.seeds} seeds of ours, least of {args.repetitions} runs; {seconds:.0f} s in all, "
+        f"{len(rows)} problems{half}, seeds of ours: {args.seeds}, least of {args.repetitions} runs; {seconds:.0f} s in all, "
         f"load {min(loads):.1f} to {max(loads):.1f}. {machine_note()}.",
         f"VAMP's nearest neighbours: {'its own k-d trees' if own_trees() else 'a scan in place of its k-d trees'}.",
         "",
@@ -313,7 +322,7 @@ def report(
         "",
         *_table(summaries, _LENGTH),
         "",
-        *_left_out(left_out),
+        _left_out(left_out),
     ]
 
 
@@ -383,17 +392,12 @@ _SAID = {
 }
 
 
-def _left_out(left_out: dict[str, dict[str, str]]) -> list[str]:
-    out = []
+def _left_out(left_out: dict[str, dict[str, str]]) -> str:
+    parts = []
     for robot, reasons in left_out.items():
         theirs = sum(reason.startswith("VAMP") for reason in reasons.values())
-        out.append(
-            f"Left out of {robot}: {len(reasons)}, of them {theirs} for VAMP's sake"
-            + "".join(f"; {name}: {reason}" for name, reason in list(reasons.items())[:6])
-            + ("; ..." if len(reasons) > 6 else "")
-            + "."
-        )
-    return out
+        parts.append(f"{len(reasons)} of {robot}" + (f" ({theirs} for VAMP alone)" if theirs else ""))
+    return f"Left out, for an end is in collision: {', '.join(parts)}."
 
 
 def draw(rows: Sequence[Row], path: Path) -> None:
@@ -416,7 +420,8 @@ def draw(rows: Sequence[Row], path: Path) -> None:
             ):
                 found = np.sort([1e3 * value for value in values if value is not None])
                 share = 100 * np.arange(1, len(found) + 1) / max(len(values), 1)
-                ax.step(found, share, where="post", color=color, label=name)
+                if len(found):
+                    ax.step([*found, 1e3 * LIMIT], [*share, share[-1]], where="post", color=color, label=name)
             ax.set(xscale="log", xlabel="time [ms]", title=f"{robot}, {len(own)} problems", xlim=(0.01, 1e3), ylim=(0, 101))
             ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             tidy(ax)

@@ -289,10 +289,10 @@ pack<T> axis_distance(const polytope_obstacle<T>& o, const vec3<T>& a, const vec
 
 // Whether a point is further from a node's box than `reach`, along one of the axes.
 template <class T> SPACEARM_INLINE pack_mask<T> beyond_box(const vec3<T>& p, T reach, const obstacle_node<T>& n) {
-    const pack_mask<T> x = (p.x <= n.lower[0] - reach) | (pack<T>(n.upper[0] + reach) <= p.x);
-    const pack_mask<T> y = (p.y <= n.lower[1] - reach) | (pack<T>(n.upper[1] + reach) <= p.y);
-    const pack_mask<T> z = (p.z <= n.lower[2] - reach) | (pack<T>(n.upper[2] + reach) <= p.z);
-    return x | y | z;
+    const pack<T> x = max(pack<T>(n.lower[0]) - p.x, p.x - n.upper[0]);
+    const pack<T> y = max(pack<T>(n.lower[1]) - p.y, p.y - n.upper[1]);
+    const pack<T> z = max(pack<T>(n.lower[2]) - p.z, p.z - n.upper[2]);
+    return pack<T>(reach) <= max(max(x, y), z);
 }
 
 }  // namespace SPACEARM_NAMESPACE

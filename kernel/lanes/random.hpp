@@ -19,7 +19,7 @@ enum class stream : std::uint32_t {
     archive = 4,
     rrt_connect = 5,
     refining = 6,
-    goal_seeds = 7
+    goal_guesses = 7
 };
 
 struct random_key {

@@ -5,9 +5,9 @@
 
 namespace SPACEARM_NAMESPACE {
 
-// For each degree of freedom a bound of how far any point of the bodies moves a unit of it [m/rad], or [m/m]. `travel`:
-// how far it may move altogether [rad or m], which counts where it shifts others.
-template <class T> std::vector<T> levers(const model<T>& m, const std::vector<T>& travel) {
+// For each degree of freedom a bound of how far a unit of it moves any point of the bodies [m/rad] or [m/m]. `most`
+// (n,): the greatest value it may have, without its sign [rad or m]; a slide carries what stands on it so far out.
+template <class T> std::vector<T> levers(const model<T>& m, const std::vector<T>& most) {
     const auto norm = [](const T* v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); };
     const auto& joints = m.robot.joints;
     std::vector<T> reach(joints.size(), T(0)), out(m.robot.dofs, T(0));  // from the joint's origin
@@ -18,9 +18,9 @@ template <class T> std::vector<T> levers(const model<T>& m, const std::vector<T>
         const tree_joint<T>& joint = joints[j];
         const bool shifts = joint.kind == joint_kind::prismatic;
         const T multiplier = std::abs(joint.multiplier);
-        const T furthest_out = shifts ? reach[j] + std::abs(joint.offset) + multiplier * travel[joint.dof] : reach[j];
+        const T slid = shifts ? std::abs(joint.offset) + multiplier * most[joint.dof] : T(0);
         if (joint.parent >= 0)
-            reach[joint.parent] = std::max(reach[joint.parent], furthest_out + norm(joint.translation));
+            reach[joint.parent] = std::max(reach[joint.parent], reach[j] + slid + norm(joint.translation));
         out[joint.dof] += multiplier * (shifts ? T(1) : reach[j]);
     }
     return out;

@@ -39,42 +39,6 @@ inline out_array<double, 3> matrix_product(in3c a, in3c b) {
     return array_of<double, 3>(std::move(out), {count, rows, columns});
 }
 
-// Solves A x = b for matrices (p, m, m) that are not singular and vectors (p, m), by elimination with the largest
-// pivot.
-inline out_array<double, 2> solved_rows(in3c a, in2c<double> b) {
-    const std::size_t count = a.shape(0), m = a.shape(1);
-    require(a.shape(2) == m && b.shape(0) == count && b.shape(1) == m, "the matrices do not fit");
-    std::vector<double> out(count * m), A(m * m);
-    {
-        nb::gil_scoped_release free;
-        for (std::size_t p = 0; p < count; ++p) {
-            std::copy(a.data() + p * m * m, a.data() + (p + 1) * m * m, A.begin());
-            double* x = &out[p * m];
-            std::copy(b.data() + p * m, b.data() + (p + 1) * m, x);
-            for (std::size_t i = 0; i < m; ++i) {
-                std::size_t pivot = i;
-                for (std::size_t k = i + 1; k < m; ++k) {
-                    if (std::abs(A[k * m + i]) > std::abs(A[pivot * m + i])) pivot = k;
-                }
-                if (pivot != i) {
-                    std::swap_ranges(&A[i * m], &A[i * m] + m, &A[pivot * m]);
-                    std::swap(x[i], x[pivot]);
-                }
-                for (std::size_t k = i + 1; k < m; ++k) {
-                    const double factor = A[k * m + i] / A[i * m + i];
-                    for (std::size_t j = i + 1; j < m; ++j) A[k * m + j] -= factor * A[i * m + j];
-                    x[k] -= factor * x[i];
-                }
-            }
-            for (std::size_t i = m; i-- > 0;) {
-                for (std::size_t j = i + 1; j < m; ++j) x[i] -= A[i * m + j] * x[j];
-                x[i] /= A[i * m + i];
-            }
-        }
-    }
-    return array_of<double, 2>(std::move(out), {count, m});
-}
-
 template <class F> std::vector<double> each(std::size_t n, F&& f) {
     std::vector<double> out(n);
     for (std::size_t i = 0; i < n; ++i) out[i] = f(i);
@@ -83,7 +47,6 @@ template <class F> std::vector<double> each(std::size_t n, F&& f) {
 
 inline void bind_exact(nb::module_& m) {
     m.def("product", &matrix_product, "a"_a, "b"_a, "Matrices (p, m, k) by matrices (p or 1, k, n).");
-    m.def("solved", &solved_rows, "a"_a, "b"_a, "x of a x = b, for matrices (p, m, m) and vectors (p, m).");
     m.def(
         "sines",
         [](in1<double> x) {

@@ -17,7 +17,7 @@ template <class T> struct shared_goal_search {
         : own(std::make_unique<goal_search<T>>(scene, goal, std::move(settings))), search(*own) {}
 };
 
-inline constexpr int most_seeds = 1 << 24;
+inline constexpr int most_guesses = 1 << 24;
 
 inline std::vector<row> rows_from(const in2c<double>& q, std::size_t dofs) {
     require(q.shape(1) == dofs, "wrong number of dimensions");
@@ -50,7 +50,7 @@ template <class T, class Work> int number_of_turn(shared_goal_search<T>& s, Work
 template <class T> void bind_goal_search(nb::module_& m, const std::string& suffix) {
     using shared = shared_goal_search<T>;
     nb::class_<shared>(m, ("GoalSearch" + suffix).c_str(),
-                       "Free configurations that bring a frame to its goal, from many seeds side by side.")
+                       "Free configurations that bring a frame to its goal, from many guesses side by side.")
         .def(
             "__init__",
             [](shared* self, const model<T>& scene, const terminal_constraints& goal, in1<double> start,
@@ -63,16 +63,17 @@ template <class T> void bind_goal_search(nb::module_& m, const std::string& suff
             "margin"_a, "seed"_a)
         .def(
             "look",
-            [](shared& s, int seeds) {
+            [](shared& s, int guesses) {
                 s.turn([&] {
-                    require(seeds >= 0 && seeds <= most_seeds - s.search.begun(), "a number of seeds out of range");
+                    require(guesses >= 0 && guesses <= most_guesses - s.search.begun(),
+                            "a number of guesses out of range");
                     signal_listener signals;
-                    s.search.look(seeds, [&] { signals.ask(); });
+                    s.search.look(guesses, [&] { signals.ask(); });
                 });
             },
-            "seeds"_a, "Goes on with so many seeds more; the first is the start.")
+            "guesses"_a, "Goes on with so many guesses more; the first is the start.")
         .def_prop_ro(
-            "begun", [](shared& s) { return number_of_turn(s, [](auto& of) { return of.begun(); }); }, "Seeds.")
+            "begun", [](shared& s) { return number_of_turn(s, [](auto& of) { return of.begun(); }); }, "Guesses.")
         .def_prop_ro(
             "reached", [](shared& s) { return number_of_turn(s, [](auto& of) { return of.reached(); }); },
             "How many of them led to the goal.")
@@ -88,7 +89,7 @@ template <class T> void bind_goal_search(nb::module_& m, const std::string& suff
             "most"_a, "(g, n) that lack some of the clearance asked for, those that lack least first.")
         .def(
             "missed", [](shared& s, int most) { return rows_of_turn(s, [&](auto& of) { return of.missed(most); }); },
-            "most"_a, "(b, n) where seeds ended that missed the goal, the nearest to it first.")
+            "most"_a, "(b, n) where guesses ended that missed the goal, the nearest to it first.")
         .def(
             "pulled",
             [](shared& s, in2c<double> q, int most, bool pull, bool at_centre) {

@@ -1,6 +1,7 @@
 // Python's arrays and a model: where it is, and how far from what is around it.
 #pragma once
 
+#include "mechanism/levers.hpp"
 #include "python/bind_world.hpp"
 
 namespace SPACEARM_NAMESPACE {
@@ -202,6 +203,29 @@ template <class T> out_array<T, 1> shortfalls(const model<T>& m, in2<T> q, doubl
     return array_of<T, 1>(std::move(out), {rows});
 }
 
+// What the trees see: which configurations keep the margin, (rows,).
+template <class T> out_array<bool, 1> free_rows(const model<T>& m, in2<T> q, double margin) {
+    require_columns(m, q);
+    std::vector<char> out(q.shape(0));
+    workspace<T> work(m);
+    envelope_memory<T> memory(m.envelope);
+    {
+        nb::gil_scoped_release free;
+        for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
+            forward_kinematics(m.robot, packs, work.frames.data());
+            free_lanes<T> lanes(1);
+            compare_all<T>(m.envelope, work.frames.data(), m.obstacles, {static_cast<T>(margin)}, memory, lanes);
+            for (std::size_t i = 0; i < filled; ++i) out[first + i] = lanes.is_free(static_cast<int>(i));
+        });
+    }
+    return truths_of(out);
+}
+template <class T> out_array<T, 1> levers_of(const model<T>& m, in1<double> most) {
+    require(static_cast<int>(most.shape(0)) == m.robot.dofs, "wrong number of dimensions");
+    const std::vector<T> values(most.data(), most.data() + most.shape(0));
+    return row_of(levers(m, values));
+}
+
 template <class T> void bind_model(nb::module_& m, const char* name) {
     nb::class_<model<T>>(m, name, "A robot among obstacles.")
         .def(
@@ -217,6 +241,10 @@ template <class T> void bind_model(nb::module_& m, const char* name) {
              "Of pairs of bodies (rows, pairs) [m], as `obstacle_clearances`.")
         .def("shortfalls", &shortfalls<T>, "q"_a, "margin"_a, "stop_early"_a,
              "How far the clearance falls short of the margin, summed over pairs (rows,) [m].")
+        .def("free", &free_rows<T>, "q"_a, "margin"_a, nb::rv_policy::move, "Whether all pairs keep it (rows,).")
+        .def("levers", &levers_of<T>, "most"_a,
+             "How far at most a unit of each joint moves any point of the bodies (n,); `most`: the joints' greatest "
+             "values without their signs (n,).")
         .def(
             "momentum_terms", &momentum_terms<T>, "q"_a, "dq"_a,
             "With the base at rest: centre of mass, angular momentum, inertia (xx, yy, zz, xy, xz, yz), rate of a free "

@@ -44,7 +44,6 @@ template <class T> void bind_scalar(nb::module_& m, const std::string& suffix) {
     bind_objectives<T>(m, named("PaperObjective").c_str(), named("ReachObjective").c_str());
     bind_steps<T>(m, named("Swarm").c_str());
     bind_motion_search<T>(m, suffix);
-    bind_goal_search<T>(m, suffix);
     bind_lanes<T>(m, suffix);
 }
 
@@ -58,6 +57,7 @@ NB_MODULE(SPACEARM_MODULE, m) {
     bind_request(m);
     bind_scalar<double>(m, "64");
     bind_scalar<float>(m, "32");
+    bind_goal_search<double>(m, "64");
     bind_exact(m);
     bind_convex(m);
     m.def("spline_values", &spline_values, "s"_a, "interior"_a, "derivative"_a);

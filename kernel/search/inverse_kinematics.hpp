@@ -1,10 +1,10 @@
-// Inverse kinematics: free configurations that bring a frame to its goal, from many seeds side by side.
+// Inverse kinematics: free configurations that bring a frame to its goal, from many guesses side by side.
 //
-// Each lane of a pack runs damped least squares from a seed of its own: the start first, then configurations drawn
-// within the bounds. A lane that is at the goal, or stuck, goes on with the next seed. What is at the goal is turned to
-// where it is nearest to the start, and its clearance is checked. Of those that have the clearance asked for, some that
-// differ are pulled towards the start while the frame stays where it is. What a seed leads to depends on the search's
-// seed and its number alone.
+// Each lane of a pack runs damped least squares from a guess of its own: the start first, then configurations drawn
+// within the bounds. A lane that is at the goal, or stuck, goes on with the next guess. What is at the goal is turned
+// to where it is nearest to the start, and its clearance is checked. Of those that have the clearance asked for, some
+// that differ are pulled towards the start while the frame stays where it is. What a guess leads to depends on the
+// search's seed and the guess's number alone.
 #pragma once
 
 #include <numeric>
@@ -23,28 +23,31 @@ struct goal_search_settings {
 
 inline constexpr double differs = 0.2;  // [rad or m] configurations closer than this, in every joint, count as one
 inline constexpr double wider = 1.3;    // factor of that distance, as long as there are more than asked for
-inline constexpr int most_rounds_of_a_seed = 40;
-inline constexpr int patience = 4;  // rounds of a seed, within which the square of its error must halve
+inline constexpr int most_rounds_of_a_guess = 40;
+inline constexpr int patience = 4;  // rounds of a guess, within which the square of its error must halve
 inline constexpr int pulls = 6;     // steps towards the start
 inline constexpr int rounds_of_a_pull = 4;
-inline constexpr double closer = 1e-3;  // [rad or m] by which a pull must bring a configuration nearer to the start
+inline constexpr double centred = 1e-8;  // [m] error of what is at the goal's centre
+inline constexpr double closer = 1e-3;   // [rad or m] by which a pull must bring a configuration nearer to the start
 inline constexpr double shorter_pull = 0.4;  // factor of a pull after one that was no good
 inline constexpr double whole_turn = 6.283185307179586;
 
 using row = std::vector<double>;
 
+inline double apart(const row& a, const row& b) {  // in any joint
+    double greatest = 0;
+    for (std::size_t d = 0; d < a.size(); ++d) greatest = std::max(greatest, std::abs(a[d] - b[d]));
+    return greatest;
+}
+
 // The rows that differ, nearest to the start first, at most so many. What counts as near to one that was chosen is
 // widened as long as enough are left: they are spread as wide as they can be.
 inline std::vector<row> distinct(const std::vector<row>& rows, const row& start, int most) {
+    require(most >= 1, "a number of configurations that is none");
     const auto away = [&](const row& q) {
         double sum = 0;
         for (std::size_t d = 0; d < q.size(); ++d) sum += (q[d] - start[d]) * (q[d] - start[d]);
         return sum;
-    };
-    const auto apart = [](const row& a, const row& b) {  // in any joint
-        double greatest = 0;
-        for (std::size_t d = 0; d < a.size(); ++d) greatest = std::max(greatest, std::abs(a[d] - b[d]));
-        return greatest;
     };
     std::vector<double> distance;
     for (const row& one : rows) distance.push_back(away(one));
@@ -66,10 +69,10 @@ inline std::vector<row> distinct(const std::vector<row>& rows, const row& start,
     return out;
 }
 
-// What a seed led to.
+// What a guess led to.
 struct reaching {
     row q;
-    int seed = 0;        // its number
+    int guess = 0;       // its number
     double lacking = 0;  // at the goal: what the clearances fall short of those asked for, summed [m]; else the error's
                          // square
 };
@@ -95,16 +98,16 @@ template <class T> class goal_search {
     }
 
     std::size_t dofs() const { return n_; }
-    int begun() const { return begun_; }  // seeds
+    int begun() const { return begun_; }  // guesses
     int reached() const { return static_cast<int>(found_.size()); }
     int in_collision() const { return in_collision_; }  // of those
 
-    // Goes on with so many seeds more; go_on is called now and then.
-    template <class GoOn> void look(int seeds, GoOn&& go_on) {
+    // Goes on with so many guesses more; go_on is called now and then.
+    template <class GoOn> void look(int guesses, GoOn&& go_on) {
         const std::size_t before = found_.size();
-        run_lanes(begun_ + seeds, go_on);
+        run_lanes(begun_ + guesses, go_on);
         std::stable_sort(found_.begin() + before, found_.end(),
-                         [](const reaching& a, const reaching& b) { return a.seed < b.seed; });
+                         [](const reaching& a, const reaching& b) { return a.guess < b.guess; });
         check(before);
     }
 
@@ -125,7 +128,7 @@ template <class T> class goal_search {
         }
         return least_of(std::move(others), most);
     }
-    // At most so many of where the seeds ended that missed the goal, the nearest to it first.
+    // At most so many of where the guesses ended that missed the goal, the nearest to it first.
     std::vector<row> missed(int most) const { return least_of(missed_, most); }
 
     // At most so many of configurations, and with `pull` of what they become when they are pulled towards the start:
@@ -147,8 +150,11 @@ template <class T> class goal_search {
             for (std::size_t d = 0; d < n_; ++d) {
                 for (double turn : {-whole_turn, whole_turn}) {
                     if (!s_.turns[d] || one[d] + turn < s_.lower[d] || one[d] + turn > s_.upper[d]) continue;
-                    more.push_back(one);
-                    more.back()[d] += turn;
+                    row turned(one);
+                    turned[d] += turn;
+                    const bool known = std::any_of(rows.begin(), rows.end(),
+                                                   [&](const row& other) { return apart(turned, other) <= differs; });
+                    if (!known) more.push_back(std::move(turned));
                 }
             }
         }
@@ -157,21 +163,22 @@ template <class T> class goal_search {
     }
 
   private:
-    // ---- seeds ------------------------------------------------------------------------------------------------------
+    // ---- guesses
+    // -----------------------------------------------------------------------------------------------------
     struct lane {
-        int seed = -1;  // its number; -1: at rest
+        int guess = -1;  // its number; -1: at rest
         int round = 0;
         T checkpoint = 0;  // the square of its error some rounds ago
-        row q;             // the seed
+        row q;             // where it begins, and ends
     };
 
     // The start, then drawn ones: anywhere, and on the way from the start to there, in turn. Entries that do not move
-    // the frame stay where the start has them in every second pair of seeds.
+    // the frame stay where the start has them in every second pair of guesses.
     row drawn(int number) const {
         row q = s_.start;
         for (std::size_t d = 0; d < n_; ++d) q[d] = std::clamp(q[d], s_.lower[d], s_.upper[d]);
         if (number == 0) return q;
-        const random_key key(s_.seed, 0, stream::goal_seeds);
+        const random_key key(s_.seed, 0, stream::goal_guesses);
         const auto draw = [&](std::uint32_t block, double (&u)[4]) {
             uniforms_one<double>(key, 0, static_cast<std::uint32_t>(number), block, u);
         };
@@ -193,7 +200,7 @@ template <class T> class goal_search {
         std::vector<int> ended;
         int running = 0;
         const auto refill = [&](int i) {
-            lanes[i].seed = -1;
+            lanes[i].guess = -1;
             if (begun_ >= last) return;
             lanes[i] = {begun_, 0, T(0), drawn(begun_)};
             for (int c = 0; c < width; ++c) at[c * W + i] = static_cast<T>(lanes[i].q[reach_.entries[c]]);
@@ -212,7 +219,7 @@ template <class T> class goal_search {
             move_onto(reach_, memory_, q_.data(), lower_.data(), upper_.data(), share, q_.data());
             for (int c = 0; c < width; ++c) q_[c].store(&next[c * W]);
             for (int i = 0; i < W; ++i) {
-                if (lanes[i].seed < 0 || !has_ended(lanes[i], cost[i], there[i] > T(0))) continue;
+                if (lanes[i].guess < 0 || !has_ended(lanes[i], cost[i], there[i] > T(0))) continue;
                 for (int c = 0; c < width; ++c) lanes[i].q[reach_.entries[c]] = double(at[c * W + i]);
                 book(lanes[i], double(cost[i]), there[i] > T(0));
                 ended.push_back(i);
@@ -224,25 +231,26 @@ template <class T> class goal_search {
         }
     }
 
-    // Whether a lane is at the goal's centre, or stuck. The start may be anywhere within the goal's tolerance.
+    // Whether a lane is at the goal's centre, or stuck. The start may be anywhere within the goal's tolerance; others
+    // that are within it have all rounds to come to the centre.
     static bool has_ended(lane& one, T cost, bool there) {
         const bool first = one.round == 0;
-        bool stuck = one.round >= most_rounds_of_a_seed || !(cost <= std::numeric_limits<T>::max());
+        bool stuck = one.round >= most_rounds_of_a_guess || !(cost <= std::numeric_limits<T>::max());
         if (one.round % patience == 0) {
-            stuck = stuck || (!first && !(cost <= one.checkpoint * T(0.5)));
+            stuck = stuck || (!first && !there && !(cost <= one.checkpoint * T(0.5)));
             one.checkpoint = cost;
         }
         ++one.round;
-        return cost <= static_cast<T>(converged * converged) || stuck || (there && first && one.seed == 0);
+        return cost <= static_cast<T>(converged * converged) || stuck || (there && first && one.guess == 0);
     }
 
     void book(const lane& one, double cost, bool there) {
-        if (there) found_.push_back({one.q, one.seed, 0});
-        else missed_.push_back({one.q, one.seed, cost});
+        if (there) found_.push_back({one.q, one.guess, 0});
+        else missed_.push_back({one.q, one.guess, cost});
     }
     static std::vector<row> least_of(std::vector<reaching> from, int most) {
         std::sort(from.begin(), from.end(), [](const reaching& a, const reaching& b) {
-            return a.lacking != b.lacking ? a.lacking < b.lacking : a.seed < b.seed;
+            return a.lacking != b.lacking ? a.lacking < b.lacking : a.guess < b.guess;
         });
         std::vector<row> out;
         for (std::size_t i = 0; i < from.size() && static_cast<int>(i) < most; ++i) out.push_back(from[i].q);
@@ -266,7 +274,7 @@ template <class T> class goal_search {
     void check(std::size_t since) {
         std::vector<row> rows, doubtful;
         for (std::size_t i = since; i < found_.size(); ++i) {
-            if (found_[i].seed > 0) turn_nearest(found_[i].q);
+            if (found_[i].guess > 0) turn_nearest(found_[i].q);
             rows.push_back(found_[i].q);
         }
         const std::vector<double> lacking = lacking_of(rows, false);
@@ -307,6 +315,9 @@ template <class T> class goal_search {
         load(rows, filled);
         std::vector<pack<T>> here(whole_);
         const pack<T> lacking = lacking_of_pack(false);
+        for (int c = 0; c < reach_.width(); ++c) q_[c] = whole_[reach_.entries[c]];
+        look_at_goal(reach_, q_.data(), memory_);
+        const pack<T> centre = max(memory_.cost, pack<T>(static_cast<T>(centred * centred)));
         pack<T> away = from_start(), share(T(0.5));
         for (int pull = 0; pull < pulls; ++pull) {
             whole_ = here;
@@ -314,6 +325,7 @@ template <class T> class goal_search {
             look_at_goal(reach_, q_.data(), memory_);
             const pack<T> new_away = from_start();
             pack_mask<T> good = is_reached(reach_, memory_) & (new_away < away - static_cast<T>(closer));
+            if (at_centre) good = good & (memory_.cost <= centre);
             if (any(good)) good = good & (lacking_of_pack(false) <= lacking);
             for (std::size_t d = 0; d < n_; ++d) here[d] = select(good, whole_[d], here[d]);
             away = select(good, new_away, away);

@@ -554,15 +554,14 @@ template <class T> class motion_search {
     int turn_ = 0, swarm_turns_ = 0, unfit_ = 0, blocked_ = 0;
     // [configurations] how long the trees' turn is while nothing is known; where turns end that do, 0: nowhere.
     std::int64_t trees_turn_ = s_.first_turn, trees_until_ = 0, swarm_until_ = 0;
-    enum { shorter_path, around_known, other_path, method_count };
+    enum { shorter_path, other_path, around_known, method_count };
     struct method {
         double gain = 0, work = 0;  // lately; the gain as a share of the fitness
         double all_work = 0;
         int turns = 0;
     };
     static constexpr double keeps = 0.5, least_share = 0.1;
-    static constexpr int swarm_first =
-        1 << 15;  // configurations of the swarm's first turn; then twice as many each time
+    static constexpr int swarm_first = 1 << 14;  // configurations of the first turn; then twice as many each time
     method methods_[method_count];
     std::vector<path<T>> paths_;
     T last_noted_ = infinity, fallback_violation_ = infinity;

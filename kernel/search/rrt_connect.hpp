@@ -165,9 +165,9 @@ template <class T> class rrt_connect {
 
     // Joints count by their levers, as shares of their root mean square; a metre is a radian on that one.
     void measure_joints() {
-        std::vector<T> travel(n_);
-        for (int d = 0; d < n_; ++d) travel[d] = p_.upper[d] - p_.lower[d];
-        const std::vector<T> lever = levers(p_.scene, travel);
+        std::vector<T> most(n_);
+        for (int d = 0; d < n_; ++d) most[d] = std::max(std::abs(p_.lower[d]), std::abs(p_.upper[d]));
+        const std::vector<T> lever = levers(p_.scene, most);
         T mean = 0;
         for (T l : lever) mean += l * l / T(n_);
         mean = std::sqrt(mean);

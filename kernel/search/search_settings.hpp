@@ -7,8 +7,8 @@
 namespace SPACEARM_NAMESPACE {
 
 // A user sets `swarm` and `interior`. The other numbers are constants of the search, the same for all robots. They were
-// chosen on half of MotionBenchMaker's problems for four arms; benchmarks/search_parts.py measures what each part of
-// the search is worth.
+// chosen on half of the problems of MotionBenchMaker for four arms; benchmarks/search_parts.py tells what each part
+// of the search is worth.
 struct motion_search_settings {
     swarm_settings swarm;  // evaluations: of one turn
     rrt_connect_settings trees;

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from kernel import objectives
-from kernel.builds import Build, joint_arrays
+from kernel.builds import Build, joint_arrays, place
 from spacearm.core.native import available_levels
 
 BUILD = Build(available_levels()[0], 64)
@@ -239,6 +239,22 @@ def frame_goal(**changes: Any) -> Any:
     return BUILD.module.FrameGoal(**{**given, **changes})
 
 
+def goals(scene: Any = None, goal: Any = None, **changes: Any) -> Any:
+    """A search for goal configurations of the paper's arm, some of its numbers changed."""
+    given = {"start": np.zeros(7), "lower": -np.ones(7), "upper": np.ones(7), "turns": np.ones(7, dtype=bool)}
+    given |= {"margin": 0.002, "seed": 0}
+    made = place(BUILD, ROBOT).native if scene is None else scene
+    return BUILD.module.GoalSearch64(scene=made, goal=frame_goal() if goal is None else goal, **{**given, **changes})
+
+
+def polished(rows: Any = None, lower: Any = None, goal: Any = None, rounds: int = 3) -> Any:
+    """Configurations of the paper's arm, brought to a goal."""
+    q7 = np.zeros((2, 7)) if rows is None else rows
+    low = -np.ones(7) if lower is None else lower
+    goal = frame_goal() if goal is None else goal
+    return BUILD.module.polished64(place(BUILD, ROBOT).native, goal, q7, low, np.ones(7), rounds)
+
+
 def search(**changes: Any) -> Any:
     bounds = changes.pop("bounds", BOUNDS)
     return objectives.searched(BUILD, objectives.paper_objective(BUILD, ROBOT), bounds, SETTINGS, **changes)
@@ -373,6 +389,8 @@ REFUSED: dict[str, Case] = {
     "pair_clearances: a negative capsule": lambda: surrounded().pair_clearances(q(1, 7), ints(-1, 1).reshape(1, 2)),
     "pair_clearances: pairs of one": lambda: surrounded().pair_clearances(q(1, 7), ints(0, 1).reshape(2, 1)),
     "shortfalls: too many columns": lambda: surrounded().shortfalls(q(1, 8), 0.0, False),
+    "free: too many columns": lambda: surrounded().free(q(1, 8), 0.0),
+    "levers: too few joints": lambda: surrounded().levers(np.ones(6)),
     "motions: a start of another length": lambda: motions(start=np.zeros(6)),
     "motions: a goal of another length": lambda: motions(goals=np.ones((2, 8))),
     "motions: no goals": lambda: motions(goals=np.ones((0, 7))),
@@ -525,6 +543,35 @@ REFUSED: dict[str, Case] = {
     "base_along: no nodes": lambda: motions().base_along(q(1, 7), 1, 0, 0, False),
     "base_along: nodes that fill no pack": lambda: motions().base_along(q(1, 7), 1, 0, 17, False),
     "project: too few columns": lambda: motions().project(q(1, 13), 2, 0),
+    **{
+        f"goals: {name} of {value}": lambda name=name, value=value: goals(**{name: np.full(7, value)})
+        for name in ("start", "lower", "upper")
+        for value in (np.nan, -np.inf, 1e300)
+    },
+    **{f"goals: {name} too short": lambda name=name: goals(**{name: np.zeros(6)}) for name in ("start", "lower", "upper")},
+    "goals: turns too short": lambda: goals(turns=np.ones(6, dtype=bool)),
+    "goals: bounds the wrong way round": lambda: goals(lower=np.ones(7), upper=np.zeros(7)),
+    "goals: a margin that is no number": lambda: goals(margin=np.nan),
+    "goals: no scene": lambda: goals(scene=0),
+    "goals: a frame on no joint": lambda: goals(goal=frame_goal(joint=7)),
+    "goals: a frame on the base": lambda: goals(goal=frame_goal(joint=-1)),
+    "goals: a position that is no number": lambda: goals(goal=frame_goal(position=np.full(3, np.nan))),
+    "goals: axes that are no numbers": lambda: goals(goal=frame_goal(wanted=np.full((3, 3), np.inf))),
+    "goals: a tolerance that is no number": lambda: goals(goal=frame_goal(angle_tolerance=np.nan)),
+    "look: fewer than no guesses": lambda: goals().look(-1),
+    "look: guesses beyond counting": lambda: goals().look(2**31 - 1),
+    "differing: none": lambda: goals().differing(0),
+    "differing: fewer than none": lambda: goals().differing(-1),
+    "pulled: too few columns": lambda: goals().pulled(q(2, 6), 2, pull=True, at_centre=True),
+    "pulled: no numbers": lambda: goals().pulled(np.full((2, 7), np.nan), 2, pull=True, at_centre=True),
+    "pulled: none wanted": lambda: goals().pulled(q(2, 7), 0, pull=True, at_centre=True),
+    "with_turns: too many columns": lambda: goals().with_turns(q(2, 8), 4),
+    "polished: too few columns": lambda: polished(q(2, 6)),
+    "polished: no numbers": lambda: polished(np.full((2, 7), np.inf)),
+    "polished: bounds of another length": lambda: polished(lower=np.zeros(6)),
+    "polished: a frame on no joint": lambda: polished(goal=frame_goal(joint=9)),
+    "polished: rounds beyond counting": lambda: polished(rounds=2**31 - 1),
+    "polished: fewer rounds than none": lambda: polished(rounds=-1),
     "swarm: bounds that are no numbers": lambda: BUILD.swarm(SETTINGS, [np.nan, 0], [1, 1]),
     "swarm: bounds without end": lambda: BUILD.swarm(SETTINGS, [-np.inf, 0], [np.inf, 1]),
     "swarm: bounds the wrong way round": lambda: BUILD.swarm(SETTINGS, [1, 1], [0, 0]),
@@ -532,7 +579,6 @@ REFUSED: dict[str, Case] = {
     "search: seconds that are no number": lambda: search(seconds=np.nan),
     "product: matrices that do not fit": lambda: BUILD.module.product(q(1, 2, 3), q(1, 2, 3)),
     "product: matrices of other numbers": lambda: BUILD.module.product(q(2, 2, 3), q(3, 3, 2)),
-    "solved: a vector too short": lambda: BUILD.module.solved(q(1, 3, 3), q(1, 2)),
     "angles: fewer abscissae than ordinates": lambda: BUILD.module.angles(q(3), q(2)),
 }
 

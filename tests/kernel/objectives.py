@@ -176,3 +176,29 @@ def searched(
         initial=initial,
         progress=progress,
     )
+
+
+def goal_search(build: Build, robot: Robot, obstacles: Sequence[Obstacle], pose: np.ndarray, start: Any, seed: int = 0) -> Any:
+    """A search for configurations that bring the robot's tip to a pose (4, 4)."""
+    tip = robot.frame(robot.tip)
+    goal = build.module.FrameGoal(
+        kind=build.module.FrameGoalKind.pose,
+        joint=tip.joint,
+        local=tip.T_joint_frame[:3, :3].copy(),
+        offset=tip.T_joint_frame[:3, 3].copy(),
+        wanted=pose[:3, :3].copy(),
+        position=pose[:3, 3].copy(),
+        axis=np.zeros(3),
+        position_tolerance=1e-3,
+        angle_tolerance=1e-2,
+    )
+    return build.module.GoalSearch64(
+        scene=surround(replace(build, bits=64), robot, list(obstacles)).native,
+        goal=goal,
+        start=np.array(start, dtype=np.float64),
+        lower=np.array(robot.lower),
+        upper=np.array(robot.upper),
+        turns=np.ones(robot.dof, dtype=bool),
+        margin=0.002,
+        seed=seed,
+    )

@@ -17,7 +17,7 @@ from kernel.builds import Build, surround
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from spacearm.robot import LinkCapsule
 from support import strategies
-from support.kernel_cases import bench, capsule, rounding
+from support.kernel_cases import bench, capsule, resized, rounding
 from support.oracles import coal_shapes, solids
 
 Axes = Sequence[tuple[np.ndarray, np.ndarray]]
@@ -165,19 +165,7 @@ def test_many_links_among_many_obstacles_are_as_far_as_coal_says(build: Build) -
 def test_size_does_not_matter(build: Build, size: float) -> None:
     """Everything in another unit of length: the kernel has no length of its own."""
     axes, obstacles, expected, of_axes, _ = many()
-
-    def scaled(o: Obstacle) -> Obstacle:
-        if isinstance(o, Sphere):
-            return Sphere(o.center * size, o.radius * size)
-        if isinstance(o, Capsule):
-            return Capsule(o.a * size, o.b * size, o.radius * size)
-        if isinstance(o, HalfSpace):
-            return HalfSpace(o.normal, o.point * size)
-        T = o.pose.copy()
-        T[:3, 3] *= size
-        return Box(o.size * size, T) if isinstance(o, Box) else Cylinder(o.radius * size, o.length * size, T)
-
-    found = on_bench(build, as_links([(a * size, b * size) for a, b in axes]), [scaled(o) for o in obstacles])
+    found = on_bench(build, as_links([(a * size, b * size) for a, b in axes]), [resized(o, size) for o in obstacles])
     assert (np.abs(found / size - expected) <= allowed(build, axes, obstacles, of_axes)).all()
 
 

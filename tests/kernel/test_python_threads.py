@@ -13,6 +13,7 @@ import pytest
 from kernel import objectives
 from kernel.builds import Build
 from spacearm.core.native import available_levels
+from spacearm.robot import forward_kinematics
 
 BUILD = Build(available_levels()[0], 32)
 
@@ -96,3 +97,14 @@ def test_a_callback_that_comes_back_is_refused() -> None:
 
     shared.run(evaluations=10**6, seconds=1.0, until_first=False, stall=0, progress=progress)
     assert said == ["called by its own callback"]
+
+
+def test_guesses_looked_at_by_many_threads_are_those_of_one(often: None) -> None:
+    arm = objectives.thick_arm()
+    pose = forward_kinematics(arm, objectives.AROUND[1])
+    made = [objectives.goal_search(BUILD, arm, objectives.CLUTTER, pose, objectives.AROUND[0]) for _ in range(2)]
+    at_once(*[lambda: made[0].look(50)] * 4)
+    made[1].look(200)
+    assert made[0].begun == made[1].begun == 200
+    np.testing.assert_array_equal(made[0].differing(16), made[1].differing(16))
+    np.testing.assert_array_equal(made[0].missed(300), made[1].missed(300))

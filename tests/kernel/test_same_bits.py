@@ -15,6 +15,7 @@ from kernel import drawn, objectives
 from kernel.builds import LEVELS, Build, place, surround
 from spacearm.core.native import available_levels
 from spacearm.geometry import Scene
+from spacearm.robot import forward_kinematics
 from support import strategies
 from support.kernel_variants import MOTIONS, VARIANTS
 
@@ -46,6 +47,28 @@ def assert_same_runs(found: list[Any], expected: list[Any]) -> None:
 
 
 # ---- levels ----------------------------------------------------------------------------------------------------------
+
+
+def goals_found(build: Build, *batches: int) -> list[np.ndarray]:
+    """What guesses lead to on the way to a pose among obstacles, looked for in batches."""
+    robot = objectives.thick_arm()
+    pose = forward_kinematics(robot, objectives.AROUND[1])
+    search = objectives.goal_search(build, robot, objectives.CLUTTER, pose, objectives.AROUND[0])
+    for guesses in batches:
+        search.look(guesses)
+    some = search.differing(8)
+    assert len(some) > 1
+    pulled = search.pulled(some, 8, pull=True, at_centre=True)
+    counted = np.array([search.begun, search.reached, search.in_collision])
+    return [some, pulled, search.with_turns(pulled, 64), search.lacking(20), search.missed(20), counted]
+
+
+def test_guesses_lead_to_the_same_goal_configurations_on_every_level_and_in_batches_of_any_size() -> None:
+    first, *others = levels(64)
+    expected = goals_found(first, 150)
+    for build, batches in [(build, (150,)) for build in others] + [(first, (1, 2, 47, 100))]:
+        for a, b in zip(goals_found(build, *batches), expected, strict=True):
+            np.testing.assert_array_equal(a, b, err_msg=f"{build} {batches}")
 
 
 @settings(max_examples=25)

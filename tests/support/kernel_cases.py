@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from kernel.builds import Build
+from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Sphere
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 
 
@@ -47,6 +48,20 @@ def bench(*capsules: LinkCapsule) -> Robot:
 
 def capsule(a: np.ndarray, b: np.ndarray, radius: float) -> LinkCapsule:
     return LinkCapsule(name="link", joint=-1, a=np.asarray(a, float), b=np.asarray(b, float), radius=radius)
+
+
+def resized(o: Obstacle, size: float) -> Obstacle:
+    """The obstacle in another unit of length."""
+    if isinstance(o, Sphere):
+        return Sphere(o.center * size, o.radius * size)
+    if isinstance(o, Capsule):
+        return Capsule(o.a * size, o.b * size, o.radius * size)
+    if isinstance(o, HalfSpace):
+        return HalfSpace(o.normal, o.point * size)
+    assert isinstance(o, Box | Cylinder)
+    T = o.pose.copy()
+    T[:3, 3] *= size
+    return Box(o.size * size, T) if isinstance(o, Box) else Cylinder(o.radius * size, o.length * size, T)
 
 
 def rounding(build: Build, *lengths: float) -> float:

@@ -327,6 +327,14 @@ class Model64:
         How far the clearance falls short of the margin, summed over pairs (rows,) [m].
         """
 
+    def free(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None))], margin: float) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]:
+        """Whether all pairs keep it (rows,)."""
+
+    def levers(self, most: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """
+        How far at most a unit of each joint moves any point of the bodies (n,); `most`: the joints' greatest values without their signs (n,).
+        """
+
     def momentum_terms(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None))], dq: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
         """
         With the base at rest: centre of mass, angular momentum, inertia (xx, yy, zz, xy, xz, yz), rate of a free base, velocity of the centre (rows, 18).
@@ -584,58 +592,6 @@ class MotionSearch64:
     @property
     def seconds(self) -> float: ...
 
-class GoalSearch64:
-    """
-    Free configurations that bring a frame to its goal, from many seeds side by side.
-    """
-
-    def __init__(self, *, scene: Model64, goal: FrameGoal, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], turns: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')], margin: float, seed: int) -> None: ...
-
-    def look(self, seeds: int) -> None:
-        """Goes on with so many seeds more; the first is the start."""
-
-    @property
-    def begun(self) -> int:
-        """Seeds."""
-
-    @property
-    def reached(self) -> int:
-        """How many of them led to the goal."""
-
-    @property
-    def in_collision(self) -> int:
-        """How many of those are in collision."""
-
-    def differing(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-        """
-        (g, n) that have the clearance asked for, spread wide, nearest to the start first.
-        """
-
-    def lacking(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-        """
-        (g, n) that lack some of the clearance asked for, those that lack least first.
-        """
-
-    def missed(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-        """
-        (b, n) where seeds ended that missed the goal, the nearest to it first.
-        """
-
-    def pulled(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], most: int, *, pull: bool, at_centre: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-        """
-        (g, n) of configurations at the goal, and with `pull` of what they become when pulled towards the start.
-        """
-
-    def with_turns(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-        """
-        (g, n) configurations, and while there are fewer those a whole turn of a joint away.
-        """
-
-def polished64(scene: Model64, goal: FrameGoal, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], rounds: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-    """
-    (b, n) brought to the goal's centre by damped least squares, or as near to it as bounds and arm allow.
-    """
-
 def uniforms64(seed: int, trial: int, purpose: int, iteration: int, first: int, block: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 
 def sincos64(x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,))], Annotated[NDArray[numpy.float64], dict(shape=(None,))]]: ...
@@ -665,6 +621,14 @@ class Model32:
     def shortfalls(self, q: Annotated[NDArray[numpy.float32], dict(shape=(None, None))], margin: float, stop_early: bool) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
         """
         How far the clearance falls short of the margin, summed over pairs (rows,) [m].
+        """
+
+    def free(self, q: Annotated[NDArray[numpy.float32], dict(shape=(None, None))], margin: float) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]:
+        """Whether all pairs keep it (rows,)."""
+
+    def levers(self, most: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
+        """
+        How far at most a unit of each joint moves any point of the bodies (n,); `most`: the joints' greatest values without their signs (n,).
         """
 
     def momentum_terms(self, q: Annotated[NDArray[numpy.float32], dict(shape=(None, None))], dq: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')]) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]:
@@ -924,19 +888,23 @@ class MotionSearch32:
     @property
     def seconds(self) -> float: ...
 
-class GoalSearch32:
+def uniforms32(seed: int, trial: int, purpose: int, iteration: int, first: int, block: int) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]: ...
+
+def sincos32(x: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C')]) -> tuple[Annotated[NDArray[numpy.float32], dict(shape=(None,))], Annotated[NDArray[numpy.float32], dict(shape=(None,))]]: ...
+
+class GoalSearch64:
     """
-    Free configurations that bring a frame to its goal, from many seeds side by side.
+    Free configurations that bring a frame to its goal, from many guesses side by side.
     """
 
-    def __init__(self, *, scene: Model32, goal: FrameGoal, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], turns: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')], margin: float, seed: int) -> None: ...
+    def __init__(self, *, scene: Model64, goal: FrameGoal, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], turns: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')], margin: float, seed: int) -> None: ...
 
-    def look(self, seeds: int) -> None:
-        """Goes on with so many seeds more; the first is the start."""
+    def look(self, guesses: int) -> None:
+        """Goes on with so many guesses more; the first is the start."""
 
     @property
     def begun(self) -> int:
-        """Seeds."""
+        """Guesses."""
 
     @property
     def reached(self) -> int:
@@ -958,7 +926,7 @@ class GoalSearch32:
 
     def missed(self, most: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
         """
-        (b, n) where seeds ended that missed the goal, the nearest to it first.
+        (b, n) where guesses ended that missed the goal, the nearest to it first.
         """
 
     def pulled(self, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], most: int, *, pull: bool, at_centre: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
@@ -971,20 +939,13 @@ class GoalSearch32:
         (g, n) configurations, and while there are fewer those a whole turn of a joint away.
         """
 
-def polished32(scene: Model32, goal: FrameGoal, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], rounds: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+def polished64(scene: Model64, goal: FrameGoal, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], rounds: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
     """
     (b, n) brought to the goal's centre by damped least squares, or as near to it as bounds and arm allow.
     """
 
-def uniforms32(seed: int, trial: int, purpose: int, iteration: int, first: int, block: int) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]: ...
-
-def sincos32(x: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C')]) -> tuple[Annotated[NDArray[numpy.float32], dict(shape=(None,))], Annotated[NDArray[numpy.float32], dict(shape=(None,))]]: ...
-
 def product(a: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C')], b: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]:
     """Matrices (p, m, k) by matrices (p or 1, k, n)."""
-
-def solved(a: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C')], b: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-    """x of a x = b, for matrices (p, m, m) and vectors (p, m)."""
 
 def sines(x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,))], Annotated[NDArray[numpy.float64], dict(shape=(None,))]]:
     """Sines and cosines."""

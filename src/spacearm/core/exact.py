@@ -72,11 +72,6 @@ def power(x: ArrayLike, exponent: int) -> Array:
     return powers(x, exponent)[..., exponent]
 
 
-def solved(A: Array, b: Array) -> Array:
-    """Solve A x = b for matrices (p, m, m) that are not singular and vectors (p, m)."""
-    return native.solved(np.ascontiguousarray(A), np.ascontiguousarray(b))
-
-
 def length(v: ArrayLike) -> float:
     """Return the length of one vector (n,); `norm` without an axis asks a BLAS for it."""
     values = np.asarray(v, dtype=np.float64)

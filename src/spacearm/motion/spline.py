@@ -104,7 +104,7 @@ class Motion(Frozen):
     def length(self, samples: int = 513) -> float:
         """Return the joint path length, the integral of |dq/ds| [rad or m], by the trapezoidal rule."""
         as_whole("samples", samples, ProblemError, at_least=2, at_most=1_000_000)
-        speed = np.linalg.norm(self.sample(np.linspace(0.0, 1.0, samples), 1), axis=1)
+        speed = np.linalg.norm(product(_even_rates(self.interior, samples), self._moved(1)), axis=1)
         return float((speed.sum() - (speed[0] + speed[-1]) / 2) / (samples - 1))
 
     def hulls(
@@ -182,6 +182,14 @@ def basis(s: Array, interior: int, *, derivative: int = 0) -> Array:
     columns = _differences(interior, derivative)
     knots = _knots(interior)[derivative : len(_knots(interior)) - derivative]
     return product(cox_de_boor(np.asarray(s, dtype=np.float64), knots, degree), columns)
+
+
+@lru_cache(maxsize=16)
+def _even_rates(interior: int, samples: int) -> Array:
+    """Return `basis` of the first derivative at evenly spaced samples."""
+    rows = basis(np.linspace(0.0, 1.0, samples), interior, derivative=1)
+    rows.setflags(write=False)
+    return rows
 
 
 def _knots(interior: int) -> Array:

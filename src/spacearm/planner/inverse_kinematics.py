@@ -1,8 +1,8 @@
 """Inverse kinematics: the collision-free configurations that reach a goal.
 
 A configuration is taken as it is where it is free of collision; else swarms look around it within its tolerance. For a goal in
-space the kernel runs damped least squares from many seeds side by side. If none of what they find is free, swarms come near the
-goal from everywhere (`goal_swarms`), and damped least squares brings these onto it. Of the results that are free, some that
+space the kernel runs damped least squares from many guesses side by side. If none of what they find is free, swarms come near
+the goal from everywhere (`goal_swarms`), and damped least squares brings these onto it. Of the results that are free, some that
 differ are pulled towards the start. The nearest to the start come first.
 """
 
@@ -18,6 +18,7 @@ from spacearm.core.checks import keep
 from spacearm.core.exact import length, product
 from spacearm.core.native import native
 from spacearm.core.rotations import rotation_vectors, turns_between
+from spacearm.geometry import bounding_points
 from spacearm.planner.clearance import ClearanceModel, KernelClearance, Room
 from spacearm.planner.goal_choice import LEAST_CLEARANCE, with_room
 from spacearm.planner.goal_swarms import GoalSwarms, Slack
@@ -38,8 +39,8 @@ LEVER = 0.2
 _WORTH_MOVING = 1e-3  # [rad or m] a tolerance of a goal configuration within which it may gain clearance
 _SWARMS = 4  # around each goal configuration that is in collision
 _NEAR = 0.01  # [m or rad] what is farther from the goal than that and three times the tolerance is out of reach
-_SEEDS = 16  # for each goal candidate asked for, at first: most poses among obstacles then have as many that differ
-_MOST_SEEDS = 128  # likewise, where none is free; or where there are fewer than asked for, as long as doubling finds more
+_GUESSES = 16  # for each goal candidate asked for, at first: most poses among obstacles then have as many that differ
+_MOST_GUESSES = 128  # likewise, where none is free; or where there are fewer than asked for, as long as doubling finds more
 _NEAREST_MISSES, _ROUNDS_OF_MISSES = 64, 100  # of damped least squares to where the goal is missed least
 _LEAST_LACKING = 4  # configurations for each goal candidate that are looked at more closely where none has the room wanted
 
@@ -51,7 +52,7 @@ class GoalConfigurations:
     Attributes:
         q: (g, n) distinct, free of collision, within the limits and the goal's tolerance, nearest to the start first.
         clearance: (g,) of each, to obstacles and between links [m].
-        searches: how many seeds and swarms looked for them; 0 where the goal is a configuration that could be taken as it is.
+        searches: how many guesses and swarms looked for them; 0 where the goal is a configuration that could be taken as it is.
         reached: how many configurations within the goal's tolerance were seen.
         in_collision: how many of those were in collision.
         closest: (n,) if there are none: the configuration that came nearest to the goal, of those that reach it the one
@@ -82,7 +83,7 @@ def find_goal_configurations(
         problem: robot, scene, start and goal.
         settings: of the planner: `goal_candidates` is the most that are returned of a goal in space.
         seed: random seed; the same one gives the same configurations, on any number of threads.
-        late: whether time is up: what was found by then is returned; the first seeds or swarms are always run.
+        late: whether time is up: what was found by then is returned; the first guesses or swarms are always run.
 
     Returns:
         What was found; `q` is empty if nothing was.
@@ -145,8 +146,8 @@ class _Search:
         """Compare the clearances of configurations (b, n) with those required."""
         return self.clearance.room(q, self.required)
 
-    def seeds(self, reach: Reach, start: Array, bounds: tuple[Array, Array]) -> native.GoalSearch64:
-        """Return the kernel's search from many seeds within bounds (n,) each."""
+    def guesses(self, reach: Reach, start: Array, bounds: tuple[Array, Array]) -> native.GoalSearch64:
+        """Return the kernel's search from many guesses within bounds (n,) each."""
         scene, searched = self.clearance.scene, self.swarms.searched
         pairs, (lower, upper) = searched.kernel_pairs, bounds
         made = make_kernel_model(self.robot, scene, pair_margins=pairs) if pairs else kernel_model(self.robot, scene)
@@ -267,7 +268,7 @@ _STAGES = (
 
 
 class _SpaceSearch:
-    """A search for distinct free configurations that reach a goal in space: seeds first, then swarms.
+    """A search for distinct free configurations that reach a goal in space: guesses first, then swarms.
 
     Args:
         reach: the goal.
@@ -281,27 +282,27 @@ class _SpaceSearch:
         self._bounds = reaching_bounds(search.robot, start)
         self._best, self._counts = _Closest(), _Counts()
         self._beyond = _beyond_reach(search.robot, reach.goal)
-        self._kernel = search.seeds(reach, start, self._bounds)
+        self._kernel = search.guesses(reach, start, self._bounds)
 
     def run(self) -> GoalConfigurations:
         """Return what is found; see `find_goal_configurations`."""
-        found = self._by_seeds()
-        if found is None and not (self._search.late() or self._beyond or self._best.is_far(self._reach)):
+        found = self._by_guesses()
+        if found is None and not (self._search.late() or self._beyond or self._best.is_far(self._reach) or self._is_blocked()):
             found = self._by_swarms()
         best = self._best
         return found or self._counts.none(best.q, best.distance, best.angle, dof=self._search.robot.dof)
 
-    def _by_seeds(self) -> GoalConfigurations | None:
-        """Let damped least squares run from twice as many seeds each time, until that brings nothing new."""
+    def _by_guesses(self) -> GoalConfigurations | None:
+        """Let damped least squares run from twice as many guesses each time, until that brings nothing new."""
         kernel, counts, most = self._kernel, self._counts, self._search.candidates
-        seeds, before = _SEEDS * most, -1
+        guesses, before = _GUESSES * most, -1
         while True:
-            kernel.look(seeds - kernel.begun)
+            kernel.look(guesses - kernel.begun)
             q = kernel.differing(most)
             enough = len(q) == most or 0 < len(q) <= before or self._beyond
-            if enough or self._search.late() or seeds >= _MOST_SEEDS * most:
+            if enough or self._search.late() or guesses >= _MOST_GUESSES * most:
                 break
-            seeds, before = 2 * seeds, len(q)
+            guesses, before = 2 * guesses, len(q)
         counts.searches, counts.reached, counts.in_collision = kernel.begun, kernel.reached, kernel.in_collision
         found = self._found(q, at_centre=True)
         if found is not None:
@@ -317,6 +318,25 @@ class _SpaceSearch:
         self._best.offer(self._reach, q, room.least)
         self._best.offer(self._reach, missed, self._search.room(missed).least)
         return None
+
+    def _is_blocked(self) -> bool:
+        """Whether an obstacle is where the goal's frame takes the link that it is fixed to, whatever the other joints do.
+
+        A body that is deeper in an obstacle than any of its points can move stays in it. Within the goal's tolerances they
+        move by no more than the distance, and the angle times their distance from the frame.
+        """
+        reach, goal, q = self._reach, self._reach.goal, self._kernel.lacking(1)
+        if not len(q) or isinstance(goal, PositionGoal) or goal.free_axis is not None:
+            return False
+        depth: Array = -self._search.clearance.to_kernel_obstacles(q)[0].min(axis=-1, initial=0.0)
+        near, turned = goal.tolerances
+        for part, deep in zip(self._search.robot.shapes, depth.tolist(), strict=True):
+            if part.joint == reach.joint:
+                points, rounding = bounding_points(part.shape)
+                far = float(np.linalg.norm(points - reach.T_joint_frame[:3, 3], axis=1).max()) + rounding
+                if deep > 2 * (near + turned * far):  # from one side of the tolerances to the other
+                    return True
+        return False
 
     def _by_swarms(self) -> GoalConfigurations | None:
         """Let swarms look near the goal for what is free, and bring that onto it."""

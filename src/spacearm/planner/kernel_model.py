@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.errors import RobotError, SceneError
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native import native
 from spacearm.geometry import (
     Box,
@@ -142,7 +143,6 @@ class _Arm:
 
 _models = _IdentityCache[KernelModel](_CACHED)
 _arms = _IdentityCache[_Arm](_CACHED)
-_pairs = _IdentityCache[NDArray[np.int32]](_CACHED)
 
 
 def _arm(robot: Robot, frame: str | None, further: tuple[tuple[int, NDArray[np.float64]], ...]) -> _Arm:
@@ -181,12 +181,9 @@ def _require_within_reach(robot: Robot, *arrays: NDArray[np.float64]) -> None:
         )
 
 
+@cached_by_identity
 def self_shape_pairs(robot: Robot) -> NDArray[np.int32]:
-    """Return the pairs of shapes that must keep clear of each other, (p, 2) indices into `robot.shapes`; cached by identity."""
-    return _pairs.get((robot,), (), lambda: _self_shape_pairs(robot))
-
-
-def _self_shape_pairs(robot: Robot) -> NDArray[np.int32]:
+    """Return the pairs of shapes that must keep clear of each other, (p, 2) indices into `robot.shapes`."""
     of: dict[str, list[int]] = {}
     for i, part in enumerate(robot.shapes):
         of.setdefault(part.name, []).append(i)

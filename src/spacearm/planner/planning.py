@@ -44,6 +44,7 @@ _LEAST_SECONDS_AGAIN = 0.02  # [s] likewise
 _SECONDS_FOR_PROOFS = 0.2  # share of `time_budget` that the first search leaves for proofs and what follows them
 _ALWAYS_AGAIN = 0.15  # [s] from the beginning: so long another motion may be tried, however short `time_budget` is
 _LEAST_SECONDS = 1e-6  # [s] a search for so long looks at the straight motions and ends; 0 would be no limit
+_EARLIER = (0.5, 1.0)  # which of the motions found, from the best to the first, are proven where nothing else is left
 _PROVEN_AFTER_INTERRUPT = 30  # motions given to the proof after Ctrl-C, at most
 _DURATION_ROUNDING = 1e-6  # relative: a motion that takes so much longer than asked for is as long as asked for
 
@@ -285,10 +286,10 @@ class _Search:
             if motion is None and self.proof is None:
                 return self._of_fallback()
             if self.proof is not None and self.clock.left_again <= 0:
-                return "not_proven"
+                return self._prove_earlier()
             if motion is not None:
                 if motion == failed:
-                    return "not_proven"  # the search cannot see what the proof does
+                    return self._prove_earlier()  # the search cannot see what the proof does
                 proof = self._prove(motion)
                 if proof.as_asked:
                     return "found"
@@ -299,6 +300,16 @@ class _Search:
                 elif not proof.collision_free and not self.problem.base_model.follows_arm:
                     return "not_proven"  # an end is too near: no other motion would fare better
             self._go_on_after_failure()
+        return "not_proven"
+
+    def _prove_earlier(self) -> Status:
+        """Prove motions that were found earlier: what is not as good yet mostly has more clearance."""
+        motions = self.islands.motions()
+        for share in _EARLIER:
+            if self.proofs >= self.settings.proofs or not motions:
+                break
+            if self._prove(motions[round(share * (len(motions) - 1))]).as_asked:
+                return "found"
         return "not_proven"
 
     def _best_so_far(self) -> Status:
@@ -521,10 +532,10 @@ def _on_less(problem: Problem, less: _Less) -> str:
 
 def _fitness(trajectory: Trajectory, islands: Islands, weights: Weights) -> dict[str, float]:
     """Return the trajectory's terms: length and duration exactly, the others as the search has them where they are weighed."""
-    terms = islands.terms(trajectory.motion)
-    weighed = {name for name in setting_names(Weights) if getattr(weights, name) > 0}
     exact = {"length": trajectory.motion.length(), "duration": trajectory.duration}
-    return exact | {name: value for name, value in terms.items() if name in weighed and name not in exact}
+    weighed = {name for name in setting_names(Weights) if getattr(weights, name) > 0} - set(exact)
+    terms = islands.terms(trajectory.motion) if weighed else {}
+    return exact | {name: value for name, value in terms.items() if name in weighed}
 
 
 def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool) -> str:

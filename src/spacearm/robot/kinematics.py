@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import as_readonly, shown
 from spacearm.core.errors import RobotError
 from spacearm.core.exact import product
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native import native
 from spacearm.robot.model import Robot, require_robot
 
@@ -56,7 +56,7 @@ def as_configurations(robot: Robot, q: ArrayLike) -> Array:
     return array
 
 
-@lru_cache(maxsize=32)
+@cached_by_identity
 def tree_model(robot: Robot) -> native.Model64:
     """Return the kernel's model of a robot's joints alone; for those who ask for many small batches of `joint_frames`."""
     return native.Model64(native.World(joints=kernel_joints(robot)))

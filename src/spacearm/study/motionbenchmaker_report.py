@@ -301,7 +301,8 @@ def _plan_table(benchmark: Benchmark, *, raw: bool) -> Table:
         for name, s in _grouped(benchmark, raw=raw)
     ]
     title = (
-        f"plan(), {1e3 * benchmark.protocol.plan:g} ms of search and the proof; certified within {LIMIT:g} s; {_core(raw=raw)}"
+        f"plan(), {1e3 * benchmark.protocol.plan:g} ms of search and the proof, more where nothing is proven; "
+        f"certified within {LIMIT:g} s; {_core(raw=raw)}"
     )
     return Table(title, header, rows)
 
