@@ -49,7 +49,7 @@ def test_the_good_calls_are_good_and_of_every_public_function(soak: Any, tmp_pat
 
 def test_motions_through_very_many_points_are_refused() -> None:
     points = np.zeros((5000, 7))
-    with pytest.raises(sa.SpacearmError, match="control_points has 5000 points, expected at most 256"):
+    with pytest.raises(sa.SpacearmError, match="control_points has 5000 points, expected at most 514"):
         sa.Motion(points)
 
 

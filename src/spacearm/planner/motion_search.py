@@ -356,7 +356,7 @@ def _attitude_goal(problem: Problem, finest: float) -> native.AttitudeGoal | Non
 
 # ---- A swarm of motions by ask and tell, for the caller's own objectives and penalties -------------------------------
 
-_MOST_INTERIOR = 32  # control points that the kernel takes
+_MOST_INTERIOR = 512  # control points that the kernel takes
 _FURTHEST = 1e6  # [rad or m] of a control point: float32 has no digits behind the point there
 _BETWEEN = 1e-3  # [m] of violation where the 32 instants show none, and finer ones do
 _SPREADS = (0.0, 0.1, 0.3, 0.6, 1.0)  # [rad or m] standard deviations of the first particles from the straight motion, in turn
