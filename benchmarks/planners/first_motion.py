@@ -78,6 +78,7 @@ class Row:
         robot: of the problem.
         family: of the problem.
         name: of the problem in its family.
+        joints: of the robot that move.
         straight: length of the straight motion [rad].
         margin: that we ask for at what is looked at [m].
         vamp_free: whether VAMP takes both ends for free; None where it was not asked.
@@ -92,6 +93,7 @@ class Row:
     robot: str
     family: str
     name: str
+    joints: int
     straight: float
     margin: float
     vamp_free: bool | None = None
@@ -161,7 +163,8 @@ def measured(collection: Collection, args: argparse.Namespace) -> list[Row]:
     rows = []
     for case in collection.cases:
         print(f"{collection.robot} {case.name}   ", end="\r", file=sys.stderr, flush=True)
-        row = Row(collection.robot, case.item.family, case.item.name, case.straight, case.margin)
+        dof = len(collection.joints)
+        row = Row(collection.robot, case.item.family, case.item.name, dof, case.straight, case.margin)
         if vamp is not None:
             _note(row, vamp.ask(case), case, other)
             if not row.vamp_free:
@@ -289,11 +292,19 @@ def _quantiles(values: Sequence[float]) -> tuple[float, float]:
     return float(median), float(p95)
 
 
+def called(row: Row) -> str:
+    """Return how a row's robot is called in a table."""
+    return f"{_CALLED.get(row.robot, row.robot)}, {row.joints} joints"
+
+
+_CALLED = {"panda": "Panda", "ur5": "UR5", "fetch": "Fetch", "baxter": "Baxter"}
+
+
 def groups(rows: Sequence[Row], *, families: bool) -> list[Summary]:
     out = []
     for robot in dict.fromkeys(row.robot for row in rows):
         own = [row for row in rows if row.robot == robot]
-        out.append(summary_of(robot, own))
+        out.append(summary_of(called(own[0]), own))
         if families:
             names = dict.fromkeys(row.family for row in own)
             out += [
@@ -422,7 +433,7 @@ def draw(rows: Sequence[Row], path: Path) -> None:
                 share = 100 * np.arange(1, len(found) + 1) / max(len(values), 1)
                 if len(found):
                     ax.step([*found, 1e3 * LIMIT], [*share, share[-1]], where="post", color=color, label=name)
-            ax.set(xscale="log", xlabel="time [ms]", title=f"{robot}, {len(own)} problems", xlim=(0.01, 1e3), ylim=(0, 101))
+            ax.set(xscale="log", xlabel="time [ms]", title=called(own[0]), xlim=(0.01, 1e3), ylim=(0, 101))
             ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             tidy(ax)
         axes[0].set_ylabel("solved [%]")

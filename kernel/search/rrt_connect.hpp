@@ -27,9 +27,9 @@ template <class T> T distance_between(const T* a, const T* b, int n) {
 
 // A radian is one of a joint whose lever is the mean one; others move their bodies less or more.
 struct rrt_connect_settings {
-    double step = 1.0;       // [rad] longest edge
-    double near_line = 0.9;  // share of the samples drawn around the straight motion ...
-    double spread = 2.0;     // ... with this deviation [rad]
+    double step = 1.0;        // [rad] longest edge
+    double near_line = 0.95;  // share of the samples drawn around the straight motion ...
+    double spread = 1.5;      // ... with this deviation [rad]
 };
 
 template <class T> class rrt_connect {
