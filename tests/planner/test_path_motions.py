@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
 from kernel import objectives
-from kernel.builds import BUILDS, Build
+from kernel.builds import BUILDS, LEVELS, Build
 from spacearm import Problem, Trajectory, certify
 from spacearm.core.native import available_levels
 from spacearm.geometry import Scene, Sphere
@@ -199,3 +199,19 @@ def test_another_number_of_control_points_is_the_nearest_motion(build: Build, ow
     rows = np.vstack([start, found.astype(np.float64), goal])
     nearest = np.vstack([start, expected, goal])
     np.testing.assert_allclose(basis @ rows, basis @ nearest, atol=1e-4)
+
+
+@pytest.mark.parametrize("bits", [32, 64])
+def test_every_level_has_the_same_motions(bits: int) -> None:
+    rng = np.random.default_rng(9)
+    path = rng.uniform(-2.5, 2.5, (7, 2))
+    balls = slot(path, rng, 100)
+    found = []
+    for level in LEVELS:
+        build = Build(level, bits)
+        search = search_along(build, path, balls)
+        clung = search.cling(build.array(path), 0)
+        more = search.with_interior(build.array(clung.points.reshape(1, -1)), len(clung.points), 0, 40)
+        judged = search.judge(more, 40, 0)
+        found.append([clung.looks, clung.points.tolist(), more.tolist(), judged.terms.tolist(), judged.violation.tolist()])
+    assert all(one == found[0] for one in found[1:])
