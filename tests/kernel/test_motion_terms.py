@@ -221,9 +221,9 @@ def test_a_motion_is_free_where_every_instant_is(build: Build) -> None:
     robot, (start, goal) = objectives.thick_arm(), objectives.AROUND
     rng = np.random.default_rng(3)
     K, margin = 2, 0.01
-    free_one = objectives.run_motions(
-        objectives.motion_search(build, robot, objectives.CLUTTER, start, goal, margin=margin, settings={"interior": [K]}), 600
-    )
+    of_the_swarm = {"interior": [K], "patience": 0}  # so that all have K control points
+    search = objectives.motion_search(build, robot, objectives.CLUTTER, start, goal, margin=margin, settings=of_the_swarm)
+    free_one = objectives.run_motions(search, 600)
     x = [entry.points.ravel() for entry in free_one.history if len(entry.points) == K]
     near = np.array(x)[rng.integers(len(x), size=300)]
     rows = build.array(near + rng.choice([0.0, 0.03, 0.3], (300, 1)) * rng.normal(size=near.shape))
