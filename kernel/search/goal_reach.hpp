@@ -16,6 +16,7 @@ template <class T> struct goal_reach {
     tree<T> chain;             // the joints that move the frame, from the base on; their dofs are columns
     std::vector<char> adds;    // of each of them: whether an earlier one has the same column
     std::vector<int> entries;  // of each column: the entry of q
+    std::vector<char> slides;  // of each column: whether it drives slides alone
     frame_goal kind = frame_goal::position;
     T local[3] = {};                  // the frame's origin in the last joint's frame
     T position[3] = {};               // where it is to be
@@ -47,7 +48,11 @@ template <class T> goal_reach<T> make_reach(const tree<T>& robot, const terminal
         joint.parent = static_cast<int>(out.chain.joints.size()) - 1;
         joint.dof = static_cast<int>(at - out.entries.begin());
         joint.needed = 7;
-        if (at == out.entries.end()) out.entries.push_back(robot.joints[path[k]].dof);
+        if (at == out.entries.end()) {
+            out.entries.push_back(robot.joints[path[k]].dof);
+            out.slides.push_back(1);
+        }
+        if (joint.kind != joint_kind::prismatic) out.slides[joint.dof] = 0;
         out.chain.joints.push_back(joint);
     }
     out.chain.dofs = out.width();
@@ -205,15 +210,19 @@ SPACEARM_INLINE void damped(const goal_reach<T>& r, const pack<T>* J, const pack
     else damped<6>(J, r.width(), wanted, damping, out);
 }
 
-inline constexpr double longest_step = 0.6;   // [rad or m] of any joint in one step
+inline constexpr double longest_step = 0.6;   // [rad or m] of any joint in one step ...
+inline constexpr double longest_slide = 0.1;  // ... but of slides this share of what is between their bounds, if more
 inline constexpr double converged = 1e-10;    // [m] error that is called none: rounding is 1e-15 or so
 inline constexpr double damping_share = 0.1;  // of the error's square [m^2] is what a step is damped by
 
-template <class T> SPACEARM_INLINE void shorten(pack<T>* step, int width, T longest = T(longest_step)) {
+template <class T> SPACEARM_INLINE void shorten_to(pack<T>* step, int width, const pack<T>& most) {
+    const pack<T> factor = min(pack<T>(T(1)), pack<T>(T(longest_step)) / most);
+    for (int c = 0; c < width; ++c) step[c] = step[c] * factor;
+}
+template <class T> SPACEARM_INLINE void shorten(pack<T>* step, int width) {
     pack<T> most(T(1e-30));
     for (int c = 0; c < width; ++c) most = max(most, abs(step[c]));
-    const pack<T> factor = min(pack<T>(T(1)), pack<T>(longest) / most);
-    for (int c = 0; c < width; ++c) step[c] = step[c] * factor;
+    shorten_to(step, width, most);
 }
 
 // Moves q a step of damped least squares, from where the goal was looked at: damped by the error itself, so that steps
@@ -234,7 +243,12 @@ SPACEARM_NOINLINE void move_onto(const goal_reach<T>& r, reach_memory<T>& m, con
         for (int i = 0; i < 6; ++i) m.held[6 * c + i] = m.jacobian[6 * c + i] * free;
     }
     if (held) damped(r, m.held.data(), m.missing, damping, step);
-    shorten(step, r.width());
+    pack<T> most(T(1e-30));
+    for (int c = 0; c < r.width(); ++c) {
+        const T all = r.slides[c] ? T(longest_slide) * (upper[c] - lower[c]) : T(0);
+        most = max(most, all > T(longest_step) ? abs(step[c]) * (T(longest_step) / all) : abs(step[c]));
+    }
+    shorten_to(step, r.width(), most);
     for (int c = 0; c < r.width(); ++c) to[c] = clamp(q[c] + step[c], pack<T>(lower[c]), pack<T>(upper[c]));
 }
 

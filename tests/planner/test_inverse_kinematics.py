@@ -157,6 +157,24 @@ def test_joints_that_turn_more_than_once_come_nearest_to_the_start_and_then_whol
     assert len(found.q) >= min(len(everywhere), 6)
 
 
+@pytest.mark.parametrize("length", [0.01, 1.0, 400.0])
+def test_how_long_slides_are_does_not_matter(length: float) -> None:
+    """Three slides across each other bring the hand anywhere in their box."""
+    limit = f'lower="{-length}" upper="{length}" velocity="1" effort="1"'
+    slides = [
+        urdf_text.joint(f"s{i}", f"link_{i}", f"link_{i + 1}", kind="prismatic", axis=axis, xyz="0 0 0.1", limit=limit)
+        for i, axis in enumerate(("1 0 0", "0 1 0", "0 0 1"))
+    ]
+    robot = urdf_text.loaded(urdf_text.robot(*links(4), *slides), tip="link_3")
+    rng = np.random.default_rng(0)
+    for start, there in rng.uniform(-length, length, (10, 2, 3)):
+        hand = pinocchio_frames(robot, there[None])[0, 2] @ robot.frame(robot.tip).T_joint_frame
+        problem = Problem(robot, [], start=start, goal=PositionGoal(hand[:3, 3]))  # type: ignore[arg-type]
+        found = find_goal_configurations(problem, EIGHT, 0)
+        assert len(found.q) == 1
+        assert np.abs(found.q[0] - there).max() <= 1e-3
+
+
 @pytest.mark.parametrize("angle", [-5.5, -3.5, 3.5, 5.5])
 def test_what_others_follow_at_another_pace_is_turned_as_far_as_the_search_for_motions_goes(angle: float) -> None:
     """A joint without limits, another that follows it at half its pace: only beyond half a turn is the goal reached."""
