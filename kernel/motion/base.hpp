@@ -12,7 +12,8 @@
 
 namespace SPACEARM_NAMESPACE {
 
-enum class sampling : std::uint8_t { coarse, fine };
+// Dense: four times as many as fine, for what few motions are asked.
+enum class sampling : std::uint8_t { coarse, fine, dense };
 
 // An instant of the coarse sampling: a pack and its lane; or the start's or the goal's configuration itself.
 struct instant {
@@ -25,6 +26,7 @@ struct search_hints {
     int looks_per_question = 8;      // motions looked at between two questions whether time is up
     int tree_share = 1;              // the trees' samples of a turn are divided by this
     bool trees_find_motions = true;  // whether a path of free configurations is nearly a motion
+    bool dense = true;               // whether there is a dense sampling; else the fine one is all there is
 };
 
 template <class T> class base_model {

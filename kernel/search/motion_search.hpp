@@ -70,6 +70,7 @@ template <class T> class motion_search {
     bool optimal() const { return optimal_; }
     const motion<T>& best() const { return best_.front().at; }
     T best_fitness() const { return best_.front().fitness; }
+    T best_value() const { return best_.empty() ? infinity : best_fitness(); }
     const std::vector<motion_record<T>>& history() const { return history_; }
     // The best of those that are not free: the least violation.
     bool has_fallback() const { return fallback_violation_ < infinity; }
@@ -290,7 +291,7 @@ template <class T> class motion_search {
         if (motion_along(along_path, m)) {
             const bool first = best_.empty();
             const T fitness = checker_.fitness(m);
-            note(m, fitness, "rrt_connect");
+            if (first || checker_.densely_free(m)) note(m, fitness, "rrt_connect");
             if (over()) return true;
             if (paths_.empty()) paths_.push_back(along_path);
             else if (trees_.length(along_path) < trees_.length(paths_.back())) paths_.back() = along_path;
@@ -345,9 +346,11 @@ template <class T> class motion_search {
     void refine(known now) {
         refined_ = true;
         T shake = T(s_.shake), pull = T(0.3);
+        const T worth_a_look = hints_.dense ? T(0.998) : T(1);
+        known sure = now;
         motion<T> next;
-        int failures = 0;
-        for (int i = 1; failures <= s_.refine_stall && !over(); ++i) {
+        int failures = 0, undone = 0;
+        for (int i = 1; failures <= s_.refine_stall && undone <= most_undone && !over(); ++i) {
             ++evaluations_;
             propose(now.at, shake, pull, next);
             ++failures;
@@ -364,14 +367,27 @@ template <class T> class motion_search {
                 if (better) {
                     std::swap(now.at, next);
                     now.fitness = fitness;
-                    note(now.at, fitness, "refine");
                     failures = 0;
+                    if (fitness < worth_a_look * sure.fitness && !confirm(now, sure)) ++undone;
                 }
             }
             if (i % 50 == 0) simplify(now);
             if (i > 150 && now.fitness > T(s_.give_up) * best_fitness()) break;
         }
-        keep(now.at, now.fitness);
+        if (now.fitness < sure.fitness && !over()) confirm(now, sure);
+        keep(sure.at, sure.fitness);
+    }
+    static constexpr int most_undone = 10;
+    // Looks at a motion between its instants. If it is free there, it is noted; else the last one that was is taken up
+    // again. Small improvements are looked at together: a dense look takes as long as several others.
+    bool confirm(known& now, known& sure) {
+        if (!checker_.densely_free(now.at)) {
+            now = sure;
+            return false;
+        }
+        sure = now;
+        note(now.at, now.fitness, "refine");
+        return true;
     }
     void propose(const motion<T>& m, T shake, T pull, motion<T>& out) {
         const int n = p_.dofs(), K = m.interior;
@@ -403,7 +419,7 @@ template <class T> class motion_search {
             ++evaluations_;
             if (!project_onto_ends(m)) continue;
             const T fitness = checker_.fitness(m);
-            if (!(fitness < T(1.02) * now.fitness) || !checker_.free(m)) continue;
+            if (!(fitness < T(1.02) * now.fitness) || !checker_.free(m) || !checker_.densely_free(m)) continue;
             now = {fitness, m};
             note(m, fitness, "refine");
             return;
@@ -505,7 +521,7 @@ template <class T> class motion_search {
             }
             return;
         }
-        if (checker_.finely_free(m)) {
+        if (checker_.finely_free(m) && (!(fitness < best_value()) || checker_.densely_free(m))) {
             violation = 0;
             note(m, fitness, "swarm");
         } else if (!has_been_free) {
