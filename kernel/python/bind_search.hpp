@@ -189,7 +189,7 @@ inline void bind_search_settings(nb::module_& m) {
         .def_rw("shortcuts", &s::shortcuts)
         .def_rw("shortcut_stall", &s::shortcut_stall)
         .def_rw("refine_stall", &s::refine_stall)
-        .def_rw("swarm_turn", &s::swarm_turn)
+        .def_rw("swarm_every", &s::swarm_every)
         .def_rw("swarm_stall", &s::swarm_stall)
         .def_rw("give_up", &s::give_up)
         .def_rw("detour", &s::detour)
@@ -415,10 +415,10 @@ template <class T> std::vector<improvement<T>> history_of(shared_search<T>& s) {
 
 // What became of a path of straight edges: a motion along it, or why there is none.
 template <class T> struct followed_path {
-    clung<T> at;
+    blended_path<T> at;
     int dofs;
 };
-template <class T> followed_path<T> cling(shared_search<T>& s, in2c<T> corners, int goal) {
+template <class T> followed_path<T> blend_corners(shared_search<T>& s, in2c<T> corners, int goal) {
     const motion_problem<T>& p = s.problem();
     require(corners.shape(0) >= 2 && corners.shape(1) == static_cast<std::size_t>(p.dofs()), "a path that is none");
     require(goal >= 0 && goal < p.goal_count(), "no such goal");
@@ -427,7 +427,7 @@ template <class T> followed_path<T> cling(shared_search<T>& s, in2c<T> corners, 
     followed_path<T> out{{}, p.dofs()};
     s.turn([&] {
         signal_listener signals;
-        out.at = path_motions<T>(s.search.checker()).cling(along, [&] {
+        out.at = path_motions<T>(s.search.checker()).blend_corners(along, [&] {
             signals.ask();
             return true;
         });
@@ -494,7 +494,7 @@ template <class T> void bind_motion_search(nb::module_& m, const std::string& su
             },
             "at"_a, "spread"_a, "Looks there from now on; motions that collide there are forgotten.")
         .def("judge", &judge<T>, "rows"_a, "interior"_a, "goal"_a, "What motions (rows, K n) are worth.")
-        .def("cling", &cling<T>, "corners"_a, "goal"_a,
+        .def("blend_corners", &blend_corners<T>, "corners"_a, "goal"_a,
              "The motion along a path (m, n) from the start to a goal, as near to it as it takes to be free.")
         .def("with_interior", &with_interior<T>, "rows"_a, "interior"_a, "goal"_a, "wanted"_a,
              "The motions with another number of control points that are nearest to motions (rows, K n).")

@@ -1,9 +1,12 @@
 // The planner's search: the first free motion at once, then better ones for as long as it may go on.
 //
-// A hybrid of three methods that take turns:
-//   rrt_connect  two trees find a path with corners; the splines nearest to it are tried, few control points first
-//   refine       the motion found is pulled towards the straight one and shaken, as long as that pays
+// The straight motion to each goal comes first. Then it is a hybrid of three methods:
+//   rrt_connect  two trees find a path with corners, which is shortened; a spline follows it (path_motions.hpp)
+//   refine       a motion found is pulled towards the straight one and shaken, as long as that pays
 //   swarm        particles are motions; they begin at the best ones known, or anywhere where none is known
+// While no motion is known, trees and swarm take turns, which become longer. Then three compete: shorter versions of
+// the best motion's path, other paths, and the swarm; what gained most for its work lately has the next turn. Where the
+// base floats and its end is constrained, turns have a fixed order. docs/theory.md, "The search", has the reasons.
 //
 // A motion counts only when all instants, the fine ones too, are free. Numbers depend on (seed, island) and on how many
 // motions are looked at, never on time or threads, unless a time limit ends the search.
@@ -184,7 +187,7 @@ template <class T> class motion_search {
                 return !over() && (trees_until_ == 0 || checker_.configurations() < trees_until_);
             },
             [&] { return !late(); }, found);
-        if (met) trees_.shorten(found, [&] { return !late(); });
+        if (met) shortener_.prune(found, [&] { return !late(); });
         return met;
     }
     // While nothing is known: the trees, and now and then motions from all over the place. The turns become longer and
@@ -215,7 +218,7 @@ template <class T> class motion_search {
     // ---- better motions: what has paid lately has the next turn ----------------------------------------------------
     void improve() {
         if (p_.base.constrained()) {
-            if (s_.swarm_turn > 0 && turn_ % s_.swarm_turn == 0) swarm_turn(true);
+            if (s_.swarm_every > 0 && turn_ % s_.swarm_every == 0) swarm_turn(true);
             else if (turn_ % 2 == 1) swarm_turn(false);  // as in find_first: elsewhere there may be better ones
             else another_path();
             return;
@@ -247,11 +250,11 @@ template <class T> class motion_search {
         return best;
     }
     bool possible(int i) const {
-        if (i == around_known) return s_.swarm_turn > 0 || s_.patience == 0;
+        if (i == around_known) return s_.swarm_every > 0 || s_.patience == 0;
         if (i == shorter_path) return !paths_.empty();
         return s_.patience > 0;
     }
-    // Of paths that are not longer than the best motion by far, after some shortcuts, one is followed.
+    // The trees' next path is shortened, and followed if it is not much longer than the best motion.
     void another_path() {
         path<T> found;
         if (!find_path(found, s_.patience)) {
@@ -261,16 +264,16 @@ template <class T> class motion_search {
         if (p_.weight.only_length()) {
             for (const int tries : {s_.shortcuts / 4, s_.shortcuts}) {
                 shorten(found, tries);
-                if (p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
+                if (p_.weight.length * found.length(p_.dofs()) > T(s_.detour) * best_fitness()) return;
             }
         }
         follow(found);
     }
-    // The path of the best motion is shortened further, and followed again.
+    // The shortest path that became a motion is shortened further, and followed again.
     void shorten_a_path() {
         path<T> p = paths_.back();
         if (shorten(p, s_.shortcuts)) {
-            trees_.shorten(p, [&] { return !late(); });
+            shortener_.prune(p, [&] { return !late(); });
             paths_.back() = p;
             if (follow(p)) return;
         } else {
@@ -293,45 +296,48 @@ template <class T> class motion_search {
             note(m, fitness, "rrt_connect");
             if (over()) return true;
             if (paths_.empty()) paths_.push_back(along_path);
-            else if (trees_.length(along_path) < trees_.length(paths_.back())) paths_.back() = along_path;
+            else if (along_path.length(p_.dofs()) < paths_.back().length(p_.dofs())) paths_.back() = along_path;
             // Refining pays with few control points; where there are many, the path is shortened first.
             refined_ = !first || m.interior <= few;
             if (refined_) refine({fitness, m});
             else keep(m, fitness);
             return true;
         }
-        if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
+        if (best_.empty() && ++unfit_ % unfit_paths == 0 && !over()) {  // the swarm may mend what is nearly free
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
             run_swarm(K, {motions_of_.nearest_to(along_path, K)});
         }
         return false;
     }
-    static constexpr int few = 4;
-    // The spline with few control points that is nearest to the path; else a motion that clings to the path; and where
-    // an edge of the path was not free after all, splines with more control points, which leave it here and there.
+    static constexpr int few = 4;          // control points with which a motion is refined at once
+    static constexpr int unfit_paths = 8;  // without a motion, after which the swarm begins at the last one
+    // The spline with few control points that is nearest to the path; else the path with rounded corners; and where an
+    // edge of the path was not free after all, splines with more control points, which leave it here and there.
     bool motion_along(const path<T>& along_path, motion<T>& m) {
-        const bool clings = hints_.trees_find_motions;
+        const bool blends = hints_.trees_find_motions;
         for (std::size_t i = 0; i < s_.ladder.size(); ++i) {
-            if (i == 1 && clings && cling(along_path, m)) return true;
+            if (i == 1 && blends && blend_corners(along_path, m)) return true;
             m = motions_of_.nearest_to(along_path, s_.ladder[i]);
             ++evaluations_;
             project_onto_ends(m);
-            if (clings ? checker_.free(m) : free_or_noted(m)) return true;
+            if (blends ? checker_.free(m) : free_or_noted(m)) return true;
             if (over()) return false;
         }
-        return clings && s_.ladder.size() == 1 && cling(along_path, m);
+        return blends && s_.ladder.size() == 1 && blend_corners(along_path, m);
     }
-    bool cling(const path<T>& along_path, motion<T>& m) {
-        clung<T> tight = motions_of_.cling(along_path, [&] {
+    bool blend_corners(const path<T>& along_path, motion<T>& m) {
+        blended_path<T> blended = motions_of_.blend_corners(along_path, [&] {
             ++evaluations_;
             return !over();
         });
-        // Edges are looked at too coarsely, if that happens again and again.
-        if (tight.outcome == clinging::blocked && ++blocked_ % 4 == 0) checker_.base().look_closer_at_edges();
-        if (tight.outcome != clinging::free) return false;
-        m = std::move(tight.found);
+        // If edges that were free are blocked again and again, they are looked at too coarsely.
+        if (blended.outcome == blend_outcome::blocked && ++blocked_ % blocked_edges == 0)
+            checker_.base().look_closer_at_edges();
+        if (blended.outcome != blend_outcome::free) return false;
+        m = std::move(blended.found);
         return true;
     }
+    static constexpr int blocked_edges = 4;  // after which edges get twice as many instants
     bool free_or_noted(const motion<T>& m) {
         if (!best_.empty()) return checker_.free(m);
         const T broken = checker_.violation(m, infinity);
@@ -341,10 +347,15 @@ template <class T> class motion_search {
 
     // ---- refine -----------------------------------------------------------------------------------------------------
     // One candidate after the other: some control points pulled towards the straight motion, most of them shaken too.
-    // Both strengths follow success, as in an evolution strategy with one parent.
+    // Both strengths follow success, as in an evolution strategy with one parent: they stay as they are
+    // where one in 14 of the candidates with a better fitness is free.
+    static constexpr T after_success = T(1.3), after_failure = T(0.98);
+    static constexpr T first_pull = T(0.3), least_pull = T(0.003);    // as a share of the way
+    static constexpr T least_shake = T(0.003), most_shake = T(0.6);   // [rad or m]
+    static constexpr int simplified_every = 50, given_up_from = 150;  // candidates
     void refine(known now) {
         refined_ = true;
-        T shake = T(s_.shake), pull = T(0.3);
+        T shake = T(s_.shake), pull = first_pull;
         motion<T> next;
         int failures = 0;
         for (int i = 1; failures <= s_.refine_stall && !over(); ++i) {
@@ -352,15 +363,15 @@ template <class T> class motion_search {
             propose(now.at, shake, pull, next);
             ++failures;
             if (!project_onto_ends(next)) {
-                shake = std::max(shake * T(0.98), T(0.003));
+                shake = std::max(shake * after_failure, least_shake);
                 continue;
             }
             const T fitness = checker_.fitness(next);
             if (fitness < now.fitness) {
                 const bool better = checker_.free(next);
-                const T factor = better ? T(1.3) : T(0.98);
-                shake = std::clamp(shake * factor, T(0.003), T(0.6));
-                pull = std::clamp(pull * factor, T(0.003), T(1));
+                const T factor = better ? after_success : after_failure;
+                shake = std::clamp(shake * factor, least_shake, most_shake);
+                pull = std::clamp(pull * factor, least_pull, T(1));
                 if (better) {
                     std::swap(now.at, next);
                     now.fitness = fitness;
@@ -368,8 +379,8 @@ template <class T> class motion_search {
                     failures = 0;
                 }
             }
-            if (i % 50 == 0) simplify(now);
-            if (i > 150 && now.fitness > T(s_.give_up) * best_fitness()) break;
+            if (i % simplified_every == 0) simplify(now);
+            if (i > given_up_from && now.fitness > T(s_.give_up) * best_fitness()) break;
         }
         keep(now.at, now.fitness);
     }
@@ -560,7 +571,8 @@ template <class T> class motion_search {
         double all_work = 0;
         int turns = 0;
     };
-    static constexpr double keeps = 0.5, least_share = 0.1;
+    static constexpr double keeps = 0.5;         // of what a method gained and worked, with each further turn
+    static constexpr double least_share = 0.1;   // of all work, for each method
     static constexpr int swarm_first = 1 << 14;  // configurations of the first turn; then twice as many each time
     method methods_[method_count];
     std::vector<path<T>> paths_;

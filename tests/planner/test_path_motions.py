@@ -69,7 +69,7 @@ def test_a_free_path_becomes_a_free_motion(build: Build, corners: int, seed: int
     path = rng.uniform(-2.5, 2.5, (corners, 2))
     balls = slot(path, rng, count, gap)
     search = search_along(build, path, balls)
-    found = search.cling(build.array(path), 0)
+    found = search.blend_corners(build.array(path), 0)
     assert (found.outcome, found.edge) == ("free", -1)
     points = found.points.astype(np.float64)
     judged = search.judge(build.array(points.reshape(1, -1)), len(points), 0)
@@ -80,7 +80,7 @@ def test_a_free_path_becomes_a_free_motion(build: Build, corners: int, seed: int
     assert to_path(q, path).max() <= 0.5 * edges.max()
     if balls:
         assert clearances(q, balls).min() > -0.05  # between the instants it may dip a little
-    again = search.cling(build.array(path), 0)
+    again = search.blend_corners(build.array(path), 0)
     np.testing.assert_array_equal(again.points, found.points)
 
 
@@ -92,7 +92,7 @@ def test_a_motion_that_may_cut_no_corner_is_the_path(build: Build) -> None:
         inward = sum((path[k] - path[i]) / np.linalg.norm(path[k] - path[i]) for k in (i - 1, i + 1))
         center = path[i] + inward * (0.1 + CARRIAGE_RADIUS + MARGIN + 1e-6)
         balls.append(Sphere((center[0], 0.0, center[1]), 0.1))
-    found = search_along(build, path, balls).cling(build.array(path), 0)
+    found = search_along(build, path, balls).blend_corners(build.array(path), 0)
     assert found.outcome == "free"
     q = spline_of(path, found.points.astype(np.float64))(np.linspace(0, 1, 5000))
     assert to_path(q, path).max() < 0.02
@@ -102,7 +102,7 @@ def test_a_motion_that_may_cut_no_corner_is_the_path(build: Build) -> None:
 
 def test_few_corners_in_free_space_take_few_control_points(build: Build) -> None:
     path = np.array([[-2.0, 0.0], [0.0, 1.0], [2.0, 0.0]])
-    found = search_along(build, path, []).cling(build.array(path), 0)
+    found = search_along(build, path, []).blend_corners(build.array(path), 0)
     assert (found.outcome, len(found.points), found.looks) == ("free", 1, 1)
 
 
@@ -112,7 +112,7 @@ def test_a_path_that_is_not_free_names_the_edge(build: Build, edge: int) -> None
     middle = (path[edge] + path[edge + 1]) / 2
     ball = Sphere((middle[0], 0.0, middle[1]), 0.2)
     around = slot(path, np.random.default_rng(2), 2000)
-    found = search_along(build, path, [ball, *around]).cling(build.array(path), 0)
+    found = search_along(build, path, [ball, *around]).blend_corners(build.array(path), 0)
     assert (found.outcome, found.edge) == ("blocked", edge)
     at = found.at.astype(np.float64)
     assert to_path(at[None], path[edge : edge + 2])[0] < 1e-4
@@ -121,7 +121,7 @@ def test_a_path_that_is_not_free_names_the_edge(build: Build, edge: int) -> None
 
 def test_a_path_with_too_many_corners_is_told(build: Build) -> None:
     rng = np.random.default_rng(0)
-    found = search_along(build, np.linspace(-2, 2, 600)[:, None] + rng.normal(size=(600, 2)) * 0.01, []).cling(
+    found = search_along(build, np.linspace(-2, 2, 600)[:, None] + rng.normal(size=(600, 2)) * 0.01, []).blend_corners(
         build.array(np.linspace(-2, 2, 600)[:, None] + np.zeros((600, 2))), 0
     )
     assert found.outcome == "unfinished"
@@ -132,7 +132,7 @@ def test_the_motion_of_a_long_path_is_proven(build: Build) -> None:
     rng = np.random.default_rng(5)
     path = np.array([[-2.4 + 0.6 * i, 1.5 * (-1) ** i] for i in range(9)])
     balls = slot(path, rng, 150, gap=0.02)
-    found = search_along(build, path, balls).cling(build.array(path), 0)
+    found = search_along(build, path, balls).blend_corners(build.array(path), 0)
     assert found.outcome == "free"
     assert len(found.points) > 10
     robot = slider()
@@ -210,8 +210,8 @@ def test_every_level_has_the_same_motions(bits: int) -> None:
     for level in LEVELS:
         build = Build(level, bits)
         search = search_along(build, path, balls)
-        clung = search.cling(build.array(path), 0)
-        more = search.with_interior(build.array(clung.points.reshape(1, -1)), len(clung.points), 0, 40)
+        blended = search.blend_corners(build.array(path), 0)
+        more = search.with_interior(build.array(blended.points.reshape(1, -1)), len(blended.points), 0, 40)
         judged = search.judge(more, 40, 0)
-        found.append([clung.looks, clung.points.tolist(), more.tolist(), judged.terms.tolist(), judged.violation.tolist()])
+        found.append([blended.looks, blended.points.tolist(), more.tolist(), judged.terms.tolist(), judged.violation.tolist()])
     assert all(one == found[0] for one in found[1:])
