@@ -555,6 +555,11 @@ class MotionSearch64:
         The motion along a path (m, n) from the start to a goal, as near to it as it takes to be free.
         """
 
+    def shorten(self, corners: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], goal: int, *, shortcuts: int, seed: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+        """
+        A path (m, n) without the points that it does not need, shortened by so many random shortcuts.
+        """
+
     def with_interior(self, rows: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], interior: int, goal: int, wanted: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
         """
         The motions with another number of control points that are nearest to motions (rows, K n).
@@ -849,6 +854,11 @@ class MotionSearch32:
     def blend_corners(self, corners: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], goal: int) -> FollowedPath32:
         """
         The motion along a path (m, n) from the start to a goal, as near to it as it takes to be free.
+        """
+
+    def shorten(self, corners: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], goal: int, *, shortcuts: int, seed: int) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]:
+        """
+        A path (m, n) without the points that it does not need, shortened by so many random shortcuts.
         """
 
     def with_interior(self, rows: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], interior: int, goal: int, wanted: int) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]:
