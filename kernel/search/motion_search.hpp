@@ -437,62 +437,70 @@ template <class T> class motion_search {
     // Particles around the known motions: each of these itself, then pulled and shaken copies. Without any around the
     // straight motion to any goal, more and more loosely.
     void run_swarm(int K, const std::vector<motion<T>>& known_motions) {
-        const int n = p_.dofs(), D = (p_.base.free_end ? K + 1 : K) * n, particles = s_.swarm.particles;
+        const int particles = s_.swarm.particles;
         const int goal = known_motions.empty() ? refining_.below(p_.goal_count()) : known_motions.front().goal;
-        std::vector<T> lower(D), upper(D);
-        for (int i = 0; i < D; ++i) {
-            lower[i] = p_.lower[i % n];
-            upper[i] = p_.upper[i % n];
-        }
-        swarm<T> particles_of(s_.swarm, lower, upper, seed_,
-                              island_ * 65536u + static_cast<std::uint32_t>(swarm_turns_++));
+        swarm<T> particles_of = new_swarm(K);
         std::vector<std::vector<T>> rows;
         for (int i = 0; i < particles; ++i) rows.push_back(first_row(K, goal, known_motions, i, particles));
-        motion<T> m;
-        std::vector<T> row(D);
-        std::vector<terminal_solver<T>> solvers(p_.base.ends.any() ? particles
-                                                                   : 0);  // their slopes serve from round to round
-        const int stride = particles_of.stride();
-        std::vector<T> fitness(stride), violation(stride);
-        T least = infinity;
-        int since = 0;
+        // Their slopes serve from round to round.
+        std::vector<terminal_solver<T>> solvers(p_.base.ends.any() ? particles : 0);
+        std::vector<T> fitness(particles_of.stride()), violation(particles_of.stride());
         const bool none_known = best_.empty(), scouting = !none_known && known_motions.empty();
-        known seen{infinity, {}};
-        T nearest = infinity;  // the least violation
-        const int patience = p_.base.constrained() ? s_.swarm_stall : 8 * s_.swarm_stall;
-        while (!particles_of.spent() && since <= (least < infinity ? s_.swarm_stall : patience)) {
+        known seen{infinity, {}};  // the best free motion of this swarm
+        T nearest = infinity;      // the least violation
+        int since = 0;             // rounds without improvement
+        const int patience = p_.base.constrained() ? s_.swarm_stall : unmet_patience * s_.swarm_stall;
+        while (!particles_of.spent() && since <= (seen.fitness < infinity ? s_.swarm_stall : patience)) {
             particles_of.ask();
             if (particles_of.round() == 0) particles_of.place_first(rows);
-            const T* x = particles_of.positions();
-            const T before = least;
-            for (int i = 0; i < particles_of.active(); ++i) {
-                if (over() || (swarm_until_ > 0 && checker_.configurations() >= swarm_until_)) return;
-                for (int d = 0; d < D; ++d) row[d] = x[static_cast<std::size_t>(d) * stride + i];
-                m = motion_of(K, goal, row);
-                judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity},
-                      fitness[i], violation[i], p_.base.ends.any() ? &solvers[i] : nullptr);
-                if (p_.base.ends.any()) {  // from now on the particle is there
-                    std::copy(m.points.begin(), m.points.end(), row.begin());
-                    std::copy(m.end.begin(), m.end.end(), row.begin() + static_cast<std::ptrdiff_t>(m.points.size()));
-                    particles_of.put(i, row.data());
-                }
-                if (violation[i] <= T(0) && fitness[i] < seen.fitness) seen = {fitness[i], m};
-                if (violation[i] <= T(0)) least = std::min(least, fitness[i]);
-            }
+            const T before = seen.fitness;
+            if (!judge_particles(particles_of, K, goal, solvers, fitness.data(), violation.data(), seen)) return;
             particles_of.tell(fitness.data(), violation.data());
-            if ((none_known && !best_.empty()) || (scouting && least < infinity)) break;
-            since = least < T(0.9995) * before ? 0 : since + 1;
-            if (!(least < infinity) && particles_of.best().violation < T(0.98) * nearest) {
+            if ((none_known && !best_.empty()) || (scouting && seen.fitness < infinity)) break;
+            since = seen.fitness < T(0.9995) * before ? 0 : since + 1;
+            if (!(seen.fitness < infinity) && particles_of.best().violation < T(0.98) * nearest) {
                 nearest = particles_of.best().violation;
                 if (p_.base.constrained()) since = 0;
             }
         }
         if (none_known && !best_.empty()) refine(best_.front());
-        else if (scouting && least < infinity) refine(seen);
-        else if (least < infinity && particles_of.best().violation <= T(0)) {
-            m = motion_of(K, goal, particles_of.best_position());
+        else if (scouting && seen.fitness < infinity) refine(seen);
+        else if (seen.fitness < infinity && particles_of.best().violation <= T(0)) {
+            motion<T> m = motion_of(K, goal, particles_of.best_position());
             if (project_onto_ends(m)) keep(m, checker_.fitness(m));
         }
+    }
+    static constexpr int unmet_patience = 8;  // times as many rounds while no particle is free
+    // Particles within the joints' limits, with random numbers of their own.
+    swarm<T> new_swarm(int K) {
+        const int n = p_.dofs(), D = (p_.base.free_end ? K + 1 : K) * n;
+        std::vector<T> lower(D), upper(D);
+        for (int i = 0; i < D; ++i) {
+            lower[i] = p_.lower[i % n];
+            upper[i] = p_.upper[i % n];
+        }
+        return swarm<T>(s_.swarm, lower, upper, seed_, island_ * 65536u + static_cast<std::uint32_t>(swarm_turns_++));
+    }
+    // Judges the particles of a round, and keeps the best free one; false when the turn or the search is over.
+    bool judge_particles(swarm<T>& particles_of, int K, int goal, std::vector<terminal_solver<T>>& solvers, T* fitness,
+                         T* violation, known& seen) {
+        const int stride = particles_of.stride();
+        const T* x = particles_of.positions();
+        std::vector<T> row(static_cast<std::size_t>(p_.base.free_end ? K + 1 : K) * p_.dofs());
+        for (int i = 0; i < particles_of.active(); ++i) {
+            if (over() || (swarm_until_ > 0 && checker_.configurations() >= swarm_until_)) return false;
+            for (std::size_t d = 0; d < row.size(); ++d) row[d] = x[d * static_cast<std::size_t>(stride) + i];
+            motion<T> m = motion_of(K, goal, row);
+            judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity},
+                  fitness[i], violation[i], p_.base.ends.any() ? &solvers[i] : nullptr);
+            if (p_.base.ends.any()) {  // from now on the particle is there
+                std::copy(m.points.begin(), m.points.end(), row.begin());
+                std::copy(m.end.begin(), m.end.end(), row.begin() + static_cast<std::ptrdiff_t>(m.points.size()));
+                particles_of.put(i, row.data());
+            }
+            if (violation[i] <= T(0) && fitness[i] < seen.fitness) seen = {fitness[i], m};
+        }
+        return true;
     }
     // A particle's numbers: the interior control points, then the end where it is free.
     motion<T> motion_of(int K, int goal, const std::vector<T>& row) const {
