@@ -17,12 +17,11 @@ template <class T> struct goal_reach {
     std::vector<char> adds;    // of each of them: whether an earlier one has the same column
     std::vector<int> entries;  // of each column: the entry of q
     frame_goal kind = frame_goal::position;
-    T local[3] = {};                  // the frame's origin in the last joint's frame
-    T position[3] = {};               // where it is to be
-    T columns[3][3] = {};             // a pose: those of the last joint's frame, where the frame is as wanted
-    T axis[3] = {}, pointed[3] = {};  // an axis: in the last joint's frame, and where it is to point
-    T squared_distance = 0;           // tolerances
-    T squared_chord = 0;
+    T local[3] = {};                            // the frame's origin in the last joint's frame
+    T position[3] = {};                         // where it is to be
+    T columns[3][3] = {};                       // a pose: those of the last joint's frame, where the frame is as wanted
+    T axis[3] = {}, pointed[3] = {};            // an axis: in the last joint's frame, and where it is to point
+    T squared_distance = 0, squared_chord = 0;  // tolerances
     static constexpr T lever = static_cast<T>(terminal_constraints::lever);
 
     int width() const { return static_cast<int>(entries.size()); }
@@ -70,7 +69,7 @@ template <class T> goal_reach<T> make_reach(const tree<T>& robot, const terminal
     constexpr double half_turn = 3.14159265358979323846;
     double s, c;
     sincos(std::min(g.turned, half_turn) / 2, s, c);
-    out.squared_chord = g.turned >= half_turn ? T(5) : static_cast<T>(4 * s * s);
+    out.squared_chord = g.turned >= half_turn ? T(5) : static_cast<T>(4 * s * s);  // no chord is longer than 2
     return out;
 }
 
@@ -121,7 +120,7 @@ template <class T> SPACEARM_NOINLINE void evaluate_goal(const goal_reach<T>& r, 
                      + dot(last.column[2], r.columns[2]) - T(1))
                     * T(0.5);
         }
-        // As long as the chord, sqrt(2 - 2 cos), which the sine is too, times this.
+        // The chord, sqrt(2 - 2 cos), is the sine times this factor; near a half turn, where the sine vanishes, less.
         const pack<T> factor = sqrt(pack<T>(T(2)) / max(along + T(1), pack<T>(T(1e-6))));
         const vec3<T> turn = scaled(across, factor);
         m.chord = select(along < T(0), pack<T>(T(2)) - (along + along), dot(turn, turn));

@@ -457,8 +457,8 @@ template <class T> class motion_search {
             if (!judge_particles(particles_of, K, goal, solvers, fitness.data(), violation.data(), seen)) return;
             particles_of.tell(fitness.data(), violation.data());
             if ((none_known && !best_.empty()) || (scouting && seen.fitness < infinity)) break;
-            since = seen.fitness < T(0.9995) * before ? 0 : since + 1;
-            if (!(seen.fitness < infinity) && particles_of.best().violation < T(0.98) * nearest) {
+            since = seen.fitness < better_fitness * before ? 0 : since + 1;
+            if (!(seen.fitness < infinity) && particles_of.best().violation < better_violation * nearest) {
                 nearest = particles_of.best().violation;
                 if (p_.base.constrained()) since = 0;
             }
@@ -471,6 +471,8 @@ template <class T> class motion_search {
         }
     }
     static constexpr int unmet_patience = 8;  // times as many rounds while no particle is free
+    // What counts as an improvement in a round, as a share of what it was.
+    static constexpr T better_fitness = T(0.9995), better_violation = T(0.98);
     // Particles within the joints' limits, with random numbers of their own.
     swarm<T> new_swarm(int K) {
         const int n = p_.dofs(), D = (p_.base.free_end ? K + 1 : K) * n;
