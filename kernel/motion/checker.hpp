@@ -129,7 +129,7 @@ template <class T> class motion_checker {
         edge_configurations_ += W;
         base_->place_joints(q, work_.frames.data());
         memory_.base = nullptr;
-        free_lanes<T> out(1);
+        free_lanes<T> out;
         compare_all<T>(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, {p_.margin}, memory_, out);
         return out;
     }
