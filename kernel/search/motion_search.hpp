@@ -173,8 +173,9 @@ template <class T> class motion_search {
                 keep(m, fitness);
             }
         }
-        // Nothing is shorter than straight to the nearest goal.
-        optimal_ = found() && best().goal == nearest && p_.weight.only_length() && !p_.base.ends.any();
+        // Nothing is shorter than straight to the nearest goal; a motion that was known before may be another one.
+        optimal_ = found() && best().goal == nearest && best_fitness() <= least && p_.weight.only_length()
+                   && !p_.base.ends.any();
     }
 
     // ---- paths ------------------------------------------------------------------------------------------------------

@@ -150,18 +150,29 @@ template <class T> class rrt_connect {
         bool free = true;  // as far as is known
     };
 
-    // Joints count by their levers, as shares of their root mean square; a metre is a radian on that one.
+    // Joints count by their levers, as shares of their root mean square; a metre is a radian on that one. Where there
+    // are slides alone, what they move in all is a whole turn, in the root mean square: they have no other measure.
     void measure_joints() {
         std::vector<T> most(n_);
         for (int d = 0; d < n_; ++d) most[d] = std::max(std::abs(p_.lower[d]), std::abs(p_.upper[d]));
         const std::vector<T> lever = levers(p_.scene, most);
-        T mean = 0;
-        for (T l : lever) mean += l * l / T(n_);
+        T mean = 0, moved = 0;
+        for (int d = 0; d < n_; ++d) {
+            const T all = lever[d] * (p_.upper[d] - p_.lower[d]);
+            mean += lever[d] * lever[d] / T(n_);
+            moved += all * all / T(n_);
+        }
         mean = std::sqrt(mean);
+        moved = std::sqrt(moved);
         if (!(mean > T(0) && mean < std::numeric_limits<T>::max())) return;  // no bodies, or numbers too large
-        for (int d = 0; d < n_; ++d) weight_[d] = std::max(lever[d] / mean, least_weight);
-        for (const auto& joint : p_.scene.robot.joints) {
-            if (joint.kind == joint_kind::prismatic) spread_[joint.dof] = T(settings_.spread) * mean;
+        const auto& joints = p_.scene.robot.joints;
+        const bool slides = std::all_of(joints.begin(), joints.end(),
+                                        [](const tree_joint<T>& joint) { return joint.kind == joint_kind::prismatic; })
+                            && moved > T(0) && moved < std::numeric_limits<T>::max();
+        const T radian = slides ? moved / T(6.283185307179586) : mean;
+        for (int d = 0; d < n_; ++d) weight_[d] = std::max(lever[d] / mean, least_weight) * (mean / radian);
+        for (const auto& joint : joints) {
+            if (joint.kind == joint_kind::prismatic) spread_[joint.dof] = T(settings_.spread) * radian;
         }
     }
     void begin_again() {

@@ -157,6 +157,23 @@ def test_joints_that_turn_more_than_once_come_nearest_to_the_start_and_then_whol
     assert len(found.q) >= min(len(everywhere), 6)
 
 
+@pytest.mark.parametrize("angle", [-5.5, -3.5, 3.5, 5.5])
+def test_what_others_follow_at_another_pace_is_turned_as_far_as_the_search_for_motions_goes(angle: float) -> None:
+    """A joint without limits, another that follows it at half its pace: only beyond half a turn is the goal reached."""
+    joints = planar().joints
+    robot = planar(
+        joints=(joints[0], replace(joints[1], dof=0, multiplier=0.5)),
+        lower=(-np.inf,),
+        upper=(np.inf,),
+        velocity=(1.0,),
+        acceleration=(1.0,),
+    )
+    hand = pinocchio_frames(robot, np.array([[angle]]))[0, 1] @ robot.frame(robot.tip).T_joint_frame
+    problem = Problem(robot, [], start=(0.0,), goal=PositionGoal(hand[:3, 3]))  # type: ignore[arg-type]
+    found = find_goal_configurations(problem, EIGHT, 0)
+    assert np.abs(found.q - angle).min() < 1e-6
+
+
 def test_joints_that_do_not_move_the_frame_stay_where_they_are_if_they_can() -> None:
     robot = two_armed()
     other = [i for i, name in enumerate(robot.dof_names) if name.startswith("l")]

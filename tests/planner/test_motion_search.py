@@ -483,3 +483,15 @@ def test_a_longer_search_is_no_worse_and_more_margin_is_kept(build: Build) -> No
     for margin in (0.0, 0.01, 0.03):
         points = RUN(cluttered(build, margin=margin), 800).best.points
         assert least_clearances(build, robot, objectives.CLUTTER, points, START, GOAL, margin=margin).min() > -1e-4
+
+
+def test_a_motion_that_outlives_an_instant_is_not_taken_for_the_shortest(build: Build) -> None:
+    """The straight motion, which is looked at again, collides; what is known of other motions says nothing of its length."""
+    search = RUN(cluttered(build), 300)
+    search.add_instant(0.0, 1e-4)
+    before, looked = search.best, search.evaluations
+    assert before is not None
+    RUN(search, 300)
+    assert not search.optimal
+    assert search.evaluations >= looked + 300
+    assert search.best.fitness <= before.fitness

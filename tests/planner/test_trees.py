@@ -10,7 +10,7 @@ import pytest
 
 from kernel import objectives
 from kernel.builds import surround
-from spacearm.geometry import Box, Obstacle, pose
+from spacearm.geometry import Box, Obstacle, Sphere, pose
 from spacearm.robot import Frame, Joint, LinkCapsule, Robot
 from support.kernel_cases import resized
 from support.motion_searches import BUILD, EXACT, GOAL, START
@@ -97,3 +97,36 @@ def test_a_rail_and_a_joint_that_moves_nothing_are_no_obstacle() -> None:
     points = np.vstack([start, search.best.points, goal])
     q = BUILD.module.spline_values(np.linspace(0, 1, 400), len(points) - 2, 0) @ points
     assert surround(EXACT, rail(1), wall).native.free(np.ascontiguousarray(q), 0.0).all()
+
+
+def gantry(size: float) -> Robot:
+    """A ball on three slides, each as long as the size [m]."""
+    turned, again = np.eye(4), np.eye(4)
+    turned[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
+    again[:3, :3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
+    return Robot(
+        name="gantry",
+        joints=tuple(
+            Joint(name=name, kind="prismatic", parent=i - 1, T_parent_joint=T, dof=i)
+            for i, (name, T) in enumerate((("x", turned), ("y", again), ("z", turned)))
+        ),
+        capsules=(LinkCapsule(name="ball", joint=2, a=np.zeros(3), b=np.zeros(3), radius=0.05 * size),),
+        frames=(Frame(name="tip", joint=2, T_joint_frame=np.eye(4)),),
+        tip="tip",
+        lower=np.full(3, -size / 2),
+        upper=np.full(3, size / 2),
+        velocity=np.full(3, size),
+        acceleration=np.full(3, size),
+    )
+
+
+@pytest.mark.parametrize("size", [1 / 64, 1.0, 64.0])
+def test_how_far_slides_go_does_not_matter(size: float) -> None:
+    """A robot of slides alone has no angles: its steps are shares of what its slides move."""
+    draws = np.random.default_rng(3).uniform(-0.5, 0.5, (80, 3))
+    balls = [Sphere(c * size, 0.14 * size) for c in draws if np.linalg.norm(np.abs(c) - 0.49) > 0.22]  # none in a corner
+    end = np.full(3, 0.49 * size)
+    for seed in SEEDS:
+        search = objectives.motion_search(BUILD, gantry(size), balls, -end, end, margin=0.001 * size, seed=seed)
+        search.run(evaluations=2000, seconds=0.0, until_first=True, stall=0, progress=None)
+        assert search.best is not None

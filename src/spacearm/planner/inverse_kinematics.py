@@ -8,6 +8,7 @@ differ are pulled towards the start. The nearest to the start come first.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 
@@ -393,9 +394,14 @@ class _SpaceSearch:
 
 
 def reaching_bounds(robot: Robot, start: Array) -> tuple[Array, Array]:
-    """Return the box that goal configurations are sought in, (n,) each: the limits, or half a turn about the start."""
-    lower = np.where(robot.lower >= start - FAR, robot.lower, np.minimum(start, robot.upper) - np.pi)
-    upper = np.where(robot.upper <= start + FAR, robot.upper, np.maximum(start, robot.lower) + np.pi)
+    """Return the box that goal configurations are sought in, (n,) each: the limits, or half a turn about the start.
+
+    Where a whole turn moves links, as it does where others follow at another pace, it is a whole turn about the start: the
+    search for motions goes as far.
+    """
+    far = np.where(whole_turns(robot), math.pi, math.tau)
+    lower = np.where(robot.lower >= start - FAR, robot.lower, np.minimum(start, robot.upper) - far)
+    upper = np.where(robot.upper <= start + FAR, robot.upper, np.maximum(start, robot.lower) + far)
     return lower, upper
 
 
