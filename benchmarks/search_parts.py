@@ -38,7 +38,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "all": {},
     "no trees": {"patience": 0},
     "no trees, 64 particles": {"patience": 0, "swarm": {"particles": 64}},
-    "no swarm": {"swarm_turn": 0, "swarm_share": 0.0},
+    "no swarm": {"swarm_every": 0, "swarm_share": 0.0},
     "no refinement": {"refine_stall": 1},
     "shorter paths are not sought": {"shortcuts": 1},
     "1 control point": {"interior": [1]},

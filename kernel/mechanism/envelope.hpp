@@ -148,10 +148,10 @@ template <class T> struct shortfall_sum {
     bool over() const { return stop_early && !all(sum <= T(0)); }
 };
 
-// Which lanes are free, as long as `least` of them may be. Lanes that are known not to be free cost nothing more.
+// Which lanes are free. Those that are known not to be cost nothing more.
 template <class T> class free_lanes {
   public:
-    explicit free_lanes(int least) : least_(least) {
+    free_lanes() {
         std::fill(free_, free_ + W, T(1));
         out_ = pack<T>::load(free_) <= T(0);
     }
@@ -161,7 +161,7 @@ template <class T> class free_lanes {
         const pack_mask<T> clear = pack<T>(required) <= is;  // not so where a number is none
         if (!far(clear)) leave_out(clear);
     }
-    bool over() const { return left_ < least_; }
+    bool over() const { return left_ == 0; }
     bool is_free(int lane) const { return free_[lane] > T(0); }
 
   private:
@@ -172,8 +172,8 @@ template <class T> class free_lanes {
         out_ = pack<T>::load(free_) <= T(0);
     }
     static constexpr int W = lanes_of<T>;
-    int least_, left_ = W;
-    T free_[W];  // 1 or 0
+    int left_ = W;  // that may be free
+    T free_[W];     // 1 or 0
     pack_mask<T> out_;
 };
 

@@ -12,7 +12,8 @@
 
 namespace SPACEARM_NAMESPACE {
 
-enum class sampling : std::uint8_t { coarse, fine };
+// Dense: four times as many as fine, for what few motions are asked.
+enum class sampling : std::uint8_t { coarse, fine, dense };
 
 // An instant of the coarse sampling: a pack and its lane; or the start's or the goal's configuration itself.
 struct instant {
@@ -24,7 +25,8 @@ struct instant {
 struct search_hints {
     int looks_per_question = 8;      // motions looked at between two questions whether time is up
     int tree_share = 1;              // the trees' samples of a turn are divided by this
-    bool trees_find_motions = true;  // whether a path of free configurations is nearly a motion
+    bool trees_find_motions = true;  // whether a path with free edges becomes a motion: the base does not move
+    bool dense = true;               // whether there is a dense sampling; else the fine one is all there is
 };
 
 template <class T> class base_model {
@@ -79,7 +81,9 @@ template <class T> class base_model {
         forward_kinematics(p_.scene.robot, q, frames);
     }
     int edge_packs() const { return edge_packs_; }  // of a straight edge between two configurations
-    void look_closer_at_edges() { edge_packs_ = std::min(2 * edge_packs_, most_edge_packs); }
+    void look_closer_at_edges() {
+        if (edge_packs_ < most_edge_packs) edge_packs_ *= 2;  // failed proofs may have made them denser still
+    }
 
   protected:
     static constexpr int most_instants = 4096, most_edge_packs = 64;

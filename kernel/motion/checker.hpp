@@ -68,9 +68,9 @@ template <class T> class motion_checker {
         return sum;
     }
     // Whether the finer instants, and those of failed proofs, are free as well.
-    bool finely_free(const motion<T>& m) {
+    bool finely_free(const motion<T>& m, sampling density = sampling::fine) {
         if (!sane(m)) return false;
-        base_->follow(m, sampling::fine, true);
+        base_->follow(m, density, true);
         if (!(unmet(m) <= T(0))) return false;
         const int packs = base_->packs();
         near_.begin();
@@ -81,6 +81,9 @@ template <class T> class motion_checker {
         return !near_.any() || near_pairs_keep(m);
     }
     bool free(const motion<T>& m) { return violation(m, T(0)) <= T(0) && finely_free(m); }
+    // Whether a motion that is finely free is so between its instants, too: asked of those that are to be the best, for
+    // the shorter a motion is made, the nearer it passes obstacles there.
+    bool densely_free(const motion<T>& m) { return !base_->hints().dense || finely_free(m, sampling::dense); }
     // The same; if it is not free for its clearance, `at` gets the instants, from 0 to 1, of the first pack that is
     // not.
     bool free(const motion<T>& m, std::vector<double>& at) {
@@ -126,7 +129,7 @@ template <class T> class motion_checker {
         edge_configurations_ += W;
         base_->place_joints(q, work_.frames.data());
         memory_.base = nullptr;
-        free_lanes<T> out(1);
+        free_lanes<T> out;
         compare_all<T>(p_.scene.envelope, work_.frames.data(), p_.scene.obstacles, {p_.margin}, memory_, out);
         return out;
     }

@@ -27,8 +27,9 @@ template <class T> class fixed_base final : public base_model<T> {
 
     void follow(const motion<T>& m, sampling density, bool) override {
         m_ = &m;
-        fine_ = density == sampling::fine;
-        tabled_ = m.interior <= most_tabled;
+        fine_ = density != sampling::coarse;
+        const bool dense = density == sampling::dense;
+        tabled_ = m.interior <= most_tabled && !dense;
         if (tabled_) {
             if (m.interior >= static_cast<int>(tables_.size())) tables_.resize(m.interior + 1);
             if (!tables_[m.interior]) tables_[m.interior] = spline_table_of<T>(m.interior);
@@ -41,7 +42,7 @@ template <class T> class fixed_base final : public base_model<T> {
         if (tabled_) return;
         local_.take(m, this->p_.start.data(), this->p_.end(m), this->p_.dofs());
         if (!fine_) return;
-        const T along = local_.measure_lengths() * T(instants_per_unit * this->edge_packs()) / T(W);
+        const T along = local_.measure_lengths() * T(instants_per_unit * this->edge_packs() * (dense ? 4 : 1)) / T(W);
         const T most = T(this->most_instants / W);
         first_ = 0;
         all_ = std::max(sample_packs_fine - sample_packs_coarse, static_cast<int>(std::ceil(std::min(most, along))));

@@ -320,7 +320,7 @@ template <class T> class floating_base final : public base_model<T> {
 
     void follow(const motion<T>& m, sampling density, bool with_frames) override {
         m_ = &m;
-        fine_ = density == sampling::fine;
+        fine_ = density != sampling::coarse;
         follow(m, fine_ ? fine_nodes(m) : coarse_nodes, with_frames);
         const int all = static_cast<int>(this->added_.size());
         first_added_ = std::max(0, all - most_added);
@@ -456,7 +456,7 @@ template <class T> class floating_base final : public base_model<T> {
     frame<T> between_;
     std::vector<instant> path_;
     // A look takes longer than one at the clock; and the trees do not know where the base goes.
-    const search_hints hints_{1, 4, false};
+    const search_hints hints_{1, 4, false, false};
 };
 
 }  // namespace SPACEARM_NAMESPACE

@@ -54,13 +54,13 @@ template <class T> void bind_goal_search(nb::module_& m, const std::string& suff
         .def(
             "__init__",
             [](shared* self, const model<T>& scene, const terminal_constraints& goal, in1<double> start,
-               in1<double> lower, in1<double> upper, in_bools turns, double margin, std::uint64_t seed) {
+               in1<double> lower, in1<double> upper, in_bools whole_turns, double margin, std::uint64_t seed) {
                 goal_search_settings s{vector_of(start), vector_of(lower), vector_of(upper), {}, margin, seed};
-                s.turns.assign(turns.data(), turns.data() + turns.shape(0));
+                s.whole_turns.assign(whole_turns.data(), whole_turns.data() + whole_turns.shape(0));
                 new (self) shared(scene, goal, std::move(s));
             },
-            nb::kw_only(), nb::keep_alive<1, 2>(), "scene"_a, "goal"_a, "start"_a, "lower"_a, "upper"_a, "turns"_a,
-            "margin"_a, "seed"_a)
+            nb::kw_only(), nb::keep_alive<1, 2>(), "scene"_a, "goal"_a, "start"_a, "lower"_a, "upper"_a,
+            "whole_turns"_a, "margin"_a, "seed"_a)
         .def(
             "look",
             [](shared& s, int guesses) {

@@ -213,7 +213,7 @@ template <class T> out_array<bool, 1> free_rows(const model<T>& m, in2<T> q, dou
         nb::gil_scoped_release free;
         for_packs<T>(q, [&](std::size_t first, std::size_t filled, const pack<T>* packs) {
             forward_kinematics(m.robot, packs, work.frames.data());
-            free_lanes<T> lanes(1);
+            free_lanes<T> lanes;
             compare_all<T>(m.envelope, work.frames.data(), m.obstacles, {static_cast<T>(margin)}, memory, lanes);
             for (std::size_t i = 0; i < filled; ++i) out[first + i] = lanes.is_free(static_cast<int>(i));
         });

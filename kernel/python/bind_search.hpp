@@ -189,7 +189,7 @@ inline void bind_search_settings(nb::module_& m) {
         .def_rw("shortcuts", &s::shortcuts)
         .def_rw("shortcut_stall", &s::shortcut_stall)
         .def_rw("refine_stall", &s::refine_stall)
-        .def_rw("swarm_turn", &s::swarm_turn)
+        .def_rw("swarm_every", &s::swarm_every)
         .def_rw("swarm_stall", &s::swarm_stall)
         .def_rw("give_up", &s::give_up)
         .def_rw("detour", &s::detour)
@@ -413,26 +413,50 @@ template <class T> std::vector<improvement<T>> history_of(shared_search<T>& s) {
     return out;
 }
 
-// What became of a path of straight edges: a motion along it, or why there is none.
-template <class T> struct followed_path {
-    clung<T> at;
-    int dofs;
-};
-template <class T> followed_path<T> cling(shared_search<T>& s, in2c<T> corners, int goal) {
-    const motion_problem<T>& p = s.problem();
+template <class T> path<T> path_from(const motion_problem<T>& p, const in2c<T>& corners, int goal) {
     require(corners.shape(0) >= 2 && corners.shape(1) == static_cast<std::size_t>(p.dofs()), "a path that is none");
     require(goal >= 0 && goal < p.goal_count(), "no such goal");
-    path<T> along{{corners.data(), corners.data() + corners.size()}, goal};
-    require(all_within(along.points, furthest), "a joint position that is none, or too far");
-    followed_path<T> out{{}, p.dofs()};
+    path<T> out{{corners.data(), corners.data() + corners.size()}, goal};
+    require(all_within(out.points, furthest), "a joint position that is none, or too far");
+    return out;
+}
+
+// What became of a path of straight edges: a motion along it, or why there is none.
+template <class T> struct followed_path {
+    blended_path<T> at;
+    int dofs;
+};
+template <class T> followed_path<T> blend_corners(shared_search<T>& s, in2c<T> corners, int goal) {
+    const path<T> along = path_from(s.problem(), corners, goal);
+    followed_path<T> out{{}, s.problem().dofs()};
     s.turn([&] {
         signal_listener signals;
-        out.at = path_motions<T>(s.search.checker()).cling(along, [&] {
+        out.at = path_motions<T>(s.search.checker()).blend_corners(along, [&] {
             signals.ask();
             return true;
         });
     });
     return out;
+}
+// A path pruned, and shortened by random shortcuts; for the tests.
+template <class T>
+out_array<T, 2> shorten(shared_search<T>& s, in2c<T> corners, int goal, int shortcuts, std::uint64_t seed) {
+    path<T> along = path_from(s.problem(), corners, goal);
+    require(shortcuts >= 0 && shortcuts <= 1'000'000, "a number of shortcuts out of range");
+    s.turn([&] {
+        signal_listener signals;
+        const auto still = [&] {
+            signals.ask();
+            return true;
+        };
+        rrt_connect<T> edges(s.search.checker(), {});
+        path_shortener<T> shortener(edges, s.problem().dofs());
+        search_sequence<T> random({seed, 0, stream::refining}, {});
+        shortener.prune(along, still);
+        shortener.shorten(along, shortcuts, shortcuts, random, still);
+    });
+    const std::size_t n = s.problem().dofs(), count = along.points.size() / n;
+    return array_of<T, 2>(std::move(along.points), {count, n});
 }
 template <class T>
 out_array<T, 2> with_interior(shared_search<T>& s, in2c<T> rows, int interior, int goal, int wanted) {
@@ -494,8 +518,10 @@ template <class T> void bind_motion_search(nb::module_& m, const std::string& su
             },
             "at"_a, "spread"_a, "Looks there from now on; motions that collide there are forgotten.")
         .def("judge", &judge<T>, "rows"_a, "interior"_a, "goal"_a, "What motions (rows, K n) are worth.")
-        .def("cling", &cling<T>, "corners"_a, "goal"_a,
+        .def("blend_corners", &blend_corners<T>, "corners"_a, "goal"_a,
              "The motion along a path (m, n) from the start to a goal, as near to it as it takes to be free.")
+        .def("shorten", &shorten<T>, "corners"_a, "goal"_a, nb::kw_only(), "shortcuts"_a, "seed"_a,
+             "A path (m, n) without the points that it does not need, shortened by so many random shortcuts.")
         .def("with_interior", &with_interior<T>, "rows"_a, "interior"_a, "goal"_a, "wanted"_a,
              "The motions with another number of control points that are nearest to motions (rows, K n).")
         .def("base_along", &base_along<T>, "rows"_a, "interior"_a, "goal"_a, "nodes"_a, "ends_only"_a,

@@ -1,5 +1,5 @@
-// How far a frame of the robot is from where it is to be, how that changes with the joints, and damped least squares
-// onto the goal: packs of configurations, one a lane.
+// Damped least squares onto a goal in space: a frame's error and its Jacobian, and steps of the joints, for packs of
+// configurations, one a lane.
 //
 // Only the joints that move the frame are looked at. Each entry of q that drives some of them is a column of the
 // Jacobian.
@@ -18,12 +18,11 @@ template <class T> struct goal_reach {
     std::vector<int> entries;  // of each column: the entry of q
     std::vector<char> slides;  // of each column: whether it drives slides alone
     frame_goal kind = frame_goal::position;
-    T local[3] = {};                  // the frame's origin in the last joint's frame
-    T position[3] = {};               // where it is to be
-    T columns[3][3] = {};             // a pose: those of the last joint's frame, where the frame is as wanted
-    T axis[3] = {}, pointed[3] = {};  // an axis: in the last joint's frame, and where it is to point
-    T squared_distance = 0;           // tolerances
-    T squared_chord = 0;
+    T local[3] = {};                            // the frame's origin in the last joint's frame
+    T position[3] = {};                         // where it is to be
+    T columns[3][3] = {};                       // a pose: those of the last joint's frame, where the frame is as wanted
+    T axis[3] = {}, pointed[3] = {};            // an axis: in the last joint's frame, and where it is to point
+    T squared_distance = 0, squared_chord = 0;  // tolerances
     static constexpr T lever = static_cast<T>(terminal_constraints::lever);
 
     int width() const { return static_cast<int>(entries.size()); }
@@ -75,7 +74,7 @@ template <class T> goal_reach<T> make_reach(const tree<T>& robot, const terminal
     constexpr double half_turn = 3.14159265358979323846;
     double s, c;
     sincos(std::min(g.turned, half_turn) / 2, s, c);
-    out.squared_chord = g.turned >= half_turn ? T(5) : static_cast<T>(4 * s * s);
+    out.squared_chord = g.turned >= half_turn ? T(5) : static_cast<T>(4 * s * s);  // no chord is longer than 2
     return out;
 }
 
@@ -85,7 +84,7 @@ template <class T> struct reach_memory {
     std::vector<pack<T>> jacobian;  // six numbers a column: [m] a unit of q, turns times the lever
     std::vector<pack<T>> held;      // likewise, none of columns that may not move
     std::vector<pack<T>> step;      // a number a column
-    pack<T> missing[6];             // what is missing to the goal [m], turns times the lever
+    pack<T> missing[6];             // the error: what is missing to the goal [m], turns times the lever
     pack<T> distance, chord;        // squared
     pack<T> cost;                   // the square of what is missing
     explicit reach_memory(const goal_reach<T>& r)
@@ -98,8 +97,8 @@ template <class T> SPACEARM_INLINE void put_column(pack<T>* to, const vec3<T>& m
     for (int i = 0; i < 6; ++i) to[i] = add ? to[i] + numbers[i] : numbers[i];
 }
 
-// q: a pack a column.
-template <class T> SPACEARM_NOINLINE void look_at_goal(const goal_reach<T>& r, const pack<T>* q, reach_memory<T>& m) {
+// The error and its Jacobian at q, a pack a column.
+template <class T> SPACEARM_NOINLINE void evaluate_goal(const goal_reach<T>& r, const pack<T>* q, reach_memory<T>& m) {
     forward_kinematics(r.chain, q, m.frames.data());
     const frame<T>& last = m.frames.back();
     const vec3<T> at = carry(last, r.local);
@@ -126,7 +125,7 @@ template <class T> SPACEARM_NOINLINE void look_at_goal(const goal_reach<T>& r, c
                      + dot(last.column[2], r.columns[2]) - T(1))
                     * T(0.5);
         }
-        // As long as the chord, sqrt(2 - 2 cos), which the sine is too, times this.
+        // The chord, sqrt(2 - 2 cos), is the sine times this factor; near a half turn, where the sine vanishes, less.
         const pack<T> factor = sqrt(pack<T>(T(2)) / max(along + T(1), pack<T>(T(1e-6))));
         const vec3<T> turn = scaled(across, factor);
         m.chord = select(along < T(0), pack<T>(T(2)) - (along + along), dot(turn, turn));
@@ -159,8 +158,8 @@ template <class T> SPACEARM_INLINE pack_mask<T> is_reached(const goal_reach<T>& 
 
 // Solves (J J^T + damping I) y = wanted and returns J^T y: M rows, columns of six numbers.
 template <int M, class T>
-SPACEARM_NOINLINE void damped(const pack<T>* J, int width, const pack<T>* wanted, const pack<T>& damping,
-                              pack<T>* out) {
+SPACEARM_NOINLINE void damped_least_squares(const pack<T>* J, int width, const pack<T>* wanted, const pack<T>& damping,
+                                            pack<T>* out) {
     constexpr T rounding = 64 * std::numeric_limits<T>::epsilon();
     pack<T> A[M][M], L[M][M], D[M], inverse[M], y[M];
     for (int i = 0; i < M; ++i) {
@@ -204,35 +203,36 @@ SPACEARM_NOINLINE void damped(const pack<T>* J, int width, const pack<T>* wanted
     }
 }
 template <class T>
-SPACEARM_INLINE void damped(const goal_reach<T>& r, const pack<T>* J, const pack<T>* wanted, const pack<T>& damping,
-                            pack<T>* out) {
-    if (r.rows() == 3) damped<3>(J, r.width(), wanted, damping, out);
-    else damped<6>(J, r.width(), wanted, damping, out);
+SPACEARM_INLINE void damped_least_squares(const goal_reach<T>& r, const pack<T>* J, const pack<T>* wanted,
+                                          const pack<T>& damping, pack<T>* out) {
+    if (r.rows() == 3) damped_least_squares<3>(J, r.width(), wanted, damping, out);
+    else damped_least_squares<6>(J, r.width(), wanted, damping, out);
 }
 
-inline constexpr double longest_step = 0.6;   // [rad or m] of any joint in one step ...
-inline constexpr double longest_slide = 0.1;  // ... but of slides this share of what is between their bounds, if more
+inline constexpr double longest_step = 0.6;   // [rad or m] of any joint: the Jacobian tells little farther away
+inline constexpr double longest_slide = 0.1;  // of a slide, this share of what is between its bounds, if that is more
 inline constexpr double converged = 1e-10;    // [m] error that is called none: rounding is 1e-15 or so
 inline constexpr double damping_share = 0.1;  // of the error's square [m^2] is what a step is damped by
 
-template <class T> SPACEARM_INLINE void shorten_to(pack<T>* step, int width, const pack<T>& most) {
+// most: the greatest entry, as far as it counts.
+template <class T> SPACEARM_INLINE void limit_step_by(pack<T>* step, int width, const pack<T>& most) {
     const pack<T> factor = min(pack<T>(T(1)), pack<T>(T(longest_step)) / most);
     for (int c = 0; c < width; ++c) step[c] = step[c] * factor;
 }
-template <class T> SPACEARM_INLINE void shorten(pack<T>* step, int width) {
+template <class T> SPACEARM_INLINE void limit_step(pack<T>* step, int width) {
     pack<T> most(T(1e-30));
     for (int c = 0; c < width; ++c) most = max(most, abs(step[c]));
-    shorten_to(step, width, most);
+    limit_step_by(step, width, most);
 }
 
 // Moves q a step of damped least squares, from where the goal was looked at: damped by the error itself, so that steps
 // near the goal converge quadratically (Sugihara, 2011). Joints that push against a bound stay on it.
 template <class T>
-SPACEARM_NOINLINE void move_onto(const goal_reach<T>& r, reach_memory<T>& m, const pack<T>* q, const T* lower,
-                                 const T* upper, const pack<T>& share, pack<T>* to) {
+SPACEARM_NOINLINE void damped_step(const goal_reach<T>& r, reach_memory<T>& m, const pack<T>* q, const T* lower,
+                                   const T* upper, const pack<T>& share, pack<T>* to) {
     const pack<T> damping = m.cost * share;
     pack<T>* step = m.step.data();
-    damped(r, m.jacobian.data(), m.missing, damping, step);
+    damped_least_squares(r, m.jacobian.data(), m.missing, damping, step);
     const pack<T> zero(T(0)), one(T(1));
     bool held = false;
     for (int c = 0; c < r.width(); ++c) {
@@ -242,13 +242,13 @@ SPACEARM_NOINLINE void move_onto(const goal_reach<T>& r, reach_memory<T>& m, con
         const pack<T> free = select(against, zero, one);
         for (int i = 0; i < 6; ++i) m.held[6 * c + i] = m.jacobian[6 * c + i] * free;
     }
-    if (held) damped(r, m.held.data(), m.missing, damping, step);
+    if (held) damped_least_squares(r, m.held.data(), m.missing, damping, step);
     pack<T> most(T(1e-30));
     for (int c = 0; c < r.width(); ++c) {
         const T all = r.slides[c] ? T(longest_slide) * (upper[c] - lower[c]) : T(0);
         most = max(most, all > T(longest_step) ? abs(step[c]) * (T(longest_step) / all) : abs(step[c]));
     }
-    shorten_to(step, r.width(), most);
+    limit_step_by(step, r.width(), most);
     for (int c = 0; c < r.width(); ++c) to[c] = clamp(q[c] + step[c], pack<T>(lower[c]), pack<T>(upper[c]));
 }
 
@@ -259,16 +259,16 @@ template <class T>
 void polish(const goal_reach<T>& r, reach_memory<T>& m, pack<T>* q, const T* lower, const T* upper, int rounds) {
     std::vector<pack<T>> tried(r.width());
     pack<T> share(static_cast<T>(damping_share / 100));
-    look_at_goal(r, q, m);
+    evaluate_goal(r, q, m);
     pack<T> cost = m.cost;
     for (int round = 0; round < rounds && !all(cost <= static_cast<T>(converged * converged)); ++round) {
-        move_onto(r, m, q, lower, upper, share, tried.data());
-        look_at_goal(r, tried.data(), m);
+        damped_step(r, m, q, lower, upper, share, tried.data());
+        evaluate_goal(r, tried.data(), m);
         const pack_mask<T> better = m.cost < cost;
         cost = select(better, m.cost, cost);
         for (int c = 0; c < r.width(); ++c) q[c] = select(better, tried[c], q[c]);
         share = clamp(share * select(better, pack<T>(T(0.1)), pack<T>(T(8))), pack<T>(T(1e-12)), pack<T>(T(1e12)));
-        if (!all(better)) look_at_goal(r, q, m);
+        if (!all(better)) evaluate_goal(r, q, m);
     }
 }
 

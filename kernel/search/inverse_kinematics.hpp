@@ -16,16 +16,16 @@ namespace SPACEARM_NAMESPACE {
 
 struct goal_search_settings {
     std::vector<double> start, lower, upper;  // (n,) where to be near, and the box to search in [rad or m]
-    std::vector<char> turns;                  // (n,) whether a whole turn moves no link
+    std::vector<char> whole_turns;            // (n,) whether a whole turn moves no link
     double margin = 0;                        // [m] clearance asked for, of pairs without a margin of their own
     std::uint64_t seed = 0;
 };
 
 inline constexpr double differs = 0.2;  // [rad or m] configurations closer than this, in every joint, count as one
 inline constexpr double wider = 1.3;    // factor of that distance, as long as there are more than asked for
-inline constexpr int most_rounds_of_a_guess = 40;
-inline constexpr int patience = 4;  // rounds of a guess, within which the square of its error must halve
-inline constexpr int pulls = 6;     // steps towards the start
+inline constexpr int most_rounds_of_a_guess = 40;  // steps
+inline constexpr int patience = 4;                 // rounds of a guess, within which the square of its error must halve
+inline constexpr int pulls = 6;                    // steps towards the start
 inline constexpr int rounds_of_a_pull = 4;
 inline constexpr double centred = 1e-8;  // [m] error of what is at the goal's centre
 inline constexpr double closer = 1e-3;   // [rad or m] by which a pull must bring a configuration nearer to the start
@@ -70,11 +70,11 @@ inline std::vector<row> distinct(const std::vector<row>& rows, const row& start,
 }
 
 // What a guess led to.
-struct reaching {
+struct guess_result {
     row q;
-    int guess = 0;       // its number
-    double lacking = 0;  // at the goal: what the clearances fall short of those asked for, summed [m]; else the error's
-                         // square
+    int guess = 0;  // its number
+    double lacking =
+        0;  // at the goal: by how much clearances fall short, summed [m]; else the square of the error [m^2]
 };
 
 template <class T> class goal_search {
@@ -83,8 +83,8 @@ template <class T> class goal_search {
 
     goal_search(const model<T>& m, const terminal_constraints& goal, goal_search_settings s)
         : model_(m), reach_(make_reach(m.robot, goal)), s_(std::move(s)), n_(m.robot.dofs), memory_(reach_), work_(m),
-          bodies_(m.envelope), q_(reach_.width()), whole_(n_), moves_frame_(n_) {
-        require(s_.start.size() == n_ && s_.lower.size() == n_ && s_.upper.size() == n_ && s_.turns.size() == n_,
+          bodies_(m.envelope), q_(reach_.width()), all_(n_), moves_frame_(n_) {
+        require(s_.start.size() == n_ && s_.lower.size() == n_ && s_.upper.size() == n_ && s_.whole_turns.size() == n_,
                 "the start, bounds or turns have another length");
         require(all_within(s_.start, widest) && all_within(s_.lower, widest) && all_within(s_.upper, widest)
                     && within(s_.margin, widest),
@@ -107,14 +107,14 @@ template <class T> class goal_search {
         const std::size_t before = found_.size();
         run_lanes(begun_ + guesses, go_on);
         std::stable_sort(found_.begin() + before, found_.end(),
-                         [](const reaching& a, const reaching& b) { return a.guess < b.guess; });
+                         [](const guess_result& a, const guess_result& b) { return a.guess < b.guess; });
         check(before);
     }
 
     // At most so many that differ, of those that have the clearance asked for.
     std::vector<row> differing(int most) const {
         std::vector<row> rows;
-        for (const reaching& one : found_) {
+        for (const guess_result& one : found_) {
             if (one.lacking <= 0) rows.push_back(one.q);
         }
         return distinct(rows, s_.start, most);
@@ -122,8 +122,8 @@ template <class T> class goal_search {
 
     // At most so many of the others, those that lack least first.
     std::vector<row> lacking(int most) const {
-        std::vector<reaching> others;
-        for (const reaching& one : found_) {
+        std::vector<guess_result> others;
+        for (const guess_result& one : found_) {
             if (!(one.lacking <= 0)) others.push_back(one);
         }
         return least_of(std::move(others), most);
@@ -149,7 +149,7 @@ template <class T> class goal_search {
         for (const row& one : rows) {
             for (std::size_t d = 0; d < n_; ++d) {
                 for (double turn : {-whole_turn, whole_turn}) {
-                    if (!s_.turns[d] || one[d] + turn < s_.lower[d] || one[d] + turn > s_.upper[d]) continue;
+                    if (!s_.whole_turns[d] || one[d] + turn < s_.lower[d] || one[d] + turn > s_.upper[d]) continue;
                     row turned(one);
                     turned[d] += turn;
                     const bool known = std::any_of(rows.begin(), rows.end(),
@@ -163,8 +163,7 @@ template <class T> class goal_search {
     }
 
   private:
-    // ---- guesses
-    // -----------------------------------------------------------------------------------------------------
+    // ---- guesses ---------------------------------------------------------------------------------------------------
     struct lane {
         int guess = -1;  // its number; -1: at rest
         int round = 0;
@@ -174,7 +173,7 @@ template <class T> class goal_search {
 
     // The start, then drawn ones: anywhere, and on the way from the start to there, in turn. Entries that do not move
     // the frame stay where the start has them in every second pair of guesses.
-    row drawn(int number) const {
+    row guess_of(int number) const {
         row q = s_.start;
         for (std::size_t d = 0; d < n_; ++d) q[d] = std::clamp(q[d], s_.lower[d], s_.upper[d]);
         if (number == 0) return q;
@@ -202,26 +201,20 @@ template <class T> class goal_search {
         const auto refill = [&](int i) {
             lanes[i].guess = -1;
             if (begun_ >= last) return;
-            lanes[i] = {begun_, 0, T(0), drawn(begun_)};
+            lanes[i] = {begun_, 0, T(0), guess_of(begun_)};
             for (int c = 0; c < width; ++c) at[c * W + i] = static_cast<T>(lanes[i].q[reach_.entries[c]]);
             ++begun_;
             ++running;
         };
-        const pack<T> share(static_cast<T>(damping_share));
         for (int i = 0; i < W; ++i) refill(i);
         while (running > 0) {
             go_on();
-            for (int c = 0; c < width; ++c) q_[c] = pack<T>::load(&at[c * W]);
-            look_at_goal(reach_, q_.data(), memory_);
             T cost[W], there[W];
-            memory_.cost.store(cost);
-            select(is_reached(reach_, memory_), pack<T>(T(1)), pack<T>(T(0))).store(there);
-            move_onto(reach_, memory_, q_.data(), lower_.data(), upper_.data(), share, q_.data());
-            for (int c = 0; c < width; ++c) q_[c].store(&next[c * W]);
+            step_lanes(at, next, cost, there);
             for (int i = 0; i < W; ++i) {
                 if (lanes[i].guess < 0 || !has_ended(lanes[i], cost[i], there[i] > T(0))) continue;
                 for (int c = 0; c < width; ++c) lanes[i].q[reach_.entries[c]] = double(at[c * W + i]);
-                book(lanes[i], double(cost[i]), there[i] > T(0));
+                keep_result(lanes[i], double(cost[i]), there[i] > T(0));
                 ended.push_back(i);
             }
             std::swap(at, next);
@@ -229,6 +222,17 @@ template <class T> class goal_search {
             for (int i : ended) refill(i);
             ended.clear();
         }
+    }
+
+    // One step of all lanes, a number a column and lane; the square of the error before it, and 1 where that is none.
+    void step_lanes(const std::vector<T>& at, std::vector<T>& next, T* cost, T* there) {
+        const pack<T> share(static_cast<T>(damping_share));
+        for (int c = 0; c < reach_.width(); ++c) q_[c] = pack<T>::load(&at[c * W]);
+        evaluate_goal(reach_, q_.data(), memory_);
+        memory_.cost.store(cost);
+        select(is_reached(reach_, memory_), pack<T>(T(1)), pack<T>(T(0))).store(there);
+        damped_step(reach_, memory_, q_.data(), lower_.data(), upper_.data(), share, q_.data());
+        for (int c = 0; c < reach_.width(); ++c) q_[c].store(&next[c * W]);
     }
 
     // Whether a lane is at the goal's centre, or stuck. The start may be anywhere within the goal's tolerance; others
@@ -244,12 +248,12 @@ template <class T> class goal_search {
         return cost <= static_cast<T>(converged * converged) || stuck || (there && first && one.guess == 0);
     }
 
-    void book(const lane& one, double cost, bool there) {
+    void keep_result(const lane& one, double cost, bool there) {
         if (there) found_.push_back({one.q, one.guess, 0});
         else missed_.push_back({one.q, one.guess, cost});
     }
-    static std::vector<row> least_of(std::vector<reaching> from, int most) {
-        std::sort(from.begin(), from.end(), [](const reaching& a, const reaching& b) {
+    static std::vector<row> least_of(std::vector<guess_result> from, int most) {
+        std::sort(from.begin(), from.end(), [](const guess_result& a, const guess_result& b) {
             return a.lacking != b.lacking ? a.lacking < b.lacking : a.guess < b.guess;
         });
         std::vector<row> out;
@@ -260,7 +264,7 @@ template <class T> class goal_search {
     // ---- clearance --------------------------------------------------------------------------------------------------
     void turn_nearest(row& q) const {
         for (std::size_t d = 0; d < n_; ++d) {
-            if (!s_.turns[d]) continue;
+            if (!s_.whole_turns[d]) continue;
             for (double k = std::rint((q[d] - s_.start[d]) / whole_turn); k != 0; k -= k > 0 ? 1 : -1) {
                 const double there = q[d] - k * whole_turn;
                 if (there < s_.lower[d] || there > s_.upper[d]) continue;
@@ -295,9 +299,9 @@ template <class T> class goal_search {
         }
         return out;
     }
-    // Of the configurations in whole_; contact_only: how far they are inside what they meet.
+    // Of the configurations in all_; contact_only: how far they are inside what they meet.
     pack<T> lacking_of_pack(bool contact_only) {
-        forward_kinematics(model_.robot, whole_.data(), work_.frames.data());
+        forward_kinematics(model_.robot, all_.data(), work_.frames.data());
         asked_clearance<T> asked{static_cast<T>(s_.margin)};
         if (contact_only) asked = {T(0), true, T(0)};
         return shortfall<T>(model_.envelope, work_.frames.data(), model_.obstacles, asked, bodies_, false);
@@ -306,28 +310,28 @@ template <class T> class goal_search {
         T lanes[W];
         for (std::size_t d = 0; d < n_; ++d) {
             for (std::size_t i = 0; i < W; ++i) lanes[i] = static_cast<T>(rows[std::min(i, filled - 1)][d]);
-            whole_[d] = pack<T>::load(lanes);
+            all_[d] = pack<T>::load(lanes);
         }
     }
 
     // ---- towards the start ------------------------------------------------------------------------------------------
     void pull_pack(const row* rows, std::size_t filled, bool at_centre, std::vector<row>& out) {
         load(rows, filled);
-        std::vector<pack<T>> here(whole_);
+        std::vector<pack<T>> here(all_);
         const pack<T> lacking = lacking_of_pack(false);
-        for (int c = 0; c < reach_.width(); ++c) q_[c] = whole_[reach_.entries[c]];
-        look_at_goal(reach_, q_.data(), memory_);
+        for (int c = 0; c < reach_.width(); ++c) q_[c] = all_[reach_.entries[c]];
+        evaluate_goal(reach_, q_.data(), memory_);
         const pack<T> centre = max(memory_.cost, pack<T>(static_cast<T>(centred * centred)));
         pack<T> away = from_start(), share(T(0.5));
         for (int pull = 0; pull < pulls; ++pull) {
-            whole_ = here;
+            all_ = here;
             step_to_start(share, at_centre);
-            look_at_goal(reach_, q_.data(), memory_);
+            evaluate_goal(reach_, q_.data(), memory_);
             const pack<T> new_away = from_start();
             pack_mask<T> good = is_reached(reach_, memory_) & (new_away < away - static_cast<T>(closer));
             if (at_centre) good = good & (memory_.cost <= centre);
             if (any(good)) good = good & (lacking_of_pack(false) <= lacking);
-            for (std::size_t d = 0; d < n_; ++d) here[d] = select(good, whole_[d], here[d]);
+            for (std::size_t d = 0; d < n_; ++d) here[d] = select(good, all_[d], here[d]);
             away = select(good, new_away, away);
             share = share * select(good, pack<T>(T(1)), pack<T>(static_cast<T>(shorter_pull)));
         }
@@ -339,34 +343,34 @@ template <class T> class goal_search {
             for (std::size_t i = 0; i < filled; ++i) out[first + i][d] = double(lanes[i]);
         }
     }
-    // Moves whole_ a share of the way to the start, less what the frame would see of it.
+    // Moves all_ a share of the way to the start, less what the frame would see of it.
     void step_to_start(const pack<T>& share, bool at_centre) {
         const int width = reach_.width();
         std::vector<pack<T>> wish(n_);
-        for (std::size_t d = 0; d < n_; ++d) wish[d] = pack<T>(static_cast<T>(s_.start[d])) - whole_[d];
-        for (int c = 0; c < width; ++c) q_[c] = whole_[reach_.entries[c]];
-        look_at_goal(reach_, q_.data(), memory_);
+        for (std::size_t d = 0; d < n_; ++d) wish[d] = pack<T>(static_cast<T>(s_.start[d])) - all_[d];
+        for (int c = 0; c < width; ++c) q_[c] = all_[reach_.entries[c]];
+        evaluate_goal(reach_, q_.data(), memory_);
         pack<T> seen[6];
         for (int i = 0; i < 6; ++i) {
             seen[i] = pack<T>(T(0));
             for (int c = 0; c < width; ++c) seen[i] += memory_.jacobian[6 * c + i] * wish[reach_.entries[c]];
         }
-        damped(reach_, memory_.jacobian.data(), seen, pack<T>(T(1e-9)), memory_.step.data());
+        damped_least_squares(reach_, memory_.jacobian.data(), seen, pack<T>(T(1e-9)), memory_.step.data());
         for (int c = 0; c < width; ++c) wish[reach_.entries[c]] -= memory_.step[c];
         for (std::size_t d = 0; d < n_; ++d) wish[d] = wish[d] * share;
-        shorten(wish.data(), static_cast<int>(n_));
+        limit_step(wish.data(), static_cast<int>(n_));
         for (std::size_t d = 0; d < n_; ++d) {
-            whole_[d] =
-                clamp(whole_[d] + wish[d], pack<T>(static_cast<T>(s_.lower[d])), pack<T>(static_cast<T>(s_.upper[d])));
+            all_[d] =
+                clamp(all_[d] + wish[d], pack<T>(static_cast<T>(s_.lower[d])), pack<T>(static_cast<T>(s_.upper[d])));
         }
-        for (int c = 0; c < width; ++c) q_[c] = whole_[reach_.entries[c]];
+        for (int c = 0; c < width; ++c) q_[c] = all_[reach_.entries[c]];
         if (at_centre) polish(reach_, memory_, q_.data(), lower_.data(), upper_.data(), rounds_of_a_pull);
-        for (int c = 0; c < width; ++c) whole_[reach_.entries[c]] = q_[c];
+        for (int c = 0; c < width; ++c) all_[reach_.entries[c]] = q_[c];
     }
     pack<T> from_start() const {
         pack<T> sum(T(0));
         for (std::size_t d = 0; d < n_; ++d) {
-            const pack<T> step = whole_[d] - static_cast<T>(s_.start[d]);
+            const pack<T> step = all_[d] - static_cast<T>(s_.start[d]);
             sum += step * step;
         }
         return sqrt(sum);
@@ -379,11 +383,11 @@ template <class T> class goal_search {
     reach_memory<T> memory_;
     workspace<T> work_;
     envelope_memory<T> bodies_;
-    std::vector<pack<T>> q_, whole_;  // of the entries that move the frame, and of all
+    std::vector<pack<T>> q_, all_;  // of the entries that move the frame, and of all
     std::vector<char> moves_frame_;
     std::vector<T> lower_, upper_;  // of those entries
     int begun_ = 0, in_collision_ = 0;
-    std::vector<reaching> found_, missed_;
+    std::vector<guess_result> found_, missed_;
 };
 
 // Brings configurations within the bounds, all side by side, to the goal's centre, or as near to it as bounds and arm

@@ -1,9 +1,12 @@
 // The planner's search: the first free motion at once, then better ones for as long as it may go on.
 //
-// A hybrid of three methods that take turns:
-//   rrt_connect  two trees find a path with corners; the splines nearest to it are tried, few control points first
-//   refine       the motion found is pulled towards the straight one and shaken, as long as that pays
+// The straight motion to each goal comes first. Then it is a hybrid of three methods:
+//   rrt_connect  two trees find a path with corners, which is shortened; a spline follows it (path_motions.hpp)
+//   refine       a motion found is pulled towards the straight one and shaken, as long as that pays
 //   swarm        particles are motions; they begin at the best ones known, or anywhere where none is known
+// While no motion is known, trees and swarm take turns, which become longer. Then three compete: shorter versions of
+// the best motion's path, other paths, and the swarm; what gained most for its work lately has the next turn. Where the
+// base floats and its end is constrained, turns have a fixed order. docs/theory.md, "The search", has the reasons.
 //
 // A motion counts only when all instants, the fine ones too, are free. Numbers depend on (seed, island) and on how many
 // motions are looked at, never on time or threads, unless a time limit ends the search.
@@ -70,6 +73,7 @@ template <class T> class motion_search {
     bool optimal() const { return optimal_; }
     const motion<T>& best() const { return best_.front().at; }
     T best_fitness() const { return best_.front().fitness; }
+    T best_value() const { return best_.empty() ? infinity : best_fitness(); }
     const std::vector<motion_record<T>>& history() const { return history_; }
     // The best of those that are not free: the least violation.
     bool has_fallback() const { return fallback_violation_ < infinity; }
@@ -185,7 +189,7 @@ template <class T> class motion_search {
                 return !over() && (trees_until_ == 0 || checker_.configurations() < trees_until_);
             },
             [&] { return !late(); }, found);
-        if (met) trees_.shorten(found, [&] { return !late(); });
+        if (met) shortener_.prune(found, [&] { return !late(); });
         return met;
     }
     // While nothing is known: the trees, and now and then motions from all over the place. The turns become longer and
@@ -216,7 +220,7 @@ template <class T> class motion_search {
     // ---- better motions: what has paid lately has the next turn ----------------------------------------------------
     void improve() {
         if (p_.base.constrained()) {
-            if (s_.swarm_turn > 0 && turn_ % s_.swarm_turn == 0) swarm_turn(true);
+            if (s_.swarm_every > 0 && turn_ % s_.swarm_every == 0) swarm_turn(true);
             else if (turn_ % 2 == 1) swarm_turn(false);  // as in find_first: elsewhere there may be better ones
             else another_path();
             return;
@@ -248,11 +252,11 @@ template <class T> class motion_search {
         return best;
     }
     bool possible(int i) const {
-        if (i == around_known) return s_.swarm_turn > 0 || s_.patience == 0;
+        if (i == around_known) return s_.swarm_every > 0 || s_.patience == 0;
         if (i == shorter_path) return !paths_.empty();
         return s_.patience > 0;
     }
-    // Of paths that are not longer than the best motion by far, after some shortcuts, one is followed.
+    // The trees' next path is shortened, and followed if it is not much longer than the best motion.
     void another_path() {
         path<T> found;
         if (!find_path(found, s_.patience)) {
@@ -262,16 +266,16 @@ template <class T> class motion_search {
         if (p_.weight.only_length()) {
             for (const int tries : {s_.shortcuts / 4, s_.shortcuts}) {
                 shorten(found, tries);
-                if (p_.weight.length * trees_.length(found) > T(s_.detour) * best_fitness()) return;
+                if (p_.weight.length * found.length(p_.dofs()) > T(s_.detour) * best_fitness()) return;
             }
         }
         follow(found);
     }
-    // The path of the best motion is shortened further, and followed again.
+    // The shortest path that became a motion is shortened further, and followed again.
     void shorten_a_path() {
         path<T> p = paths_.back();
         if (shorten(p, s_.shortcuts)) {
-            trees_.shorten(p, [&] { return !late(); });
+            shortener_.prune(p, [&] { return !late(); });
             paths_.back() = p;
             if (follow(p)) return;
         } else {
@@ -291,48 +295,51 @@ template <class T> class motion_search {
         if (motion_along(along_path, m)) {
             const bool first = best_.empty();
             const T fitness = checker_.fitness(m);
-            note(m, fitness, "rrt_connect");
+            if (first || checker_.densely_free(m)) note(m, fitness, "rrt_connect");
             if (over()) return true;
             if (paths_.empty()) paths_.push_back(along_path);
-            else if (trees_.length(along_path) < trees_.length(paths_.back())) paths_.back() = along_path;
+            else if (along_path.length(p_.dofs()) < paths_.back().length(p_.dofs())) paths_.back() = along_path;
             // Refining pays with few control points; where there are many, the path is shortened first.
             refined_ = !first || m.interior <= few;
             if (refined_) refine({fitness, m});
             else keep(m, fitness);
             return true;
         }
-        if (best_.empty() && ++unfit_ % 8 == 0 && !over()) {  // almost, again and again: the swarm may mend it
+        if (best_.empty() && ++unfit_ % unfit_paths == 0 && !over()) {  // the swarm may mend what is nearly free
             const int K = s_.interior[swarm_turns_ % s_.interior.size()];
             run_swarm(K, {motions_of_.nearest_to(along_path, K)});
         }
         return false;
     }
-    static constexpr int few = 4;
-    // The spline with few control points that is nearest to the path; else a motion that clings to the path; and where
-    // an edge of the path was not free after all, splines with more control points, which leave it here and there.
+    static constexpr int few = 4;          // control points with which a motion is refined at once
+    static constexpr int unfit_paths = 8;  // without a motion, after which the swarm begins at the last one
+    // The spline with few control points that is nearest to the path; else the path with rounded corners; and where an
+    // edge of the path was not free after all, splines with more control points, which leave it here and there.
     bool motion_along(const path<T>& along_path, motion<T>& m) {
-        const bool clings = hints_.trees_find_motions;
+        const bool blends = hints_.trees_find_motions;
         for (std::size_t i = 0; i < s_.ladder.size(); ++i) {
-            if (i == 1 && clings && cling(along_path, m)) return true;
+            if (i == 1 && blends && blend_corners(along_path, m)) return true;
             m = motions_of_.nearest_to(along_path, s_.ladder[i]);
             ++evaluations_;
             project_onto_ends(m);
-            if (clings ? checker_.free(m) : free_or_noted(m)) return true;
+            if (blends ? checker_.free(m) : free_or_noted(m)) return true;
             if (over()) return false;
         }
-        return clings && s_.ladder.size() == 1 && cling(along_path, m);
+        return blends && s_.ladder.size() == 1 && blend_corners(along_path, m);
     }
-    bool cling(const path<T>& along_path, motion<T>& m) {
-        clung<T> tight = motions_of_.cling(along_path, [&] {
+    bool blend_corners(const path<T>& along_path, motion<T>& m) {
+        blended_path<T> blended = motions_of_.blend_corners(along_path, [&] {
             ++evaluations_;
             return !over();
         });
-        // Edges are looked at too coarsely, if that happens again and again.
-        if (tight.outcome == clinging::blocked && ++blocked_ % 4 == 0) checker_.base().look_closer_at_edges();
-        if (tight.outcome != clinging::free) return false;
-        m = std::move(tight.found);
+        // If edges that were free are blocked again and again, they are looked at too coarsely.
+        if (blended.outcome == blend_outcome::blocked && ++blocked_ % blocked_edges == 0)
+            checker_.base().look_closer_at_edges();
+        if (blended.outcome != blend_outcome::free) return false;
+        m = std::move(blended.found);
         return true;
     }
+    static constexpr int blocked_edges = 4;  // after which edges get twice as many instants
     bool free_or_noted(const motion<T>& m) {
         if (!best_.empty()) return checker_.free(m);
         const T broken = checker_.violation(m, infinity);
@@ -342,37 +349,57 @@ template <class T> class motion_search {
 
     // ---- refine -----------------------------------------------------------------------------------------------------
     // One candidate after the other: some control points pulled towards the straight motion, most of them shaken too.
-    // Both strengths follow success, as in an evolution strategy with one parent.
+    // Both strengths follow success, as in an evolution strategy with one parent: they stay as they are
+    // where one in 14 of the candidates with a better fitness is free.
+    static constexpr T after_success = T(1.3), after_failure = T(0.98);
+    static constexpr T first_pull = T(0.3), least_pull = T(0.003);    // as a share of the way
+    static constexpr T least_shake = T(0.003), most_shake = T(0.6);   // [rad or m]
+    static constexpr int simplified_every = 50, given_up_from = 150;  // candidates
     void refine(known now) {
         refined_ = true;
-        T shake = T(s_.shake), pull = T(0.3);
+        T shake = T(s_.shake), pull = first_pull;
+        const T worth_a_look = hints_.dense ? T(0.998) : T(1);
+        known sure = now;
         motion<T> next;
-        int failures = 0;
-        for (int i = 1; failures <= s_.refine_stall && !over(); ++i) {
+        int failures = 0, undone = 0;
+        for (int i = 1; failures <= s_.refine_stall && undone <= most_undone && !over(); ++i) {
             ++evaluations_;
             propose(now.at, shake, pull, next);
             ++failures;
             if (!project_onto_ends(next)) {
-                shake = std::max(shake * T(0.98), T(0.003));
+                shake = std::max(shake * after_failure, least_shake);
                 continue;
             }
             const T fitness = checker_.fitness(next);
             if (fitness < now.fitness) {
                 const bool better = checker_.free(next);
-                const T factor = better ? T(1.3) : T(0.98);
-                shake = std::clamp(shake * factor, T(0.003), T(0.6));
-                pull = std::clamp(pull * factor, T(0.003), T(1));
+                const T factor = better ? after_success : after_failure;
+                shake = std::clamp(shake * factor, least_shake, most_shake);
+                pull = std::clamp(pull * factor, least_pull, T(1));
                 if (better) {
                     std::swap(now.at, next);
                     now.fitness = fitness;
-                    note(now.at, fitness, "refine");
                     failures = 0;
+                    if (fitness < worth_a_look * sure.fitness && !confirm(now, sure)) ++undone;
                 }
             }
-            if (i % 50 == 0) simplify(now);
-            if (i > 150 && now.fitness > T(s_.give_up) * best_fitness()) break;
+            if (i % simplified_every == 0) simplify(now);
+            if (i > given_up_from && now.fitness > T(s_.give_up) * best_fitness()) break;
         }
-        keep(now.at, now.fitness);
+        if (now.fitness < sure.fitness && !over()) confirm(now, sure);
+        keep(sure.at, sure.fitness);
+    }
+    static constexpr int most_undone = 10;
+    // Looks at a motion between its instants. If it is free there, it is noted; else the last one that was is taken up
+    // again. Small improvements are looked at together: a dense look takes as long as several others.
+    bool confirm(known& now, known& sure) {
+        if (!checker_.densely_free(now.at)) {
+            now = sure;
+            return false;
+        }
+        sure = now;
+        note(now.at, now.fitness, "refine");
+        return true;
     }
     void propose(const motion<T>& m, T shake, T pull, motion<T>& out) {
         const int n = p_.dofs(), K = m.interior;
@@ -404,7 +431,7 @@ template <class T> class motion_search {
             ++evaluations_;
             if (!project_onto_ends(m)) continue;
             const T fitness = checker_.fitness(m);
-            if (!(fitness < T(1.02) * now.fitness) || !checker_.free(m)) continue;
+            if (!(fitness < T(1.02) * now.fitness) || !checker_.free(m) || !checker_.densely_free(m)) continue;
             now = {fitness, m};
             note(m, fitness, "refine");
             return;
@@ -427,62 +454,72 @@ template <class T> class motion_search {
     // Particles around the known motions: each of these itself, then pulled and shaken copies. Without any around the
     // straight motion to any goal, more and more loosely.
     void run_swarm(int K, const std::vector<motion<T>>& known_motions) {
-        const int n = p_.dofs(), D = (p_.base.free_end ? K + 1 : K) * n, particles = s_.swarm.particles;
+        const int particles = s_.swarm.particles;
         const int goal = known_motions.empty() ? refining_.below(p_.goal_count()) : known_motions.front().goal;
-        std::vector<T> lower(D), upper(D);
-        for (int i = 0; i < D; ++i) {
-            lower[i] = p_.lower[i % n];
-            upper[i] = p_.upper[i % n];
-        }
-        swarm<T> particles_of(s_.swarm, lower, upper, seed_,
-                              island_ * 65536u + static_cast<std::uint32_t>(swarm_turns_++));
+        swarm<T> particles_of = new_swarm(K);
         std::vector<std::vector<T>> rows;
         for (int i = 0; i < particles; ++i) rows.push_back(first_row(K, goal, known_motions, i, particles));
-        motion<T> m;
-        std::vector<T> row(D);
-        std::vector<terminal_solver<T>> solvers(p_.base.ends.any() ? particles
-                                                                   : 0);  // their slopes serve from round to round
-        const int stride = particles_of.stride();
-        std::vector<T> fitness(stride), violation(stride);
-        T least = infinity;
-        int since = 0;
+        // Their slopes serve from round to round.
+        std::vector<terminal_solver<T>> solvers(p_.base.ends.any() ? particles : 0);
+        std::vector<T> fitness(particles_of.stride()), violation(particles_of.stride());
         const bool none_known = best_.empty(), scouting = !none_known && known_motions.empty();
-        known seen{infinity, {}};
-        T nearest = infinity;  // the least violation
-        const int patience = p_.base.constrained() ? s_.swarm_stall : 8 * s_.swarm_stall;
-        while (!particles_of.spent() && since <= (least < infinity ? s_.swarm_stall : patience)) {
+        known seen{infinity, {}};  // the best free motion of this swarm
+        T nearest = infinity;      // the least violation
+        int since = 0;             // rounds without improvement
+        const int patience = p_.base.constrained() ? s_.swarm_stall : unmet_patience * s_.swarm_stall;
+        while (!particles_of.spent() && since <= (seen.fitness < infinity ? s_.swarm_stall : patience)) {
             particles_of.ask();
             if (particles_of.round() == 0) particles_of.place_first(rows);
-            const T* x = particles_of.positions();
-            const T before = least;
-            for (int i = 0; i < particles_of.active(); ++i) {
-                if (over() || (swarm_until_ > 0 && checker_.configurations() >= swarm_until_)) return;
-                for (int d = 0; d < D; ++d) row[d] = x[static_cast<std::size_t>(d) * stride + i];
-                m = motion_of(K, goal, row);
-                judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity},
-                      fitness[i], violation[i], p_.base.ends.any() ? &solvers[i] : nullptr);
-                if (p_.base.ends.any()) {  // from now on the particle is there
-                    std::copy(m.points.begin(), m.points.end(), row.begin());
-                    std::copy(m.end.begin(), m.end.end(), row.begin() + static_cast<std::ptrdiff_t>(m.points.size()));
-                    particles_of.put(i, row.data());
-                }
-                if (violation[i] <= T(0) && fitness[i] < seen.fitness) seen = {fitness[i], m};
-                if (violation[i] <= T(0)) least = std::min(least, fitness[i]);
-            }
+            const T before = seen.fitness;
+            if (!judge_particles(particles_of, K, goal, solvers, fitness.data(), violation.data(), seen)) return;
             particles_of.tell(fitness.data(), violation.data());
-            if ((none_known && !best_.empty()) || (scouting && least < infinity)) break;
-            since = least < T(0.9995) * before ? 0 : since + 1;
-            if (!(least < infinity) && particles_of.best().violation < T(0.98) * nearest) {
+            if ((none_known && !best_.empty()) || (scouting && seen.fitness < infinity)) break;
+            since = seen.fitness < better_fitness * before ? 0 : since + 1;
+            if (!(seen.fitness < infinity) && particles_of.best().violation < better_violation * nearest) {
                 nearest = particles_of.best().violation;
                 if (p_.base.constrained()) since = 0;
             }
         }
         if (none_known && !best_.empty()) refine(best_.front());
-        else if (scouting && least < infinity) refine(seen);
-        else if (least < infinity && particles_of.best().violation <= T(0)) {
-            m = motion_of(K, goal, particles_of.best_position());
+        else if (scouting && seen.fitness < infinity) refine(seen);
+        else if (seen.fitness < infinity && particles_of.best().violation <= T(0)) {
+            motion<T> m = motion_of(K, goal, particles_of.best_position());
             if (project_onto_ends(m)) keep(m, checker_.fitness(m));
         }
+    }
+    static constexpr int unmet_patience = 8;  // times as many rounds while no particle is free
+    // What counts as an improvement in a round, as a share of what it was.
+    static constexpr T better_fitness = T(0.9995), better_violation = T(0.98);
+    // Particles within the joints' limits, with random numbers of their own.
+    swarm<T> new_swarm(int K) {
+        const int n = p_.dofs(), D = (p_.base.free_end ? K + 1 : K) * n;
+        std::vector<T> lower(D), upper(D);
+        for (int i = 0; i < D; ++i) {
+            lower[i] = p_.lower[i % n];
+            upper[i] = p_.upper[i % n];
+        }
+        return swarm<T>(s_.swarm, lower, upper, seed_, island_ * 65536u + static_cast<std::uint32_t>(swarm_turns_++));
+    }
+    // Judges the particles of a round, and keeps the best free one; false when the turn or the search is over.
+    bool judge_particles(swarm<T>& particles_of, int K, int goal, std::vector<terminal_solver<T>>& solvers, T* fitness,
+                         T* violation, known& seen) {
+        const int stride = particles_of.stride();
+        const T* x = particles_of.positions();
+        std::vector<T> row(static_cast<std::size_t>(p_.base.free_end ? K + 1 : K) * p_.dofs());
+        for (int i = 0; i < particles_of.active(); ++i) {
+            if (over() || (swarm_until_ > 0 && checker_.configurations() >= swarm_until_)) return false;
+            for (std::size_t d = 0; d < row.size(); ++d) row[d] = x[d * static_cast<std::size_t>(stride) + i];
+            motion<T> m = motion_of(K, goal, row);
+            judge(m, particles_of.round() > 0 ? particles_of.personal_best(i) : merit<T>{infinity, infinity},
+                  fitness[i], violation[i], p_.base.ends.any() ? &solvers[i] : nullptr);
+            if (p_.base.ends.any()) {  // from now on the particle is there
+                std::copy(m.points.begin(), m.points.end(), row.begin());
+                std::copy(m.end.begin(), m.end.end(), row.begin() + static_cast<std::ptrdiff_t>(m.points.size()));
+                particles_of.put(i, row.data());
+            }
+            if (violation[i] <= T(0) && fitness[i] < seen.fitness) seen = {fitness[i], m};
+        }
+        return true;
     }
     // A particle's numbers: the interior control points, then the end where it is free.
     motion<T> motion_of(int K, int goal, const std::vector<T>& row) const {
@@ -506,7 +543,7 @@ template <class T> class motion_search {
             }
             return;
         }
-        if (checker_.finely_free(m)) {
+        if (checker_.finely_free(m) && (!(fitness < best_value()) || checker_.densely_free(m))) {
             violation = 0;
             note(m, fitness, "swarm");
         } else if (!has_been_free) {
@@ -561,7 +598,8 @@ template <class T> class motion_search {
         double all_work = 0;
         int turns = 0;
     };
-    static constexpr double keeps = 0.5, least_share = 0.1;
+    static constexpr double keeps = 0.5;         // of what a method gained and worked, with each further turn
+    static constexpr double least_share = 0.1;   // of all work, for each method
     static constexpr int swarm_first = 1 << 14;  // configurations of the first turn; then twice as many each time
     method methods_[method_count];
     std::vector<path<T>> paths_;

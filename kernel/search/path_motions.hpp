@@ -1,10 +1,10 @@
 // Motions along paths: a path has corners and no timing, a motion is a spline of control points.
 //
 // `nearest_to` fits a spline with a given number of control points to a path, `with_interior` to another motion; both
-// in the least-squares sense. `cling` lays control points along the path. Where six neighbouring ones lie on one
-// segment, the motion runs on that segment, so it leaves the path only at corners. There it is pulled to the path, by
-// more and nearer control points, until it is free: five in one place are the corner itself. So a path whose segments
-// are free becomes a motion, always.
+// in the least-squares sense. `blend_corners` lays control points along the path. Where six neighbouring ones lie on
+// one edge, the motion runs on that edge, so it leaves the path only at corners, which it rounds. A corner at which the
+// motion collides gets more and nearer control points, until the motion is free: five in one place are the corner
+// itself. So a path whose edges are free becomes a motion, always.
 #pragma once
 
 #include "search/rrt_connect.hpp"
@@ -13,14 +13,14 @@ namespace SPACEARM_NAMESPACE {
 
 inline constexpr int most_interior = 512;  // control points
 
-enum class clinging : std::uint8_t {
+enum class blend_outcome : std::uint8_t {
     free,        // the motion is
     blocked,     // the path itself is not: `edge` and the configuration `at` on it
     unmet,       // it is, but something else is asked of motions: an order of near pairs, a duration
     unfinished,  // told to stop, or more control points than there may be
 };
-template <class T> struct clung {
-    clinging outcome = clinging::unfinished;
+template <class T> struct blended_path {
+    blend_outcome outcome = blend_outcome::unfinished;
     motion<T> found;
     int edge = -1;      // from the path's point of this number to the next
     std::vector<T> at;  // (n,)
@@ -72,38 +72,26 @@ template <class T> class path_motions {
         out.end = m.end;
         return out;
     }
-    // The same motion, its control points after `first` and before `last` evenly on the line between those two; 0 is
-    // the start, K + 1 the end.
-    motion<T> straightened(const motion<T>& m, int first, int last) const {
-        motion<T> out = m;
-        const T *from = control(m, first), *to = control(m, last);
-        for (int k = first + 1; k < last; ++k) {
-            const T share = T(k - first) / T(last - first);
-            for (int d = 0; d < n_; ++d)
-                out.points[static_cast<std::size_t>(k - 1) * n_ + d] = from[d] + (to[d] - from[d]) * share;
-        }
-        return out;
-    }
 
-    // A motion along a path, free if the path is; go_on() is asked before every look.
-    template <class GoOn> clung<T> cling(const path<T>& along_path, GoOn&& go_on) {
-        clung<T> out;
+    // A motion along a path with rounded corners, free if the path is; go_on() is asked before every look.
+    template <class GoOn> blended_path<T> blend_corners(const path<T>& along_path, GoOn&& go_on) {
+        blended_path<T> out;
         const int edges = along_path.count(n_) - 1;
-        std::vector<int> closeness(edges + 1, 0);  // of each corner
+        std::vector<int> tightness(edges + 1, 0);  // which of `blends` each corner has
         std::vector<control_place> places;
         std::vector<double> where;
         while (go_on()) {
-            lay(along_path, closeness, places);
+            place_along(along_path, tightness, places);
             if (static_cast<int>(places.size()) > most_interior) return out;
             place_controls(along_path, places, out.found);
             ++out.looks;
             const bool free = checker_.free(out.found, where);
             if (where.empty()) {
-                out.outcome = free ? clinging::free : clinging::unmet;
+                out.outcome = free ? blend_outcome::free : blend_outcome::unmet;
                 return out;
             }
-            if (!come_nearer(places, where, edges, closeness, out)) {
-                out.outcome = clinging::blocked;
+            if (!tighten_corners(places, where, edges, tightness, out)) {
+                out.outcome = blend_outcome::blocked;
                 return out;
             }
         }
@@ -235,25 +223,26 @@ template <class T> class path_motions {
         double share;
         double along() const { return edge + share; }
     };
-    // How near to a corner a motion keeps: so many control points on either side of the one at the corner, at multiples
-    // of this share of the edge. The last has all of them in the corner. The motion cuts a corner by about 0.2 of the
-    // distance to the nearest control point; what the third one to a side does there is nothing.
-    struct grip {
+    // How a motion rounds a corner: so many control points on either side of the one at the corner, at multiples of
+    // this share of the edge. The last has all of them in the corner. A motion cuts a corner by about 0.2 of the
+    // distance to the nearest control point; a third one to a side has no part in it.
+    struct corner_blend {
         int beside;
         double share;
         bool middle;  // whether the edges have a control point in the middle, too
     };
-    static constexpr grip grips[] = {{0, 0, false},        {0, 0, true},        {1, 1.0 / 4, true},
-                                     {1, 1.0 / 12, true},  {2, 1.0 / 24, true}, {2, 1.0 / 96, true},
-                                     {2, 1.0 / 384, true}, {2, 0, true}};
-    static constexpr int tightest = static_cast<int>(std::size(grips)) - 1;
+    static constexpr corner_blend blends[] = {{0, 0, false},        {0, 0, true},        {1, 1.0 / 4, true},
+                                              {1, 1.0 / 12, true},  {2, 1.0 / 24, true}, {2, 1.0 / 96, true},
+                                              {2, 1.0 / 384, true}, {2, 0, true}};
+    static constexpr int tightest = static_cast<int>(std::size(blends)) - 1;
 
     // The interior control points, in order.
-    void lay(const path<T>& along_path, const std::vector<int>& closeness, std::vector<control_place>& places) const {
+    void place_along(const path<T>& along_path, const std::vector<int>& tightness,
+                     std::vector<control_place>& places) const {
         places.clear();
         const int edges = along_path.count(n_) - 1;
         for (int e = 0; e < edges; ++e) {
-            const grip &from = grips[closeness[e]], &to = grips[closeness[e + 1]];
+            const corner_blend &from = blends[tightness[e]], &to = blends[tightness[e + 1]];
             if (e > 0) {
                 places.push_back({e, 0.0});
                 for (int i = 1; i <= from.beside; ++i) places.push_back({e, i * from.share});
@@ -277,13 +266,13 @@ template <class T> class path_motions {
         }
     }
     // Tightens the corner that each collision is nearest to; false where one is on the path itself.
-    bool come_nearer(const std::vector<control_place>& places, const std::vector<double>& where, int edges,
-                     std::vector<int>& closeness, clung<T>& out) const {
+    bool tighten_corners(const std::vector<control_place>& places, const std::vector<double>& where, int edges,
+                         std::vector<int>& tightness, blended_path<T>& out) const {
         const int K = static_cast<int>(places.size());
         const auto along = [&](int row) {  // of the K + 6 control points
             return row < 3 ? 0.0 : row < K + 3 ? places[row - 3].along() : double(edges);
         };
-        const std::vector<int> before = closeness;
+        const std::vector<int> before = tightness;
         for (double s : where) {
             const double x = s * (K + 1);
             const int span = span_of(x, K);
@@ -299,7 +288,7 @@ template <class T> class path_motions {
             double mean = 0;
             for (int j = 0; j < 6; ++j) mean += b[j] * along(span + j);
             const int corner = std::clamp(static_cast<int>(std::lround(mean)), first, last);
-            closeness[corner] = std::min(before[corner] + 1, tightest);
+            tightness[corner] = std::min(before[corner] + 1, tightest);
         }
         return true;
     }

@@ -1,9 +1,10 @@
-// Shortens a path of straight edges by random shortcuts: between two of its points all joints go straight, or only some
-// of them while the others stay as they were (Geraerts and Overmars, Creating High-quality Paths for Motion Planning,
-// 2007: partial shortcuts).
+// Two ways to shorten a path of straight edges: pruning, and random shortcuts.
 //
-// Joints that move at other times hinder each other's shortcuts; partial ones do not need all of them to agree. That
-// counts most for many joints.
+// `prune` leaves out points of the path, without chance, and is quick: it is done to every path. A shortcut goes
+// between any two positions on the path. All joints go straight there, or only some of them while the others stay as
+// they were: partial shortcuts (Geraerts and Overmars, Creating High-quality Paths for Motion Planning, 2007). A
+// shortcut of all joints is blocked if one of them is in the way; a partial one often is not. That counts most for many
+// joints.
 #pragma once
 
 #include "search/rrt_connect.hpp"
@@ -13,6 +14,19 @@ namespace SPACEARM_NAMESPACE {
 template <class T> class path_shortener {
   public:
     path_shortener(rrt_connect<T>& edges, int dofs) : edges_(edges), n_(dofs), only_(dofs) {}
+
+    // Leaves out the points between two others with a free straight edge between them: from the first point on, with
+    // the farthest such point. still() is asked before every edge.
+    template <class Still> void prune(path<T>& p, Still&& still) {
+        for (int i = 0; i + 2 < p.count(n_); ++i) {
+            for (int k = p.count(n_) - 1; k >= i + 2; --k) {
+                if (!still()) return;
+                if (!edges_.straight_free(&p.points[i * n_], &p.points[k * n_])) continue;
+                p.points.erase(p.points.begin() + (i + 1) * n_, p.points.begin() + k * n_);
+                break;
+            }
+        }
+    }
 
     // At most `tries` shortcuts; ends after as many failures in a row as `stall`, or when still() says no. Whether the
     // path became shorter.
@@ -27,7 +41,8 @@ template <class T> class path_shortener {
     }
 
   private:
-    static constexpr T worthwhile = T(0.999);  // of a shortcut's length to that of what it replaces
+    static constexpr T worthwhile = T(0.999);   // a shortcut's length, as a share of what it replaces, at most
+    static constexpr T widest_share = T(0.98);  // of the path, that a shortcut replaces
 
     // Arc lengths up to each point, and the whole.
     T measure(const path<T>& p) {
@@ -49,34 +64,14 @@ template <class T> class path_shortener {
             q[d] = a + (p.points[(k + 1) * n_ + d] - a) * share;
         }
     }
+    // Tries one shortcut between two random positions; whether it is free and shorter, and was taken.
     bool shortcut(path<T>& p, search_sequence<T>& random) {
-        const T all = along_.back(), u = random.uniform(), width = all * u * (T(2) - u) * T(0.98);
+        const T all = along_.back(), u = random.uniform(), width = all * u * (T(2) - u) * widest_share;
         const T from = (all - width) * random.uniform(), to = from + width;
         const int first = segment_at(from), last = segment_at(to);
-        const bool partial = random.uniform() < T(0.5);
-        const int one = random.below(n_);
-        const bool several = random.uniform() < T(0.5);
-        for (int d = 0; d < n_; ++d) only_[d] = !partial || d == one || (several && random.uniform() < T(0.5));
+        const bool partial = choose_joints(random);
         if (last == first) return false;
-        // a, what is between, b
-        fresh_.assign(static_cast<std::size_t>(n_) * (last - first + 2), T(0));
-        point_at(p, from, first, fresh_.data());
-        point_at(p, to, last, fresh_.data() + fresh_.size() - n_);
-        int count = last - first + 2;
-        if (!partial) {
-            std::copy(fresh_.end() - n_, fresh_.end(), fresh_.begin() + n_);
-            fresh_.resize(2 * static_cast<std::size_t>(n_));
-            count = 2;
-        } else {
-            const T* b = fresh_.data() + fresh_.size() - n_;
-            for (int i = 1; i + 1 < count; ++i) {
-                const int k = first + i;
-                const T share = (along_[k] - from) / width;
-                for (int d = 0; d < n_; ++d) {
-                    fresh_[i * n_ + d] = only_[d] ? fresh_[d] + (b[d] - fresh_[d]) * share : p.points[k * n_ + d];
-                }
-            }
-        }
+        const int count = lay_shortcut(p, from, width, partial);
         T length = 0;
         for (int i = 0; i + 1 < count; ++i) length += distance_between(&fresh_[i * n_], &fresh_[(i + 1) * n_], n_);
         if (!(length < worthwhile * width)) return false;
@@ -92,11 +87,35 @@ template <class T> class path_shortener {
         measure(p);
         return true;
     }
+    // Which joints a shortcut straightens: all, or one, or one and about half of the others. Whether only some.
+    bool choose_joints(search_sequence<T>& random) {
+        const bool partial = random.uniform() < T(0.5);
+        const int one = random.below(n_);
+        const bool several = random.uniform() < T(0.5);
+        for (int d = 0; d < n_; ++d) only_[d] = !partial || d == one || (several && random.uniform() < T(0.5));
+        return partial;
+    }
+    // Puts the shortcut's points into fresh_: its ends, and of a partial one those of the path between them. How many.
+    int lay_shortcut(const path<T>& p, T from, T width, bool partial) {
+        const T to = from + width;
+        const int first = segment_at(from), last = segment_at(to), count = partial ? last - first + 2 : 2;
+        fresh_.assign(static_cast<std::size_t>(n_) * count, T(0));
+        T* b = fresh_.data() + fresh_.size() - n_;
+        point_at(p, from, first, fresh_.data());
+        point_at(p, to, last, b);
+        for (int i = 1; i + 1 < count; ++i) {
+            const int k = first + i;
+            const T share = (along_[k] - from) / width;
+            for (int d = 0; d < n_; ++d)
+                fresh_[i * n_ + d] = only_[d] ? fresh_[d] + (b[d] - fresh_[d]) * share : p.points[k * n_ + d];
+        }
+        return count;
+    }
 
     rrt_connect<T>& edges_;
     int n_;
-    std::vector<char> only_;
-    std::vector<T> along_, fresh_;
+    std::vector<char> only_;        // (n,) the joints that the shortcut straightens
+    std::vector<T> along_, fresh_;  // the path's lengths up to its points; the shortcut's points
 };
 
 }  // namespace SPACEARM_NAMESPACE

@@ -4,6 +4,7 @@
 // Its paths have corners and no timing; they only tell the search where motions may be. Distances are measured by how
 // far the joints move the bodies, so that one step suits all joints of all robots. The lanes are instants along one
 // edge; where most edges collide, they are the ends of as many edges first, and only those with a free end go on.
+// docs/theory.md, "How the trees grow", has the rule step by step.
 #pragma once
 
 #include "lanes/random.hpp"
@@ -12,20 +13,25 @@
 
 namespace SPACEARM_NAMESPACE {
 
-template <class T> class path {
-  public:
-    std::vector<T> points;  // (m, n)
-    int goal = 0;
-    int count(int n) const { return static_cast<int>(points.size()) / n; }
-};
-
 template <class T> T distance_between(const T* a, const T* b, int n) {
     T sum = 0;
     for (int d = 0; d < n; ++d) sum += (a[d] - b[d]) * (a[d] - b[d]);
     return std::sqrt(sum);
 }
 
-// A radian is one of a joint whose lever is the mean one; others move their bodies less or more.
+// Straight edges from the start to one of the goals.
+template <class T> struct path {
+    std::vector<T> points;  // (m, n)
+    int goal = 0;
+    int count(int n) const { return static_cast<int>(points.size()) / n; }
+    T length(int n) const {
+        T sum = 0;
+        for (int i = 0; i + 1 < count(n); ++i) sum += distance_between(&points[i * n], &points[(i + 1) * n], n);
+        return sum;
+    }
+};
+
+// Lengths are those of a joint with the mean lever (levers.hpp): other joints count by how far they move the bodies.
 struct rrt_connect_settings {
     double step = 1.0;        // [rad] longest edge
     double near_line = 0.95;  // share of the samples drawn around the straight motion ...
@@ -66,24 +72,6 @@ template <class T> class rrt_connect {
         return false;
     }
 
-    // Leaves out what can be left out, from either end, as long as still() says yes.
-    template <class Still> void shorten(path<T>& found, Still&& still) {
-        for (int i = 0; i + 2 < found.count(n_); ++i) {
-            for (int k = found.count(n_) - 1; k >= i + 2; --k) {
-                if (!still()) return;
-                if (!straight_free(&found.points[i * n_], &found.points[k * n_])) continue;
-                found.points.erase(found.points.begin() + (i + 1) * n_, found.points.begin() + k * n_);
-                break;
-            }
-        }
-    }
-    T length(const path<T>& found) const {
-        T sum = 0;
-        for (int i = 0; i + 1 < found.count(n_); ++i)
-            sum += distance_between(&found.points[i * n_], &found.points[(i + 1) * n_], n_);
-        return sum;
-    }
-
     // Whether the way straight from a to b is free, looked at in edges of at most a step.
     bool straight_free(const T* a, const T* b) {
         std::vector<T> from(a, a + n_), to(n_);
@@ -98,13 +86,12 @@ template <class T> class rrt_connect {
 
   private:
     static constexpr int W = lanes_of<T>;
-    static constexpr int most_nodes =
-        1 << 18;  // of a tree; beyond, looking for the nearest takes longer than beginning again
-    static constexpr int most_steps = 1 << 12;  // towards one sample: many times any arm's range
-    static constexpr int one_by_one = 4;        // edges that collide before the ends are looked at a pack at a time
+    static constexpr int most_nodes = 1 << 18;  // of a tree; with more, the nearest takes longer than a new tree
+    static constexpr int most_steps = 1 << 12;  // edges towards one sample: many times any arm's range
+    static constexpr int one_by_one = 4;        // blocked edges, before ends are checked a pack at a time
     static constexpr int more_edges = 2;        // in the direction of the sample, after the first
-    static constexpr T first_edge = T(0.5);     // of the longest: near the ends there is little room
-    static constexpr T least_weight = T(0.1);   // of joints that move next to nothing
+    static constexpr T first_edge = T(0.5);     // length of the first, as a share of a step
+    static constexpr T least_weight = T(0.1);   // of a joint that moves next to nothing, as a share of the mean
 
     // A tree's nodes; weighted as well, one row a joint, so that the nearest is looked for a pack at a time.
     struct branch {
@@ -295,7 +282,7 @@ template <class T> class rrt_connect {
     int n_;
     std::vector<T> weight_, spread_;  // (n,) of the joints
     branch from_start_, from_goals_;
-    int blocked_ = 0;  // edges so far
+    int blocked_ = 0;  // edges, since the trees began
     candidate candidate_[W];
     std::vector<pack<T>> ends_;
     std::vector<T> at_, next_, aim_, weighted_;

@@ -12,20 +12,21 @@ namespace SPACEARM_NAMESPACE {
 struct motion_search_settings {
     swarm_settings swarm;  // evaluations: of one turn
     rrt_connect_settings trees;
-    std::vector<int> interior = {2, 3};       // control points of the swarm's motions, turn by turn
-    std::vector<int> ladder = {2, 4, 8, 16};  // tried on a path: the first, then one that clings to it, then the others
-    int patience = 4000;        // samples of the trees in a turn, where there is another method to turn to; 0: no trees
-    int first_turn = 1 << 19;   // configurations of the trees' first turn while nothing is found; then ever more
-    double swarm_share = 0.08;  // of the work of the trees, for the swarm, while nothing is found
+    std::vector<int> interior = {2, 3};  // control points of the swarm's motions, turn by turn
+    // Control points fitted to a path, in this order; after the first number its corners are rounded instead.
+    std::vector<int> ladder = {2, 4, 8, 16};
+    int patience = 4000;        // samples of the trees in a turn, once a motion is known; 0: no trees
+    int first_turn = 1 << 19;   // configurations of the trees' first turn while none is known; twice as many each time
+    double swarm_share = 0.08;  // of the trees' configurations, for the swarm, while none is known
     int shortcuts = 200;        // tried on a path in a turn, at most
-    int shortcut_stall = 50;    // the turn ends after as many failures in a row
-    int refine_stall = 100;     // refining ends after as many failures in a row
-    int swarm_turn = 3;         // of constrained motions every turn of this number is the swarm's; 0: no swarm
+    int shortcut_stall = 50;    // failures in a row that end the turn
+    int refine_stall = 100;     // failures in a row that end refining
+    int swarm_every = 3;        // where the end is constrained, one turn in so many is the swarm's; 0: no swarm at all
     int swarm_stall = 20;       // rounds without improvement that end its turn
-    double give_up = 1.15;      // refining ends early where a motion stays this much worse than the best
-    double detour = 1.3;        // paths longer than this times the best motion are not followed up
+    double give_up = 1.15;      // times the best fitness: motions that stay worse are not refined to the end
+    double detour = 1.3;        // times the best fitness: longer paths are not followed
     double shake = 0.3;         // first deviation of refining [rad or m]
-    double swarm_spread = 0.4;  // of the particles around the motions known
+    double swarm_spread = 0.4;  // greatest deviation of the particles around the motions known [rad or m]
 };
 
 inline void require_sound(const motion_search_settings& s) {
@@ -38,7 +39,7 @@ inline void require_sound(const motion_search_settings& s) {
     }
     constexpr int often = 1'000'000;
     const auto counted = [](int n, int least) { return n >= least && n <= often; };
-    require(s.trees.step >= 1e-3 && s.trees.step <= 1e3 && counted(s.patience, 0) && counted(s.swarm_turn, 0)
+    require(s.trees.step >= 1e-3 && s.trees.step <= 1e3 && counted(s.patience, 0) && counted(s.swarm_every, 0)
                 && counted(s.first_turn, 1) && counted(s.shortcuts, 1) && counted(s.shortcut_stall, 1)
                 && counted(s.swarm_stall, 0) && counted(s.refine_stall, 1),
             out);

@@ -241,7 +241,7 @@ def frame_goal(**changes: Any) -> Any:
 
 def goals(scene: Any = None, goal: Any = None, **changes: Any) -> Any:
     """A search for goal configurations of the paper's arm, some of its numbers changed."""
-    given = {"start": np.zeros(7), "lower": -np.ones(7), "upper": np.ones(7), "turns": np.ones(7, dtype=bool)}
+    given = {"start": np.zeros(7), "lower": -np.ones(7), "upper": np.ones(7), "whole_turns": np.ones(7, dtype=bool)}
     given |= {"margin": 0.002, "seed": 0}
     made = place(BUILD, ROBOT).native if scene is None else scene
     return BUILD.module.GoalSearch64(scene=made, goal=frame_goal() if goal is None else goal, **{**given, **changes})
@@ -549,7 +549,7 @@ REFUSED: dict[str, Case] = {
         for value in (np.nan, -np.inf, 1e300)
     },
     **{f"goals: {name} too short": lambda name=name: goals(**{name: np.zeros(6)}) for name in ("start", "lower", "upper")},
-    "goals: turns too short": lambda: goals(turns=np.ones(6, dtype=bool)),
+    "goals: whole turns too short": lambda: goals(whole_turns=np.ones(6, dtype=bool)),
     "goals: bounds the wrong way round": lambda: goals(lower=np.ones(7), upper=np.zeros(7)),
     "goals: a margin that is no number": lambda: goals(margin=np.nan),
     "goals: no scene": lambda: goals(scene=0),

@@ -198,7 +198,7 @@ def goal_search(build: Build, robot: Robot, obstacles: Sequence[Obstacle], pose:
         start=np.array(start, dtype=np.float64),
         lower=np.array(robot.lower),
         upper=np.array(robot.upper),
-        turns=np.ones(robot.dof, dtype=bool),
+        whole_turns=np.ones(robot.dof, dtype=bool),
         margin=0.002,
         seed=seed,
     )

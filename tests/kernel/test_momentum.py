@@ -189,7 +189,8 @@ def test_motions_are_moved_until_their_ends_are_met(build: Build, kind: str, mon
         goal = PoseGoal(wanted, position_tolerance=1e-3, orientation_tolerance=1e-3, free_axis="z" if kind == "axis" else None)
     robot = replace(robot, lower=np.full(7, -4.0), upper=np.full(7, 4.0))
     problem = Problem(robot, [], start=start, goal=goal, base="floating", base_goal=(1, 0, 0, 0))
-    monkeypatch.setattr("spacearm.planner.motion_search.native", build.module)
+    for module in ("motion_search", "inverse_kinematics"):  # where the demands and the goal's frame are put together
+        monkeypatch.setattr(f"spacearm.planner.{module}.native", build.module)
     demands = base_demands(problem)
     base = build.module.FloatingBase(frame=demands.frame, attitude=demands.attitude)
     search = floating_search(build, robot, start, near, base, bounds=(robot.lower, robot.upper))

@@ -184,7 +184,7 @@ def test_one_joint_goes_straight_or_not_at_all(build: Build, kind: str) -> None:
 
 @pytest.mark.parametrize("interior", [[1], [24], [12], [1, 24, 2], [3, 3]])
 def test_the_swarm_flies_with_the_numbers_of_control_points_asked_for(build: Build, interior: list[int]) -> None:
-    search = RUN(cluttered(build, settings={"interior": interior, "patience": 0, "swarm_turn": 1}), 12000)
+    search = RUN(cluttered(build, settings={"interior": interior, "patience": 0, "swarm_every": 1}), 12000)
     counts = {len(entry.points) for entry in search.history if entry.by == "swarm"}
     assert counts
     assert counts <= set(interior)

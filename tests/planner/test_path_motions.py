@@ -1,7 +1,8 @@
-"""Motions along paths: a path whose edges are free becomes a motion, whatever its corners; splines of many control points."""
+"""From paths to motions: paths are shortened, free ones become motions, whatever their corners; many control points."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,7 @@ def test_a_free_path_becomes_a_free_motion(build: Build, corners: int, seed: int
     path = rng.uniform(-2.5, 2.5, (corners, 2))
     balls = slot(path, rng, count, gap)
     search = search_along(build, path, balls)
-    found = search.cling(build.array(path), 0)
+    found = search.blend_corners(build.array(path), 0)
     assert (found.outcome, found.edge) == ("free", -1)
     points = found.points.astype(np.float64)
     judged = search.judge(build.array(points.reshape(1, -1)), len(points), 0)
@@ -80,7 +81,7 @@ def test_a_free_path_becomes_a_free_motion(build: Build, corners: int, seed: int
     assert to_path(q, path).max() <= 0.5 * edges.max()
     if balls:
         assert clearances(q, balls).min() > -0.05  # between the instants it may dip a little
-    again = search.cling(build.array(path), 0)
+    again = search.blend_corners(build.array(path), 0)
     np.testing.assert_array_equal(again.points, found.points)
 
 
@@ -92,7 +93,7 @@ def test_a_motion_that_may_cut_no_corner_is_the_path(build: Build) -> None:
         inward = sum((path[k] - path[i]) / np.linalg.norm(path[k] - path[i]) for k in (i - 1, i + 1))
         center = path[i] + inward * (0.1 + CARRIAGE_RADIUS + MARGIN + 1e-6)
         balls.append(Sphere((center[0], 0.0, center[1]), 0.1))
-    found = search_along(build, path, balls).cling(build.array(path), 0)
+    found = search_along(build, path, balls).blend_corners(build.array(path), 0)
     assert found.outcome == "free"
     q = spline_of(path, found.points.astype(np.float64))(np.linspace(0, 1, 5000))
     assert to_path(q, path).max() < 0.02
@@ -102,7 +103,7 @@ def test_a_motion_that_may_cut_no_corner_is_the_path(build: Build) -> None:
 
 def test_few_corners_in_free_space_take_few_control_points(build: Build) -> None:
     path = np.array([[-2.0, 0.0], [0.0, 1.0], [2.0, 0.0]])
-    found = search_along(build, path, []).cling(build.array(path), 0)
+    found = search_along(build, path, []).blend_corners(build.array(path), 0)
     assert (found.outcome, len(found.points), found.looks) == ("free", 1, 1)
 
 
@@ -112,7 +113,7 @@ def test_a_path_that_is_not_free_names_the_edge(build: Build, edge: int) -> None
     middle = (path[edge] + path[edge + 1]) / 2
     ball = Sphere((middle[0], 0.0, middle[1]), 0.2)
     around = slot(path, np.random.default_rng(2), 2000)
-    found = search_along(build, path, [ball, *around]).cling(build.array(path), 0)
+    found = search_along(build, path, [ball, *around]).blend_corners(build.array(path), 0)
     assert (found.outcome, found.edge) == ("blocked", edge)
     at = found.at.astype(np.float64)
     assert to_path(at[None], path[edge : edge + 2])[0] < 1e-4
@@ -121,7 +122,7 @@ def test_a_path_that_is_not_free_names_the_edge(build: Build, edge: int) -> None
 
 def test_a_path_with_too_many_corners_is_told(build: Build) -> None:
     rng = np.random.default_rng(0)
-    found = search_along(build, np.linspace(-2, 2, 600)[:, None] + rng.normal(size=(600, 2)) * 0.01, []).cling(
+    found = search_along(build, np.linspace(-2, 2, 600)[:, None] + rng.normal(size=(600, 2)) * 0.01, []).blend_corners(
         build.array(np.linspace(-2, 2, 600)[:, None] + np.zeros((600, 2))), 0
     )
     assert found.outcome == "unfinished"
@@ -132,7 +133,7 @@ def test_the_motion_of_a_long_path_is_proven(build: Build) -> None:
     rng = np.random.default_rng(5)
     path = np.array([[-2.4 + 0.6 * i, 1.5 * (-1) ** i] for i in range(9)])
     balls = slot(path, rng, 150, gap=0.02)
-    found = search_along(build, path, balls).cling(build.array(path), 0)
+    found = search_along(build, path, balls).blend_corners(build.array(path), 0)
     assert found.outcome == "free"
     assert len(found.points) > 10
     robot = slider()
@@ -141,6 +142,57 @@ def test_the_motion_of_a_long_path_is_proven(build: Build) -> None:
     certificate = certify(problem, Trajectory(robot, motion))
     assert certificate.status == "holds"
     assert certificate.evaluations < 3000
+
+
+# ---- shorter paths ---------------------------------------------------------------------------------------------------
+
+
+def length_of(path: np.ndarray) -> float:
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+
+
+def even(path: np.ndarray, count: int = 400) -> np.ndarray:
+    """Configurations on all edges of a path."""
+    share = np.linspace(0, 1, count)[:, None]
+    return np.concatenate([a + (b - a) * share for a, b in pairwise(path)])
+
+
+BETWEEN = (1 / 32) ** 2 / (2 * CARRIAGE_RADIUS)
+"""[m] How deep two balls get into each other between two instants that are 1/16 m apart, at most."""
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(3, 10), st.integers(0, 10**6), st.sampled_from([0, 20, 300]))
+def test_a_path_becomes_no_longer_keeps_its_ends_and_stays_free(build: Build, corners: int, seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    path = rng.uniform(-2.5, 2.5, (corners, 2))
+    balls = slot(path, rng, count, gap=0.05)
+    search = search_along(build, path, balls)
+    pruned, short = (search.shorten(build.array(path), 0, shortcuts=n, seed=seed).astype(np.float64) for n in (0, 200))
+    for found in (pruned, short):
+        np.testing.assert_allclose(found[[0, -1]], path[[0, -1]], atol=1e-6)
+        assert not balls or clearances(even(found), balls).min() > MARGIN - BETWEEN - 1e-5
+    assert length_of(short) <= length_of(pruned) + 1e-5
+    assert length_of(pruned) <= length_of(path) + 1e-5
+    if not balls:
+        assert len(pruned) == 2
+    else:  # what is left are points of the path, in order
+        kept = [int(np.abs(path - q).max(axis=1).argmin()) for q in pruned]
+        np.testing.assert_allclose(pruned, path[kept], atol=1e-6)
+        assert kept == sorted(kept)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_around_a_ball_a_path_comes_near_the_shortest_one(build: Build, seed: int) -> None:
+    """Two tangents and the arc between them, by the formula; pruning alone leaves the detour."""
+    radius = 1.0 + CARRIAGE_RADIUS + MARGIN
+    path = np.array([[-2.0, 0.0], [-1.5, 2.4], [1.5, 2.4], [2.0, 0.0]])
+    search = search_along(build, path, [Sphere((0.0, 0.0, 0.0), 1.0)])
+    tangent, arc = np.sqrt(4 - radius**2), np.pi - 2 * np.arccos(radius / 2)
+    shortest = 2 * tangent + radius * arc
+    pruned, short = (search.shorten(build.array(path), 0, shortcuts=n, seed=seed).astype(np.float64) for n in (0, 1000))
+    assert length_of(pruned) > 1.2 * shortest
+    assert 0.99 * shortest < length_of(short) < 1.03 * shortest
 
 
 # ---- many control points ---------------------------------------------------------------------------------------------
@@ -210,8 +262,18 @@ def test_every_level_has_the_same_motions(bits: int) -> None:
     for level in LEVELS:
         build = Build(level, bits)
         search = search_along(build, path, balls)
-        clung = search.cling(build.array(path), 0)
-        more = search.with_interior(build.array(clung.points.reshape(1, -1)), len(clung.points), 0, 40)
+        blended = search.blend_corners(build.array(path), 0)
+        more = search.with_interior(build.array(blended.points.reshape(1, -1)), len(blended.points), 0, 40)
         judged = search.judge(more, 40, 0)
-        found.append([clung.looks, clung.points.tolist(), more.tolist(), judged.terms.tolist(), judged.violation.tolist()])
+        short = search.shorten(build.array(path), 0, shortcuts=100, seed=3)
+        found.append(
+            [
+                short.tolist(),
+                blended.looks,
+                blended.points.tolist(),
+                more.tolist(),
+                judged.terms.tolist(),
+                judged.violation.tolist(),
+            ]
+        )
     assert all(one == found[0] for one in found[1:])

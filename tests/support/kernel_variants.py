@@ -17,7 +17,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
 
 MOTIONS: dict[str, tuple[dict[str, Any], dict[str, Any] | None]] = {
     "trees": ({}, None),
-    "swarms": ({"patience": 0, "swarm_turn": 1}, None),
+    "swarms": ({"patience": 0, "swarm_every": 1}, None),
     "symbiotic": ({"patience": 0}, {**VARIANTS["symbiotic"], "bounds": "absorb"}),
     "evolving": ({"patience": 0, "interior": [3, 1]}, VARIANTS["evolving"]),
 }

@@ -205,7 +205,7 @@ class SearchSettings:
 
     refine_stall: int
 
-    swarm_turn: int
+    swarm_every: int
 
     swarm_stall: int
 
@@ -550,9 +550,14 @@ class MotionSearch64:
     def judge(self, rows: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], interior: int, goal: int) -> Judgement64:
         """What motions (rows, K n) are worth."""
 
-    def cling(self, corners: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], goal: int) -> FollowedPath64:
+    def blend_corners(self, corners: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], goal: int) -> FollowedPath64:
         """
         The motion along a path (m, n) from the start to a goal, as near to it as it takes to be free.
+        """
+
+    def shorten(self, corners: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], goal: int, *, shortcuts: int, seed: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+        """
+        A path (m, n) without the points that it does not need, shortened by so many random shortcuts.
         """
 
     def with_interior(self, rows: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], interior: int, goal: int, wanted: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
@@ -846,9 +851,14 @@ class MotionSearch32:
     def judge(self, rows: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], interior: int, goal: int) -> Judgement32:
         """What motions (rows, K n) are worth."""
 
-    def cling(self, corners: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], goal: int) -> FollowedPath32:
+    def blend_corners(self, corners: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], goal: int) -> FollowedPath32:
         """
         The motion along a path (m, n) from the start to a goal, as near to it as it takes to be free.
+        """
+
+    def shorten(self, corners: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], goal: int, *, shortcuts: int, seed: int) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]:
+        """
+        A path (m, n) without the points that it does not need, shortened by so many random shortcuts.
         """
 
     def with_interior(self, rows: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C')], interior: int, goal: int, wanted: int) -> Annotated[NDArray[numpy.float32], dict(shape=(None, None))]:
@@ -897,7 +907,7 @@ class GoalSearch64:
     Free configurations that bring a frame to its goal, from many guesses side by side.
     """
 
-    def __init__(self, *, scene: Model64, goal: FrameGoal, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], turns: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')], margin: float, seed: int) -> None: ...
+    def __init__(self, *, scene: Model64, goal: FrameGoal, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], whole_turns: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')], margin: float, seed: int) -> None: ...
 
     def look(self, guesses: int) -> None:
         """Goes on with so many guesses more; the first is the start."""

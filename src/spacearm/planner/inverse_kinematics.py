@@ -158,7 +158,7 @@ class _Search:
             start=np.array(start),
             lower=lower,
             upper=upper,
-            turns=whole_turns(self.robot),
+            whole_turns=whole_turns(self.robot),
             margin=searched.asked,
             seed=self.swarms.seed,
         )

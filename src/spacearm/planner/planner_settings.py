@@ -99,7 +99,7 @@ class PlannerSettings:
             32 looks at the end are one evaluation.
         time_budget: planning ends after this time [s]: goal configurations, motions, proofs, and what is tried again where a
             proof failed, for which a fifth is reserved. However little it is, these are done once: the first guesses for the
-            goal, a look at the straight motions, and the proof of the best motion. Where that fails, others are tried until
+            goal, a search of 1 ms, and the proof of the best motion. Where that fails, others are tried until
             0.15 s after the beginning, and two that were found earlier even then. None: no limit.
         convergence: evaluations without an improvement of 0.1 %, or without any motion, after which an island ends; None:
             never.

@@ -43,6 +43,7 @@ _LEAST_EVALUATIONS_AGAIN = 500  # however small the share is
 _LEAST_SECONDS_AGAIN = 0.02  # [s] likewise
 _SECONDS_FOR_PROOFS = 0.2  # share of `time_budget` that the first search leaves for proofs and what follows them
 _ALWAYS_AGAIN = 0.15  # [s] from the beginning: so long another motion may be tried, however short `time_budget` is
+_LEAST_SEARCH = 1e-3  # [s] for the first search, however little time there is: most problems need less for a motion
 _LEAST_SECONDS = 1e-6  # [s] a search for so long looks at the straight motions and ends; 0 would be no limit
 _EARLIER = (0.5, 1.0)  # which of the motions found, from the best to the first, are proven where nothing else is left
 _PROVEN_AFTER_INTERRUPT = 30  # motions given to the proof after Ctrl-C, at most
@@ -249,7 +250,7 @@ class _Search:
     def run(self) -> Status:
         """Search until the budget is spent, and prove the best motion; where that fails, look for another."""
         budget, clock = self.settings.time_budget, self.clock
-        seconds = 0.0 if budget is None else max(_LEAST_SECONDS, clock.left - _SECONDS_FOR_PROOFS * budget)
+        seconds = 0.0 if budget is None else max(_LEAST_SEARCH, clock.left - _SECONDS_FOR_PROOFS * budget)
         try:
             self._go_on(_Budget(evaluations=self.settings.most_evaluations or 0, seconds=seconds))
             return self._prove_best()
