@@ -15,6 +15,7 @@
 #include <chrono>
 #include <functional>
 
+#include "search/method_credits.hpp"
 #include "search/path_motions.hpp"
 #include "search/path_shortening.hpp"
 #include "search/search_settings.hpp"
@@ -225,31 +226,16 @@ template <class T> class motion_search {
             else another_path();
             return;
         }
-        const int chosen = next_method();
+        const int chosen = credits_.next([&](int i) { return possible(i); });
         const std::int64_t before = checker_.configurations();
         const double had = static_cast<double>(best_fitness());
         switch (chosen) {
             case shorter_path: shorten_a_path(); break;
             case other_path: another_path(); break;
-            default: take_swarm_turn(true, std::int64_t{swarm_first} << std::min(methods_[around_known].turns, 30));
+            default: take_swarm_turn(true, std::int64_t{swarm_first} << std::min(credits_.turns(around_known), 30));
         }
-        method& m = methods_[chosen];
-        m.gain = keeps * m.gain + (had - static_cast<double>(best_fitness())) / std::max(had, 1e-30);
-        m.work = keeps * m.work + static_cast<double>(checker_.configurations() - before);
-        m.all_work += static_cast<double>(checker_.configurations() - before);
-        ++m.turns;
-    }
-    int next_method() const {
-        double all = 0;
-        for (const method& m : methods_) all += m.all_work;
-        int best = -1;
-        for (int i = 0; i < method_count; ++i) {
-            if (!possible(i)) continue;
-            const method& m = methods_[i];
-            if (m.turns == 0 || m.all_work < least_share * all) return i;
-            if (best < 0 || m.gain * methods_[best].work > methods_[best].gain * m.work) best = i;
-        }
-        return best;
+        const double gain = (had - static_cast<double>(best_fitness())) / std::max(had, 1e-30);
+        credits_.book(chosen, gain, static_cast<double>(checker_.configurations() - before));
     }
     bool possible(int i) const {
         if (i == around_known) return s_.swarm_every > 0 || s_.patience == 0;
@@ -593,15 +579,8 @@ template <class T> class motion_search {
     // [configurations] how long the trees' turn is while nothing is known; where turns end that do, 0: nowhere.
     std::int64_t trees_turn_ = s_.first_turn, trees_until_ = 0, swarm_until_ = 0;
     enum { shorter_path, other_path, around_known, method_count };
-    struct method {
-        double gain = 0, work = 0;  // lately; the gain as a share of the fitness
-        double all_work = 0;
-        int turns = 0;
-    };
-    static constexpr double keeps = 0.5;         // of what a method gained and worked, with each further turn
-    static constexpr double least_share = 0.1;   // of all work, for each method
     static constexpr int swarm_first = 1 << 14;  // configurations of the first turn; then twice as many each time
-    method methods_[method_count];
+    method_credits<method_count> credits_;
     std::vector<path<T>> paths_;
     T last_noted_ = infinity, fallback_violation_ = infinity;
     std::vector<known> best_, pool_;  // best_ holds one motion or none
