@@ -31,11 +31,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from spacearm.core.errors import SpacearmError
 from spacearm.geometry import Scene
 from spacearm.planner import PlannerSettings, PoseGoal, Problem, clearance
 from spacearm.planner.inverse_kinematics import find_goal_configurations
 from spacearm.robot import Robot, forward_kinematics, load_robot
-from spacearm.study.motionbenchmaker import find_items, read_item
+from spacearm.study.motionbenchmaker import find_items, find_robot, read_item
 from spacearm.study.reference_core import load_now, machine_note
 
 ENVIRONMENT = Path(__file__).resolve().parents[1] / ".venv-planners"
@@ -92,7 +93,8 @@ class Arm:
 
     @classmethod
     def of_files(cls, folder: Path) -> Arm:
-        urdf, srdf = next(folder.glob("*.urdf")), next(folder.glob("*.srdf"))
+        files = find_robot(folder, find_items(folder))
+        urdf, srdf = files.urdf, files.srdf
         name = srdf.stem
         group, tip = GROUPS[name]
         return cls(name, load_robot(urdf, srdf=srdf, group=group, **({} if tip is None else {"tip": tip})), urdf)
@@ -321,4 +323,8 @@ def quantiles(values: Sequence[float]) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except SpacearmError as error:
+        print(error, file=sys.stderr)
+        sys.exit(2)

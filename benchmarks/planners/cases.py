@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -131,12 +132,16 @@ def load_collection(
         group: whose joints move; None: the one of the requests.
         families: beginnings of the names of those wanted; none: all.
     """
-    every = [item for item in find_items(folder) if half == "all" or int(item.name or 0) % 2 == (half == "odd")]
-    named = tuple(families) or ("",)
-    wanted = dict.fromkeys(item.family for item in every if item.family.startswith(named))
-    items = [item for family in wanted for item in [item for item in every if item.family == family][:most]]
-    files = find_robot(folder, items, group=group)
-    robot = files.load()
+    try:
+        every = [item for item in find_items(folder) if half == "all" or int(item.name or 0) % 2 == (half == "odd")]
+        named = tuple(families) or ("",)
+        wanted = dict.fromkeys(item.family for item in every if item.family.startswith(named))
+        items = [item for family in wanted for item in [item for item in every if item.family == family][:most]]
+        files = find_robot(folder, items, group=group)
+        robot = files.load()
+    except SpacearmError as error:
+        print(error, file=sys.stderr)
+        raise SystemExit(2) from None
     out = Collection(files.urdf.stem.split("_")[0], files, [], {})
     for item in items:
         try:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from page import put_into
 
+from spacearm.core.errors import SpacearmError
 from spacearm.study.motionbenchmaker import find_items, find_robot
 from spacearm.study.motionbenchmaker_report import summary_of
 from spacearm.study.motionbenchmaker_runs import Benchmark, Protocol, run_benchmark
@@ -60,4 +61,8 @@ def report(benches: list[Benchmark], args: argparse.Namespace) -> list[str]:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except SpacearmError as error:
+        print(error, file=sys.stderr)
+        sys.exit(2)

@@ -581,7 +581,7 @@ template <class T> class motion_search {
     enum { shorter_path, other_path, around_known, method_count };
     static constexpr int swarm_first = 1 << 14;  // configurations of the first turn; then twice as many each time
     method_credits<method_count> credits_;
-    std::vector<path<T>> paths_;
+    std::vector<path<T>> paths_;  // the shortest that became a motion and may be shortened yet, or none
     T last_noted_ = infinity, fallback_violation_ = infinity;
     std::vector<known> best_, pool_;  // best_ holds one motion or none
     motion<T> fallback_;
