@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from spacearm.motion import Curve, PiecewisePath
 from spacearm.proof.bodies import bodies_of
-from spacearm.proof.displacement import Intervals, PathIntervals
+from spacearm.proof.path_intervals import Intervals, PathIntervals
 from spacearm.robot import Joint, LinkCapsule, Robot
 from support.bounded_paths import bounded, curves, line, parabola
 from support.dense_samples import arms, moving_frames, planar

@@ -19,7 +19,8 @@ from spacearm.proof.base_attitude import TOLERANCE, BaseAttitude
 from spacearm.proof.base_momentum import Reaction, _PlacedMasses
 from spacearm.proof.base_proofs import LOST, BaseSetup, FloatingBaseProof
 from spacearm.proof.bodies import JointMap, bodies_in_space_of, bodies_of
-from spacearm.proof.displacement import IntervalMidpoints, PathIntervals
+from spacearm.proof.displacement import IntervalMidpoints
+from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.polynomial_bounds import RHO, PanelPath, ellipses_of, greatest_norm
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot

@@ -13,7 +13,7 @@ from spacearm.core.errors import ProblemError
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Scene, Sphere, SphereSet
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, TimeLaw, Trajectory
 from spacearm.proof import Certificate, certify
-from spacearm.proof.displacement import PathIntervals
+from spacearm.proof.path_intervals import PathIntervals
 from spacearm.robot import Joint, LinkCapsule, Robot
 from support.dense_samples import Setting, planar, swing
 

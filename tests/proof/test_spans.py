@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spacearm.motion import Motion, PiecewisePath
-from spacearm.proof.displacement import PathIntervals
+from spacearm.proof.path_intervals import PathIntervals
 from support.bounded_paths import curves
 from support.dense_samples import planar
 

@@ -29,7 +29,7 @@ from spacearm.geometry import (
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.proof import Certificate, certify
 from spacearm.proof.bodies import bodies_of
-from spacearm.proof.displacement import PathIntervals
+from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.separation import ClearanceBounds, OpenPairs, clearance_bounds
 from spacearm.proof.solids import solids_of
 from spacearm.proof.witness import Witness, coal_polytope

@@ -6,8 +6,9 @@ import numpy as np
 from hypothesis import strategies as st
 
 from spacearm.motion import Curve, Motion, PiecewisePath
-from spacearm.proof.bodies import bodies_of
-from spacearm.proof.displacement import IntervalMidpoints, Intervals, JointMap, PathIntervals
+from spacearm.proof.bodies import JointMap, bodies_of
+from spacearm.proof.displacement import IntervalMidpoints
+from spacearm.proof.path_intervals import Intervals, PathIntervals
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
 

@@ -1,17 +1,9 @@
-"""How far the joints, and with them the robot's bodies, get from where they are at the midpoint of an interval.
+"""How far the robot's bodies get from where they are at the midpoint of an interval.
 
-An interval is a run of consecutive pieces of the curve, or a part of one piece. On each, for every u and for each joint,
-
-    |q(u) - q(m) - w (u - m)| <= e,    |u - m| <= h
-
-with the midpoint m, a rate w and a deviation e. On a part of a piece, w is q'(m) and e is h^2/2 times the greatest |q''| by the
-hull of the piece (Taylor). On a run of pieces q' may jump between them. There w is the centre of all rates that occur, by their
-hulls, and e is h times half their range.
-
-These give two bounds for a point of a body, such as the end of its axis or a corner: the displacement bound, and the
-second-order bound for its displacement along a direction. Joint k moves it by at most rho_k |dv_k|. Here rho_k is its distance
-from the joint's axis *at the midpoint*, or 1 for a prismatic joint. docs/certificate.md, sections 3 to 5, has the proofs; the
-letters are the same.
+`path_intervals` bounds the joints' motion. That gives two bounds for a point of a body, such as the end of its axis or a
+corner: the displacement bound, and the second-order bound for its displacement along a direction. Joint k moves it by at most
+rho_k |dv_k|. Here rho_k is its distance from the joint's axis *at the midpoint*, or 1 for a prismatic joint.
+docs/certificate.md, sections 3 to 5, has the proofs; the letters are the same.
 """
 
 from __future__ import annotations
@@ -23,19 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.exact import cross
-from spacearm.motion import Curve
 from spacearm.proof.base_momentum import BaseMotionBounds
 from spacearm.proof.bodies import Bodies, BodyGroup, JointMap, RelativeBodies, body_axes
+from spacearm.proof.path_intervals import LinearBounds
 from spacearm.proof.solids import Balls, Boxes, Solids, solids_of_cores
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-_FIRST_INTERVALS = 12  # intervals to begin with, at least
-_EPS = float(np.finfo(np.float64).eps)
-_SAMPLE_ROUNDING = 64 * _EPS  # times the greatest coefficient of a joint: the rounding of its samples and rates
-_ROUNDING_PER_DEGREE = 4 * _EPS  # likewise, in addition for every degree of the polynomials
-_JOIN_ROUNDING = 64 * _EPS  # likewise, for each join of two pieces: what PiecewisePath takes for no jump
 _VALUE_ROUNDING = 1e-15  # times a joint's value at the midpoint: the rounding of multiplier and offset
 _DISTANCE_ROUNDING = 1e-14  # times a squared distance, which is added to rho^2, a difference of squares
 _NUMBERS = 500_000  # in an array that is computed at once: 4 MB
@@ -45,110 +32,6 @@ MotionBounds = Callable[[Array, Array, Array, Array, Array], BaseMotionBounds | 
 
 Frames = Callable[[Array, Array], Array]
 """Takes parameters (r,) of the curve and joint values (r, j); gives T_w_joint (r, j + 1, 4, 4), the last for the base."""
-
-
-# ---- Bounds of the joints --------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Intervals:
-    """r intervals of a curve.
-
-    Attributes:
-        first, last: (r,) its pieces are first to last - 1.
-        ends: (r, 2) where they begin and end, in u.
-        share: (r,) of the curve, if all its pieces count alike.
-    """
-
-    first: Indices
-    last: Indices
-    ends: Array
-    share: Array
-
-    def __len__(self) -> int:
-        """Return r."""
-        return len(self.first)
-
-    def select(self, which: Indices) -> Intervals:
-        """Return some of them."""
-        return Intervals(first=self.first[which], last=self.last[which], ends=self.ends[which], share=self.share[which])
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LinearBounds:
-    """Straight lines through the midpoints of intervals, and how far the curve deviates from them.
-
-    Attributes:
-        u: (r,) the midpoints m.
-        half: (r,) half the lengths h.
-        q, rate: (r, n) the configuration and the rate w there.
-        deviation: (r, n) e, for every u of the interval.
-    """
-
-    u: Array
-    half: Array
-    q: Array
-    rate: Array
-    deviation: Array
-
-
-class PathIntervals:
-    """A curve's pieces, cut until there are enough intervals to begin with, and bounds of the joints' motion on intervals."""
-
-    def __init__(self, curve: Curve) -> None:
-        self._curve = curve
-        bisections = 0
-        while curve.pieces << bisections < _FIRST_INTERVALS:
-            bisections += 1
-        self._ends, self._least_rate, self._greatest_rate = curve.hulls(1, bisections=bisections)
-        _, low, high = curve.hulls(2, bisections=bisections)
-        self._second = np.maximum(-low, high)  # (p, n) the greatest |q''|
-        self._speed = np.maximum(-self._least_rate, self._greatest_rate)  # (p, n) the greatest |q'|
-        _, low, high = curve.hulls(0, bisections=0)  # the coefficients themselves: values between them may be far smaller
-        self._size = np.maximum(1.0, np.maximum(-low, high).max(axis=0))  # (n,)
-        self._rounding = _SAMPLE_ROUNDING + _ROUNDING_PER_DEGREE * curve.degree
-
-    def first(self) -> Intervals:
-        """Return the intervals to begin with, which make up the whole curve."""
-        pieces = len(self._ends)
-        cuts = np.unique(np.linspace(0, pieces, min(pieces, 2 * _FIRST_INTERVALS) + 1).astype(np.intp))
-        first, last = cuts[:-1], cuts[1:]
-        ends = np.stack([self._ends[first, 0], self._ends[last - 1, 1]], axis=1)
-        return Intervals(first=first, last=last, ends=ends, share=(last - first) / pieces)
-
-    def halved(self, of: Intervals) -> Intervals:
-        """Return two for each: a run of pieces is divided between two of them, a part of a piece at its midpoint."""
-        run = of.last - of.first > 1
-        between = (of.first + of.last) // 2
-        parted: Indices = np.minimum(between, len(self._ends) - 1)
-        center: Array = of.ends.mean(axis=1)
-        middle = np.where(run, self._ends[parted, 0], center)
-        first = np.stack([of.first, np.where(run, between, of.first)], axis=1).ravel()
-        last = np.stack([np.where(run, between, of.last), of.last], axis=1).ravel()
-        return Intervals(
-            first=first,
-            last=last,
-            ends=np.stack([of.ends[:, 0], middle, middle, of.ends[:, 1]], axis=1).reshape(-1, 2),
-            share=np.where(np.repeat(run, 2), (last - first) / len(self._ends), np.repeat(of.share, 2) / 2),
-        )
-
-    def linear_bounds(self, of: Intervals) -> LinearBounds:
-        """Return the straight lines, and the deviations for every u of the intervals."""
-        u = of.ends.mean(axis=1)
-        half = (np.diff(of.ends, axis=1)[:, 0] / 2 + 2 * _EPS * np.abs(of.ends).max(axis=1))[:, None]
-        rate, second = self._curve.sample(u, 1), self._second[of.first]
-        deviation = second * half**2 / 2
-        speed = self._speed[of.first]
-        # A part of a piece so short that its midpoint is one of its ends is bounded like a run: q' there may be of another.
-        inside = (u > of.ends[:, 0]) & (u < of.ends[:, 1])
-        for i in np.flatnonzero((of.last - of.first > 1) | ~inside):
-            low = self._least_rate[of.first[i] : of.last[i]].min(axis=0)
-            high = self._greatest_rate[of.first[i] : of.last[i]].max(axis=0)
-            rate[i], deviation[i] = (low + high) / 2, (high - low) / 2 * half[i]
-            speed[i] = np.maximum(-low, high)
-        joins = _JOIN_ROUNDING * np.maximum(0, of.last - of.first - 1)[:, None] * self._size
-        rounding = joins + self._rounding * (self._size + speed * half + deviation)
-        return LinearBounds(u=u, half=half[:, 0], q=self._curve.sample(u), rate=rate, deviation=deviation + rounding)
 
 
 # ---- Displacement bounds of the bodies -------------------------------------------------------------------------------

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.proof.bodies import Bodies, JointMap, RelativeBodies
-from spacearm.proof.displacement import Frames, IntervalMidpoints, LinearBounds
+from spacearm.proof.displacement import Frames, IntervalMidpoints
 from spacearm.proof.pair_requirements import NearEnd, PairRequirements
+from spacearm.proof.path_intervals import LinearBounds
 from spacearm.proof.required_clearance import held_to, out_level
 from spacearm.proof.separation import (
     ClearanceBounds,
