@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.floating_cases import drawn_robot, drawn_trajectory
 
 from spacearm.dynamics import Momentum
+from spacearm.proof.base_momentum import masses_of
 from spacearm.proof.base_proofs import FloatingBaseProof, base_setup_of, begun_base_proof, link_frames
+from support.floating_cases import drawn_robot, drawn_trajectory
 
 CLOSE = 1e-10  # of each quantity's size: two orders of the same sums, for bases up to a thousand times lighter than their arms
 
@@ -19,7 +20,8 @@ def _begun(number: int) -> tuple[np.random.Generator, FloatingBaseProof]:
     rng = np.random.default_rng((12, number))
     robot = drawn_robot(rng)  # with slides, mimics and branches
     drifts = number % 3 == 0
-    momentum = Momentum(linear=rng.normal(size=3), angular=1e-3 * rng.normal(size=3)) if drifts else Momentum()
+    spin = 0.1 * masses_of(robot).base_least * rng.normal(size=3)
+    momentum = Momentum(linear=rng.normal(size=3), angular=spin) if drifts else Momentum()
     trajectory = drawn_trajectory(rng, robot, momentum)
     base = begun_base_proof(robot, trajectory, base_setup_of(trajectory, robot, who="trajectory"))
     assert isinstance(base, FloatingBaseProof)
