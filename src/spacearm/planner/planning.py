@@ -541,6 +541,8 @@ def _fitness(trajectory: Trajectory, islands: Islands, weights: Weights) -> dict
 
 def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool) -> str:
     """Return what to do if there is no motion; `on_less` says what is found with less clearance, `spent` that the time is."""
+    if status == "found":
+        return ""
     near, missed = ("", ()) if proof is None else (proof.certificate.message, proof.missed)
     if proof is not None and proof.certificate.fails_by_base_limits:
         near = " and ".join(missed)
