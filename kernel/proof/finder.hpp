@@ -223,7 +223,7 @@ class Finder {
         stretch_ = stretch;
         u_ = stretch.middle();
         motion_.begin(stretch);
-        divisible_ = stretch.share / 2 >= resolution_;
+        divisible_ = stretch.share / 2 >= resolution_ && u_ > stretch.begin && u_ < stretch.end;
         halved_.clear();
         for (std::size_t i = 0; i < work_.size() && !ended(); ++i) deal_with(work_[i]);
         if (halved_.empty() || ended()) return;

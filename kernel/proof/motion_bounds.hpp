@@ -216,9 +216,10 @@ class MotionBounds {
         out.first = first + reach * motion.rotation;
         if (of.free) {
             const double away = length(c - vec3(base_.com)) + reach, turn = base_.rotation;
-            out.second +=
-                turn * out.first + away * (turn * turn / 2 + base_.rotation_second_order + base_.attitude_error);
-            out.first += away * (turn + base_.attitude_error) + length(vec3(base_.com_velocity)) * half_;
+            const double error = base_.attitude_error, moved = out.first + away * turn;
+            out.second += turn * out.first + away * (turn * turn / 2 + base_.rotation_second_order + error);
+            out.second += error * moved;
+            out.first = moved + away * error + length(vec3(base_.com_velocity)) * half_;
         }
         out.stamp = stamp_;
     }
