@@ -203,11 +203,10 @@ def _with_halves(claim: Claim, stretches: Intervals, halves_of: Indices, halved:
     halves = claim.path.halved(stretches.select(which))
     if not (halves.ends[:, 0] < halves.ends[:, 1]).all():
         raise _Fault("the proof halves a stretch of the path that is too short for it")
-    out = np.concatenate([halves_of, np.full(len(halves), -1)])
+    out = np.full(len(stretches) + len(halves), -1)
+    out[: len(stretches)] = halves_of
     out[which] = len(stretches) + 2 * np.arange(len(which))
-    pairs = ((getattr(stretches, name), getattr(halves, name)) for name in ("first", "last", "ends", "share"))
-    first, last, ends, share = (np.concatenate(pair) for pair in pairs)
-    return Intervals(first=first, last=last, ends=ends, share=share), out
+    return stretches.followed_by(halves), out
 
 
 def _batches(settled: _Settled, stretches: Intervals) -> Iterator[tuple[_Settled, Intervals]]:
