@@ -22,16 +22,16 @@ namespace spacearm_proof {
 struct BodyAtInstant {
     std::vector<double> points;
     PlacedBody placed;
-    Vector center;
+    Vec3 center;
     std::size_t instant;  // 1 + the instant that it is placed for; 0: none
 };
 
 // Clearances of pairs of bodies. Columns are the other bodies: obstacles first, then links.
 class Clearances {
   public:
-    // Pairs of outermost bodies that are kept apart; the first is the robot's.
-    Clearances(const Bodies& bodies, std::vector<int> first, std::vector<int> other)
-        : bodies_(bodies), first_(std::move(first)), other_(std::move(other)), at_(bodies_.count()) {
+    // The tables are not copied.
+    explicit Clearances(const Tables& tables)
+        : bodies_(tables.bodies), pairs_(tables.pairs), frames_in_all_(tables.pairs.frames), at_(bodies_.count()) {
         const Frame still = identity();
         for (int body = 0; body < bodies_.count(); ++body) {
             at_[body].instant = 0;
@@ -51,7 +51,7 @@ class Clearances {
         ++instant_;
         begin(links, obstacles, limit);
         frames_ = frames, least_ = least, which_ = which;
-        for (std::size_t i = 0; i < first_.size(); ++i) open(first_[i], other_[i]);
+        for (std::size_t i = 0; i < pairs_.first.size(); ++i) open(pairs_.first[i], pairs_.other[i]);
     }
 
     // The clearance of two bodies at one instant.
@@ -62,18 +62,21 @@ class Clearances {
     }
     int count() const { return bodies_.count(); }
 
-    // Throws if there are fewer frames, links or obstacles than the bodies name.
-    void require(int frames, int links, int obstacles) const {
-        for (const Body& body : bodies_.list) {
-            const int most = body.frame == world ? obstacles : links;
-            if (body.frame >= frames || body.owner >= most)
-                throw std::invalid_argument("clearances: the frames or the limits are not those of the bodies");
-        }
+    // Throws if there are other frames than the tables', or fewer links or obstacles than the bodies name.
+    void require_frames(std::size_t frames) const {
+        if (frames != static_cast<std::size_t>(frames_in_all_))
+            throw std::invalid_argument("clearances: the frames are not those of the tables");
+    }
+    void require_owners(std::size_t links, std::size_t obstacles) const {
+        for (const Body& body : bodies_.list)
+            if (body.owner >= static_cast<int>(body.frame == world ? obstacles : links))
+                throw std::invalid_argument("clearances: the limits are not those of the bodies");
     }
 
   private:
-    Bodies bodies_;
-    std::vector<int> first_, other_;
+    const Bodies& bodies_;
+    const Pairs& pairs_;
+    const int frames_in_all_;
     std::vector<BodyAtInstant> at_;
     std::vector<double> limit_;  // by link and body: of a bundle of several obstacles the greatest of its members
     std::size_t instant_ = 0;
@@ -110,11 +113,11 @@ class Clearances {
         const Body& of = bodies_[body];
         BodyAtInstant& to = at_[body];
         const double* points = bodies_.vertices.data() + 3 * of.first_point;
-        Vector axis = of.axis, center = of.center;
+        Vec3 axis = of.axis, center = of.center;
         if (moved != nullptr) {
             to.points.resize(3 * of.points);
             for (int i = 0; i < of.points; ++i) {
-                const Vector p = frame.placed(vector_at(points + 3 * i));
+                const Vec3 p = frame.placed(vec3(points + 3 * i));
                 to.points[3 * i] = p.x, to.points[3 * i + 1] = p.y, to.points[3 * i + 2] = p.z;
             }
             points = to.points.data(), axis = frame.turned(axis), center = frame.placed(center);
@@ -138,9 +141,9 @@ class Clearances {
     bool far(int first, int other, double enough) {
         const Body &a = bodies_[first], &b = bodies_[other];
         const BodyAtInstant &x = at(first), &y = at(other);
-        const Vector to = x.center - y.center;
+        const Vec3 to = x.center - y.center;
         if (b.half_space)
-            return dot(vector_at(y.placed.axis), x.center - vector_at(y.placed.points)) - a.reach - a.radius > enough;
+            return dot(vec3(y.placed.axis), x.center - vec3(y.placed.points)) - a.reach - a.radius > enough;
         const double all = enough + a.reach + a.radius + b.reach + b.radius;
         return all < 0.0 || dot(to, to) > all * all;
     }
