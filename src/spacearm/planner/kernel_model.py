@@ -68,7 +68,7 @@ class KernelModel:
         return native.Model32(self.world)
 
 
-class _IdentityCache(Generic[Made]):
+class IdentityCache(Generic[Made]):
     """What was made for the objects seen last: the same objects, not equal ones, for comparing large ones takes longer."""
 
     def __init__(self, most: int) -> None:
@@ -141,8 +141,8 @@ class _Arm:
     points: tuple[int, ...]
 
 
-_models = _IdentityCache[KernelModel](_CACHED)
-_arms = _IdentityCache[_Arm](_CACHED)
+_models = IdentityCache[KernelModel](_CACHED)
+_arms = IdentityCache[_Arm](_CACHED)
 
 
 def _arm(robot: Robot, frame: str | None, further: tuple[tuple[int, NDArray[np.float64]], ...]) -> _Arm:

@@ -25,7 +25,7 @@ from spacearm.dynamics import Momentum, momentum_map, system_mass
 from spacearm.dynamics.base_models import LIMITS, Base, BaseModel, FloatingBase, base_model, checked_base
 from spacearm.geometry import Obstacle, Scene
 from spacearm.geometry.scene import moved_scene
-from spacearm.planner.clearance import ClearanceModel
+from spacearm.planner.clearance import ClearanceModel, clearance_model
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.proof.required_clearance import DEFAULT_CLEARANCE, PairClearance, RequiredClearance, required_clearance
 from spacearm.robot.model import Robot
@@ -231,12 +231,12 @@ class Problem(_WithLocal):
     @property
     def at_start(self) -> ClearanceModel:
         """What the arm may meet while the base is where it stands at the beginning."""
-        return ClearanceModel(self.robot, self.local.scene)
+        return clearance_model(self.robot, self.local.scene)
 
     @property
     def at_goal(self) -> ClearanceModel:
         """What it may meet at a goal configuration: no obstacle where it moves its base, whose place there is not known."""
-        return ClearanceModel(self.robot, _FREE_SPACE) if self.base_model.follows_arm else self.at_start
+        return clearance_model(self.robot, _FREE_SPACE) if self.base_model.follows_arm else self.at_start
 
     @property
     def local(self) -> Problem:

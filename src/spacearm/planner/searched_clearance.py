@@ -125,7 +125,7 @@ def searched_clearance(problem: HasScene, ends: ArrayLike) -> SearchedClearance:
     model = prepared(problem)
     required = model.required_by(problem)
     rows = np.asarray(ends, dtype=np.float64)
-    to_scene, to_links = model.to_kernel_obstacles(rows), model.between_links(rows)  # (e, c, j), (e, p)
+    to_scene, to_links = model.measured(rows)  # (e, c, j), (e, p)
     asked = usual_clearance(problem)
     if required.alike and min(to_scene.min(initial=np.inf), to_links.min(initial=np.inf)) >= asked + SEARCH_ROOM:
         return SearchedClearance(asked=asked)
