@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
@@ -47,6 +48,7 @@ _SHORTEST, _LONGEST = 1e-6, 1e9  # [s] durations: far beyond any motion, and the
 _VAST_CLEARANCE = 0.5  # [m] of a problem: beyond, it may be meant in millimetres, which is told
 _MOST_TUMBLING = 18.0  # [rad] that the momentum turns the base by: nearly three turns, the most that the search can follow
 _MOST_ANGULAR = 1e9  # [N m s] of the momentum: no spacecraft has as much
+_FOR_PROOFS = ("pinocchio", "numpy.ma")  # imported with the first problem, in 60 ms: else the first plan would wait for them
 _FREE_SPACE = Scene([])  # always the same one: what is made of a robot among it is made once
 
 
@@ -212,6 +214,8 @@ class Problem(_WithLocal):
             )
         keep(self, start=start, goal=goal, snap_tolerance=snap, notes=tuple(dict.fromkeys(notes)), _local=None)
         _require_slow_tumbling(self)
+        for library in _FOR_PROOFS:
+            import_module(library)
 
     @property
     def base_model(self) -> BaseModel:
