@@ -109,9 +109,17 @@ class ClearanceModel:
         """Return the least of all (b,) [m]; infinite without obstacles and pairs."""
         return _least(*self.measured(q))
 
-    def room(self, q: Array, required: KernelClearance | None) -> Room:
-        """Compare the clearances of configurations (b, n) with those required of each pair; None: no contact is enough."""
+    def room(self, q: Array, required: KernelClearance | None, taken: tuple[Array, Array] | None = None) -> Room:
+        """Compare the clearances of configurations with those required of each pair.
+
+        Args:
+            q: (b, n) configurations [rad or m].
+            required: of the pairs; None: no contact is enough.
+            taken: (b, c) and (b, p): what a tracking error takes from shapes and obstacles, and from pairs of shapes [m].
+        """
         to_scene, between = self.measured(q)
+        if taken is not None:
+            to_scene, between = to_scene - taken[0][:, :, None], between - taken[1]
         least = _least(to_scene, between)
         if required is None:
             return Room(least=least, beyond=least, lacking=np.maximum(-least, 0.0))

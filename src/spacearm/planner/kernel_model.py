@@ -75,6 +75,7 @@ class IdentityCache(Generic[Made]):
         self._most, self._made = most, OrderedDict[tuple[object, ...], tuple[tuple[object, ...], Made]]()
 
     def get(self, objects: tuple[object, ...], rest: tuple[object, ...], make: Callable[[], Made]) -> Made:
+        """Return what was made for these objects and for what equals the rest, or make it."""
         key = (*map(id, objects), *rest)
         if key not in self._made:
             self._made[key] = objects, make()  # kept alive with what was made, so that no other object gets its id

@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,8 @@ from spacearm.planner.motion_search import Islands
 from spacearm.planner.plan_result import BaseReport, Plan, report_base, within_base_limits
 from spacearm.planner.planner_settings import PlannerSettings, Weights, as_planner_settings
 from spacearm.planner.problem import Problem, as_searchable
+from spacearm.planner.tracking_ends import check_tube_at_ends, require_room_at_ends, with_tube_explained
+from spacearm.planner.tracking_room import tracking_room
 from spacearm.proof import Certificate
 from spacearm.proof import certify as certify
 from spacearm.robot.unchecked_pairs import lacks_envelope
@@ -83,9 +85,9 @@ def plan(
         The plan; `status` says whether there is a motion, `message` what is in the way and what to do if not.
 
     Raises:
-        ProblemError: no problem.
+        ProblemError: no problem, or a joint that begins or ends nearer to a limit than its tracking error.
         RobotError: a floating base of a robot that has links, or holds something, of unknown mass.
-        SettingsError: settings of something else.
+        SettingsError: settings of something else; or a tracking error of what is no joint, or of an arm that moves its base.
         KeyboardInterrupt: Ctrl-C before there was anything to return.
     """
     problem, settings = as_searchable(problem), as_planner_settings(settings)
@@ -133,6 +135,10 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     if lacks_envelope(problem.robot):
         return without_search("no_envelope", ends)
     ends = check_ends(problem.local)
+    tube = tracking_room(problem.local, settings)
+    if tube is not None and ends.status == "free":
+        require_room_at_ends(problem.local, tube)
+        ends = check_tube_at_ends(problem.local, tube)
     if ends.status != "free":
         return without_search(ends.status, ends)
     clock.lap("prepare")
@@ -141,6 +147,7 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     clock.lap("goals")
     if not len(found.q):
         ends = explain_goal(problem.local, found)
+        ends = ends if tube is None else with_tube_explained(problem.local, ends, tube)
         unreachable = ends.status != "goal_in_collision"
         return without_search("goal_unreachable" if unreachable else "goal_in_collision", ends, found)
 
@@ -174,7 +181,7 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
         timings=clock.total(),
         searched=islands.searched,
         achievable=less.share,
-        advice=_advice(status, proof, _on_less(problem, less), spent=clock.left_again <= 0),
+        advice=_advice(status, proof, _on_less(problem, less), spent=clock.left_again <= 0, tube=tube is not None),
     )
 
 
@@ -379,11 +386,16 @@ def _prove(problem: Problem, settings: PlannerSettings, motion: Motion) -> _Proo
     """Make a trajectory of a motion, and its certificate."""
     if settings.time_law != "uniform":  # the time-optimal law costs more than a proof, and collisions do not depend on it
         trajectory = _uniform(problem, motion, jerk_limit=settings.jerk_limit)
-        proof = _proof(problem, trajectory, certify(problem, trajectory, limits=()))
+        proof = _proof(problem, trajectory, certify(problem, trajectory, limits=(), **_tracking(settings)))
         if not proof.collision_free:
             return proof
     trajectory = _timed(problem, settings, motion)
-    return _proof(problem, trajectory, certify(problem, trajectory, jerk_limit=settings.jerk_limit))
+    return _proof(problem, trajectory, certify(problem, trajectory, jerk_limit=settings.jerk_limit, **_tracking(settings)))
+
+
+def _tracking(settings: PlannerSettings) -> dict[str, Any]:
+    """Return the tracking error that settings ask for, as `certify` takes it."""
+    return {"tracking": settings.tracking} if settings.tracking else {}
 
 
 def _proof(problem: Problem, trajectory: Trajectory, certificate: Certificate) -> _Proof:
@@ -539,10 +551,19 @@ def _fitness(trajectory: Trajectory, islands: Islands, weights: Weights) -> dict
     return exact | {name: value for name, value in terms.items() if name in weighed}
 
 
-def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool) -> str:
-    """Return what to do if there is no motion; `on_less` says what is found with less clearance, `spent` that the time is."""
+def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool, tube: bool) -> str:
+    """Return what to do if there is no motion.
+
+    Args:
+        status: of the plan.
+        proof: the last one, or that of the best motion.
+        on_less: what is found with less clearance.
+        spent: whether the time is.
+        tube: whether a tracking error is asked for.
+    """
     if status == "found":
         return ""
+    smaller = ", or a smaller tracking error" if tube else ""
     near, missed = ("", ()) if proof is None else (proof.certificate.message, proof.missed)
     if proof is not None and proof.certificate.fails_by_base_limits:
         near = " and ".join(missed)
@@ -551,10 +572,10 @@ def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool) 
     if status == "not_found":
         said = [f"the best one: {near}"] if near else []
         other = "or a smaller clearance" if on_less.startswith("with ") and not missed else "or more interior_points"
-        return "; ".join([*([on_less] if on_less else []), *said, f"allow more evaluations or time_budget, {other}"])
+        return "; ".join([*([on_less] if on_less else []), *said, f"allow more evaluations or time_budget, {other}{smaller}"])
     if status == "not_proven" and missed and proof is not None and proof.collision_free:
         return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
     if status == "not_proven":
         more = "a longer time_budget" if spent else "more proofs"
-        return f"the last one: {near}; allow {more}"
+        return f"the last one: {near}; allow {more}{smaller}"
     return ""

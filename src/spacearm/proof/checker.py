@@ -1,0 +1,460 @@
+"""The check of a proof: little code that decides alone whether a proof tree shows what a claim says.
+
+It makes all nodes of the proof by itself, level by level, from the pairs and the path of the claim (`_expanded`). So no pair and
+no instant can be missing, whatever the proof says. The proof only says how nodes are divided, and gives a direction for each
+node that is not. For that node the direction must prove, on the whole stretch, that the two bodies keep more than what they are
+held to (`_Planes`). docs/certificate.md, sections 2 to 6, has the formulas and their proofs; the letters are the same.
+
+Trusted are the claim, Pinocchio's kinematics, the bounds of the path (`path_intervals`) and of a base that the arm moves
+(`base_momentum`), and this file. The search, the finder and the native kernel are not: nothing of them is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spacearm.core.exact import cross
+from spacearm.core.identity_cache import cached_by_identity
+from spacearm.proof.base_momentum import BaseMotionBounds
+from spacearm.proof.bodies import JointMap
+from spacearm.proof.claim import Claim
+from spacearm.proof.convex_bodies import BodyPairs, ConvexBodies
+from spacearm.proof.path_intervals import Intervals
+from spacearm.proof.proof_tree import HALVES, MEMBERS_OF_FIRST, MEMBERS_OF_OTHER, SETTLED, ProofTree
+from spacearm.proof.witness import Witness
+from spacearm.robot import Robot
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+GUARD = 1e-9
+"""[m] Every gap is reduced by this, for the rounding of numbers of a few metres; see `_RELATIVE_GUARD` for larger ones."""
+
+_RELATIVE_GUARD = 1e-13  # times the coordinates that a gap comes from: it is reduced by this, too
+_VALUE_ROUNDING = 1e-15  # times a joint's value at the midpoint: the rounding of multiplier and offset
+_DISTANCE_ROUNDING = 1e-14  # times a squared distance, which is added to rho^2, a difference of squares
+_SHORTEST, _LONGEST = 1e-140, 1e140  # of a direction: outside, the squares of its coordinates underflow or overflow
+_INWARD = 1 - 1e-13  # times a distance that must be within a bundle's radius: the rounding of this check alone
+_MOST_NODES = 100_000_000  # of a proof
+_STRETCHES, _ROWS = 1024, 65_536  # of a batch, so that a large proof does not exhaust the memory
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Checked:
+    """What the check of a proof says.
+
+    Attributes:
+        fault: why the proof does not show the claim, in one sentence; "" if it does.
+        proven: (phases,) by phase of the claim, no pair ever has less clearance than this [m]; infinite where nothing is in the
+            way, and minus infinity if there is a fault.
+        nodes, stretches: how many nodes the proof has, and on how many stretches of the path planes were evaluated.
+        finest: the shortest of them, as a share of the path.
+    """
+
+    fault: str
+    proven: Array
+    nodes: int
+    stretches: int
+    finest: float
+
+
+class _Fault(Exception):
+    """The proof does not show the claim."""
+
+
+def check_proof(claim: Claim, proof: ProofTree) -> Checked:
+    """Decide whether a proof shows a claim. Whatever the proof holds, this raises nothing.
+
+    Args:
+        claim: what must be shown. It must not be of the proof's author.
+        proof: may be of anybody.
+    """
+    proven = np.full(claim.held.phases, np.inf)
+    try:
+        if not _bundles_enclose(claim.bodies):
+            raise _Fault("a bundle of the table of bodies does not enclose its members")
+        if claim.tracking.any() and claim.pairs.free.any():
+            raise _Fault("the attitude of a floating base under a tracking error has no bound")
+        settled, stretches = _expanded(claim, proof)
+        for some, on in _batches(settled, stretches):
+            _check(claim, some, on, proven)
+    except _Fault as fault:
+        return Checked(fault=str(fault), proven=np.full_like(proven, -np.inf), nodes=0, stretches=0, finest=1.0)
+    share = stretches.share[np.unique(settled.stretch)]
+    return Checked(fault="", proven=proven, nodes=len(proof.steps), stretches=len(share), finest=float(share.min(initial=1.0)))
+
+
+@cached_by_identity
+def _bundles_enclose(bodies: ConvexBodies) -> bool:
+    """Return whether every bundle encloses its members, and no core gets further from its centre than its reach."""
+    disc, count = bodies.disc, bodies.points
+    row, point = _ranges(bodies.first_point, count)
+    away = bodies.vertices[point] - bodies.center[row]
+    rim = _across(away, bodies.axis[row])  # the furthest point of a disc at this point is where this adds most
+    reached = np.sqrt(_dot(away, away) + 2 * rim * disc[row] + disc[row] ** 2)
+    within = bool((reached * _INWARD <= bodies.reach[row]).all())
+    bundle = np.flatnonzero(bodies.members)
+    member_of, member = _ranges(bodies.first_member[bundle], bodies.members[bundle])
+    around = bundle[member_of]
+    same = (bodies.frame[member] == bodies.frame[around]) & ~bodies.half_space[member]
+    whole = (bodies.points[bundle] == 1).all() and not bodies.disc[bundle].any() and not bodies.half_space[bundle].any()
+    center = bodies.vertices[bodies.first_point[around]]
+    row, point = _ranges(bodies.first_point[member], count[member])
+    away = bodies.vertices[point] - center[row]
+    size = np.sqrt(_dot(away, away)) + (disc + bodies.radius)[member][row]
+    return within and bool(whole) and bool(same.all()) and bool((size * _INWARD <= bodies.radius[around][row]).all())
+
+
+# ---- All nodes of a proof --------------------------------------------------------------------------------------------
+
+
+class _Settled(NamedTuple):
+    """The t nodes that a proof settles.
+
+    Attributes:
+        first, other: (t,) the bodies.
+        stretch: (t,) the stretch of the path, by its number in a table.
+        direction: (t, 3) the direction that is to prove it.
+    """
+
+    first: Indices
+    other: Indices
+    stretch: Indices
+    direction: Array
+
+    def select(self, which: Indices | slice) -> _Settled:
+        """Return some of them."""
+        return _Settled(*(column[which] for column in self))
+
+
+def _expanded(claim: Claim, proof: ProofTree) -> tuple[_Settled, Intervals]:
+    """Make all nodes of a proof; return those that are settled, and the stretches of the path.
+
+    Whoever is divided is replaced by nodes that are the same together: two halves of a stretch, or all members of a bundle.
+
+    Raises:
+        _Fault: the proof does not fit.
+    """
+    bodies, steps = claim.bodies, proof.steps
+    _require_arrays(proof)
+    first, other = claim.pairs.first, claim.pairs.other
+    stretch, stretches, halves_of = np.zeros(len(first), np.intp), claim.path.whole(), np.full(1, -1)
+    found: list[tuple[Indices, Indices, Indices]] = []
+    begin = 0
+    while len(first):
+        step = steps[begin : begin + len(first)]
+        if len(step) < len(first):
+            raise _Fault(f"the proof has {len(steps)} nodes, expected at least {begin + len(first)}")
+        begin += len(first)
+        is_settled = step == SETTLED
+        found.append((first[is_settled], other[is_settled], stretch[is_settled]))
+        is_open = np.flatnonzero(~is_settled)
+        step, first, other, stretch = step[is_open], first[is_open], other[is_open], stretch[is_open]
+        halved = step == HALVES
+        stretches, halves_of = _with_halves(claim, stretches, halves_of, stretch[halved])
+        opened = np.where(step == MEMBERS_OF_FIRST, first, other)
+        children = np.where(halved, 2, bodies.members[opened])
+        if not children.all():
+            raise _Fault(f"the proof opens body {opened[children == 0][0]}, which has no members")
+        if children.sum() > len(steps) - begin:
+            raise _Fault(f"the proof has {len(steps)} nodes, expected at least {begin + children.sum()}")
+        begins = np.where(halved, halves_of[stretch], bodies.first_member[opened])
+        parent, child = _ranges(begins, children)
+        step = step[parent]
+        first = np.where(step == MEMBERS_OF_FIRST, child, first[parent])
+        other = np.where(step == MEMBERS_OF_OTHER, child, other[parent])
+        stretch = np.where(step == HALVES, child, stretch[parent])
+    if begin != len(steps):
+        raise _Fault(f"the proof has {len(steps)} nodes, expected {begin}")
+    columns = [np.concatenate(column) for column in zip(*found, strict=True)] or [np.zeros(0, np.intp)] * 3
+    if len(columns[0]) != len(proof.directions):
+        raise _Fault(f"the proof has {len(proof.directions)} directions, expected {len(columns[0])}")
+    return _Settled(*columns, direction=proof.directions), stretches
+
+
+def _require_arrays(proof: ProofTree) -> None:
+    steps, directions = proof.steps, proof.directions
+    if steps.ndim != 1 or steps.dtype != np.uint8 or len(steps) > _MOST_NODES:
+        raise _Fault(f"the proof's steps are {steps.dtype} {steps.shape}, expected at most {_MOST_NODES} of uint8")
+    if directions.ndim != 2 or directions.shape[1] != 3 or directions.dtype != np.float64:
+        raise _Fault(f"the proof's directions are {directions.dtype} {directions.shape}, expected float64 (d, 3)")
+    if len(steps) and steps.max() > MEMBERS_OF_OTHER:
+        raise _Fault(f"the proof says {steps.max()} of a node, expected 0 to {MEMBERS_OF_OTHER}")
+
+
+def _with_halves(claim: Claim, stretches: Intervals, halves_of: Indices, halved: Indices) -> tuple[Intervals, Indices]:
+    """Return the table of stretches, and for each the number of its first half (-1: none), with halves of some of them.
+
+    A stretch has the same number for all pairs, so that the robot is placed on it once.
+    """
+    new = np.zeros(len(stretches), dtype=bool)
+    new[halved] = True
+    which = np.flatnonzero(new & (halves_of < 0))
+    if not which.size:
+        return stretches, halves_of
+    halves = claim.path.halved(stretches.select(which))
+    if not (halves.ends[:, 0] < halves.ends[:, 1]).all():
+        raise _Fault("the proof halves a stretch of the path that is too short for it")
+    out = np.concatenate([halves_of, np.full(len(halves), -1)])
+    out[which] = len(stretches) + 2 * np.arange(len(which))
+    pairs = ((getattr(stretches, name), getattr(halves, name)) for name in ("first", "last", "ends", "share"))
+    first, last, ends, share = (np.concatenate(pair) for pair in pairs)
+    return Intervals(first=first, last=last, ends=ends, share=share), out
+
+
+def _batches(settled: _Settled, stretches: Intervals) -> Iterator[tuple[_Settled, Intervals]]:
+    """Divide settled nodes by their stretches; give those of a batch, with the stretches on which they are."""
+    used = np.zeros(len(stretches), dtype=bool)
+    used[settled.stretch] = True
+    which, number = np.flatnonzero(used), np.cumsum(used) - 1
+    settled = settled._replace(stretch=number[settled.stretch])
+    if len(which) > _STRETCHES:
+        settled = settled.select(np.argsort(settled.stretch, kind="stable"))
+    for begin in range(0, len(which), _STRETCHES):
+        rows = slice(None)
+        if len(which) > _STRETCHES:
+            rows = slice(*np.searchsorted(settled.stretch, [begin, begin + _STRETCHES]).tolist())
+        some = settled.select(rows)
+        yield some._replace(stretch=some.stretch - begin), stretches.select(which[begin : begin + _STRETCHES])
+
+
+# ---- How far bodies move ---------------------------------------------------------------------------------------------
+
+
+class _Motions(NamedTuple):
+    """The p relative motions of a claim with j joints; see `BodyPairs`.
+
+    Attributes:
+        sign: (p, j) the joints between the two bodies.
+        moves: (p, j) 1 for joints that move the first body in the frame of the other one, else 0.
+        order: (p, j, j) the weights c_ki of pairs of joints.
+    """
+
+    sign: Array
+    moves: Array
+    order: Array
+
+    @classmethod
+    def of(cls, pairs: BodyPairs) -> _Motions:
+        """Return the motions of pairs: where the arm moves the base, all joints move all bodies."""
+        moves = np.where(pairs.free[:, None], 1.0, np.abs(pairs.sign))
+        return cls(pairs.sign, moves, np.where(pairs.free[:, None, None], pairs.whole_order, pairs.order))
+
+
+@cached_by_identity
+def _joints_of(robot: Robot) -> JointMap:
+    return JointMap(robot)
+
+
+class _Midpoints:
+    """The robot at the midpoints of r stretches, and how its joints move on the stretches.
+
+    Attributes:
+        ends, half: (r, 2) and (r,) where the stretches begin and end, and half their lengths h.
+        R, place: (r, j + 2, 3, 3) and (r, j + 2, 3) of all frames, in the inertial frame [m].
+        omega, velocity: (r, p, 3) the twists of the relative motions, per unit of u, about the inertial frame's origin.
+    """
+
+    def __init__(self, claim: Claim, stretches: Intervals) -> None:
+        joints, line = _joints_of(claim.robot), claim.path.linear_bounds(stretches)
+        values = joints.values(line.q)
+        T = claim.base.placed(line.u, Witness(claim.robot, claim.base.bodies()[0]).frames(values))
+        self.ends, self.half, self._pairs = stretches.ends, line.half, claim.pairs
+        self._motions, self._revolute = _Motions.of(claim.pairs), joints.revolute * 1.0
+        rate = line.rate[:, joints.dof] * joints.multiplier
+        deviation = (line.deviation + claim.tracking)[:, joints.dof] * np.abs(joints.multiplier)
+        deviation += _VALUE_ROUNDING * np.abs(values)
+        step = np.abs(rate) * line.half[:, None] + deviation
+        self._base = claim.base.motion_bounds(T, rate, deviation, step, line.half)
+        world = np.broadcast_to(np.eye(4), (len(T), 1, 4, 4))
+        T = np.concatenate([world, T[:, -1:], T[:, :-1]], axis=1)
+        self.R, self.place = np.ascontiguousarray(T[..., :3, :3]), np.ascontiguousarray(T[..., :3, 3])
+        self._z, self._origin = self.R[:, 2:, :, 2], self.place[:, 2:]
+        self._sums(step, deviation)
+        self._twists(rate)
+
+    def _sums(self, step: Array, deviation: Array) -> None:
+        """Compute what all bodies of a motion share: sums over the joints, (r, p) or (r, p, j)."""
+        motions, own = self._motions, np.abs(self._motions.sign)
+        g = step[:, None] * np.einsum("pki,ri->rpk", motions.order, step) / 2
+        self._first = step[:, None] * motions.moves
+        self._second = deviation[:, None] * motions.moves + g
+        self._theta = np.einsum("rpk,pk->rp", self._first, own * self._revolute)
+        self._theta_2 = np.einsum("rpk,pk->rp", self._second, own * self._revolute)
+        self._turned = np.einsum("rpk,k->rp", g, self._revolute)
+
+    def _twists(self, rate: Array) -> None:
+        spin = self._z * (rate * self._revolute)[..., None]
+        push = cross(self._origin, spin) + self._z * (rate * (1 - self._revolute))[..., None]
+        self.omega = np.einsum("pk,rkc->rpc", self._motions.sign, spin)
+        self.velocity = np.einsum("pk,rkc->rpc", self._motions.sign, push)
+        base, free = self._base, np.flatnonzero(self._pairs.free)
+        if base is None or not free.size:
+            return
+        lever = cross(spin, base.com_lever) + self._z * (rate * (1 - self._revolute) * base.mass_share)[..., None]
+        drift = base.com_velocity - lever.sum(axis=1) - cross(base.omega, base.com)
+        self.omega[:, free] += base.omega[:, None]
+        self.velocity[:, free] += drift[:, None]
+
+    def displacements(self, on: Indices, motion: Indices, center: Array, reach: Array) -> tuple[Array, Array]:
+        """Bound the motion of c bodies, to first and second order: D1 and D2 (c,) [m].
+
+        Args:
+            on, motion: (c,) the stretch and the relative motion of each.
+            center, reach: (c, 3) and (c,) its centre, in the inertial frame, and how far its core gets from there [m].
+        """
+        away = center[:, None] - self._origin[on]  # (c, j, 3)
+        prismatic = 1.0
+        free = np.flatnonzero(self._pairs.free[motion]) if self._base is not None else motion[:0]
+        if self._base is not None and free.size:
+            carried = self._motions.sign[motion[free]]
+            away[free] = away[free] * carried[..., None] - self._base.com_lever[on[free]]
+            prismatic = np.ones(away.shape[:2])
+            prismatic[free] = np.abs(carried - self._base.mass_share)
+        along = _dot(away, self._z[on])
+        squared = _dot(away, away)
+        rho = np.sqrt(np.maximum(squared - along * along, 0.0) + _DISTANCE_ROUNDING * squared)
+        rho = np.where(self._revolute > 0, rho, prismatic)
+        of_center = np.einsum("ck,ck->c", rho, self._first[on, motion])
+        first = of_center + reach * self._theta[on, motion]
+        second = np.einsum("ck,ck->c", rho, self._second[on, motion]) + reach * self._theta_2[on, motion]
+        second += of_center * self._turned[on, motion]
+        if self._base is not None and free.size:
+            about = center[free] - self._base.com[on[free]]
+            radius = np.sqrt(_dot(about, about)) + reach[free]
+            self._add_base_motion(self._base, on[free], free, radius, first, second)
+        return first, second
+
+    def _add_base_motion(
+        self, base: BaseMotionBounds, on: Indices, free: Indices, radius: Array, first: Array, second: Array
+    ) -> None:
+        """Add the base's rotation and the motion of the centre of mass to bodies that move in the inertial frame."""
+        rotation, error = base.rotation[on], base.attitude_error
+        beyond = rotation**2 / 2 + base.rotation_second_order[on] + error
+        moved = first[free] + radius * rotation
+        second[free] += rotation * first[free] + radius * beyond + error * moved
+        drift = np.sqrt(_dot(base.com_velocity, base.com_velocity))[on] * self.half[on]
+        first[free] = moved + radius * error + drift
+
+
+# ---- What the directions prove ---------------------------------------------------------------------------------------
+
+
+def _check(claim: Claim, settled: _Settled, stretches: Intervals, proven: Array) -> None:
+    """Check settled nodes on some stretches, and lessen `proven` (phases,) to what they prove.
+
+    Raises:
+        _Fault: a direction does not prove what is required.
+    """
+    midpoints = _Midpoints(claim, stretches)
+    for begin in range(0, len(settled.first), _ROWS):
+        some = settled.select(slice(begin, begin + _ROWS))
+        left = _proven_by(claim, midpoints, some)
+        begins, ends = midpoints.ends[some.stretch].T
+        required, phase = claim.held.on(claim.bodies.owner[some.first], some.other, begins, ends)
+        short = np.flatnonzero(~(left > required))
+        if short.size:
+            i = short[0]
+            raise _Fault(
+                f"the direction for bodies {some.first[i]} and {some.other[i]} from {begins[i]:.6g} to {ends[i]:.6g} on the curve "
+                f"proves {left[i]:.6g} m, expected more than {required[i]:.6g}"
+            )
+        np.minimum.at(proven, phase, left)
+
+
+def _proven_by(claim: Claim, midpoints: _Midpoints, some: _Settled) -> Array:
+    """Return the clearance (t,) [m] that the directions prove of nodes, on their whole stretches."""
+    bodies, at, first, other = claim.bodies, some.stretch, some.first, some.other
+    motion = claim.pairs.motion_of[bodies.frame[first], bodies.frame[other]]
+    n = _normalized(np.where(bodies.half_space[other, None], bodies.axis[other], some.direction))
+    first_order, second_order = _displacements(bodies, midpoints, at, first, motion)
+    turning = cross(n, midpoints.omega[at, motion])  # n . (omega x x) = turning . x
+    heights, row, size = _heights(bodies, midpoints, at, first, n)
+    speeds, _, _ = _heights(bodies, midpoints, at, first, turning)
+    speeds += np.einsum("tc,tc->t", n, midpoints.velocity[at, motion])[row]
+    half = midpoints.half[at]
+    second_order += _disc(bodies, midpoints, at, first, turning) * half
+    loss = np.minimum(np.abs(speeds) * half[row] + second_order[row], first_order[row])
+    least = _of_runs(np.minimum, heights - loss, bodies.points[first]) - _disc(bodies, midpoints, at, first, n)
+    supports, _, other_size = _heights(bodies, midpoints, at, other, n)
+    most = _of_runs(np.maximum, supports, bodies.points[other]) + _disc(bodies, midpoints, at, other, n)
+    guard = GUARD + _RELATIVE_GUARD * (size + other_size)
+    return least - most - bodies.radius[first] - bodies.radius[other] - guard
+
+
+def _displacements(
+    bodies: ConvexBodies, midpoints: _Midpoints, at: Indices, body: Indices, motion: Indices
+) -> tuple[Array, Array]:
+    """Bound the motion of bodies (t,) on stretches (t,), to first and second order, (t,) [m]; every combination once."""
+    robots = int(body.max(initial=0)) + 1
+    motions = int(motion.max(initial=0)) + 1
+    key = (at * robots + body) * motions + motion
+    key, row = np.unique(key, return_inverse=True)
+    key, motion = np.divmod(key, motions)
+    at, body = np.divmod(key, robots)
+    frame = bodies.frame[body]
+    center = np.einsum("tcd,td->tc", midpoints.R[at, frame], bodies.center[body]) + midpoints.place[at, frame]
+    first, second = midpoints.displacements(at, motion, center, bodies.reach[body])
+    return first[row], second[row]
+
+
+def _heights(bodies: ConvexBodies, midpoints: _Midpoints, at: Indices, body: Indices, n: Array) -> tuple[Array, Indices, Array]:
+    """Return n . x of all points of bodies (t,); for each the row of its body; and how large the bodies' numbers are (t,)."""
+    frame = bodies.frame[body]
+    place = midpoints.place[at, frame]
+    own = np.einsum("tcd,tc->td", midpoints.R[at, frame], n)
+    row, point = _ranges(bodies.first_point[body], bodies.points[body])
+    x = bodies.vertices[point]
+    size = np.sqrt(_dot(place, place)) + np.sqrt(_dot(bodies.center[body], bodies.center[body])) + bodies.reach[body]
+    return np.einsum("pc,pc->p", own[row], x) + np.einsum("tc,tc->t", n, place)[row], row, size
+
+
+def _disc(bodies: ConvexBodies, midpoints: _Midpoints, at: Indices, body: Indices, n: Array) -> Array:
+    """Return how far the discs of bodies (t,) stand out along vectors (t, 3): the radius times the part across the axis."""
+    out = np.zeros(len(body))
+    which = np.flatnonzero(bodies.disc[body])
+    if which.size:
+        round_ = body[which]
+        axis = np.einsum("tcd,td->tc", midpoints.R[at[which], bodies.frame[round_]], bodies.axis[round_])
+        out[which] = bodies.disc[round_] * _across(n[which], axis)
+    return out
+
+
+def _normalized(n: Array) -> Array:
+    """Return directions of length 1.
+
+    Raises:
+        _Fault: a vector is no direction.
+    """
+    length = np.sqrt(_dot(n, n))
+    wrong = np.flatnonzero(~((length > _SHORTEST) & (length < _LONGEST)))
+    if wrong.size:
+        raise _Fault(f"the vector {n[wrong[0]].tolist()} is no direction")
+    return n / length[:, None]
+
+
+def _across(v: Array, axis: Array) -> Array:
+    """Return the lengths of the parts of vectors (t, 3) across axes (t, 3) of length 1."""
+    part = v - _dot(v, axis)[..., None] * axis
+    return np.sqrt(_dot(part, part))
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.einsum("...c,...c->...", a, b)
+
+
+def _of_runs(ufunc: np.ufunc, values: Array, count: Indices) -> Array:
+    """Return the least or greatest of consecutive runs of so many values each."""
+    return ufunc.reduceat(values, np.cumsum(count) - count) if len(count) else values
+
+
+def _ranges(first: Indices, count: Indices) -> tuple[Indices, Indices]:
+    """Return the numbers of the ranges first to first + count - 1, one after the other, as (which range, number)."""
+    row = np.repeat(np.arange(len(count)), count)
+    return row, np.arange(len(row)) + (first - (np.cumsum(count) - count))[row]
