@@ -178,7 +178,8 @@ class Room:
 
 
 def _least(to_scene: Array, between: Array) -> Array:
-    of_scene: Array = to_scene.min(axis=(-2, -1), initial=np.inf)
+    count, shapes, obstacles = to_scene.shape
+    of_scene: Array = to_scene.reshape(count, shapes * obstacles).min(axis=1, initial=np.inf)  # quicker than of two axes
     return np.minimum(of_scene, between.min(axis=-1, initial=np.inf))
 
 

@@ -233,7 +233,7 @@ KernelObstacle: TypeAlias = native.Spheres | native.Capsule | native.Box | nativ
 
 def _obstacles(scene: Scene) -> tuple[list[KernelObstacle], NDArray[np.intp]]:
     """Return the scene's obstacles as the kernel has them, and which of the scene's each of the kernel's is."""
-    numbers = [np.ravel(number) for obstacle in scene.obstacles for number in _numbers(obstacle)]
+    numbers = [np.asarray(number).ravel() for obstacle in scene.obstacles for number in _numbers(obstacle)]
     outside = bool(numbers) and float(np.abs(np.concatenate(numbers)).max(initial=0.0)) > _WIDEST
     for i, obstacle in enumerate(scene.obstacles if outside else ()):
         far = max(float(np.abs(values).max(initial=0.0)) for values in _numbers(obstacle))
@@ -241,16 +241,12 @@ def _obstacles(scene: Scene) -> tuple[list[KernelObstacle], NDArray[np.intp]]:
             raise SceneError(
                 f"obstacle {scene.called(i)} has a number of {far:.3g}, expected at most {_WIDEST:g} m; check its units"
             )
-    counts = [_count(obstacle) for obstacle in scene.obstacles]
-    translated = [one for obstacle in scene.obstacles for one in _translated(obstacle)]
-    return translated, np.repeat(np.arange(len(counts)), counts)
-
-
-def _count(o: Obstacle) -> int:
-    """Return how many obstacles one is to the kernel."""
-    if isinstance(o, SphereSet):
-        return len(o.radii)
-    return len(o.pieces) if isinstance(o, PolytopeSet) else 1
+    translated = [_translated(obstacle) for obstacle in scene.obstacles]
+    counts = [
+        len(obstacle.radii) if isinstance(obstacle, SphereSet) else len(made)
+        for obstacle, made in zip(scene.obstacles, translated, strict=True)
+    ]
+    return [one for made in translated for one in made], np.repeat(np.arange(len(counts)), counts)
 
 
 def _spheres(centers: Iterable[ArrayLike], radii: Iterable[float]) -> native.Spheres:
@@ -296,8 +292,8 @@ def _numbers(o: Obstacle | ConvexShape) -> tuple[ArrayLike, ...]:
     if isinstance(o, HalfSpace):
         return o.normal, (o.normal * o.point).sum()
     if isinstance(o, Box):
-        return o.pose[:3], o.size / 2, o.rounding
-    return o.pose[:3], o.length / 2, o.radius, o.rounding
+        return o.pose, o.size, o.rounding
+    return o.pose, o.length, o.radius, o.rounding
 
 
 class _Points:

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import Frozen, as_number, as_readonly, as_sentences, keep, shown
 from spacearm.core.errors import ProblemError, nearest
 from spacearm.core.exact import product
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.rotations import as_unit, matrix_of, quaternion_of
 from spacearm.dynamics import Momentum, momentum_map, system_mass
 from spacearm.dynamics.base_models import LIMITS, Base, BaseModel, FloatingBase, base_model, checked_base
@@ -440,11 +441,13 @@ def nearest_turns(robot: Robot, q: Array, near: Array) -> Array:
     return np.where(endless, q - math.tau * np.round((q - near) / math.tau), q)
 
 
+@cached_by_identity
 def whole_turns(robot: Robot) -> NDArray[np.bool_]:
     """Tell of which joints a whole turn moves no link, (n,): not of slides, nor where others follow at another pace."""
     out = np.ones(robot.dof, dtype=bool)
     for joint in robot.joints:
         out[joint.dof] &= joint.kind == "revolute" and float(joint.multiplier).is_integer()
+    out.setflags(write=False)
     return out
 
 
