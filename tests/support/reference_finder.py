@@ -18,6 +18,7 @@ from spacearm.proof.witness import Witness, coal, coal_box, coal_cylinder, coal_
 
 Array = np.ndarray
 
+_OPENS = 0.1  # a bundle is opened if its excess is less than this share of what it loses on the stretch
 MARGIN = 2e-9  # [m] that is proven beyond what is required, so that rounding cannot let the checker disagree
 
 
@@ -221,7 +222,7 @@ def _step(measure: Measure, stretch: Stretch, a: int, b: int, beyond: float) -> 
     if known.left > required + beyond:
         return SETTLED, n
     excess = known.gap - required
-    opens = excess < 0.5 * (known.gap - known.left) if np.isfinite(known.gap) else True
+    opens = excess < _OPENS * (known.gap - known.left) if np.isfinite(known.gap) else True
     if opens and (bodies.members[a] or bodies.members[b]):
         first = bodies.members[a] and (not bodies.members[b] or bodies.radius[a] >= bodies.radius[b])
         return (MEMBERS_OF_FIRST if first else MEMBERS_OF_OTHER), n
