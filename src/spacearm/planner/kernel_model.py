@@ -232,7 +232,9 @@ KernelObstacle: TypeAlias = native.Spheres | native.Capsule | native.Box | nativ
 
 def _obstacles(scene: Scene) -> tuple[list[KernelObstacle], NDArray[np.intp]]:
     """Return the scene's obstacles as the kernel has them, and which of the scene's each of the kernel's is."""
-    for i, obstacle in enumerate(scene.obstacles):
+    numbers = [np.ravel(number) for obstacle in scene.obstacles for number in _numbers(obstacle)]
+    outside = bool(numbers) and float(np.abs(np.concatenate(numbers)).max(initial=0.0)) > _WIDEST
+    for i, obstacle in enumerate(scene.obstacles if outside else ()):
         far = max(float(np.abs(values).max(initial=0.0)) for values in _numbers(obstacle))
         if far > _WIDEST:
             raise SceneError(

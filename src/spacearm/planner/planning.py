@@ -561,6 +561,8 @@ def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool, 
         spent: whether the time is.
         tube: whether a tracking error is asked for.
     """
+    if status == "found":
+        return ""
     smaller = ", or a smaller tracking error" if tube else ""
     near, missed = ("", ()) if proof is None else (proof.certificate.message, proof.missed)
     if proof is not None and proof.certificate.fails_by_base_limits:

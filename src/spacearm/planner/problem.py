@@ -47,6 +47,7 @@ _SHORTEST, _LONGEST = 1e-6, 1e9  # [s] durations: far beyond any motion, and the
 _VAST_CLEARANCE = 0.5  # [m] of a problem: beyond, it may be meant in millimetres, which is told
 _MOST_TUMBLING = 18.0  # [rad] that the momentum turns the base by: nearly three turns, the most that the search can follow
 _MOST_ANGULAR = 1e9  # [N m s] of the momentum: no spacecraft has as much
+_FREE_SPACE = Scene([])  # always the same one: what is made of a robot among it is made once
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -235,7 +236,7 @@ class Problem(_WithLocal):
     @property
     def at_goal(self) -> ClearanceModel:
         """What it may meet at a goal configuration: no obstacle where it moves its base, whose place there is not known."""
-        return ClearanceModel(self.robot, Scene([])) if self.base_model.follows_arm else self.at_start
+        return ClearanceModel(self.robot, _FREE_SPACE) if self.base_model.follows_arm else self.at_start
 
     @property
     def local(self) -> Problem:

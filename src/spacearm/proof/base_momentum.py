@@ -175,6 +175,41 @@ class BaseMotionBounds:
     attitude_error: float
 
 
+class FloatingBaseArrays(NamedTuple):
+    """What the native finder needs of a floating base with j joints and b bodies, whose attitude has p panels.
+
+    Attributes:
+        parent: (j,) the joint before each joint, -1 for the base; int32.
+        revolute: (j,) whether it is revolute.
+        joint_of_body: (b,) the joint that carries a body, -1 for the base; int32.
+        mass, com, inertia, greatest, spread: of the bodies, as in `Masses`.
+        base_least: as in `Masses`.
+        ends, start, coefficients: as in `BaseAttitude.panels`.
+        begin: where the path begins.
+        center, velocity: (3,) the system's centre of mass there, and its velocity per unit of u [m].
+        angular: (3,) the angular momentum times dt/du.
+        attitude_error: by how much an attitude may be wrong [rad].
+    """
+
+    parent: NDArray[np.int32]
+    revolute: NDArray[np.bool_]
+    joint_of_body: NDArray[np.int32]
+    mass: Array
+    com: Array
+    inertia: Array
+    greatest: Array
+    spread: Array
+    base_least: float
+    ends: Array
+    start: Array
+    coefficients: Array
+    begin: float
+    center: Array
+    velocity: Array
+    angular: Array
+    attitude_error: float
+
+
 class Reaction:
     """How a base with given masses and momentum reacts to the motion of its joints."""
 

@@ -23,7 +23,7 @@ from spacearm.dynamics.base_models import BASE_MODELS, BaseModel
 from spacearm.motion import AnyTrajectory, Curve, Motion, PiecewisePath, TimeLaw, Trajectory
 from spacearm.motion.time_laws import over_time
 from spacearm.proof.base_attitude import BaseAttitude
-from spacearm.proof.base_momentum import BaseMotionBounds, Reaction, masses_of, some_of, stated_base_errors
+from spacearm.proof.base_momentum import BaseMotionBounds, FloatingBaseArrays, Reaction, masses_of, some_of, stated_base_errors
 from spacearm.proof.bodies import Bodies, JointMap, RelativeBodies, bodies_in_space_of, bodies_of
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
@@ -461,6 +461,30 @@ class FloatingBaseProof(BaseProof):
         """Return the system's centre of mass (3,) [m]."""
         begin, end = self.curve.domain
         return self._center + (end - begin) * self._velocity
+
+    def for_finder(self) -> FloatingBaseArrays:
+        """Return what the native finder needs of the base."""
+        masses, (begin, end) = self._masses, self.curve.domain
+        ends, start, coefficients = map(np.ascontiguousarray, self.attitude.panels)
+        return FloatingBaseArrays(
+            parent=np.array([joint.parent for joint in self.robot.joints], dtype=np.int32),
+            revolute=np.array([joint.kind == "revolute" for joint in self.robot.joints], dtype=bool),
+            joint_of_body=masses.joint.astype(np.int32),
+            mass=masses.mass,
+            com=masses.com,
+            inertia=masses.inertia,
+            greatest=masses.greatest,
+            spread=masses.spread,
+            base_least=masses.base_least,
+            ends=ends,
+            start=start,
+            coefficients=coefficients,
+            begin=begin,
+            center=self._center,
+            velocity=self._velocity,
+            angular=self.setup.angular * (self.trajectory.duration / (end - begin)),
+            attitude_error=self.attitude.error,
+        )
 
     def _center_of(self, frames: Array) -> Array:
         """Return the system's centre of mass (r, 3) in the frames' frame."""
