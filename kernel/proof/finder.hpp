@@ -140,7 +140,7 @@ class Finder {
         const Body &a = tables_.bodies[first], &b = tables_.bodies[other];
         const Vec3 between = motion_.center(first) - motion_.center(other);
         const double apart = b.half_space ? dot(b.axis, between) : length(between) - around(b);
-        const double tube = motion_.tube(first, tables_.pairs.motion(a.frame, b.frame), nullptr);
+        const double tube = motion_.tube_at_most(first, tables_.pairs.motion(a.frame, b.frame));
         return apart - around(a) - held_at(first, other, u_).clearance - tube;
     }
 
@@ -177,7 +177,7 @@ class Finder {
         Suspect& closest = found_.closest[at.phase];
         if (clearance < closest.clearance) closest = {first, other, u_, clearance};
         const int motion = tables_.pairs.motion(tables_.bodies[first].frame, tables_.bodies[other].frame);
-        const double measured = clearance - at.clearance, excess = measured - motion_.tube(first, motion, &n);
+        const double measured = clearance - at.clearance, excess = measured - motion_.lost_in_tube(first, motion, n);
         least_[at.phase] = std::min(least_[at.phase], excess);
         if (excess < least_excess_) {
             least_excess_ = excess;

@@ -13,6 +13,7 @@
 #include "proof/floating_base.hpp"
 #include "proof/nearest_points.hpp"
 #include "proof/path_tree.hpp"
+#include "proof/tube.hpp"
 
 namespace spacearm_proof {
 
@@ -27,13 +28,7 @@ struct FrameMotion {
 
 struct BodyMotion {
     int stamp = 0;
-    double first, second;  // D1, D2; a tracking error counts in D2 by its second order only
-};
-
-// What a tracking error alone does to bodies: tau_k, and g_k of it, by joint of a motion.
-struct TrackedMotion {
-    double rotation = 0, bend = 0;  // the sums of tau_k and of g_k over the revolute joints
-    std::vector<double> first, second;
+    double first, second;  // D1, D2; what a tracking error adds to D2 along a direction is the tube's to say
 };
 
 class MotionBounds {
@@ -42,7 +37,7 @@ class MotionBounds {
     // nullptr for a base at rest.
     MotionBounds(const Tables& tables, Path& path, const double* tracking, const Frame& start,
                  const FloatingBase* floating)
-        : tables_(tables), path_(path), start_(start), floating_(floating),
+        : tables_(tables), path_(path), tube_(tables, tracking), start_(start), floating_(floating),
           frames_(tables.joints.count + first_joint, identity()), q_(path.dofs()), line_rate_(path.dofs()),
           line_deviation_(path.dofs()), value_(tables.joints.count), rate_(tables.joints.count),
           deviation_(tables.joints.count), step_(tables.joints.count), motion_(tables.pairs.motions.size()),
@@ -52,11 +47,6 @@ class MotionBounds {
             centers_[b] = tables.bodies[b].center;
             axes_[b] = tables.bodies[b].axis;
         }
-        for (int k = 0; k < tables.joints.count; ++k) {
-            tube_.push_back(tracking[tables.joints.dof[k]] * std::abs(tables.joints.multiplier[k]));
-            is_tracked_ = is_tracked_ || tube_[k] > 0;
-        }
-        for (const RelativeMotion& motion : tables.pairs.motions) tracked_.push_back(tracked_motion(motion));
     }
 
     // Be at one instant; no bounds.
@@ -76,7 +66,7 @@ class MotionBounds {
             rate_[k] = line_rate_[dof] * joints.multiplier[k];
             deviation_[k] =
                 line_deviation_[dof] * std::abs(joints.multiplier[k]) + value_rounding * std::abs(value_[k]);
-            step_[k] = std::abs(rate_[k]) * half_ + deviation_[k] + tube_[k];
+            step_[k] = std::abs(rate_[k]) * half_ + deviation_[k] + tube_.error(k);
         }
         if (floating_)
             floating_->bounds(frames_[first_joint].T, frames_[base_frame].T, rate_.data(), deviation_.data(),
@@ -113,64 +103,22 @@ class MotionBounds {
         return out;
     }
 
-    bool is_tracked() const { return is_tracked_; }
-
-    // How far a body gets along n by the tracking error alone, to first order. Its centre moves by n . (z x (c - o))
-    // per radian of a joint, and an offset from it by its length at most.
+    // What the tracking error adds to D2 along n; and how far it alone lets a body get, in any direction or along n.
     double tube_along(int body, int m, Vec3 n) {
-        if (!is_tracked_) return 0;
-        const RelativeMotion& of = tables_.pairs.motions[m];
-        const TrackedMotion& tracked = tracked_[m];
-        const Vec3 c = center(body);
-        double out = tables_.bodies[body].reach * tracked.rotation;
-        for (std::size_t i = 0; i < of.joints.size(); ++i) {
-            const Frame& frame = frames_[first_joint + of.joints[i]];
-            const Vec3 z = frame.axis(2);
-            const bool turns = tables_.joints.revolute[of.joints[i]];
-            out += tracked.first[i] * std::abs(turns ? dot(cross(n, z), c - frame.origin()) : dot(n, z));
-        }
-        return out;
+        return tube_.any() ? tube_.along(joint_frames(), center(body), body, m, n) : 0.0;
     }
-
-    // How far a body gets by the tracking error at an instant: what no stretch, however short, gets below. n: nullptr
-    // for any direction.
-    double tube(int body, int m, const Vec3* n) {
-        if (!is_tracked_) return 0;
-        const RelativeMotion& of = tables_.pairs.motions[m];
-        const TrackedMotion& tracked = tracked_[m];
-        const Vec3 c = center(body);
-        const double reach = tables_.bodies[body].reach;
-        double first = 0, second = 0;
-        for (std::size_t i = 0; i < of.joints.size(); ++i) {
-            const double rho = lever(c, of, i);
-            first += rho * tracked.first[i];
-            second += rho * tracked.second[i];
-        }
-        second += first * tracked.bend + reach * tracked.bend;
-        first += reach * tracked.rotation;
-        return n ? std::min(first, second + tube_along(body, m, *n)) : first;
+    double tube_at_most(int body, int m) {
+        return tube_.any() ? tube_.at_most(joint_frames(), center(body), body, m) : 0.0;
+    }
+    double lost_in_tube(int body, int m, Vec3 n) {
+        return tube_.any() ? tube_.lost(joint_frames(), center(body), body, m, n) : 0.0;
     }
 
   private:
+    const Frame* joint_frames() const { return frames_.data() + first_joint; }
+
     static constexpr double value_rounding = 1e-15;     // times a joint's value
     static constexpr double distance_rounding = 1e-14;  // times a squared distance, which is added to rho^2
-
-    TrackedMotion tracked_motion(const RelativeMotion& of) const {
-        const std::size_t count = of.joints.size();
-        TrackedMotion out;
-        for (std::size_t i = 0; i < count; ++i) {
-            const int k = of.joints[i];
-            double pairs = 0;
-            for (std::size_t l = 0; l < count; ++l) pairs += of.order[i * count + l] * tube_[of.joints[l]];
-            pairs *= tube_[k] / 2;
-            out.first.push_back(tube_[k]);
-            out.second.push_back(pairs);
-            if (!tables_.joints.revolute[k]) continue;
-            out.rotation += tube_[k];
-            out.bend += pairs;
-        }
-        return out;
-    }
 
     void place_at(double u) {
         const Joints& joints = tables_.joints;
@@ -302,15 +250,13 @@ class MotionBounds {
 
     const Tables& tables_;
     Path& path_;
+    Tube tube_;
     Frame start_;
     const FloatingBase* floating_;
     int stamp_ = 0;
     double half_ = 0;
     std::vector<Frame> frames_;
     std::vector<double> q_, line_rate_, line_deviation_, value_, rate_, deviation_, step_;
-    bool is_tracked_ = false;
-    std::vector<double> tube_;            // by joint: the tracking error
-    std::vector<TrackedMotion> tracked_;  // by motion
     BaseBounds base_{};
     std::vector<FrameMotion> motion_;
     std::vector<BodyMotion> bounds_;
