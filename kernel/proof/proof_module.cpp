@@ -2,6 +2,7 @@
 #include "proof/finder.hpp"
 
 #include "proof/bind_floating_base.hpp"
+#include "proof/bind_measure.hpp"
 #include "python/arrays.hpp"
 #include "python/threads.hpp"
 
@@ -294,6 +295,7 @@ NB_MODULE(_proof, m) {
     bind_inputs(m);
     bind_found(m);
     bind_floating_base(m);
+    bind_measure(m);
     m.def("find_proof", &find_proof, nb::kw_only(), "tables"_a, "path"_a, "held"_a, "tracking"_a, "start"_a,
           "floating"_a.none(), "resolution"_a, "Search a proof that all pairs keep more than they are held to.");
 }

@@ -77,5 +77,30 @@ class FloatingBase:
 
     def bounds(self, frames: Annotated[NDArray[numpy.float64], dict(shape=(None, None, 3, 4), order='C')], rate: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], deviation: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], step: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], half: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]) -> dict: ...
 
+class PlacedBody:
+    """A convex body in world coordinates; see `ConvexBodies`."""
+
+    def __init__(self, *, points: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order='C')], disc: float, axis: Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')], radius: float, half_space: bool) -> None: ...
+
+def nearest_points(first: PlacedBody, other: PlacedBody) -> tuple[float, tuple[float, float, float], bool]:
+    """
+    Return the clearance of two bodies, not above 0 where they meet [m]; the unit vector in which they are apart, from the other one to the first; and whether it separates their cores.
+    """
+
+class Clearances:
+    """Measures the clearances of the tables' pairs at instants."""
+
+    def __init__(self, tables: Tables) -> None: ...
+
+    def least(self, frames: Annotated[NDArray[numpy.float64], dict(shape=(None, None, 3, 4), order='C')], limit: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], fill: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))], Annotated[NDArray[numpy.int64], dict(shape=(None, None, None, None))]]:
+        """
+        Return the least clearance of every link and other body (r, l, k + l), obstacles first, then links, at instants with the frames (r, f, 3, 4), world and base first [m]; and the two shapes that have it (r, l, k + l, 2), or -1. Two links are in the row of the one that comes first. Where nothing is found below `limit` (l, k + l) it is `fill` (l, k + l). Pairs with a limit of minus infinity are left out.
+        """
+
+    def between(self, frames: Annotated[NDArray[numpy.float64], dict(shape=(None, None, 3, 4), order='C')], first: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """
+        Return the clearances (r,) of pairs of bodies, each with the frames (r, f, 3, 4) of an instant [m].
+        """
+
 def find_proof(*, tables: Tables, path: Path, held: Held, tracking: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], start: Annotated[NDArray[numpy.float64], dict(shape=(4, 4), order='C')], floating: FloatingBase | None, resolution: float) -> Found:
     """Search a proof that all pairs keep more than they are held to."""
