@@ -88,6 +88,12 @@ _MANY_PANELS = 4  # for each piece of the path: with more, a rule with more poin
 _PRESUMED_RESIDUAL = 3.0  # times |h v'| and the tumble: a guess of |F| before H is known, to cut the path in advance
 _LITTLE_GROWTH = 1.0  # exponent: errors of a tumbling base that grow by less than e need no flow
 
+_LEFT = np.zeros((4, 4, 4))  # w, x, y or z of a quaternion to the matrix of products with it from the left
+for _row, _entries in enumerate(((0, -1, -2, -3), (1, 0, -3, 2), (2, 3, 0, -1), (3, -2, 1, 0))):
+    for _column, _part in enumerate(_entries):
+        _LEFT[abs(_part), _row, _column] = -1.0 if _part < 0 else 1.0
+_LEFT = _LEFT.reshape(4, 16)
+
 
 class _Cut(NamedTuple):
     """The path cut into p panels.
@@ -221,27 +227,28 @@ class BaseAttitude:
 
     def final(self) -> float:
         """Return the angle between the last attitude and the first [rad]; it may be wrong by `error`."""
-        turned = product_by_parts(conjugate(self._begin), self._turns.start[-1])
-        return float(2 * np.arctan2(np.linalg.norm(turned[1:]), abs(turned[0])))
+        turned = _left_matrix(conjugate(self._begin)) @ self._turns.start[-1]
+        return float(2 * np.arctan2(np.sqrt(turned[1:] @ turned[1:]), abs(turned[0])))
 
     def peak(self) -> float:
         """Return a bound of the angle to the first attitude, for any u [rad]."""
-        at_start = product_by_parts(conjugate(self._begin), self._turns.start[:-1])
+        at_start = _left_matrix(self._turns.start[:-1] @ _left_matrix(conjugate(self._begin)).T)  # of Q_0* o Q_start
+        vectors = self._chebyshev_of_turn() @ np.swapaxes(at_start[:, 1:], -1, -2)
         scale = 1 / np.sqrt(1 - self._bounds.bent)
-        vectors = product_by_parts(at_start[:, None], self._chebyshev_of_turn())[..., 1:]
         most = greatest_norm(vectors, scale, np.zeros_like(scale))
         return min(np.pi, 2 * float(np.arcsin(min(1.0, most))) + self.error)
 
     def rate(self) -> float:
-        """Return a bound of the base's rate of turn, per unit of u [rad]."""
+        """Return a bound of the base's rate of turn, per unit of u [rad].
+
+        The polynomial turns at 2 vec(Q* o dQ/dxi) / |Q|^2, which is at most 2 |dQ/dxi| / |Q|, and hardly less: |Q| is constant but
+        for the error.
+        """
         half, bounds = self._half, self._bounds
         if not np.isfinite(self.error):
             return np.inf
-        at, to_chebyshev = _products(self._count)
-        Q, slope = at @ self._chebyshev_of_turn(), at[:, :-1] @ (self._to_chebyshev @ self._turns.slope)
-        omega = 2 * product_by_parts(conjugate(Q), slope)[..., 1:]  # |Q|^2 times it
         extra = (bounds.rate + bounds.tumble / 2 * self.error) / half
-        return greatest_norm(to_chebyshev @ omega, 1 / (half * (1 - bounds.bent)), extra)
+        return greatest_norm(self._to_chebyshev @ self._turns.slope, 2 / (half * np.sqrt(1 - bounds.bent)), extra)
 
     def _chebyshev_of_turn(self) -> Array:
         """Return the Chebyshev coefficients of Q, (p, g + 1, 4)."""
@@ -551,12 +558,9 @@ def _gauss(points: int) -> _Gauss:
     return _Gauss(xi, weight, to_legendre, to_chebyshev, _integrals(xi, points) @ to_legendre, fall(points))
 
 
-@lru_cache(maxsize=8)
-def _products(points: int) -> tuple[Array, Array]:
-    """Return Chebyshev polynomials 0 to g in 2 g points (2 g, g + 1), and the map from values there (2 g, 2 g)."""
-    at = chebyshev.chebpts1(2 * points)
-    values, whole = (np.asarray(chebyshev.chebvander(at, d), dtype=np.float64) for d in (points, 2 * points - 1))
-    return values, np.linalg.inv(whole).astype(np.float64)
+def _left_matrix(p: Array) -> Array:
+    """Return the matrices (..., 4, 4) that map a quaternion q to the product p o q."""
+    return (p @ _LEFT).reshape(*p.shape, 4)
 
 
 def _integrals(xi: Array, count: int) -> Array:

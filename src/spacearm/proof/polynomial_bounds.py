@@ -61,24 +61,24 @@ def greatest_norm(coefficients: Array, scale: Array, extra: Array, *, close: flo
             still holds.
     """
     count = coefficients.shape[1]
-    sizes, j = np.linalg.norm(coefficients, axis=2), np.arange(float(count))
-    first, second = sizes @ j, sizes @ j**2
-    curved = 2 * (first**2 + sizes.sum(axis=1) * second)  # |d^2 |f|^2 / d theta^2| at most
+    sizes, j = np.sqrt(np.einsum("pdc,pdc->pd", coefficients, coefficients)), np.arange(float(count))
+    curved = 2 * ((sizes @ j) ** 2 + sizes.sum(axis=1) * (sizes @ j**2))  # |d^2 |f|^2 / d theta^2| at most
     step = np.pi / (2 * count)
     values = _on_grid(count) @ coefficients
-    squared = np.einsum("pgc,pgc->pg", values, values).ravel()
-    panel = np.repeat(np.arange(len(curved)), 2 * count)
-    theta = np.tile(_grid(count), len(curved))
+    squared = np.einsum("pgc,pgc->pg", values, values).T
+    panel, theta = np.broadcast_to(np.arange(len(curved)), squared.shape), np.broadcast_to(_grid(count)[:, None], squared.shape)
     bound = reached = 0.0
     for look in range(_LOOKS):
         if look:
             step /= _FINER
             panel = np.repeat(panel, _FINER)
             theta = (theta[:, None] + (np.arange(_FINER) - (_FINER - 1) / 2) * step).ravel()
-            values = np.einsum("rd,rdc->rc", np.cos(theta[:, None] * j), coefficients[panel])
+            values = (np.cos(theta[:, None] * j)[:, None] @ coefficients[panel])[:, 0]
             squared = np.einsum("rc,rc->r", values, values)
-        value = scale[panel] * np.sqrt(squared) + extra[panel]
-        above = scale[panel] * np.sqrt(squared + curved[panel] * step**2 / 8) + extra[panel]
+        times, plus = (scale, extra) if look == 0 else (scale[panel], extra[panel])
+        sag = curved * step**2 / 8
+        value = times * np.sqrt(squared) + plus
+        above = times * np.sqrt(squared + (sag if look == 0 else sag[panel])) + plus
         reached, most = max(reached, float(value.max())), float(above.max())
         passed = reached * (1 + close / 2)  # samples that are left out below are no greater
         near = above > passed
@@ -89,6 +89,7 @@ def greatest_norm(coefficients: Array, scale: Array, extra: Array, *, close: flo
     return bound
 
 
+@lru_cache(maxsize=32)
 def _grid(count: int) -> Array:
     return (np.arange(2 * count) + 0.5) * np.pi / (2 * count)
 
