@@ -31,8 +31,7 @@ from spacearm.core.errors import ProblemError
 from spacearm.core.rotations import conjugate, matrix_by_parts, product_by_parts, quaternion_of, running_products
 from spacearm.motion import Curve
 from spacearm.motion.piecewise import weights
-from spacearm.proof.base_momentum import masses_of
-from spacearm.proof.bodies import JointMap
+from spacearm.proof.base_momentum import masses_of, tree_of
 from spacearm.proof.polynomial_bounds import (
     Growth,
     PanelPath,
@@ -46,7 +45,7 @@ from spacearm.proof.polynomial_bounds import (
     on_ellipses,
     outer_eigenvalues,
 )
-from spacearm.proof.witness import free_base_model, pinocchio
+from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -182,8 +181,8 @@ class BaseAttitude:
         """
         self._masses = masses_of(robot)
         self._model, self._at_q, self._at_v = free_base_model(robot)
-        self._state = self._model.createData()
-        self._joints, self._ellipses = JointMap(robot), ellipses_of(robot)
+        self._state = free_base_data(robot)
+        self._joints, self._ellipses = tree_of(robot).joints, ellipses_of(robot)
         own = PanelPath.of(curve, self._joints)
         self._angular = angular
         self._spin = float(np.linalg.norm(self._angular))
