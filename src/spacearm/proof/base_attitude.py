@@ -31,7 +31,8 @@ from spacearm.core.errors import ProblemError
 from spacearm.core.rotations import conjugate, matrix_by_parts, product_by_parts, quaternion_of, running_products
 from spacearm.motion import Curve
 from spacearm.motion.piecewise import weights
-from spacearm.proof.base_momentum import masses_of, tree_of
+from spacearm.proof.base_momentum import masses_of
+from spacearm.proof.bodies import joints_of
 from spacearm.proof.polynomial_bounds import (
     Growth,
     PanelPath,
@@ -182,7 +183,7 @@ class BaseAttitude:
         self._masses = masses_of(robot)
         self._model, self._at_q, self._at_v = free_base_model(robot)
         self._state = free_base_data(robot)
-        self._joints, self._ellipses = tree_of(robot).joints, ellipses_of(robot)
+        self._joints, self._ellipses = joints_of(robot), ellipses_of(robot)
         own = PanelPath.of(curve, self._joints)
         self._angular = angular
         self._spin = float(np.linalg.norm(self._angular))
@@ -240,8 +241,8 @@ class BaseAttitude:
     def rate(self) -> float:
         """Return a bound of the base's rate of turn, per unit of u [rad].
 
-        The polynomial turns at 2 vec(Q* o dQ/dxi) / |Q|^2, which is at most 2 |dQ/dxi| / |Q|, and hardly less: |Q| is constant but
-        for the error.
+        The polynomial turns at 2 vec(Q* o dQ/dxi) / |Q|^2, which is at most 2 |dQ/dxi| / |Q|, and hardly less: |Q| is constant
+        but for the error.
         """
         half, bounds = self._half, self._bounds
         if not np.isfinite(self.error):

@@ -20,7 +20,7 @@ from spacearm.core.exact import cross
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.rotations import matrix_by_parts
 from spacearm.motion import AnyTrajectory
-from spacearm.proof.bodies import JointMap, ancestors
+from spacearm.proof.bodies import ancestors, joints_of
 from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
 from spacearm.robot import Robot
 from spacearm.robot.model import inertia_fault
@@ -281,7 +281,7 @@ class _Tree:
 
     def __init__(self, robot: Robot) -> None:
         self.masses = masses = masses_of(robot)
-        self.joints = JointMap(robot)
+        self.joints = joints_of(robot)
         count = len(robot.joints)
         self.revolute = self.joints.revolute * 1.0
         self.mass = masses.beyond @ masses.mass
