@@ -280,6 +280,11 @@ def _polytopes(_: Bodies | Polytopes) -> dict[int, CoalShape]:
     return {}
 
 
+def witness_name() -> str:
+    """Return the libraries for kinematics and measured distances, with their versions."""
+    return f"pinocchio {pinocchio().__version__}, coal {coal().__version__}"
+
+
 class Witness:
     """Kinematics by Pinocchio and distances by Coal, built from the robot's and the scene's own numbers.
 
