@@ -53,6 +53,10 @@ class SpatialInertia(Protocol):
         """Return the momentum."""
         ...
 
+    def matrix(self) -> Array:
+        """Return the matrix (6, 6) that maps a twist to the momentum."""
+        ...
+
 
 class Placement(Protocol):
     """A rigid transform."""
