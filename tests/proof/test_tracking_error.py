@@ -148,11 +148,17 @@ def test_no_trajectory_in_a_proven_tube_has_less_than_is_proven(data: st.DataObj
     robot = data.draw(st.one_of(arms(self_pairs=True), shaped_arms(), st.just(with_followers())))
     setting = Setting(robot, Scene(data.draw(st.lists(obstacles(), min_size=1, max_size=3))), clearance=0.0)
     trajectory, rng = Trajectory(robot, data.draw(motions_of(robot, most=3))), np.random.default_rng(seed)
-    tracking = data.draw(st.sampled_from([1e-4, 1e-3, 1e-2, 0.1])) * rng.uniform(0, 1, robot.dof)
-    least = proven(setting, trajectory, tracking)
+    errors = rng.uniform(0, 1, robot.dof)
+    widest = 0.0
+    for size in np.geomspace(1e-4, 1.0, 20):
+        if proven(setting, trajectory, size * errors) is None:
+            break
+        widest = size
+    tracking, least = widest * errors, proven(setting, trajectory, widest * errors)
     if least is None:
         return
-    u = rng.uniform(*trajectory.curve.domain, INSTANTS)
+    near = find_proof(claimed(setting, trajectory, tracking)).closest[0]
+    u = np.append(rng.uniform(*trajectory.curve.domain, INSTANTS), [] if near is None else near.u)
     q = corners(trajectory, tracking, u, rng)
     assert least_distances(robot, setting.scene, joint_frames(robot, q)).min() >= least - ROUNDING
 
