@@ -236,9 +236,9 @@ class _Midpoints:
         values = joints.values(line.q)
         placed = claim.base.placed(line.u, Witness(claim.robot, claim.base.bodies()[0]).frames(values))
         rate = line.rate[:, joints.dof] * joints.multiplier
-        deviation = (line.deviation + claim.tracking)[:, joints.dof] * np.abs(joints.multiplier)
-        deviation += _VALUE_ROUNDING * np.abs(values)
-        step = np.abs(rate) * line.half[:, None] + deviation
+        deviation = line.deviation[:, joints.dof] * np.abs(joints.multiplier) + _VALUE_ROUNDING * np.abs(values)
+        self._tube: Array = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)
+        step = np.abs(rate) * line.half[:, None] + deviation + self._tube
         self._base = claim.base.motion_bounds(placed, rate, deviation, step, line.half)
         self._pairs, self._turns = claim.pairs, joints.revolute * 1.0
         self.ends, self.half, self.frames = stretches.ends, line.half, placed.shape[1] + 1
@@ -301,6 +301,16 @@ class _Midpoints:
             first[free], second[free] = moved
         return first, second
 
+    def tube(self, on: Indices, motion: Indices, center: Array, reach: Array, n: Array) -> Array:
+        """Bound how far bodies get along directions n (t, 3) by the tracking error alone, to first order, (t,) [m].
+
+        The centre of a body moves by n . (z x (c - o)) per rad of a joint, and an offset from it by its length at most.
+        """
+        steps: Array = _moving_joints(self._pairs)[0][motion] * self._tube  # (t, j)
+        away, z = center[:, None] - self._origin[on], self._z[on]
+        along = np.where(self._turns > 0, _dot(cross(n[:, None], z), away), _dot(n[:, None], z))
+        return np.einsum("tk,tk->t", np.abs(along), steps) + reach * (steps @ self._turns)
+
     def _with_base(
         self, base: BaseMotionBounds, on: Indices, radius: Array, first: Array, second: Array
     ) -> tuple[Array, Array]:
@@ -350,6 +360,8 @@ def _clearances(claim: Claim, midpoints: _Midpoints, some: _Settled) -> Array:
     turning = cross(n, _rows(midpoints.omega, row))  # n . (omega x x) = turning . x
     speed = np.abs(moving.heights(turning) + moving.of_points(_dot(n, _rows(midpoints.velocity, row))))
     beyond = second_order + moving.discs(turning) * half
+    if claim.tracking.any():
+        beyond += midpoints.tube(at, motion, moving.center[moving.row], moving.reach[moving.row], n)
     loss = np.minimum(speed * moving.of_points(half) + moving.of_points(beyond), moving.of_points(displacement))
     least = np.minimum.reduceat(moving.heights(n) - loss, moving.begins) - moving.discs(n)
     most = np.maximum.reduceat(resting.heights(n), resting.begins) + resting.discs(n)
