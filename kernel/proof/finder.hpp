@@ -140,7 +140,8 @@ class Finder {
         const Body &a = tables_.bodies[first], &b = tables_.bodies[other];
         const Vec3 between = motion_.center(first) - motion_.center(other);
         const double apart = b.half_space ? dot(b.axis, between) : length(between) - around(b);
-        return apart - around(a) - held_at(first, other, u_).clearance;
+        const double tube = motion_.tube_at_most(first, tables_.pairs.motion(a.frame, b.frame));
+        return apart - around(a) - held_at(first, other, u_).clearance - tube;
     }
 
     // Measure the pairs of shapes within a pair that may have the least excess of their phase.
@@ -167,19 +168,21 @@ class Finder {
 
     Nearest measure(int first, int other, const double* guess) {
         const Nearest near = nearest_points(motion_.placed(first), motion_.placed(other), guess);
-        remember(first, other, near.clearance);
+        remember(first, other, near.clearance, vec3(near.n));
         return near;
     }
-    void remember(int first, int other, double clearance) {
+    // n: from the other body to the first one. A tracking error takes from what the pair has.
+    void remember(int first, int other, double clearance, Vec3 n) {
         const Held::At at = held_at(first, other, u_);
         Suspect& closest = found_.closest[at.phase];
         if (clearance < closest.clearance) closest = {first, other, u_, clearance};
-        const double excess = clearance - at.clearance;
+        const int motion = tables_.pairs.motion(tables_.bodies[first].frame, tables_.bodies[other].frame);
+        const double measured = clearance - at.clearance, excess = measured - motion_.lost_in_tube(first, motion, n);
         least_[at.phase] = std::min(least_[at.phase], excess);
         if (excess < least_excess_) {
             least_excess_ = excess;
             least_suspect_ = {first, other, u_, clearance};
-            if (excess <= 0) found_.status = Status::fails;
+            if (measured <= 0) found_.status = Status::fails;
             else if (excess <= guard && !ended()) found_.status = Status::undecided;
         }
     }
@@ -223,7 +226,7 @@ class Finder {
         stretch_ = stretch;
         u_ = stretch.middle();
         motion_.begin(stretch);
-        divisible_ = stretch.share / 2 >= resolution_;
+        divisible_ = stretch.share / 2 >= resolution_ && u_ > stretch.begin && u_ < stretch.end;
         halved_.clear();
         for (std::size_t i = 0; i < work_.size() && !ended(); ++i) deal_with(work_[i]);
         if (halved_.empty() || ended()) return;
@@ -250,7 +253,7 @@ class Finder {
         const Body &a = tables_.bodies[pair.first], &b = tables_.bodies[pair.other];
         const bool bundles = a.members > 0 || b.members > 0;
         Plane plane = pair.balls ? plane_of_balls(pair) : plane_of_shapes(pair, open);
-        if (!bundles && pair.balls && !b.half_space) remember(pair.first, pair.other, plane.gap + pair.guard);
+        if (!bundles && pair.balls && !b.half_space) remember(pair.first, pair.other, plane.gap + pair.guard, plane.n);
         if (plane.gap - plane.loss > pair.target) return settle(open.node, plane.n);
         if (bundles && (!divisible_ || must_open(pair, plane))) return open_members(open.node, a, b);
         if (!divisible_) return give_up({pair.first, pair.other, u_, plane.gap + pair.guard});
@@ -318,7 +321,8 @@ class Finder {
         if (out.gap - out.loss > pair.target || out.gap <= pair.target) return out;
         const FrameMotion& frame = motion_.motion(pair.motion);
         const double speed = std::abs(dot(out.n, frame.push) + dot(cross(out.n, frame.omega), c));
-        out.loss = std::min(out.loss, speed * motion_.half() + moves.second);
+        const double tube = motion_.tube_along(pair.first, pair.motion, out.n);
+        out.loss = std::min(out.loss, speed * motion_.half() + moves.second + tube);
         return out;
     }
 
@@ -330,7 +334,7 @@ class Finder {
         Plane out = plane_along(pair, guess);
         if (out.gap - out.loss > pair.target || b.half_space) {
             if (b.half_space && b.members == 0 && a.members == 0)
-                remember(pair.first, pair.other, out.gap + pair.guard);
+                remember(pair.first, pair.other, out.gap + pair.guard, out.n);
             return out;
         }
         const double apart = dot(toward(pair), motion_.center(pair.first) - motion_.center(pair.other));
@@ -368,11 +372,12 @@ class Finder {
         const Vec3 turning = cross(n, frame.omega);
         const double half = motion_.half(), pushed = dot(n, frame.push);
         const double widened = a.disc > 0 ? a.disc * across_length(turning, vec3(a.axis)) * half : 0.0;
+        const double second = moves.second + motion_.tube_along(pair.first, pair.motion, n);
         double left = infinite;
         for (int i = 0; i < a.count; ++i) {
             const Vec3 x = vec3(a.points + 3 * i);
             const double speed = std::abs(pushed + dot(turning, x)) * half + widened;
-            left = std::min(left, dot(n, x) - disc - level - std::min(speed + moves.second, moves.first));
+            left = std::min(left, dot(n, x) - disc - level - std::min(speed + second, moves.first));
         }
         out.loss = out.gap - left;
         return out;

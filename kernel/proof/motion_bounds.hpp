@@ -13,6 +13,7 @@
 #include "proof/floating_base.hpp"
 #include "proof/nearest_points.hpp"
 #include "proof/path_tree.hpp"
+#include "proof/tube.hpp"
 
 namespace spacearm_proof {
 
@@ -27,7 +28,7 @@ struct FrameMotion {
 
 struct BodyMotion {
     int stamp = 0;
-    double first, second;  // D1, D2
+    double first, second;  // D1, D2; what a tracking error adds to D2 along a direction is the tube's to say
 };
 
 class MotionBounds {
@@ -36,7 +37,7 @@ class MotionBounds {
     // nullptr for a base at rest.
     MotionBounds(const Tables& tables, Path& path, const double* tracking, const Frame& start,
                  const FloatingBase* floating)
-        : tables_(tables), path_(path), tracking_(tracking), start_(start), floating_(floating),
+        : tables_(tables), path_(path), tube_(tables, tracking), start_(start), floating_(floating),
           frames_(tables.joints.count + first_joint, identity()), q_(path.dofs()), line_rate_(path.dofs()),
           line_deviation_(path.dofs()), value_(tables.joints.count), rate_(tables.joints.count),
           deviation_(tables.joints.count), step_(tables.joints.count), motion_(tables.pairs.motions.size()),
@@ -63,9 +64,9 @@ class MotionBounds {
         for (int k = 0; k < joints.count; ++k) {
             const int dof = joints.dof[k];
             rate_[k] = line_rate_[dof] * joints.multiplier[k];
-            deviation_[k] = (line_deviation_[dof] + tracking_[dof]) * std::abs(joints.multiplier[k])
-                            + value_rounding * std::abs(value_[k]);
-            step_[k] = std::abs(rate_[k]) * half_ + deviation_[k];
+            deviation_[k] =
+                line_deviation_[dof] * std::abs(joints.multiplier[k]) + value_rounding * std::abs(value_[k]);
+            step_[k] = std::abs(rate_[k]) * half_ + deviation_[k] + tube_.error(k);
         }
         if (floating_)
             floating_->bounds(frames_[first_joint].T, frames_[base_frame].T, rate_.data(), deviation_.data(),
@@ -102,7 +103,20 @@ class MotionBounds {
         return out;
     }
 
+    // What the tracking error adds to D2 along n; and how far it alone lets a body get, in any direction or along n.
+    double tube_along(int body, int m, Vec3 n) {
+        return tube_.any() ? tube_.along(joint_frames(), center(body), body, m, n) : 0.0;
+    }
+    double tube_at_most(int body, int m) {
+        return tube_.any() ? tube_.at_most(joint_frames(), center(body), body, m) : 0.0;
+    }
+    double lost_in_tube(int body, int m, Vec3 n) {
+        return tube_.any() ? tube_.lost(joint_frames(), center(body), body, m, n) : 0.0;
+    }
+
   private:
+    const Frame* joint_frames() const { return frames_.data() + first_joint; }
+
     static constexpr double value_rounding = 1e-15;     // times a joint's value
     static constexpr double distance_rounding = 1e-14;  // times a squared distance, which is added to rho^2
 
@@ -216,9 +230,10 @@ class MotionBounds {
         out.first = first + reach * motion.rotation;
         if (of.free) {
             const double away = length(c - vec3(base_.com)) + reach, turn = base_.rotation;
-            out.second +=
-                turn * out.first + away * (turn * turn / 2 + base_.rotation_second_order + base_.attitude_error);
-            out.first += away * (turn + base_.attitude_error) + length(vec3(base_.com_velocity)) * half_;
+            const double error = base_.attitude_error, moved = out.first + away * turn;
+            out.second += turn * out.first + away * (turn * turn / 2 + base_.rotation_second_order + error);
+            out.second += error * moved;
+            out.first = moved + away * error + length(vec3(base_.com_velocity)) * half_;
         }
         out.stamp = stamp_;
     }
@@ -236,7 +251,7 @@ class MotionBounds {
 
     const Tables& tables_;
     Path& path_;
-    const double* tracking_;
+    Tube tube_;
     Frame start_;
     const FloatingBase* floating_;
     int stamp_ = 0;

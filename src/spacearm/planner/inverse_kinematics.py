@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import keep
 from spacearm.core.exact import length, product
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native import native
 from spacearm.core.rotations import rotation_vectors, turns_between
 from spacearm.geometry import bounding_points
@@ -30,7 +31,7 @@ from spacearm.planner.problem import Problem, nearest_turns, whole_turns
 from spacearm.planner.searched_clearance import SearchedClearance, clearance_of_goals, usual_clearance
 from spacearm.planner.tracking_room import TrackingRoom, tracking_room, within_tube
 from spacearm.robot.kinematics import tree_model
-from spacearm.robot.model import Robot
+from spacearm.robot.model import Frame, Robot
 
 Array = NDArray[np.float64]
 
@@ -539,7 +540,19 @@ def reaches(reach: Reach, q: Array) -> NDArray[np.bool_]:
 
 def reach_of(robot: Robot, frame: str) -> float:
     """Return a bound [m] of how far from the base a frame's origin can get."""
-    placed = robot.frame(frame)
+    known = _known_reaches(robot)
+    if frame not in known:
+        known[frame] = _reach_of(robot, robot.frame(frame))
+    return known[frame]
+
+
+@cached_by_identity
+def _known_reaches(_: Robot) -> dict[str, float]:
+    """Return room for the reaches of a robot's frames."""
+    return {}
+
+
+def _reach_of(robot: Robot, placed: Frame) -> float:
     reach, at = length(placed.T_joint_frame[:3, 3]), placed.joint
     while at >= 0:
         joint = robot.joints[at]

@@ -45,7 +45,7 @@ _LEAST_EVALUATIONS_AGAIN = 500  # however small the share is
 _LEAST_SECONDS_AGAIN = 0.02  # [s] likewise
 _SECONDS_FOR_PROOFS = 0.2  # share of `time_budget` that the first search leaves for proofs and what follows them
 _ALWAYS_AGAIN = 0.15  # [s] from the beginning: so long another motion may be tried, however short `time_budget` is
-_LEAST_SEARCH = 1e-3  # [s] for the first search, however little time there is: most problems need less for a motion
+_LEAST_SEARCH = 1e-3  # [s] for a first motion, however little time there is: most problems need less
 _LEAST_SECONDS = 1e-6  # [s] a search for so long looks at the straight motions and ends; 0 would be no limit
 _EARLIER = (0.5, 1.0)  # which of the motions found, from the best to the first, are proven where nothing else is left
 _PROVEN_AFTER_INTERRUPT = 30  # motions given to the proof after Ctrl-C, at most
@@ -223,10 +223,11 @@ class _Clock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Budget:
-    """How long the islands search; 0 is no limit."""
+    """How long the islands search, 0 is no limit; and whether they end with the first motion, whatever the settings say."""
 
     evaluations: int
     seconds: float
+    until_first: bool = False
 
 
 @dataclass(kw_only=True)
@@ -257,9 +258,10 @@ class _Search:
     def run(self) -> Status:
         """Search until the budget is spent, and prove the best motion; where that fails, look for another."""
         budget, clock = self.settings.time_budget, self.clock
-        seconds = 0.0 if budget is None else max(_LEAST_SEARCH, clock.left - _SECONDS_FOR_PROOFS * budget)
+        seconds = 0.0 if budget is None else max(_LEAST_SECONDS, clock.left - _SECONDS_FOR_PROOFS * budget)
         try:
             self._go_on(_Budget(evaluations=self.settings.most_evaluations or 0, seconds=seconds))
+            self._go_on_to_first(seconds)
             return self._prove_best()
         except KeyboardInterrupt:
             interrupt_taken()
@@ -267,11 +269,18 @@ class _Search:
             self.interrupted = True
             return self._best_so_far()
 
+    def _go_on_to_first(self, searched: float) -> None:
+        """After a first search of less than 1 ms that found nothing, search until it is 1 ms, or until there is a motion."""
+        most = self.settings.most_evaluations
+        left = 0 if most is None else most - self.islands.evaluations
+        if 0 < searched < _LEAST_SEARCH and self.islands.best is None and (most is None or left > 0):
+            self._go_on(_Budget(evaluations=left, seconds=_LEAST_SEARCH - searched, until_first=True))
+
     def _go_on(self, budget: _Budget) -> None:
         self.islands.run(
             evaluations=budget.evaluations,
             seconds=budget.seconds,
-            until_first=self.settings.stop_at_first,
+            until_first=budget.until_first or self.settings.stop_at_first,
             stall=self.settings.convergence or 0,
         )
         self.clock.lap("search")

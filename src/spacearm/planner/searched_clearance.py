@@ -127,7 +127,7 @@ def searched_clearance(problem: HasScene, ends: ArrayLike, taken: Taken | None =
     model = prepared(problem)
     required, asked = _asked(problem, model, taken)
     rows = np.asarray(ends, dtype=np.float64)
-    to_scene, to_links = model.to_kernel_obstacles(rows), model.between_links(rows)  # (e, c, j), (e, p)
+    to_scene, to_links = model.measured(rows)  # (e, c, j), (e, p)
     if required.alike and min(to_scene.min(initial=np.inf), to_links.min(initial=np.inf)) >= asked + SEARCH_ROOM:
         return SearchedClearance(asked=asked)
     base: BaseModel = getattr(problem, "base_model", BASE_MODELS["fixed"])

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import as_readonly, as_transform, shown
 from spacearm.core.errors import ProblemError
+from spacearm.dynamics import Momentum
 from spacearm.dynamics.base_models import BASE_MODELS, BaseModel
 from spacearm.motion import AnyTrajectory, Curve, Motion, PiecewisePath, TimeLaw, Trajectory
 from spacearm.motion.time_laws import over_time
@@ -96,6 +97,8 @@ def base_setup_of(holder: object, robot: Robot, *, who: str) -> BaseSetup:
         raise ProblemError(f"the {who}'s base is {shown(base)}, expected {' or '.join(map(repr, BASE_MODELS))}")
     start, momentum = getattr(holder, "base_start", None), getattr(holder, "momentum", None)
     pose = np.eye(4) if start is None else as_transform(f"the {who}'s base_start", start, ProblemError)
+    if isinstance(momentum, Momentum):  # checked already
+        return BaseSetup(model=BASE_MODELS[base], start=pose, linear=momentum.linear, angular=momentum.angular)
     linear, angular = (
         np.zeros(3) if momentum is None else as_readonly(f"momentum.{part}", getattr(momentum, part), (3,), ProblemError)
         for part in ("linear", "angular")

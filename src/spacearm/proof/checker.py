@@ -203,11 +203,10 @@ def _with_halves(claim: Claim, stretches: Intervals, halves_of: Indices, halved:
     halves = claim.path.halved(stretches.select(which))
     if not (halves.ends[:, 0] < halves.ends[:, 1]).all():
         raise _Fault("the proof halves a stretch of the path that is too short for it")
-    out = np.concatenate([halves_of, np.full(len(halves), -1)])
+    out = np.full(len(stretches) + len(halves), -1)
+    out[: len(stretches)] = halves_of
     out[which] = len(stretches) + 2 * np.arange(len(which))
-    pairs = ((getattr(stretches, name), getattr(halves, name)) for name in ("first", "last", "ends", "share"))
-    first, last, ends, share = (np.concatenate(pair) for pair in pairs)
-    return Intervals(first=first, last=last, ends=ends, share=share), out
+    return stretches.followed_by(halves), out
 
 
 def _batches(settled: _Settled, stretches: Intervals) -> Iterator[tuple[_Settled, Intervals]]:
@@ -268,9 +267,9 @@ class _Midpoints:
         self.ends, self.half, self._pairs = stretches.ends, line.half, claim.pairs
         self._motions, self._revolute = _Motions.of(claim.pairs), joints.revolute * 1.0
         rate = line.rate[:, joints.dof] * joints.multiplier
-        deviation = (line.deviation + claim.tracking)[:, joints.dof] * np.abs(joints.multiplier)
-        deviation += _VALUE_ROUNDING * np.abs(values)
-        step = np.abs(rate) * line.half[:, None] + deviation
+        deviation = line.deviation[:, joints.dof] * np.abs(joints.multiplier) + _VALUE_ROUNDING * np.abs(values)
+        self._tube = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)
+        step = np.abs(rate) * line.half[:, None] + deviation + self._tube
         self._base = claim.base.motion_bounds(T, rate, deviation, step, line.half)
         world = np.broadcast_to(np.eye(4), (len(T), 1, 4, 4))
         T = np.concatenate([world, T[:, -1:], T[:, :-1]], axis=1)
@@ -288,6 +287,16 @@ class _Midpoints:
         self._theta = np.einsum("rpk,pk->rp", self._first, own * self._revolute)
         self._theta_2 = np.einsum("rpk,pk->rp", self._second, own * self._revolute)
         self._turned = np.einsum("rpk,k->rp", g, self._revolute)
+
+    def tube(self, on: Indices, motion: Indices, center: Array, reach: Array, n: Array) -> Array:
+        """Bound how far bodies get along directions n (t, 3) by the tracking error alone, to first order, (t,) [m].
+
+        The centre of a body moves by n . (z x (c - o)) per rad of a joint, and an offset from it by its length at most.
+        """
+        steps = self._motions.moves[motion] * self._tube  # (t, j)
+        away, z = center[:, None] - self._origin[on], self._z[on]
+        along = np.where(self._revolute > 0, _dot(cross(n[:, None], z), away), _dot(n[:, None], z))
+        return np.einsum("tk,tk->t", np.abs(along), steps) + reach * (steps @ self._revolute)
 
     def _twists(self, rate: Array) -> None:
         spin = self._z * (rate * self._revolute)[..., None]
@@ -379,6 +388,8 @@ def _proven_by(claim: Claim, midpoints: _Midpoints, some: _Settled) -> Array:
     turning = cross(n, midpoints.omega[at, motion])  # n . (omega x x) = turning . x
     half = midpoints.half[at]
     second_order += moving.disc(turning) * half
+    if claim.tracking.any():
+        second_order += midpoints.tube(at, motion, moving.center[moving.row], moving.reach[moving.row], n)
     speed = moving.along(turning) + moving.spread(_dot(n, midpoints.velocity[at, motion]))
     loss = np.minimum(np.abs(speed) * moving.spread(half) + moving.spread(second_order), moving.spread(first_order))
     least = moving.of_bodies(np.minimum, moving.along(n) - loss) - moving.disc(n)

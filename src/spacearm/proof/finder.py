@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.native_finder import native_finder
-from spacearm.proof.base_proofs import FixedBaseProof
+from spacearm.proof.base_proofs import FloatingBaseProof
 from spacearm.proof.claim import Claim
 from spacearm.proof.convex_bodies import BodyPairs, ConvexBodies
 from spacearm.proof.path_intervals import PathIntervals
@@ -183,9 +183,9 @@ def _held(claim: Claim, proven_share: float) -> native_finder.Held:
 
 
 def _floating(claim: Claim) -> native_finder.FloatingBase | None:
-    if isinstance(claim.base, FixedBaseProof):
+    if not isinstance(claim.base, FloatingBaseProof):
         return None
-    raise NotImplementedError("the finder knows no floating base yet")
+    return native_finder.FloatingBase(**claim.base.for_finder()._asdict())
 
 
 def _whole(values: Sequence[int] | NDArray[Any]) -> NDArray[np.int64]:
