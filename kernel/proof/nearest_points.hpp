@@ -143,16 +143,17 @@ inline bool is_box(const PlacedBody& b, Vec (&edge)[3]) {
            && largest(point(b, 3) - (p + edge[1] + edge[2])) < off && largest(point(b, 7) - (xy + edge[2])) < off;
 }
 
-// A point x and a box with a corner p and its edges.
-inline Shortest of_box(Vec x, Vec p, const Vec (&edge)[3]) {
-    const Vec c = x - p;
+// A point x and a box, by its edges.
+inline Shortest of_box(Vec x, const PlacedBody& b, const Vec (&edge)[3]) {
+    const Vec c = x - point(b, 0);
     Vec v{0, 0, 0};
     for (const Vec& e : edge) {
         const double square = dot(e, e), share = dot(c, e);
         if (share < 0.0) v = v + (share / square) * e;
         else if (share > square) v = v + ((share - square) / square) * e;
     }
-    return along(v);
+    const Vec n = unit(v);
+    return {n, is_none(n) ? 0.0 : dot(n, x - furthest(b, n))};
 }
 
 // ---- GJK ------------------------------------------------------------------------------------------------------------
@@ -301,7 +302,7 @@ inline bool of_point(Vec x, const PlacedBody& b, Shortest& out) {
     if (b.disc > 0.0 && b.count <= 2) out = of_cylinder(x, point(b, 0), point(b, b.count - 1), b.disc, at(b.axis));
     else if (b.count == 1) out = along(x - point(b, 0));
     else if (b.count == 2) out = along(to_origin(x - point(b, 0), x - point(b, 1)));
-    else if (is_box(b, edge)) out = of_box(x, point(b, 0), edge);
+    else if (is_box(b, edge)) out = of_box(x, b, edge);
     else return false;
     return true;
 }
