@@ -340,7 +340,7 @@ class _PlacedMasses:
         self.com_lever = tree.share[:, None] * lever
         self.inertia = whole[:, :-1] - _point_inertia(tree.mass, self.arm)
         H = whole[:, -1]
-        self.inverse: Array = np.linalg.inv(H)
+        self.inverse: Array = np.linalg.inv(H).astype(np.float64)
         self.least = np.linalg.eigvalsh(H)[:, 0]
         self.size = np.sqrt(_dot(com, com) @ m) * _OUTWARD
         away = com[:, None] - self.origin[:, :, None]  # (r, j, b, 3)
