@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import Frozen, as_numbers, as_readonly, as_whole
 from spacearm.core.errors import ProblemError
 from spacearm.core.exact import product
+from spacearm.core.native import native
 
 Array = NDArray[np.float64]
 
@@ -100,6 +101,15 @@ class Motion(Frozen):
         at = np.minimum(np.maximum(as_numbers("s", s, ProblemError), 0.0), 1.0)  # five times quicker than np.clip for few s
         rows = product(basis(at.ravel(), self.interior, derivative=derivative), self._moved(derivative))
         return rows.reshape(*at.shape, self.dof)
+
+    def moved(self, s: Array) -> tuple[Array, Array]:
+        """Return q(s) and dq/ds, each (m, n), for s (m,); beyond [0, 1], the ends.
+
+        As `sample` does, up to rounding of the rates, and several times quicker: the kernel computes the basis.
+        """
+        at = np.ascontiguousarray(np.minimum(np.maximum(s, 0.0), 1.0))
+        q, rate = (product(native.spline_values(at, self.interior, d), self._moved(d)) for d in range(2))
+        return q, rate
 
     def length(self, samples: int = 513) -> float:
         """Return the joint path length, the integral of |dq/ds| [rad or m], by the trapezoidal rule."""
