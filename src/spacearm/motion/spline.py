@@ -209,9 +209,12 @@ def _even_rates(interior: int, samples: int) -> Array:
     return rows
 
 
+@lru_cache(maxsize=64)
 def _knots(interior: int) -> Array:
     inner = np.arange(1, interior + 1) / (interior + 1)
-    return np.concatenate([np.zeros(DEGREE + 1), inner, np.ones(DEGREE + 1)])
+    knots = np.concatenate([np.zeros(DEGREE + 1), inner, np.ones(DEGREE + 1)])
+    knots.setflags(write=False)
+    return knots
 
 
 @lru_cache(maxsize=64)
