@@ -23,9 +23,9 @@ from spacearm.core.identity_cache import cached_by_identity
 from spacearm.proof.base_momentum import BaseMotionBounds
 from spacearm.proof.bodies import JointMap
 from spacearm.proof.claim import Claim
-from spacearm.proof.convex_bodies import BodyPairs, ConvexBodies
+from spacearm.proof.convex_bodies import WORLD, BodyPairs, ConvexBodies
 from spacearm.proof.path_intervals import Intervals
-from spacearm.proof.proof_tree import HALVES, MEMBERS_OF_FIRST, MEMBERS_OF_OTHER, SETTLED, ProofTree
+from spacearm.proof.proof_tree import MEMBERS_OF_OTHER, SETTLED, ProofTree
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
 
@@ -42,6 +42,8 @@ _DISTANCE_ROUNDING = 1e-14  # times a squared distance, which is added to rho^2,
 _SHORTEST, _LONGEST = 1e-140, 1e140  # of a direction: outside, the squares of its coordinates underflow or overflow
 _INWARD = 1 - 1e-13  # times a distance that must be within a bundle's radius: the rounding of this check alone
 _MOST_NODES = 100_000_000  # of a proof
+_STRETCH = 2  # the column of a node's stretch; that of its first body is 0, and that of the other body is 1
+_REPLACED = np.array([-1, _STRETCH, 0, 1])  # by what a proof says of a node: the column whose parts follow
 _STRETCHES, _ROWS = 1024, 65_536  # of a batch, so that a large proof does not exhaust the memory
 
 
@@ -136,54 +138,54 @@ class _Settled(NamedTuple):
 def _expanded(claim: Claim, proof: ProofTree) -> tuple[_Settled, Intervals]:
     """Make all nodes of a proof; return those that are settled, and the stretches of the path.
 
-    Whoever is divided is replaced by nodes that are the same together: two halves of a stretch, or all members of a bundle.
+    A node that is divided is replaced by nodes that together are the same: by two halves of its stretch, or by all members of a
+    bundle. So one of its three numbers is replaced: the first body, the other one, or the stretch.
 
     Raises:
         _Fault: the proof does not fit.
     """
     bodies, steps = claim.bodies, proof.steps
-    _require_arrays(proof)
-    first, other = claim.pairs.first, claim.pairs.other
-    stretch, stretches, halves_of = np.zeros(len(first), np.intp), claim.path.whole(), np.full(1, -1)
-    found: list[tuple[Indices, Indices, Indices]] = []
-    begin = 0
-    while len(first):
-        step = steps[begin : begin + len(first)]
-        if len(step) < len(first):
-            raise _Fault(f"the proof has {len(steps)} nodes, expected at least {begin + len(first)}")
-        begin += len(first)
-        is_settled = step == SETTLED
-        found.append((first[is_settled], other[is_settled], stretch[is_settled]))
-        is_open = np.flatnonzero(~is_settled)
-        step, first, other, stretch = step[is_open], first[is_open], other[is_open], stretch[is_open]
-        halved = step == HALVES
-        stretches, halves_of = _with_halves(claim, stretches, halves_of, stretch[halved])
-        opened = np.where(step == MEMBERS_OF_FIRST, first, other)
-        children = np.where(halved, 2, bodies.members[opened])
-        if not children.all():
-            raise _Fault(f"the proof opens body {opened[children == 0][0]}, which has no members")
-        if children.sum() > len(steps) - begin:
-            raise _Fault(f"the proof has {len(steps)} nodes, expected at least {begin + children.sum()}")
-        begins = np.where(halved, halves_of[stretch], bodies.first_member[opened])
-        parent, child = _ranges(begins, children)
-        step = step[parent]
-        first = np.where(step == MEMBERS_OF_FIRST, child, first[parent])
-        other = np.where(step == MEMBERS_OF_OTHER, child, other[parent])
-        stretch = np.where(step == HALVES, child, stretch[parent])
+    _require_arrays(claim, proof)
+    stretches, halves_of = claim.path.whole(), np.full(1, -1)
+    level = np.stack([claim.pairs.first, claim.pairs.other, np.zeros(len(claim.pairs.first), np.intp)], axis=1)
+    levels, begin = [level], 0
+    while len(level):
+        step = steps[begin : begin + len(level)]
+        begin += len(level)
+        divided = np.flatnonzero(step)
+        level, column = level[divided], _REPLACED[step[divided]]
+        whole = level[np.arange(len(level)), column]
+        halved = column == _STRETCH
+        stretches, halves_of = _with_halves(claim, stretches, halves_of, whole[halved])
+        body = np.where(halved, 0, whole)
+        count = np.where(halved, 2, bodies.members[body])
+        if not count.all():
+            raise _Fault(f"the proof opens body {whole[count == 0][0]}, which has no members")
+        following = int(count.sum())
+        if begin + following > len(steps):
+            raise _Fault(f"the proof has {len(steps)} nodes, expected at least {begin + following}")
+        parts = bodies.first_member[body]
+        parts[halved] = halves_of[whole[halved]]
+        parent, part = _ranges(parts, count)
+        level = level[parent]
+        level[np.arange(following), column[parent]] = part
+        levels.append(level)
     if begin != len(steps):
         raise _Fault(f"the proof has {len(steps)} nodes, expected {begin}")
-    columns = [np.concatenate(column) for column in zip(*found, strict=True)] or [np.zeros(0, np.intp)] * 3
-    if len(columns[0]) != len(proof.directions):
-        raise _Fault(f"the proof has {len(proof.directions)} directions, expected {len(columns[0])}")
-    return _Settled(*columns, direction=proof.directions), stretches
+    first, other, stretch = np.ascontiguousarray(np.concatenate(levels)[steps == SETTLED].T)
+    if len(first) != len(proof.directions):
+        raise _Fault(f"the proof has {len(proof.directions)} directions, expected {len(first)}")
+    return _Settled(first, other, stretch, proof.directions), stretches
 
 
-def _require_arrays(proof: ProofTree) -> None:
+def _require_arrays(claim: Claim, proof: ProofTree) -> None:
     steps, directions = proof.steps, proof.directions
     if steps.ndim != 1 or steps.dtype != np.uint8 or len(steps) > _MOST_NODES:
         raise _Fault(f"the proof's steps are {steps.dtype} {steps.shape}, expected at most {_MOST_NODES} of uint8")
     if directions.ndim != 2 or directions.shape[1] != 3 or directions.dtype != np.float64:
         raise _Fault(f"the proof's directions are {directions.dtype} {directions.shape}, expected float64 (d, 3)")
+    if len(steps) < len(claim.pairs.first):
+        raise _Fault(f"the proof has {len(steps)} nodes, expected at least {len(claim.pairs.first)}")
     if len(steps) and steps.max() > MEMBERS_OF_OTHER:
         raise _Fault(f"the proof says {steps.max()} of a node, expected 0 to {MEMBERS_OF_OTHER}")
 
@@ -201,19 +203,16 @@ def _with_halves(claim: Claim, stretches: Intervals, halves_of: Indices, halved:
     halves = claim.path.halved(stretches.select(which))
     if not (halves.ends[:, 0] < halves.ends[:, 1]).all():
         raise _Fault("the proof halves a stretch of the path that is too short for it")
-    out = np.concatenate([halves_of, np.full(len(halves), -1)])
+    out = np.full(len(stretches) + len(halves), -1)
+    out[: len(stretches)] = halves_of
     out[which] = len(stretches) + 2 * np.arange(len(which))
-    pairs = ((getattr(stretches, name), getattr(halves, name)) for name in ("first", "last", "ends", "share"))
-    first, last, ends, share = (np.concatenate(pair) for pair in pairs)
-    return Intervals(first=first, last=last, ends=ends, share=share), out
+    return stretches.followed_by(halves), out
 
 
 def _batches(settled: _Settled, stretches: Intervals) -> Iterator[tuple[_Settled, Intervals]]:
     """Divide settled nodes by their stretches; give those of a batch, with the stretches on which they are."""
-    used = np.zeros(len(stretches), dtype=bool)
-    used[settled.stretch] = True
-    which, number = np.flatnonzero(used), np.cumsum(used) - 1
-    settled = settled._replace(stretch=number[settled.stretch])
+    which, number = _numbered(settled.stretch, len(stretches))
+    settled = settled._replace(stretch=number)
     if len(which) > _STRETCHES:
         settled = settled.select(np.argsort(settled.stretch, kind="stable"))
     for begin in range(0, len(which), _STRETCHES):
@@ -268,9 +267,9 @@ class _Midpoints:
         self.ends, self.half, self._pairs = stretches.ends, line.half, claim.pairs
         self._motions, self._revolute = _Motions.of(claim.pairs), joints.revolute * 1.0
         rate = line.rate[:, joints.dof] * joints.multiplier
-        deviation = (line.deviation + claim.tracking)[:, joints.dof] * np.abs(joints.multiplier)
-        deviation += _VALUE_ROUNDING * np.abs(values)
-        step = np.abs(rate) * line.half[:, None] + deviation
+        deviation = line.deviation[:, joints.dof] * np.abs(joints.multiplier) + _VALUE_ROUNDING * np.abs(values)
+        self._tube = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)
+        step = np.abs(rate) * line.half[:, None] + deviation + self._tube
         self._base = claim.base.motion_bounds(T, rate, deviation, step, line.half)
         world = np.broadcast_to(np.eye(4), (len(T), 1, 4, 4))
         T = np.concatenate([world, T[:, -1:], T[:, :-1]], axis=1)
@@ -288,6 +287,16 @@ class _Midpoints:
         self._theta = np.einsum("rpk,pk->rp", self._first, own * self._revolute)
         self._theta_2 = np.einsum("rpk,pk->rp", self._second, own * self._revolute)
         self._turned = np.einsum("rpk,k->rp", g, self._revolute)
+
+    def tube(self, on: Indices, motion: Indices, center: Array, reach: Array, n: Array) -> Array:
+        """Bound how far bodies get along directions n (t, 3) by the tracking error alone, to first order, (t,) [m].
+
+        The centre of a body moves by n . (z x (c - o)) per rad of a joint, and an offset from it by its length at most.
+        """
+        steps = self._motions.moves[motion] * self._tube  # (t, j)
+        away, z = center[:, None] - self._origin[on], self._z[on]
+        along = np.where(self._revolute > 0, _dot(cross(n[:, None], z), away), _dot(n[:, None], z))
+        return np.einsum("tk,tk->t", np.abs(along), steps) + reach * (steps @ self._revolute)
 
     def _twists(self, rate: Array) -> None:
         spin = self._z * (rate * self._revolute)[..., None]
@@ -373,57 +382,87 @@ def _proven_by(claim: Claim, midpoints: _Midpoints, some: _Settled) -> Array:
     bodies, at, first, other = claim.bodies, some.stretch, some.first, some.other
     motion = claim.pairs.motion_of[bodies.frame[first], bodies.frame[other]]
     n = _normalized(np.where(bodies.half_space[other, None], bodies.axis[other], some.direction))
-    first_order, second_order = _displacements(bodies, midpoints, at, first, motion)
+    moving = _Placed(bodies, midpoints, at, first)
+    resting = _Placed(bodies, midpoints, np.where(bodies.frame[other] == WORLD, 0, at), other)
+    first_order, second_order = _displacements(midpoints, moving, motion)
     turning = cross(n, midpoints.omega[at, motion])  # n . (omega x x) = turning . x
-    heights, row, size = _heights(bodies, midpoints, at, first, n)
-    speeds, _, _ = _heights(bodies, midpoints, at, first, turning)
-    speeds += np.einsum("tc,tc->t", n, midpoints.velocity[at, motion])[row]
     half = midpoints.half[at]
-    second_order += _disc(bodies, midpoints, at, first, turning) * half
-    loss = np.minimum(np.abs(speeds) * half[row] + second_order[row], first_order[row])
-    least = _of_runs(np.minimum, heights - loss, bodies.points[first]) - _disc(bodies, midpoints, at, first, n)
-    supports, _, other_size = _heights(bodies, midpoints, at, other, n)
-    most = _of_runs(np.maximum, supports, bodies.points[other]) + _disc(bodies, midpoints, at, other, n)
-    guard = GUARD + _RELATIVE_GUARD * (size + other_size)
+    second_order += moving.disc(turning) * half
+    if claim.tracking.any():
+        second_order += midpoints.tube(at, motion, moving.center[moving.row], moving.reach[moving.row], n)
+    speed = moving.along(turning) + moving.spread(_dot(n, midpoints.velocity[at, motion]))
+    loss = np.minimum(np.abs(speed) * moving.spread(half) + moving.spread(second_order), moving.spread(first_order))
+    least = moving.of_bodies(np.minimum, moving.along(n) - loss) - moving.disc(n)
+    most = resting.of_bodies(np.maximum, resting.along(n)) + resting.disc(n)
+    guard = GUARD + _RELATIVE_GUARD * (moving.size + resting.size)
     return least - most - bodies.radius[first] - bodies.radius[other] - guard
 
 
-def _displacements(
-    bodies: ConvexBodies, midpoints: _Midpoints, at: Indices, body: Indices, motion: Indices
-) -> tuple[Array, Array]:
-    """Bound the motion of bodies (t,) on stretches (t,), to first and second order, (t,) [m]; every combination once."""
-    robots = int(body.max(initial=0)) + 1
+class _Placed:
+    """Bodies (t,) at the midpoints of stretches (t,), each with its points, one after the other.
+
+    Attributes:
+        row: (t,) a body is row `row` of the bodies that are placed; there it is placed once for all stretches and motions.
+        at, body: (k,) stretch and body of those.
+        center, reach: (k, 3) and (k,) in the inertial frame [m]; see `ConvexBodies`.
+        size: (t,) no coordinate of a point is greater [m].
+    """
+
+    def __init__(self, bodies: ConvexBodies, midpoints: _Midpoints, at: Indices, body: Indices) -> None:
+        most = int(body.max(initial=0)) + 1
+        key, self.row = _numbered(at * most + body, most * len(midpoints.half))
+        self.at, self.body = np.divmod(key, most)
+        self._bodies, frame = bodies, bodies.frame[self.body]
+        self._R, place = midpoints.R[self.at, frame], midpoints.place[self.at, frame]
+        self.center = np.einsum("kcd,kd->kc", self._R, bodies.center[self.body]) + place
+        self.reach = bodies.reach[self.body]
+        self.size = (np.sqrt(_dot(self.center, self.center)) + self.reach)[self.row]
+        count = bodies.points[self.body]
+        of, point = _ranges(bodies.first_point[self.body], count)
+        x = np.einsum("pcd,pd->pc", self._R[of], bodies.vertices[point]) + place[of]
+        self._count = count[self.row]
+        self._of, at_x = _ranges((np.cumsum(count) - count)[self.row], self._count)
+        self._x = x[at_x]
+
+    def spread(self, values: Array) -> Array:
+        """Return values (t, ...) of bodies for all their points."""
+        return values[self._of]
+
+    def along(self, n: Array) -> Array:
+        """Return n . x of all points, for vectors n (t, 3)."""
+        return _dot(n[self._of], self._x)
+
+    def of_bodies(self, least_or_greatest: np.ufunc, values: Array) -> Array:
+        """Return the least or greatest value (t,) of every body, for values of all points."""
+        return least_or_greatest.reduceat(values, np.cumsum(self._count) - self._count)
+
+    def disc(self, n: Array) -> Array:
+        """Return how far the discs of the bodies stand out along vectors (t, 3): the radius times the part across the axis."""
+        disc = self._bodies.disc[self.body][self.row]
+        out, which = np.zeros(len(disc)), np.flatnonzero(disc)
+        if which.size:
+            row = self.row[which]
+            axis = np.einsum("tcd,td->tc", self._R[row], self._bodies.axis[self.body[row]])
+            out[which] = disc[which] * _across(n[which], axis)
+        return out
+
+
+def _displacements(midpoints: _Midpoints, moving: _Placed, motion: Indices) -> tuple[Array, Array]:
+    """Bound the motion of bodies by relative motions (t,), to first and second order, (t,) [m]; each combination once."""
     motions = int(motion.max(initial=0)) + 1
-    key = (at * robots + body) * motions + motion
-    key, row = np.unique(key, return_inverse=True)
-    key, motion = np.divmod(key, motions)
-    at, body = np.divmod(key, robots)
-    frame = bodies.frame[body]
-    center = np.einsum("tcd,td->tc", midpoints.R[at, frame], bodies.center[body]) + midpoints.place[at, frame]
-    first, second = midpoints.displacements(at, motion, center, bodies.reach[body])
+    key, row = _numbered(moving.row * motions + motion, motions * len(moving.body))
+    which, motion = np.divmod(key, motions)
+    first, second = midpoints.displacements(moving.at[which], motion, moving.center[which], moving.reach[which])
     return first[row], second[row]
 
 
-def _heights(bodies: ConvexBodies, midpoints: _Midpoints, at: Indices, body: Indices, n: Array) -> tuple[Array, Indices, Array]:
-    """Return n . x of all points of bodies (t,); for each the row of its body; and how large the bodies' numbers are (t,)."""
-    frame = bodies.frame[body]
-    place = midpoints.place[at, frame]
-    own = np.einsum("tcd,tc->td", midpoints.R[at, frame], n)
-    row, point = _ranges(bodies.first_point[body], bodies.points[body])
-    x = bodies.vertices[point]
-    size = np.sqrt(_dot(place, place)) + np.sqrt(_dot(bodies.center[body], bodies.center[body])) + bodies.reach[body]
-    return np.einsum("pc,pc->p", own[row], x) + np.einsum("tc,tc->t", n, place)[row], row, size
-
-
-def _disc(bodies: ConvexBodies, midpoints: _Midpoints, at: Indices, body: Indices, n: Array) -> Array:
-    """Return how far the discs of bodies (t,) stand out along vectors (t, 3): the radius times the part across the axis."""
-    out = np.zeros(len(body))
-    which = np.flatnonzero(bodies.disc[body])
-    if which.size:
-        round_ = body[which]
-        axis = np.einsum("tcd,td->tc", midpoints.R[at[which], bodies.frame[round_]], bodies.axis[round_])
-        out[which] = bodies.disc[round_] * _across(n[which], axis)
-    return out
+def _numbered(key: Indices, size: int) -> tuple[Indices, Indices]:
+    """Return the different values of keys from 0 to size - 1, and for each key the place of its value among them."""
+    if size > 16 * len(key) + 10_000:
+        return np.unique(key, return_inverse=True)
+    used = np.zeros(size, dtype=bool)
+    used[key] = True
+    return np.flatnonzero(used), (np.cumsum(used) - 1)[key]
 
 
 def _normalized(n: Array) -> Array:
@@ -447,11 +486,6 @@ def _across(v: Array, axis: Array) -> Array:
 
 def _dot(a: Array, b: Array) -> Array:
     return np.einsum("...c,...c->...", a, b)
-
-
-def _of_runs(ufunc: np.ufunc, values: Array, count: Indices) -> Array:
-    """Return the least or greatest of consecutive runs of so many values each."""
-    return ufunc.reduceat(values, np.cumsum(count) - count) if len(count) else values
 
 
 def _ranges(first: Indices, count: Indices) -> tuple[Indices, Indices]:

@@ -51,6 +51,15 @@ class Intervals:
         """Return some of them."""
         return Intervals(first=self.first[which], last=self.last[which], ends=self.ends[which], share=self.share[which])
 
+    def followed_by(self, other: Intervals) -> Intervals:
+        """Return these intervals and then others."""
+        return Intervals(
+            first=np.concatenate([self.first, other.first]),
+            last=np.concatenate([self.last, other.last]),
+            ends=np.concatenate([self.ends, other.ends]),
+            share=np.concatenate([self.share, other.share]),
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinearBounds:
@@ -111,34 +120,35 @@ class PathIntervals:
 
     def halved(self, of: Intervals) -> Intervals:
         """Return two for each: a run of pieces is divided between two of them, a part of a piece at its midpoint."""
-        run = of.last - of.first > 1
-        between = (of.first + of.last) // 2
-        parted: Indices = np.minimum(between, len(self.ends) - 1)
-        center: Array = of.ends.mean(axis=1)
-        middle = np.where(run, self.ends[parted, 0], center)
-        first = np.stack([of.first, np.where(run, between, of.first)], axis=1).ravel()
-        last = np.stack([np.where(run, between, of.last), of.last], axis=1).ravel()
-        return Intervals(
-            first=first,
-            last=last,
-            ends=np.stack([of.ends[:, 0], middle, middle, of.ends[:, 1]], axis=1).reshape(-1, 2),
-            share=np.where(np.repeat(run, 2), (last - first) / len(self.ends), np.repeat(of.share, 2) / 2),
-        )
+        run, between = of.last - of.first > 1, (of.first + of.last) // 2
+        middle = np.where(run, self.ends[np.minimum(between, len(self.ends) - 1), 0], (of.ends[:, 0] + of.ends[:, 1]) / 2)
+        first, last, ends = np.repeat(of.first, 2), np.repeat(of.last, 2), np.repeat(of.ends, 2, axis=0)
+        first[1::2], last[::2] = np.where(run, between, of.first), np.where(run, between, of.last)
+        ends[::2, 1] = ends[1::2, 0] = middle
+        share = np.where(np.repeat(run, 2), (last - first) / len(self.ends), np.repeat(of.share / 2, 2))
+        return Intervals(first=first, last=last, ends=ends, share=share)
 
     def linear_bounds(self, of: Intervals) -> LinearBounds:
         """Return the straight lines, and the deviations for every u of the intervals."""
-        u = of.ends.mean(axis=1)
-        half = (np.diff(of.ends, axis=1)[:, 0] / 2 + 2 * _EPS * np.abs(of.ends).max(axis=1))[:, None]
+        begin, end = of.ends.T
+        u = (begin + end) / 2
+        half = ((end - begin) / 2 + 2 * _EPS * np.maximum(np.abs(begin), np.abs(end)))[:, None]
         rate, second = self.curve.sample(u, 1), self.second[of.first]
         deviation = second * half**2 / 2
         speed = self.speed[of.first]
         # A part of a piece so short that its midpoint is one of its ends is bounded like a run: q' there may be of another.
-        inside = (u > of.ends[:, 0]) & (u < of.ends[:, 1])
-        for i in np.flatnonzero((of.last - of.first > 1) | ~inside):
-            low = self.least_rate[of.first[i] : of.last[i]].min(axis=0)
-            high = self.greatest_rate[of.first[i] : of.last[i]].max(axis=0)
-            rate[i], deviation[i] = (low + high) / 2, (high - low) / 2 * half[i]
-            speed[i] = np.maximum(-low, high)
+        runs = np.flatnonzero((of.last - of.first > 1) | ~((u > begin) & (u < end)))
+        if runs.size:
+            low = _of_runs(np.minimum, self.least_rate, of.first[runs], of.last[runs])
+            high = _of_runs(np.maximum, self.greatest_rate, of.first[runs], of.last[runs])
+            rate[runs], deviation[runs] = (low + high) / 2, (high - low) / 2 * half[runs]
+            speed[runs] = np.maximum(-low, high)
         joins = _JOIN_ROUNDING * np.maximum(0, of.last - of.first - 1)[:, None] * self.size
         rounding = joins + self.rounding * (self.size + speed * half + deviation)
         return LinearBounds(u=u, half=half[:, 0], q=self.curve.sample(u), rate=rate, deviation=deviation + rounding)
+
+
+def _of_runs(least_or_greatest: np.ufunc, values: Array, first: Indices, last: Indices) -> Array:
+    """Return the least or greatest values (r, n) of the rows first to last - 1 of values (p, n)."""
+    ends = np.stack([first, last], axis=1).ravel()
+    return least_or_greatest.reduceat(np.concatenate([values, values[-1:]]), ends, axis=0)[::2]
