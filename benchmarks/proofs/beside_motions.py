@@ -148,7 +148,9 @@ def _with_ball(motion: AMotion, depth: float, rng: np.random.Generator) -> AMoti
         touched, least = _closest(alone, pair, u, distances[:, pair])
         if least > _ROOM and begin + 0.02 * (end - begin) < touched < end - 0.02 * (end - begin):
             scene = Scene([*motion.problem.scene.obstacles, *_ball(point, least + depth).obstacles])
-            return replace(motion, problem=replace(motion.problem, scene=scene), depth=depth, touched=touched)
+            made = replace(motion, problem=replace(motion.problem, scene=scene), depth=depth, touched=touched)
+            if made.oracle.distances(made.placed(np.linspace(begin, end, 1025))).min() > -1.5 * depth:
+                return made
     return None
 
 
