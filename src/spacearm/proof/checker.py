@@ -367,7 +367,8 @@ def _directions(bodies: ConvexBodies, other: Indices, given: Array) -> Array:
     if flat.size:
         n = given.copy()
         n[flat] = bodies.axis[other[flat]]
-    length = np.sqrt(_dot(n, n))
+    with np.errstate(over="ignore"):
+        length = np.sqrt(_dot(n, n))
     wrong = np.flatnonzero(~((length > _SHORTEST) & (length < _LONGEST)))
     if wrong.size:
         raise _Fault(f"the vector {n[wrong[0]].tolist()} is no direction")
