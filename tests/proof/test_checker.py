@@ -18,6 +18,7 @@ from spacearm.proof.pair_requirements import FROM_START, OUT, UP_TO_GOAL, NearEn
 from spacearm.proof.path_intervals import Intervals
 from spacearm.proof.proof_tree import HALVES, MEMBERS_OF_FIRST, MEMBERS_OF_OTHER, SETTLED, ProofTree
 from spacearm.robot import Body
+from support import floating_cases
 from support.dense_samples import planar, swing
 from support.drawn_claims import (
     Drawn,
@@ -31,6 +32,7 @@ from support.drawn_claims import (
     placed_frames,
     tree,
 )
+from support.oracles.pinocchio_points import joint_frames
 from support.reference_finder import Measure, Stretch, bound, find_proof
 
 COAL = 1e-6  # [m] the rounding of a distance that Coal measures, of bodies a few metres large
@@ -62,9 +64,9 @@ def proposed(claim: Claim, first: int, other: int, interval: Intervals, rng: np.
     return (n + rng.choice([0.0, 0.01, 0.3]) * rng.normal(size=3)) * 10 ** rng.uniform(-3, 3)
 
 
-def gaps_along(claim: Claim, first: int, other: int, u: np.ndarray, n: np.ndarray, off: np.ndarray | float) -> np.ndarray:
-    """The gaps (r,) along a direction that is fixed in the other body's frame, where it is n at the first of the instants."""
-    bodies, T = claim.bodies, frames_at(claim, u, off)
+def gaps_along(claim: Claim, first: int, other: int, T: np.ndarray, n: np.ndarray) -> np.ndarray:
+    """The gaps (r,) for frames (r, j + 2, 4, 4), along a direction fixed in the other body's frame, which is n at first."""
+    bodies = claim.bodies
     A, B = T[:, bodies.frame[first]], T[:, bodies.frame[other]]
     own = B[0, :3, :3].T @ n
     y = bodies.vertices[bodies.first_point[other] :][: bodies.points[other]]
@@ -103,7 +105,7 @@ def look_along(drawn: Drawn, seed: int) -> None:
         off = claim.tracking * rng.choice([-1.0, 0.0, 1.0], (len(u), len(claim.tracking)))
         off[0] = 0.0
         proven = checked.proven[claim.held.phase[claim.bodies.owner[first], other]]
-        assert proven <= gaps_along(claim, first, other, u, n, off).min() + 1e-10 * abs(proven)
+        assert proven <= gaps_along(claim, first, other, frames_at(claim, u, off), n).min() + 1e-10 * abs(proven)
 
 
 def look_at(drawn: Drawn, seed: int) -> None:
@@ -134,6 +136,25 @@ def test_no_gap_gets_less_than_its_direction_proves(seed: int, tracking: bool) -
 @given(SEEDS)
 def test_no_gap_gets_less_than_its_direction_proves_on_a_floating_base(seed: int) -> None:
     look_along(drawn_claim(seed, floating=True, reach=0.3), seed)
+
+
+@settings(max_examples=60)
+@given(SEEDS, st.integers(0, 1000))
+def test_no_gap_gets_less_where_another_integrator_has_the_base(seed: int, number: int) -> None:
+    case, trajectory, way = floating_cases.drawn(seed, number)
+    claim, rng = claim_about(case.robot, case.scene, trajectory), np.random.default_rng(seed)
+    T = np.broadcast_to(np.eye(4), (len(way.u), len(case.robot.joints) + 2, 4, 4)).copy()
+    T[:, 1, :3, :3], T[:, 1, :3, 3] = way.R, way.at
+    T[:, 2:] = T[:, 1:2] @ joint_frames(case.robot, claim.path.curve.sample(way.u))
+    to_scene = np.flatnonzero((claim.bodies.frame[claim.pairs.other] == 0) & ~claim.bodies.half_space[claim.pairs.other])
+    for i in to_scene[:8].tolist():
+        first, other, interval = int(claim.pairs.first[i]), int(claim.pairs.other[i]), any_stretch(rng, claim, 5)
+        n = rng.normal(size=3) / 2
+        inside = (way.u >= interval.ends[0, 0]) & (way.u <= interval.ends[0, 1])
+        proven = check_proof(only(claim, first, other, interval), tree([0], [n])).proven[0]
+        if inside.any():
+            least = gaps_along(claim, first, other, T[inside], n / np.linalg.norm(n)).min()
+            assert proven <= least + (1e-8 + 2 * way.off) * (1 + np.abs(T[inside, :, :3, 3]).max())
 
 
 @settings(max_examples=100)
