@@ -96,8 +96,8 @@ def planned(folder: Path, seed: int, number: int) -> Trial:
     return Trial(robot, problem.scene, found.trajectory)
 
 
-def drawn_robot(rng: np.random.Generator) -> Robot:
-    count = int(rng.integers(1, 10))
+def drawn_robot(rng: np.random.Generator, most_joints: int = 9) -> Robot:
+    count = int(rng.integers(1, most_joints + 1))
     joints: list[Joint] = []
     dofs = 0
     for i in range(count):

@@ -6,9 +6,11 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <variant>
 
 #include "checks.hpp"
@@ -59,6 +61,15 @@ struct mass_description {
     double mass = 0, com[3] = {}, inertia[6] = {};  // [kg], [m], about it [kg m^2]: xx, yy, zz, xy, xz, yz
 };
 
+// The envelope as models have it, kept for all worlds of one robot: its bounding spheres take longer than all else.
+struct arranged_envelope {
+    template <class T> struct of {
+        int joints = -1;  // that the robot has; -1: not made yet
+        link_envelope<T> envelope;
+    };
+    std::tuple<of<float>, of<double>> made;
+};
+
 struct world {
     int dofs = 0;
     std::vector<joint_description> joints;
@@ -70,7 +81,8 @@ struct world {
     std::vector<std::pair<int, int>> link_pairs;  // links that must keep clear of each other
     std::vector<obstacle_description> obstacles;
     std::vector<pair_margin_description> pair_margins;
-    std::vector<mass_description> masses;  // of the base, then of each joint; empty: not known
+    std::vector<mass_description> masses;         // of the base, then of each joint; empty: not known
+    std::shared_ptr<arranged_envelope> arranged;  // of these bodies, solids and pairs; none: not kept
 };
 
 // ---- its parts ------------------------------------------------------------------------------------------------------
@@ -172,6 +184,20 @@ template <class T> void build_envelope(const world& given, model<T>& m) {
             for (int y : clusters_of[two]) m.envelope.pairs.push_back({x, y});
         }
     }
+}
+
+// The same, or a copy of what was made for this robot before.
+template <class T> void build_links(const world& given, model<T>& m) {
+    const int joints = static_cast<int>(m.robot.joints.size());
+    arranged_envelope::of<T>* kept =
+        given.arranged ? &std::get<arranged_envelope::of<T>>(given.arranged->made) : nullptr;
+    if (kept && kept->joints == joints) {
+        m.envelope = kept->envelope;
+        return;
+    }
+    build_solids(given, m);
+    build_envelope(given, m);
+    if (kept) *kept = {joints, m.envelope};
 }
 
 // Each obstacle in the model's scalar; returns its centre.
@@ -345,8 +371,7 @@ template <class T> model<T> build(const world& given) {
     model<T> m;
     build_joints(given, m);
     build_points(given, m);
-    build_solids(given, m);
-    build_envelope(given, m);
+    build_links(given, m);
     build_obstacles(given, m);
     build_places(m);
     build_pair_margins(given, m);

@@ -25,6 +25,7 @@ struct envelope_part {
     std::vector<link_body_description> bodies;
     std::vector<solid_description> solids;
     std::vector<std::pair<int, int>> pairs;
+    std::shared_ptr<arranged_envelope> arranged = std::make_shared<arranged_envelope>();
 };
 struct pair_margins_part {
     std::vector<pair_margin_description> margins;
@@ -235,6 +236,7 @@ inline void bind_world(nb::module_& m) {
                     made.link_bodies = envelope->bodies;
                     made.solids = envelope->solids;
                     made.link_pairs = envelope->pairs;
+                    made.arranged = envelope->arranged;
                 }
                 for (const obstacle_part& part : obstacles) add_obstacles(part, made.obstacles);
                 if (margins) made.pair_margins = margins->margins;

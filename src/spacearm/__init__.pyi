@@ -63,7 +63,9 @@ from spacearm.planner import pareto_front as pareto_front
 from spacearm.planner import plan as plan
 from spacearm.proof import Certificate as Certificate
 from spacearm.proof import PairClearance as PairClearance
+from spacearm.proof import Robustness as Robustness
 from spacearm.proof import certify as certify
+from spacearm.proof import robustness as robustness
 from spacearm.robot import Body as Body
 from spacearm.robot import Frame as Frame
 from spacearm.robot import Joint as Joint

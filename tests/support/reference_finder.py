@@ -41,8 +41,9 @@ class Stretch:
         self.claim, self.interval, self.half, self.u = claim, interval, float(line.half[0]), float(line.u[0])
         scale = np.abs(joints.multiplier)
         self.w = (line.rate[:, joints.dof] * joints.multiplier)[0]
-        self.e = ((line.deviation[0] + claim.tracking)[joints.dof]) * scale + 1e-15 * np.abs(values[0])
-        self.delta = np.abs(self.w) * self.half + self.e
+        self.e = line.deviation[0][joints.dof] * scale + 1e-15 * np.abs(values[0])
+        self.tube = claim.tracking[joints.dof] * scale
+        self.delta = np.abs(self.w) * self.half + self.e + self.tube
         self.base = claim.base.motion_bounds(T, self.w[None], self.e[None], self.delta[None], line.half)
         self.T = [np.eye(4), T[0, -1], *T[0, :-1]]
         self.revolute = joints.revolute
@@ -57,6 +58,7 @@ def bound(stretch: Stretch, first: int, other: int, direction: Array) -> Bound:
     A, B = stretch.T[bodies.frame[first]], stretch.T[bodies.frame[other]]
     motion = claim.pairs.motion_of[bodies.frame[first], bodies.frame[other]]
     D1, D2, omega, velocity = _motion(stretch, first, int(motion))
+    D2 += _tube(stretch, first, int(motion), n)
     most = max(float(n @ y) for y in _points(claim, other, B)) + bodies.disc[other] * _across(n, B[:3, :3] @ bodies.axis[other])
     axis = A[:3, :3] @ bodies.axis[first]
     gaps, lefts = [], []
@@ -106,6 +108,16 @@ def _motion(stretch: Stretch, first: int, motion: int) -> tuple[float, float, Ar
         omega = omega + base.omega[0]
         velocity = velocity + base.com_velocity[0] - np.cross(base.omega[0], base.com[0])
     return D1, D2, omega, velocity
+
+
+def _tube(stretch: Stretch, first: int, motion: int, n: Array) -> float:
+    """Return how far a body gets along a direction by the tracking error alone, to first order [m]."""
+    claim, bodies, T = stretch.claim, stretch.claim.bodies, stretch.T[stretch.claim.bodies.frame[first]]
+    c, R, lost = T[:3, :3] @ bodies.center[first] + T[:3, 3], float(bodies.reach[first]), 0.0
+    for k in np.flatnonzero(claim.pairs.sign[motion] * stretch.tube):
+        z, o = stretch.T[2 + k][:3, 2], stretch.T[2 + k][:3, 3]
+        lost += stretch.tube[k] * (abs(n @ np.cross(z, c - o)) + R if stretch.revolute[k] else abs(n @ z))
+    return float(lost)
 
 
 def _points(claim: Claim, body: int, T: Array) -> Array:

@@ -25,6 +25,7 @@ COMMANDS = {
     "doctor": "find the faults of a robot's URDF, and say how to correct them; --fix writes a corrected copy",
     "paper": "run the paper's experiment: Table 3, Figures 4-9, report.json",
     "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, figures",
+    "robustness": "find how far the joints may be from a motion at any instant so that it is still proven",
 }
 """Each command, and what it does. The module `<command>_command` of this room runs it."""
 

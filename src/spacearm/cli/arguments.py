@@ -66,6 +66,29 @@ def parsed(record: type[T], arguments: Sequence[str], *, command: str) -> T:
             raise
 
 
+def tracking_of_words(words: Sequence[str]) -> float | dict[str, float]:
+    """Return the tracking error that words mean: one number for all joints, or NAME=NUMBER for each of some, or of `all`.
+
+    Raises:
+        SettingsError: another word, or a joint twice.
+    """
+    out: dict[str, float] = {}
+    for word in words:
+        name, equals, text = word.rpartition("=")
+        try:
+            number = float(text)
+        except ValueError:
+            wanted = "a number, or NAME=NUMBER for a joint, as in --tracking all=0.002 shoulder=0.001"
+            raise SettingsError(f"--tracking is {shown(word)}, expected {wanted}") from None
+        if not equals and len(words) == 1:
+            return number
+        name = name if equals else "all"
+        if name in out:
+            raise SettingsError(f"--tracking gives {shown(name)} twice, expected each joint once")
+        out[name] = number
+    return out
+
+
 class _Page(io.StringIO):
     """The help as tyro prints it: with colours if stdout is a terminal, and never with boxes, for it states no encoding."""
 

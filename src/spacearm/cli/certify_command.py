@@ -107,7 +107,7 @@ def _found(options: Options, problem: Problem | None) -> Recheck:
     from spacearm.files import load_trajectory
     from spacearm.files.plan_file import recheck_plan, recheck_trajectory
 
-    if _is_plan(read_bytes(options.file, what="a plan or a trajectory")):
+    if is_plan(read_bytes(options.file, what="a plan or a trajectory")):
         with located(options.file):
             _refuse_for_plans(options)
         return recheck_plan(options.file, problem, **options.of_proof)
@@ -129,7 +129,7 @@ def _found(options: Options, problem: Problem | None) -> Recheck:
     return recheck_trajectory(problem, trajectory, **options.of_proof)
 
 
-def _is_plan(content: bytes) -> bool:
+def is_plan(content: bytes) -> bool:
     """Whether it is JSON, and no trajectory of ROS."""
     if not content.lstrip().startswith((b"{", b"[")):
         return False

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
-from spacearm.cli.arguments import parsed
+from spacearm.cli.arguments import parsed, tracking_of_words
 from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import base_rows, loading, progress_bar, rows_on_near_pairs, show_list, tell_notes, tell_robot
 from spacearm.core.checks import as_number, shown
@@ -44,6 +44,8 @@ class Options:
         problem: a problem file (YAML): robot, scene, start and goal; it holds the planner's settings too.
         output: a new or empty folder for plan.json, trajectory.csv and figures.
         clearance: that the motion keeps [m], instead of the one in the problem file.
+        tracking: how far each joint may be from the motion [rad or m], a number for all joints, or NAME=NUMBER for each of
+            some (all=NUMBER for the others): the proof then holds for all that stays so near; none: as the problem file says.
         seed: the random seed, which repeats a plan; none: a new one is drawn, and recorded in plan.json.
         no_figures: do not draw the path, the joints over time, the clearance, and how a floating base moves.
         json: print the content of plan.json instead of the summary.
@@ -57,6 +59,7 @@ class Options:
     problem: Annotated[Positional[Path], arg(metavar="PROBLEM.YAML")]
     output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
     clearance: float | None = None
+    tracking: Annotated[tuple[str, ...], arg(metavar="NUMBER|NAME=NUMBER")] = ()
     seed: int | None = None
     no_figures: bool = False
     json: bool = False
@@ -77,6 +80,10 @@ class Options:
             whole("seed", self.seed, at_least=0, at_most=2**63 - 1)
         if self.clearance is not None:
             as_number("--clearance", self.clearance, SettingsError, at_least=0, unit="m")
+        if self.tracking:
+            from spacearm.proof.tracking import plain_tracking
+
+            plain_tracking(tracking_of_words(self.tracking), SettingsError, name="--tracking")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -89,13 +96,14 @@ def run(arguments: Sequence[str]) -> int:
     with loading():
         file = load_problem_file(options.problem)
     problem = file.problem if options.clearance is None else replace(file.problem, clearance=options.clearance)
+    settings = replace(file.settings, tracking=tracking_of_words(options.tracking)) if options.tracking else file.settings
     tell_notes(options.problem, problem.scene.notes)
     if options.pareto is not None:
         with located(options.problem):
             require_choice(problem, "peak")
     with results_folder(options.output) as folder:
         with progress_bar("planning") as bar, located(options.problem):
-            found = plan(problem, file.settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
+            found = plan(problem, settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
             if found.status in _WRONG and found.goal_search is None:
                 raise ProblemError(found.message)
         written = _save(found, folder, figures=not options.no_figures and not found.interrupted)

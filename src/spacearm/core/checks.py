@@ -15,7 +15,7 @@ import math
 import numbers
 import operator
 from collections.abc import Callable, Iterable
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -204,17 +204,23 @@ def as_transform(name: str, value: ArrayLike, error: Raise) -> NDArray[np.float6
         error: another shape, entries that are not finite, or an upper left block that is not a rotation.
     """
     T = as_readonly(name, value, (4, 4), error)
-    R = T[:3, :3]
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        off, determinant = float(np.abs(np.einsum("ki,kj->ij", R, R) - np.eye(3)).max()), float(np.linalg.det(R))
+    off, determinant = _rotation_errors(T.tobytes())
     if not (off <= 1e-9 and determinant > 0):  # nor what is no number, where entries are too large to be squared
         raise error(
             f"{name} has an upper left block that is not a rotation (R^T R is {off:.2g} off the identity, "
             f"determinant {determinant:.4g}); give an orthonormal, right-handed one"
         )
-    if not np.array_equal(T[3], (0, 0, 0, 1)):
+    if T[3].tolist() != [0, 0, 0, 1]:
         raise error(f"{name} has last row {T[3].tolist()}, expected [0, 0, 0, 1]")
     return T if off <= _ORTHONORMAL else _turning(T)
+
+
+@lru_cache(maxsize=64)
+def _rotation_errors(numbers: bytes) -> tuple[float, float]:
+    """Return by how much R^T R of a transform, given by its bytes, misses the identity, and the determinant of R."""
+    R = np.frombuffer(numbers, dtype=np.float64).reshape(4, 4)[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        return float(np.abs(np.einsum("ki,kj->ij", R, R) - np.eye(3)).max()), float(np.linalg.det(R))
 
 
 def _turning(T: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -180,7 +180,10 @@ class BaseMotion:
         return np.clip(u, self._begin, self._end)
 
     def _moved(self, u: Array) -> tuple[Array, Array]:
-        """Return q and dq/du, (m, n)."""
+        """Return q and dq/du, (m, n); a path may know both at once."""
+        both = getattr(self.curve, "moved", None)
+        if both is not None:
+            return both(u)
         return self.curve.sample(u), self.curve.sample(u, 1)
 
     @property
@@ -198,8 +201,9 @@ class BaseMotion:
         ends = self.curve.hulls(0, bisections=0)[0]
         breaks = np.append(ends[:, 0], ends[-1, 1])
         parts = max(1, -(-_FIRST_STEPS // (len(breaks) - 1)))
-        spin = self._field(breaks)[1]
-        if spin is not None:
+        if self.momentum.angular.any():
+            spin = self._field(breaks)[1]
+            assert spin is not None
             turned = float(np.linalg.norm(spin, axis=(1, 2)).max() * length(self.momentum.angular))
             if turned * (breaks[-1] - breaks[0]) > _MOST_TURN:
                 raise ProblemError(

@@ -507,6 +507,8 @@ def _record(record: type) -> dict[str, Any]:
         properties["time_law"]["enum"] = list(TIME_LAWS)
         counts = properties["interior_points"]
         counts["anyOf"] = [{"type": "integer"}, {"type": counts.pop("type"), "items": counts.pop("items"), "minItems": 1}]
+        error = {"type": "number", "minimum": 0}
+        properties["tracking"]["anyOf"] = [error, {"type": "object", "additionalProperties": error}]
     out: dict[str, Any] = {"type": "object", "properties": properties, "additionalProperties": False}
     return {**out, "required": ["kind"]} if record in (IPSO, Penalty) else out  # the others are what a mapping means
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import as_number, as_readonly, dimensions_of
 from spacearm.core.errors import ProblemError
 from spacearm.core.exact import power, root
-from spacearm.motion.piecewise import PiecewisePath, extremes, greatest
+from spacearm.motion.piecewise import PiecewisePath, extremes, greatest, widest
 from spacearm.motion.spline import Motion, greatest_entries
 from spacearm.motion.time_laws import TimeLaw, over_time
 from spacearm.robot import Robot
@@ -195,7 +195,8 @@ def greatest_size(path: PiecewisePath, derivative: int, *, tolerance: float = 1e
 def position_margins(robot: Robot, motion: Motion) -> Array:
     """Return a motion's least distance to each joint's position limits, (n,); negative where one may be broken."""
     _, low, high = motion.hulls(0)
-    return np.minimum(low.min(axis=0) - robot.lower, robot.upper - high.max(axis=0))
+    least, most = widest(low, high)
+    return np.minimum(least - robot.lower, robot.upper - most)
 
 
 def as_jerk_limit(robot: Robot, jerk_limit: ArrayLike) -> Array:

@@ -111,15 +111,20 @@ def check_ends(problem: Problem) -> EndReport:
     Returns:
         "start_in_collision", "goal_in_collision" or "free".
     """
-    goal, goal_met = problem.goal, False
-    if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) and not np.any(goal.tolerance):
-        goal_met = not (problem.at_goal.least(np.atleast_2d(goal.q)) > 0).any()
-    if problem.at_start.least(problem.start[None])[0] <= 0:
+    goal, start = problem.goal, problem.start[None]
+    given = goal if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) and not np.any(goal.tolerance) else None
+    rows = start[:0] if given is None else np.atleast_2d(given.q)
+    if problem.at_goal is problem.at_start:
+        least = problem.at_start.least(np.vstack([start, rows]))
+    else:
+        least = np.concatenate([problem.at_start.least(start), problem.at_goal.least(rows)])
+    goal_met = given is not None and not (least[1:] > 0).any()
+    if least[0] <= 0:
         met = contacts(problem.at_start, problem.start)
         message = f"the start is in collision: {_listed(met)}{'; so is the goal' * goal_met}; {_advice('start', met)}"
         return EndReport(status="start_in_collision", contacts=met, q=problem.start, message=message)
-    if goal_met and isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)):
-        return _goal_in_collision(problem.at_goal, goal)
+    if given is not None and goal_met:
+        return _goal_in_collision(problem.at_goal, given)
     return EndReport(status="free")
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import keep
 from spacearm.core.exact import length, product
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native import native
 from spacearm.core.rotations import rotation_vectors, turns_between
 from spacearm.geometry import bounding_points
@@ -28,8 +29,9 @@ from spacearm.planner.kernel_model import kernel_model, make_kernel_model
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem, nearest_turns, whole_turns
 from spacearm.planner.searched_clearance import SearchedClearance, clearance_of_goals, usual_clearance
+from spacearm.planner.tracking_room import TrackingRoom, tracking_room, within_tube
 from spacearm.robot.kinematics import tree_model
-from spacearm.robot.model import Robot
+from spacearm.robot.model import Frame, Robot
 
 Array = NDArray[np.float64]
 
@@ -93,7 +95,9 @@ def find_goal_configurations(
     follows_arm = problem.base_model.follows_arm
     in_joint_space = isinstance(goal, (ConfigurationGoal, ConfigurationsGoal))
     clearance = problem.at_goal if in_joint_space else problem.at_start
-    asked = bool(problem.clearance or problem.clearances)
+    tube = tracking_room(problem, settings)
+    taken = None if tube is None else tube.guessed(start[None], len(clearance.scene.obstacles))
+    asked = bool(problem.clearance or problem.clearances or tube)
     looked_for = not in_joint_space or bool(np.any(goal.tolerance))
     plain = SearchedClearance(asked=usual_clearance(problem))
     search = _Search(
@@ -103,13 +107,14 @@ def find_goal_configurations(
         swarms=GoalSwarms(
             robot=robot,
             scene=clearance.scene,
-            searched=clearance_of_goals(problem, clearance) if asked and looked_for else plain,
+            searched=clearance_of_goals(problem, clearance, taken) if asked and looked_for else plain,
             seed=seed,
             threads=settings.threads,
             late=late,
         ),
         candidates=settings.goal_candidates,
         late=late,
+        tube=tube,
     )
     if in_joint_space:
         return _find_in_joint_space(goal, start, search)
@@ -134,6 +139,7 @@ class _Search:
         swarms: that look for them.
         candidates: how many configurations are wanted at most.
         late: whether time is up.
+        tube: of a tracking error; None: there is none.
     """
 
     robot: Robot
@@ -142,10 +148,17 @@ class _Search:
     swarms: GoalSwarms
     candidates: int
     late: Callable[[], bool]
+    tube: TrackingRoom | None
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """The limits (n,) of the joints, with room for a tracking error [rad or m]."""
+        robot = self.robot
+        return within_tube(robot, robot.lower, robot.upper, 0.0 if self.tube is None else self.tube.tracking)
 
     def room(self, q: Array) -> Room:
-        """Compare the clearances of configurations (b, n) with those required."""
-        return self.clearance.room(q, self.required)
+        """Compare the clearances of configurations (b, n), within the tube of a tracking error, with those required."""
+        return self.clearance.room(q, self.required, None if self.tube is None else self.tube.taken(q))
 
     def guesses(self, reach: Reach, start: Array, bounds: tuple[Array, Array]) -> native.GoalSearch64:
         """Return the kernel's search from many guesses within bounds (n,) each."""
@@ -216,14 +229,15 @@ def _beside(
     Those with the clearance that is required count before those without, and no others if `roomy`.
     """
     found: list[tuple[Array, float]] = []
+    least, greatest = search.bounds
     counts.searches = _SWARMS * len(rows)
     for i, row in enumerate(rows):
         if i and search.late():
             break
         x = search.swarms.run(
             None,
-            lower=np.maximum(row - tolerance, search.robot.lower),
-            upper=np.minimum(row + tolerance, search.robot.upper),
+            lower=np.maximum(row - tolerance, least),
+            upper=np.minimum(row + tolerance, greatest),
             home=row,
             particles=64,
             iterations=120,
@@ -280,7 +294,9 @@ class _SpaceSearch:
 
     def __init__(self, *, reach: Reach, start: Array, search: _Search, pull: bool) -> None:
         self._reach, self._start, self._search, self._pull = reach, start, search, pull
-        self._bounds = reaching_bounds(search.robot, start)
+        self._bounds = within_tube(
+            search.robot, *reaching_bounds(search.robot, start), 0.0 if search.tube is None else search.tube.tracking
+        )
         self._best, self._counts = _Closest(), _Counts()
         self._beyond = _beyond_reach(search.robot, reach.goal)
         self._kernel = search.guesses(reach, start, self._bounds)
@@ -524,7 +540,19 @@ def reaches(reach: Reach, q: Array) -> NDArray[np.bool_]:
 
 def reach_of(robot: Robot, frame: str) -> float:
     """Return a bound [m] of how far from the base a frame's origin can get."""
-    placed = robot.frame(frame)
+    known = _known_reaches(robot)
+    if frame not in known:
+        known[frame] = _reach_of(robot, robot.frame(frame))
+    return known[frame]
+
+
+@cached_by_identity
+def _known_reaches(_: Robot) -> dict[str, float]:
+    """Return room for the reaches of a robot's frames."""
+    return {}
+
+
+def _reach_of(robot: Robot, placed: Frame) -> float:
     reach, at = length(placed.T_joint_frame[:3, 3]), placed.joint
     while at >= 0:
         joint = robot.joints[at]

@@ -68,13 +68,14 @@ class KernelModel:
         return native.Model32(self.world)
 
 
-class _IdentityCache(Generic[Made]):
+class IdentityCache(Generic[Made]):
     """What was made for the objects seen last: the same objects, not equal ones, for comparing large ones takes longer."""
 
     def __init__(self, most: int) -> None:
         self._most, self._made = most, OrderedDict[tuple[object, ...], tuple[tuple[object, ...], Made]]()
 
     def get(self, objects: tuple[object, ...], rest: tuple[object, ...], make: Callable[[], Made]) -> Made:
+        """Return what was made for these objects and for what equals the rest, or make it."""
         key = (*map(id, objects), *rest)
         if key not in self._made:
             self._made[key] = objects, make()  # kept alive with what was made, so that no other object gets its id
@@ -141,8 +142,8 @@ class _Arm:
     points: tuple[int, ...]
 
 
-_models = _IdentityCache[KernelModel](_CACHED)
-_arms = _IdentityCache[_Arm](_CACHED)
+_models = IdentityCache[KernelModel](_CACHED)
+_arms = IdentityCache[_Arm](_CACHED)
 
 
 def _arm(robot: Robot, frame: str | None, further: tuple[tuple[int, NDArray[np.float64]], ...]) -> _Arm:
@@ -232,22 +233,20 @@ KernelObstacle: TypeAlias = native.Spheres | native.Capsule | native.Box | nativ
 
 def _obstacles(scene: Scene) -> tuple[list[KernelObstacle], NDArray[np.intp]]:
     """Return the scene's obstacles as the kernel has them, and which of the scene's each of the kernel's is."""
-    for i, obstacle in enumerate(scene.obstacles):
+    numbers = [np.asarray(number).ravel() for obstacle in scene.obstacles for number in _numbers(obstacle)]
+    outside = bool(numbers) and float(np.abs(np.concatenate(numbers)).max(initial=0.0)) > _WIDEST
+    for i, obstacle in enumerate(scene.obstacles if outside else ()):
         far = max(float(np.abs(values).max(initial=0.0)) for values in _numbers(obstacle))
         if far > _WIDEST:
             raise SceneError(
                 f"obstacle {scene.called(i)} has a number of {far:.3g}, expected at most {_WIDEST:g} m; check its units"
             )
-    counts = [_count(obstacle) for obstacle in scene.obstacles]
-    translated = [one for obstacle in scene.obstacles for one in _translated(obstacle)]
-    return translated, np.repeat(np.arange(len(counts)), counts)
-
-
-def _count(o: Obstacle) -> int:
-    """Return how many obstacles one is to the kernel."""
-    if isinstance(o, SphereSet):
-        return len(o.radii)
-    return len(o.pieces) if isinstance(o, PolytopeSet) else 1
+    translated = [_translated(obstacle) for obstacle in scene.obstacles]
+    counts = [
+        len(obstacle.radii) if isinstance(obstacle, SphereSet) else len(made)
+        for obstacle, made in zip(scene.obstacles, translated, strict=True)
+    ]
+    return [one for made in translated for one in made], np.repeat(np.arange(len(counts)), counts)
 
 
 def _spheres(centers: Iterable[ArrayLike], radii: Iterable[float]) -> native.Spheres:
@@ -293,8 +292,8 @@ def _numbers(o: Obstacle | ConvexShape) -> tuple[ArrayLike, ...]:
     if isinstance(o, HalfSpace):
         return o.normal, (o.normal * o.point).sum()
     if isinstance(o, Box):
-        return o.pose[:3], o.size / 2, o.rounding
-    return o.pose[:3], o.length / 2, o.radius, o.rounding
+        return o.pose, o.size, o.rounding
+    return o.pose, o.length, o.radius, o.rounding
 
 
 class _Points:

@@ -31,6 +31,7 @@ from spacearm.planner.plan_result import Improvement
 from spacearm.planner.planner_settings import PlannerSettings, as_planner_settings
 from spacearm.planner.problem import Problem, as_searchable
 from spacearm.planner.searched_clearance import SearchedClearance, searched_clearance
+from spacearm.planner.tracking_room import TrackingRoom, tracking_room, within_tube
 from spacearm.robot.unchecked_pairs import require_envelope
 from spacearm.swarm import Swarm
 from spacearm.swarm.swarm_settings import kernel_settings
@@ -67,8 +68,9 @@ class Islands:
     ) -> None:
         problem = problem.local
         self._problem, self._goals, self._settings = problem, goals, settings
-        self.searched = _searched(problem, goals) if searched is None else searched
-        self.bounds = search_bounds(problem)
+        room = tracking_room(problem, settings)
+        self.searched = _searched(problem, goals, room) if searched is None else searched
+        self.bounds = search_bounds(problem, 0.0 if room is None else room.tracking)
         demands = base_demands(problem)
         self._free_end = demands.frame is not None
         self._constrained_end = self._free_end or demands.attitude is not None
@@ -278,15 +280,19 @@ class Islands:
         return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), *ends]))
 
 
-def _searched(problem: Problem, goals: Array) -> SearchedClearance:
+def _searched(problem: Problem, goals: Array, room: TrackingRoom | None) -> SearchedClearance:
     """Return the clearances that can be asked for between the start and the goals (g, n)."""
     # Where the arm moves its base, the place of the base at a goal is not known, and so what is near it.
     ends = problem.start[None] if problem.base_model.follows_arm else np.vstack([problem.start, goals])
-    return searched_clearance(problem, ends)
+    taken = None if room is None else room.guessed(ends, len(problem.scene.obstacles))
+    return searched_clearance(problem, ends, taken)
 
 
-def search_bounds(problem: Problem) -> tuple[Array, Array]:
-    """Return the box that motions are sought in, (n,) each: the limits; for joints without, a turn about the start."""
+def search_bounds(problem: Problem, tracking: Array | float = 0.0) -> tuple[Array, Array]:
+    """Return the box that motions are sought in, (n,) each: the limits; for joints without, a turn about the start.
+
+    A tracking error (n,) [rad or m] makes it smaller on all sides.
+    """
     robot, start, goal = problem.robot, problem.start, problem.goal
     lower = np.where(robot.lower >= start - FAR, robot.lower, start - math.tau)
     upper = np.where(robot.upper <= start + FAR, robot.upper, start + math.tau)
@@ -295,7 +301,7 @@ def search_bounds(problem: Problem) -> tuple[Array, Array]:
         low, high = (rows - goal.tolerance).min(axis=0), (rows + goal.tolerance).max(axis=0)
         lower = np.maximum(np.minimum(lower, low), robot.lower)
         upper = np.minimum(np.maximum(upper, high), robot.upper)
-    return lower, upper
+    return within_tube(robot, lower, upper, tracking)
 
 
 def _started(work: Callable[[], None], count: int) -> list[threading.Thread]:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 from spacearm.core.checks import as_number, dimensions_of, keep, shown
 from spacearm.core.errors import SettingsError
 from spacearm.core.records import one_of, require_settings, setting_names, settings, whole
+from spacearm.proof.tracking import Tracking, plain_tracking
 from spacearm.swarm import IPSO, PSO
 from spacearm.swarm.minimizer import MOST_THREADS
 
@@ -116,6 +117,9 @@ class PlannerSettings:
         time_law: "uniform" or "time_optimal": smooth and quicker, and slower to compute.
         jerk_limit: of every joint [rad/s^3 or m/s^3]; None: none.
         proofs: how many motions are given to the proof at most, 1 to 1000: where one fails, another is searched for.
+        tracking: how far each joint may be from the motion at any instant [rad, or m for a prismatic joint]: a number for all,
+            or a mapping such as {"all": 0.002, "shoulder": 0.001}. The proof then holds for all that stays so near, and the
+            search asks for as much more clearance. For a fixed base.
     """
 
     evaluations: int | None = None
@@ -132,6 +136,7 @@ class PlannerSettings:
     time_law: str = "uniform"
     jerk_limit: float | None = None
     proofs: int = 30
+    tracking: Tracking = 0.0
 
     def __post_init__(self) -> None:
         if self.evaluations is not None:
@@ -154,6 +159,7 @@ class PlannerSettings:
         if self.jerk_limit is not None:
             as_number("jerk_limit", self.jerk_limit, SettingsError, at_least=_JERKS[0], at_most=_JERKS[1])
         whole("proofs", self.proofs, at_least=1, at_most=_MOST_PROOFS)
+        keep(self, tracking=plain_tracking(self.tracking, SettingsError))
 
     @property
     def most_evaluations(self) -> int | None:

@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,8 @@ from spacearm.planner.motion_search import Islands
 from spacearm.planner.plan_result import BaseReport, Plan, report_base, within_base_limits
 from spacearm.planner.planner_settings import PlannerSettings, Weights, as_planner_settings
 from spacearm.planner.problem import Problem, as_searchable
+from spacearm.planner.tracking_ends import check_tube_at_ends, require_room_at_ends, with_tube_explained
+from spacearm.planner.tracking_room import tracking_room
 from spacearm.proof import Certificate
 from spacearm.proof import certify as certify
 from spacearm.robot.unchecked_pairs import lacks_envelope
@@ -43,7 +45,7 @@ _LEAST_EVALUATIONS_AGAIN = 500  # however small the share is
 _LEAST_SECONDS_AGAIN = 0.02  # [s] likewise
 _SECONDS_FOR_PROOFS = 0.2  # share of `time_budget` that the first search leaves for proofs and what follows them
 _ALWAYS_AGAIN = 0.15  # [s] from the beginning: so long another motion may be tried, however short `time_budget` is
-_LEAST_SEARCH = 1e-3  # [s] for the first search, however little time there is: most problems need less for a motion
+_LEAST_SEARCH = 1e-3  # [s] for a first motion, however little time there is: most problems need less
 _LEAST_SECONDS = 1e-6  # [s] a search for so long looks at the straight motions and ends; 0 would be no limit
 _EARLIER = (0.5, 1.0)  # which of the motions found, from the best to the first, are proven where nothing else is left
 _PROVEN_AFTER_INTERRUPT = 30  # motions given to the proof after Ctrl-C, at most
@@ -83,9 +85,9 @@ def plan(
         The plan; `status` says whether there is a motion, `message` what is in the way and what to do if not.
 
     Raises:
-        ProblemError: no problem.
+        ProblemError: no problem, or a joint that begins or ends nearer to a limit than its tracking error.
         RobotError: a floating base of a robot that has links, or holds something, of unknown mass.
-        SettingsError: settings of something else.
+        SettingsError: settings of something else; or a tracking error of what is no joint, or of an arm that moves its base.
         KeyboardInterrupt: Ctrl-C before there was anything to return.
     """
     problem, settings = as_searchable(problem), as_planner_settings(settings)
@@ -133,6 +135,10 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     if lacks_envelope(problem.robot):
         return without_search("no_envelope", ends)
     ends = check_ends(problem.local)
+    tube = tracking_room(problem.local, settings)
+    if tube is not None and ends.status == "free":
+        require_room_at_ends(problem.local, tube)
+        ends = check_tube_at_ends(problem.local, tube)
     if ends.status != "free":
         return without_search(ends.status, ends)
     clock.lap("prepare")
@@ -141,6 +147,7 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     clock.lap("goals")
     if not len(found.q):
         ends = explain_goal(problem.local, found)
+        ends = ends if tube is None else with_tube_explained(problem.local, ends, tube)
         unreachable = ends.status != "goal_in_collision"
         return without_search("goal_unreachable" if unreachable else "goal_in_collision", ends, found)
 
@@ -174,7 +181,7 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
         timings=clock.total(),
         searched=islands.searched,
         achievable=less.share,
-        advice=_advice(status, proof, _on_less(problem, less), spent=clock.left_again <= 0),
+        advice=_advice(status, proof, _on_less(problem, less), spent=clock.left_again <= 0, tube=tube is not None),
     )
 
 
@@ -216,10 +223,11 @@ class _Clock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Budget:
-    """How long the islands search; 0 is no limit."""
+    """How long the islands search, 0 is no limit; and whether they end with the first motion, whatever the settings say."""
 
     evaluations: int
     seconds: float
+    until_first: bool = False
 
 
 @dataclass(kw_only=True)
@@ -250,9 +258,10 @@ class _Search:
     def run(self) -> Status:
         """Search until the budget is spent, and prove the best motion; where that fails, look for another."""
         budget, clock = self.settings.time_budget, self.clock
-        seconds = 0.0 if budget is None else max(_LEAST_SEARCH, clock.left - _SECONDS_FOR_PROOFS * budget)
+        seconds = 0.0 if budget is None else max(_LEAST_SECONDS, clock.left - _SECONDS_FOR_PROOFS * budget)
         try:
             self._go_on(_Budget(evaluations=self.settings.most_evaluations or 0, seconds=seconds))
+            self._go_on_to_first(seconds)
             return self._prove_best()
         except KeyboardInterrupt:
             interrupt_taken()
@@ -260,11 +269,18 @@ class _Search:
             self.interrupted = True
             return self._best_so_far()
 
+    def _go_on_to_first(self, searched: float) -> None:
+        """After a first search of less than 1 ms that found nothing, search until it is 1 ms, or until there is a motion."""
+        most = self.settings.most_evaluations
+        left = 0 if most is None else most - self.islands.evaluations
+        if 0 < searched < _LEAST_SEARCH and self.islands.best is None and (most is None or left > 0):
+            self._go_on(_Budget(evaluations=left, seconds=_LEAST_SEARCH - searched, until_first=True))
+
     def _go_on(self, budget: _Budget) -> None:
         self.islands.run(
             evaluations=budget.evaluations,
             seconds=budget.seconds,
-            until_first=self.settings.stop_at_first,
+            until_first=budget.until_first or self.settings.stop_at_first,
             stall=self.settings.convergence or 0,
         )
         self.clock.lap("search")
@@ -379,11 +395,16 @@ def _prove(problem: Problem, settings: PlannerSettings, motion: Motion) -> _Proo
     """Make a trajectory of a motion, and its certificate."""
     if settings.time_law != "uniform":  # the time-optimal law costs more than a proof, and collisions do not depend on it
         trajectory = _uniform(problem, motion, jerk_limit=settings.jerk_limit)
-        proof = _proof(problem, trajectory, certify(problem, trajectory, limits=()))
+        proof = _proof(problem, trajectory, certify(problem, trajectory, limits=(), **_tracking(settings)))
         if not proof.collision_free:
             return proof
     trajectory = _timed(problem, settings, motion)
-    return _proof(problem, trajectory, certify(problem, trajectory, jerk_limit=settings.jerk_limit))
+    return _proof(problem, trajectory, certify(problem, trajectory, jerk_limit=settings.jerk_limit, **_tracking(settings)))
+
+
+def _tracking(settings: PlannerSettings) -> dict[str, Any]:
+    """Return the tracking error that settings ask for, as `certify` takes it."""
+    return {"tracking": settings.tracking} if settings.tracking else {}
 
 
 def _proof(problem: Problem, trajectory: Trajectory, certificate: Certificate) -> _Proof:
@@ -539,8 +560,19 @@ def _fitness(trajectory: Trajectory, islands: Islands, weights: Weights) -> dict
     return exact | {name: value for name, value in terms.items() if name in weighed}
 
 
-def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool) -> str:
-    """Return what to do if there is no motion; `on_less` says what is found with less clearance, `spent` that the time is."""
+def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool, tube: bool) -> str:
+    """Return what to do if there is no motion.
+
+    Args:
+        status: of the plan.
+        proof: the last one, or that of the best motion.
+        on_less: what is found with less clearance.
+        spent: whether the time is.
+        tube: whether a tracking error is asked for.
+    """
+    if status == "found":
+        return ""
+    smaller = ", or a smaller tracking error" if tube else ""
     near, missed = ("", ()) if proof is None else (proof.certificate.message, proof.missed)
     if proof is not None and proof.certificate.fails_by_base_limits:
         near = " and ".join(missed)
@@ -549,10 +581,10 @@ def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool) 
     if status == "not_found":
         said = [f"the best one: {near}"] if near else []
         other = "or a smaller clearance" if on_less.startswith("with ") and not missed else "or more interior_points"
-        return "; ".join([*([on_less] if on_less else []), *said, f"allow more evaluations or time_budget, {other}"])
+        return "; ".join([*([on_less] if on_less else []), *said, f"allow more evaluations or time_budget, {other}{smaller}"])
     if status == "not_proven" and missed and proof is not None and proof.collision_free:
         return f"the last one: {near}; allow more evaluations or more interior_points, or ask for less"
     if status == "not_proven":
         more = "a longer time_budget" if spent else "more proofs"
-        return f"the last one: {near}; allow {more}"
+        return f"the last one: {near}; allow {more}{smaller}"
     return ""

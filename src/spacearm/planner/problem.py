@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
@@ -20,12 +21,13 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import Frozen, as_number, as_readonly, as_sentences, keep, shown
 from spacearm.core.errors import ProblemError, nearest
 from spacearm.core.exact import product
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.rotations import as_unit, matrix_of, quaternion_of
 from spacearm.dynamics import Momentum, momentum_map, system_mass
 from spacearm.dynamics.base_models import LIMITS, Base, BaseModel, FloatingBase, base_model, checked_base
 from spacearm.geometry import Obstacle, Scene
 from spacearm.geometry.scene import moved_scene
-from spacearm.planner.clearance import ClearanceModel
+from spacearm.planner.clearance import ClearanceModel, clearance_model
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
 from spacearm.proof.required_clearance import DEFAULT_CLEARANCE, PairClearance, RequiredClearance, required_clearance
 from spacearm.robot.model import Robot
@@ -47,6 +49,8 @@ _SHORTEST, _LONGEST = 1e-6, 1e9  # [s] durations: far beyond any motion, and the
 _VAST_CLEARANCE = 0.5  # [m] of a problem: beyond, it may be meant in millimetres, which is told
 _MOST_TUMBLING = 18.0  # [rad] that the momentum turns the base by: nearly three turns, the most that the search can follow
 _MOST_ANGULAR = 1e9  # [N m s] of the momentum: no spacecraft has as much
+_FOR_PROOFS = ("pinocchio", "numpy.ma")  # imported with the first problem, in 60 ms: else the first plan would wait for them
+_FREE_SPACE = Scene([])  # always the same one: what is made of a robot among it is made once
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -211,6 +215,8 @@ class Problem(_WithLocal):
             )
         keep(self, start=start, goal=goal, snap_tolerance=snap, notes=tuple(dict.fromkeys(notes)), _local=None)
         _require_slow_tumbling(self)
+        for library in _FOR_PROOFS:
+            import_module(library)
 
     @property
     def base_model(self) -> BaseModel:
@@ -230,12 +236,12 @@ class Problem(_WithLocal):
     @property
     def at_start(self) -> ClearanceModel:
         """What the arm may meet while the base is where it stands at the beginning."""
-        return ClearanceModel(self.robot, self.local.scene)
+        return clearance_model(self.robot, self.local.scene)
 
     @property
     def at_goal(self) -> ClearanceModel:
         """What it may meet at a goal configuration: no obstacle where it moves its base, whose place there is not known."""
-        return ClearanceModel(self.robot, Scene([])) if self.base_model.follows_arm else self.at_start
+        return clearance_model(self.robot, _FREE_SPACE) if self.base_model.follows_arm else self.at_start
 
     @property
     def local(self) -> Problem:
@@ -435,11 +441,13 @@ def nearest_turns(robot: Robot, q: Array, near: Array) -> Array:
     return np.where(endless, q - math.tau * np.round((q - near) / math.tau), q)
 
 
+@cached_by_identity
 def whole_turns(robot: Robot) -> NDArray[np.bool_]:
     """Tell of which joints a whole turn moves no link, (n,): not of slides, nor where others follow at another pace."""
     out = np.ones(robot.dof, dtype=bool)
     for joint in robot.joints:
         out[joint.dof] &= joint.kind == "revolute" and float(joint.multiplier).is_integer()
+    out.setflags(write=False)
     return out
 
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.native import native
 from spacearm.dynamics.base_models import BASE_MODELS, BaseModel
 from spacearm.planner.clearance import ClearanceModel, HasScene, KernelClearance, prepared
+from spacearm.planner.tracking_room import Taken
 from spacearm.proof.required_clearance import held_to
 
 Array = NDArray[np.float64]
@@ -112,7 +113,7 @@ class SearchedClearance:
         )
 
 
-def searched_clearance(problem: HasScene, ends: ArrayLike) -> SearchedClearance:
+def searched_clearance(problem: HasScene, ends: ArrayLike, taken: Taken | None = None) -> SearchedClearance:
     """Return the clearances that a search asks for between ends.
 
     Of each pair it is what is required of it and 2 mm more; of a pair that has less at an end, half of what it has there
@@ -121,12 +122,12 @@ def searched_clearance(problem: HasScene, ends: ArrayLike) -> SearchedClearance:
     Args:
         problem: the robot and the scene, and what is required.
         ends: (1 + g, n) configurations, the start and goals [rad or m]; no goal where the arm moves its base.
+        taken: what a tracking error may take from each pair on the way, which is asked for in addition; None: nothing.
     """
     model = prepared(problem)
-    required = model.required_by(problem)
+    required, asked = _asked(problem, model, taken)
     rows = np.asarray(ends, dtype=np.float64)
-    to_scene, to_links = model.to_kernel_obstacles(rows), model.between_links(rows)  # (e, c, j), (e, p)
-    asked = usual_clearance(problem)
+    to_scene, to_links = model.measured(rows)  # (e, c, j), (e, p)
     if required.alike and min(to_scene.min(initial=np.inf), to_links.min(initial=np.inf)) >= asked + SEARCH_ROOM:
         return SearchedClearance(asked=asked)
     base: BaseModel = getattr(problem, "base_model", BASE_MODELS["fixed"])
@@ -135,7 +136,17 @@ def searched_clearance(problem: HasScene, ends: ArrayLike) -> SearchedClearance:
     return _Pairs(model, asked).searched(to_scene, to_links, required)
 
 
-def clearance_of_goals(problem: HasScene, model: ClearanceModel) -> SearchedClearance:
+def _asked(problem: HasScene, model: ClearanceModel, taken: Taken | None) -> tuple[KernelClearance, float]:
+    """Return what is required of each pair and what is asked of most, with what a tracking error takes."""
+    required = model.required_by(problem)
+    if taken is None:
+        return required, usual_clearance(problem)
+    required = taken.added_to(required)
+    most = max((float(part.max(initial=0.0)) for part in taken), default=0.0)
+    return required, float(getattr(problem, "clearance", 0.0)) + most + SEARCH_ROOM
+
+
+def clearance_of_goals(problem: HasScene, model: ClearanceModel, taken: Taken | None = None) -> SearchedClearance:
     """Return the clearances that a search for goal configurations asks for.
 
     Of links that are nearer to each other at the start than is required, and may be so in every configuration, it is what
@@ -144,13 +155,14 @@ def clearance_of_goals(problem: HasScene, model: ClearanceModel) -> SearchedClea
     Args:
         problem: with a start, and what is required.
         model: of its robot, among what it may meet at the goal.
+        taken: what a tracking error may take from each pair, which is asked for in addition; None: nothing.
     """
-    required = model.required_by(problem)
+    required, asked = _asked(problem, model, taken)
     start: Array = getattr(problem, "start")  # noqa: B009  # a problem has one
     at_start = model.between_links(start[None])
     at_start = np.where(at_start < required.between_links, at_start, np.inf)
     far = np.full((1, *required.to_obstacles.shape), np.inf)
-    return _Pairs(model, usual_clearance(problem)).searched(far, at_start, required)
+    return _Pairs(model, asked).searched(far, at_start, required)
 
 
 def usual_clearance(problem: HasScene) -> float:

@@ -4,6 +4,7 @@ from spacearm.proof.base_proofs import BaseFindings
 from spacearm.proof.certificate import Certificate, ClosestApproach
 from spacearm.proof.certify import certify
 from spacearm.proof.required_clearance import DEFAULT_CLEARANCE, PairClearance
+from spacearm.proof.robustness import Robustness, Tube, robustness
 
 __all__ = [
     "DEFAULT_CLEARANCE",
@@ -11,5 +12,8 @@ __all__ = [
     "Certificate",
     "ClosestApproach",
     "PairClearance",
+    "Robustness",
+    "Tube",
     "certify",
+    "robustness",
 ]

@@ -204,6 +204,15 @@ class BaseAttitude:
         """Return R_w_b (r, 3, 3) at parameters u (r,)."""
         return matrix_by_parts(self._quaternions(u))
 
+    @property
+    def panels(self) -> tuple[Array, Array, Array]:
+        """Where p panels begin and end (p, 2), the attitudes where they begin (p, 4), and the coefficients (p, g, 4).
+
+        On a panel the attitude is that at its beginning times Q / |Q|, with Q = 1 plus the sum of the coefficients times the
+        integrals of Legendre's polynomials 0 to g - 1 from -1 to xi.
+        """
+        return self._ends, self._start, self._coefficients
+
     # ---- bounds for every u --------------------------------------------------------------------------------------------
 
     def final(self) -> float:

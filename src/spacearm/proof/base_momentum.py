@@ -175,11 +175,46 @@ class BaseMotionBounds:
     attitude_error: float
 
 
+class FloatingBaseArrays(NamedTuple):
+    """What the native finder needs of a floating base with j joints and b bodies, whose attitude has p panels.
+
+    Attributes:
+        parent: (j,) the joint before each joint, -1 for the base; int32.
+        revolute: (j,) whether it is revolute.
+        joint_of_body: (b,) the joint that carries a body, -1 for the base; int32.
+        mass, com, inertia, greatest, spread: of the bodies, as in `Masses`.
+        base_least: as in `Masses`.
+        ends, start, coefficients: as in `BaseAttitude.panels`.
+        begin: where the path begins.
+        center, velocity: (3,) the system's centre of mass there, and its velocity per unit of u [m].
+        angular: (3,) the angular momentum times dt/du.
+        attitude_error: by how much an attitude may be wrong [rad].
+    """
+
+    parent: NDArray[np.int32]
+    revolute: NDArray[np.bool_]
+    joint_of_body: NDArray[np.int32]
+    mass: Array
+    com: Array
+    inertia: Array
+    greatest: Array
+    spread: Array
+    base_least: float
+    ends: Array
+    start: Array
+    coefficients: Array
+    begin: float
+    center: Array
+    velocity: Array
+    angular: Array
+    attitude_error: float
+
+
 class Reaction:
     """How a base with given masses and momentum reacts to the motion of its joints."""
 
     def __init__(self, robot: Robot, *, linear: Array, angular: Array, time_rate: float, attitude_error: float) -> None:
-        """Compute what does not depend on the path.
+        """Keep what does not depend on the path.
 
         Args:
             robot: with masses.
@@ -187,21 +222,8 @@ class Reaction:
             time_rate: dt/du [s].
             attitude_error: by how much the attitudes at midpoints may be wrong [rad].
         """
-        self._masses = masses_of(robot)
-        self._revolute = np.array([joint.kind == "revolute" for joint in robot.joints])
+        self._tree = tree_of(robot)
         self._linear, self._angular, self._attitude_error = linear * time_rate, angular * time_rate, attitude_error
-        count = len(robot.joints)
-        above = ancestors(robot)  # (j, j): [k, i] if i is before k
-        self._above = above
-        own = above | np.eye(count, dtype=bool)
-        self._own = own  # [k, i]: i moves what k moves
-        related = own | own.T
-        deepest = np.maximum.outer(np.arange(count), np.arange(count))
-        self._pair = _Chain(related, deepest)
-        third = np.maximum.outer(deepest, np.arange(count))
-        self._triple = _Chain(related[:, :, None] & related[:, None, :] & related[None, :, :], third)
-        greatest, spread = self._masses.beyond @ self._masses.greatest, self._masses.beyond @ self._masses.spread
-        self._greatest, self._spread = greatest * 1.0, spread * self._revolute
 
     def bounds_on(self, frames: Array, rate: Array, deviation: Array, step: Array, half: Array) -> BaseMotionBounds:
         """Bound the base's motion on intervals.
@@ -212,119 +234,74 @@ class Reaction:
             step: (r, j) delta_k, how far the values get from those at the midpoint.
             half: (r,) half the intervals' lengths in u.
         """
-        placed = _PlacedMasses(self._masses, self._revolute, frames)
-        W, D = self._rates(placed)
-        bound = self._bounds(placed, W, step)
-        omega = np.einsum("rkc,rk->rc", W, rate) + placed.solve(np.broadcast_to(self._angular, (len(half), 3)))
-        curved = np.einsum("rkic,rk,ri->rc", D, rate, rate)
-        size = np.linalg.norm(D, axis=-1)  # (r, k, i)
-        off_line = _pairs(step) - _pairs(np.abs(rate) * half[:, None])
-        second = np.linalg.norm(curved, axis=-1) * half**2 / 2 + np.einsum("rki,rki->r", size, off_line) + bound.third
+        placed = _PlacedMasses(self._tree, frames)
+        W, D = _rates(self._tree, placed)
+        W_size = np.sqrt(_dot(W, W))  # (r, k)
+        bound = _bounds(self._tree, placed, W_size, step)
+        omega = (rate[:, None] @ W)[:, 0] + placed.inverse @ self._angular
+        curved = (D @ _pairs(rate).reshape(len(half), -1, 1))[..., 0]
+        size = np.sqrt(np.einsum("rcp,rcp->rp", D, D))  # (r, k i)
+        moved = np.abs(rate) * half[:, None]
+        off_line = (_pairs(step) - _pairs(moved)).reshape(size.shape)
+        second = np.sqrt(_dot(curved, curved)) * half**2 / 2 + _dot(size, off_line) + bound.third
         second = np.minimum(second, bound.second)
-        own = np.linalg.norm(self._angular) * bound.inverse * half  # the rotation by the angular momentum, at most
-        crude = np.einsum("rk,rk->r", bound.W, step) + own
-        moved = crude + bound.inverse * np.einsum("rk,rk->r", bound.A, step)
-        second_order = np.einsum("rk,rk->r", np.linalg.norm(W, axis=-1), deviation) + second + own * moved
+        own = np.sqrt(self._angular @ self._angular) * bound.inverse * half  # the rotation by the angular momentum, at most
+        crude = bound.moved + own
+        second_order = _dot(W_size, deviation) + second + own * (crude + bound.inverse * bound.lost)
         second_order = second_order * _OUTWARD + crude * _ROUNDING
-        rotation = np.minimum(crude, np.linalg.norm(omega, axis=-1) * half + second_order) * _OUTWARD
+        rotation = np.minimum(crude, np.sqrt(_dot(omega, omega)) * half + second_order) * _OUTWARD
         return BaseMotionBounds(
             com=placed.com,
             com_lever=placed.com_lever,
-            mass_share=placed.share,
-            com_velocity=np.broadcast_to(self._linear / self._masses.total, placed.com.shape),
+            mass_share=self._tree.share,
+            com_velocity=np.broadcast_to(self._linear / self._tree.masses.total, placed.com.shape),
             omega=omega,
             rotation=rotation,
             rotation_second_order=second_order,
             attitude_error=self._attitude_error,
         )
 
-    def _rates(self, placed: _PlacedMasses) -> tuple[Array, Array]:
-        """Return W (r, k, 3) and its derivatives D (r, k, i, 3) with respect to joint i's value, in base axes."""
-        z, revolute, share = placed.z, self._revolute[:, None], placed.share
-        spun = np.einsum("rkcd,rkd->rkc", placed.inertia, z) * revolute  # J_k z_k
-        momentum = spun + placed.mass[:, None] * cross(placed.arm, placed.push)
-        W = -placed.solve(momentum)
-        # How joint i moves the centre C_k of what k moves: z_i x (C_k - o_i), or z_i for a prismatic i.
-        carried = (
-            cross(z[:, None], placed.arm[:, :, None] - placed.origin[:, None]) * revolute + z[:, None] * ~revolute
-        )  # (r, k, i, 3)
-        shift = share[:, None] * placed.push  # (r, i, 3) how joint i moves the centre of mass of the system
-        change = -placed.mass[:, None, None] * cross(shift[:, None], placed.push[:, :, None])  # (r, k, i, 3)
-        outer = self._own[:, :, None] * (
-            cross(z[:, None] * revolute, momentum[:, :, None])
-            + placed.mass[:, None, None]
-            * cross(carried - cross(z[:, None] * revolute, placed.arm[:, :, None]), placed.push[:, :, None])
-        )
-        # The momentum that joint k, before i, gives to the bodies that joint i moves.
-        lever = np.swapaxes(carried, 1, 2)  # [k, i]: how k moves the centre of what i moves
-        turned = _commutator(z, placed.inertia) * revolute[..., None]  # (r, i, 3, 3)
-        inner = np.einsum("ricd,rkd->rkic", turned, z * revolute)
-        inner = inner + placed.mass[:, None] * (
-            cross(placed.push[:, None], lever)
-            + cross(placed.arm[:, None], cross((z * revolute)[:, :, None], placed.push[:, None]))
-        )
-        change = change + outer + self._above.T[:, :, None] * inner
-        twice = 2 * np.einsum("ric,ric->ri", placed.arm, placed.push)[..., None, None] * np.eye(3)
-        pair = placed.arm[..., :, None] * placed.push[..., None, :]
-        inertia_change = turned + placed.mass[:, None, None] * (twice - pair - np.swapaxes(pair, -1, -2))  # (r, i, 3, 3)
-        change = change + np.einsum("ricd,rkd->rkic", inertia_change, W)
-        return W, -placed.solve(change)
 
-    def _bounds(self, placed: _PlacedMasses, W: Array, step: Array) -> _Bounds:
-        """Bound W and its derivatives on the whole intervals, by the table at the end of section 5 of docs/certificate.md."""
-        G = placed.gyration + np.einsum("rl,li->ri", placed.gyration * step, self._above * 1.0)
-        r = (placed.size + np.einsum("rl,rl->r", placed.gyration, step))[:, None]  # (r, 1)
-        A = self._spread + 2 * r * G
-        least = np.maximum(self._masses.base_least, placed.least - np.einsum("ri,ri->r", A, step))
-        inverse = 1 / least
-        y = inverse[:, None]
-        G_2, L_2 = self._pair.of(G), self._pair.of(self._greatest)  # (r, k, i)
-        G_3, L_3 = self._triple.of(G), self._triple.of(self._greatest)
-        r_2, r_3 = r[..., None], r[..., None, None]
-        A_2 = 2 * self._pair.of(self._spread) + 2 * _pairs(G) + 2 * r_2 * G_2
-        B_2 = L_2 + _pairs(G) + r_2 * G_2
-        b_3 = 2 * L_3 + G_2[:, None] * G[:, :, None, None] + r_3 * G_3
-        b_3 = b_3 + G_2[:, :, None] * G[:, None, :, None] + G_2[..., None] * G[:, None, None]
-        rate = y * (self._greatest + r * G)  # |W_k| at most
-        slope = y[..., None] * (B_2 + A[:, None] * rate[..., None])
-        rate = np.minimum(rate, np.linalg.norm(W, axis=-1) + np.einsum("rki,ri->rk", slope, step))
-        slope = y[..., None] * (B_2 + A[:, None] * rate[..., None])  # |dW_k / dv_i| at most
-        curve = b_3 + A_2[:, None] * rate[..., None, None] + A[:, None, :, None] * slope[:, :, None]
-        curve = y[..., None, None] * (curve + A[:, None, None] * slope[..., None])  # |d2W_k / dv_i dv_l| at most
-        both = np.maximum(curve, np.swapaxes(curve, 1, 2))
-        curve = np.maximum(both, np.swapaxes(curve, 1, 3))
-        second = np.einsum("rki,rk,ri->r", np.maximum(slope, np.swapaxes(slope, 1, 2)), step, step) / 2
-        third = np.einsum("rkil,rk,ri,rl->r", curve, step, step, step) / 6
-        return _Bounds(W=rate, A=A, inverse=inverse, second=second, third=third)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Bounds:
-    """Bounds on r intervals.
+class _Tree:
+    """What moves what in a robot with j joints and b bodies.
 
     Attributes:
-        W: (r, k) of |W_k|.
-        A: (r, i) of |dH/dv_i|.
-        inverse: (r,) of |H^-1|.
-        second, third: (r,) of the sums of |D| / 2 and |dD| / 6 times two or three joints' steps.
+        masses: the bodies.
+        revolute: (j,) 1 for a revolute joint, 0 for a prismatic one.
+        mass, share: (j,) the mass that a joint moves [kg], and its share mu_k of the whole.
+        sums: (j + 1, b) which bodies a joint moves; the last row is of all bodies.
+        own, above: (j, j) [k, i]: 1 if joint i moves what joint k moves; the same for i other than k.
+        greatest, spread: (j,) the sums of the moments of what a joint moves; the spread of a prismatic one is 0.
+        related, outer: (j, j) 1 if two joints are on one chain from the base; and the outer one of the two.
+        triples: (3, t) all k >= i >= n.
+        weight: (t,) how many permutations such a triple has, over 6.
+        chain: (t,) 1 if the three are on one chain.
     """
 
-    W: Array
-    A: Array
-    inverse: Array
-    second: Array
-    third: Array
+    def __init__(self, robot: Robot) -> None:
+        self.masses = masses = masses_of(robot)
+        count = len(robot.joints)
+        self.revolute = np.array([joint.kind == "revolute" for joint in robot.joints]) * 1.0
+        self.mass = masses.beyond @ masses.mass
+        self.share = self.mass / masses.total
+        self.sums = np.concatenate([masses.beyond, np.ones((1, len(masses.mass)))])
+        above = ancestors(robot)
+        own = above | np.eye(count, dtype=bool)
+        related = own | own.T
+        self.own, self.above, self.related = own * 1.0, above * 1.0, related * 1.0
+        self.greatest, self.spread = masses.beyond @ masses.greatest, masses.beyond @ masses.spread * self.revolute
+        number = np.arange(count)
+        self.outer = np.maximum.outer(number, number)
+        k, i, n = np.nonzero((number[:, None, None] >= number[:, None]) & (number[:, None] >= number))
+        self.triples = np.stack([k, i, n])
+        self.weight = np.where(k == i, np.where(i == n, 1 / 6, 1 / 2), np.where(i == n, 1 / 2, 1.0))
+        self.chain = (related[k, i] & related[k, n] & related[i, n]) * 1.0
 
 
-class _Chain:
-    """Picks the value of the outermost of two or three joints if they are on one chain from the base, else 0."""
-
-    def __init__(self, related: NDArray[np.bool_], deepest: NDArray[np.intp]) -> None:
-        self._related, self._deepest = related, deepest
-
-    def of(self, values: Array) -> Array:
-        """Return (..., j, j) or (..., j, j, j) for values (..., j)."""
-        return values[..., self._deepest] * self._related
+@cached_by_identity
+def tree_of(robot: Robot) -> _Tree:
+    """Return what moves what in a robot."""
+    return _Tree(robot)
 
 
 class _PlacedMasses:
@@ -332,60 +309,151 @@ class _PlacedMasses:
 
     Attributes:
         z, origin: (r, j, 3) the joints' axes and origins.
-        mass, share: (j,) the mass that a joint moves, and its share mu_k of the whole.
         arm: (r, j, 3) the centre of mass C_k of what a joint moves.
         push: (r, j, 3) the velocity of C_k per unit of the joint's rate, with the base at rest.
         com_lever: (r, j, 3) the lever arm mu_k (C_k - o_k) by which a joint moves the system's centre of mass.
         inertia: (r, j, 3, 3) of what a joint moves, about C_k.
+        inverse: (r, 3, 3) H^-1.
         com: (r, 3) the system's centre of mass, in the inertial frame [m].
         gyration: (r, j) G_k, the root of the sum of m times squared distance from the joint's axis [kg^1/2 m].
         size: (r,) |r|, the root of the sum of m times squared distance from the centre of mass, of all bodies [kg^1/2 m].
         least: (r,) the least moment of inertia of the system [kg m^2].
     """
 
-    def __init__(self, masses: Masses, revolute: NDArray[np.bool_], frames: Array) -> None:
+    def __init__(self, tree: _Tree, frames: Array) -> None:
+        masses, count = tree.masses, len(frames)
         at = frames[:, masses.joint]  # (r, b, 4, 4)
         R, m = at[..., :3, :3], masses.mass
-        com = np.einsum("rbcd,bd->rbc", R, masses.com) + at[..., :3, 3]
-        self.com = np.einsum("b,rbc->rc", m, com) / masses.total
+        com = (R @ masses.com[..., None])[..., 0] + at[..., :3, 3]
+        self.com = m @ com / masses.total
         com = com - self.com[:, None]
         own = R @ masses.inertia @ np.swapaxes(R, -1, -2)  # (r, b, 3, 3)
-        whole = own + _point_inertia(m, com)
-        beyond = masses.beyond
-        self.z, self.origin = frames[:, :-1, :3, 2], frames[:, :-1, :3, 3] - self.com[:, None]
-        self.mass = beyond @ m
-        self.share = self.mass / masses.total
-        arm: Array = np.einsum("jb,rbc->rjc", beyond * m, com) / np.maximum(self.mass, _LEAST)[:, None]
-        self.arm = np.where(self.mass[:, None] > 0, arm, self.origin)
+        whole = tree.sums @ (own + _point_inertia(m, com)).reshape(count, -1, 9)
+        whole = whole.reshape(count, -1, 3, 3)  # of what each joint moves, and of all
+        self.z, self.origin = np.ascontiguousarray(frames[:, :-1, :3, 2]), frames[:, :-1, :3, 3] - self.com[:, None]
+        arm: Array = (masses.beyond * m) @ com / np.maximum(tree.mass, _LEAST)[:, None]
+        self.arm = np.where(tree.mass[:, None] > 0, arm, self.origin)
         lever = self.arm - self.origin
-        self.push = np.where(revolute[:, None], cross(self.z, lever), self.z)
-        self.com_lever = self.share[:, None] * lever
-        self.inertia = np.einsum("jb,rbcd->rjcd", beyond, whole) - _point_inertia(self.mass, self.arm)
-        H = whole.sum(axis=1)
-        self._inverse: Array = np.linalg.inv(H)
+        self.push = np.where(tree.revolute[:, None] > 0, cross(self.z, lever), self.z)
+        self.com_lever = tree.share[:, None] * lever
+        self.inertia = whole[:, :-1] - _point_inertia(tree.mass, self.arm)
+        H = whole[:, -1]
+        self.inverse: Array = np.linalg.inv(H)
         self.least = np.linalg.eigvalsh(H)[:, 0]
-        self.size = np.sqrt(np.einsum("b,rbc,rbc->r", m, com, com)) * _OUTWARD
+        self.size = np.sqrt(_dot(com, com) @ m) * _OUTWARD
         away = com[:, None] - self.origin[:, :, None]  # (r, j, b, 3)
-        height = np.einsum("rjbc,rjc->rjb", away, self.z)
-        squared = np.einsum("rjbc,rjbc->rjb", away, away)
-        squared = np.where(revolute[:, None], np.maximum(squared - height**2, 0.0) + 1e-14 * squared, 1.0)
-        self.gyration = np.sqrt(np.einsum("jb,rjb->rj", beyond * m, squared)) * _OUTWARD
+        height = (away @ self.z[..., None])[..., 0]
+        squared = _dot(away, away)
+        squared = np.maximum(squared - height**2, 0.0) + 1e-14 * squared
+        squared = np.where(tree.revolute[:, None] > 0, squared, 1.0)
+        self.gyration = np.sqrt(np.einsum("jb,rjb->rj", masses.beyond * m, squared)) * _OUTWARD
 
-    def solve(self, momentum: Array) -> Array:
-        """Return H^-1 times momenta (r, ..., 3)."""
-        return np.einsum("rcd,r...d->r...c", self._inverse, momentum)
+
+def _rates(tree: _Tree, placed: _PlacedMasses) -> tuple[Array, Array]:
+    """Return W (r, j, 3) and its derivatives D (r, 3, j j): column k j + i is that of W_k with respect to joint i's value.
+
+    The derivative of h_k with respect to joint i's value has three parts. The system's centre of mass moves by s_i. If i moves
+    what k moves, that turns about i's axis. If k is before i, what i moves changes its share in h_k. Products of vectors are
+    those of matrices here, (r, 3 j, 3) by (r, 3, j), so that all pairs are computed at once.
+    """
+    z, push, mass = placed.z, placed.push, tree.mass[:, None]
+    spin = z * tree.revolute[:, None]
+    at_center = np.where(tree.revolute[:, None] > 0, cross(placed.origin, z), z)  # of a point at the centre of mass, t_k
+    given = mass * push
+    h = (placed.inertia @ spin[..., None])[..., 0] + cross(placed.arm, given)
+    W = -h @ placed.inverse
+    # Gamma_i, how H changes: its rotating part and that of the motion of C_i.
+    turned = skew(spin) @ placed.inertia - given[..., None] * placed.arm[..., None, :]
+    turned[..., range(3), range(3)] += _dot(placed.arm, given)[..., None]
+    change_of_H = turned + np.swapaxes(turned, -1, -2)  # (r, i, 3, 3)
+    shift = push * tree.share[:, None]
+    j = len(tree.mass)
+    of_push = _products(skew(given), np.concatenate([shift, at_center], axis=1))  # (r, 3, k, 2 i)
+    of_spin = _products(skew(spin), h)  # (r, 3, i, k)
+    of_H = _products(change_of_H, np.concatenate([W, spin], axis=1))  # (r, 3, i, 2 k)
+    by_outer = tree.own.T * of_spin + of_H[..., :j] + tree.above * (of_push[..., j:] + of_H[..., j:])
+    change = of_push[..., :j] - tree.own * of_push[..., j:] + np.swapaxes(by_outer, -1, -2)
+    return W, -placed.inverse @ change.reshape(len(z), 3, -1)
+
+
+def skew(v: Array) -> Array:
+    """Return the matrices (..., 3, 3) that map x to v x x."""
+    out = np.zeros((*v.shape, 3))
+    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
+    out[..., 1, 0], out[..., 2, 0], out[..., 2, 1] = v[..., 2], -v[..., 1], v[..., 0]
+    return out
+
+
+def _products(matrices: Array, vectors: Array) -> Array:
+    """Return the products (r, 3, j, n) of all matrices (r, j, 3, 3) and vectors (r, n, 3)."""
+    rows = np.swapaxes(matrices, 1, 2).reshape(len(matrices), -1, 3)
+    return (rows @ np.swapaxes(vectors, 1, 2)).reshape(len(matrices), 3, -1, vectors.shape[1])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Bounds:
+    """Bounds on r intervals.
+
+    Attributes:
+        moved: (r,) of the sum of |W_k| delta_k.
+        lost: (r,) of the sum of |dH/dv_i| delta_i.
+        inverse: (r,) of |H^-1|.
+        second, third: (r,) of the sums of |D| / 2 and |dD| / 6 times two or three joints' steps.
+    """
+
+    moved: Array
+    lost: Array
+    inverse: Array
+    second: Array
+    third: Array
+
+
+def _bounds(tree: _Tree, placed: _PlacedMasses, W_size: Array, steps: Array) -> _Bounds:
+    """Bound W and its derivatives on the whole intervals, by the table at the end of section 5 of docs/certificate.md.
+
+    The last axis of all arrays is that of the intervals, and the first ones are of joints.
+    """
+    step, gyration = np.ascontiguousarray(steps.T), np.ascontiguousarray(placed.gyration.T)  # (j, r)
+    pushed = gyration * step
+    G = gyration + tree.above.T @ pushed
+    r = placed.size + pushed.sum(axis=0)
+    A = tree.spread[:, None] + 2 * r * G
+    lost = (A * step).sum(axis=0)
+    y = 1 / np.maximum(tree.masses.base_least, placed.least - lost)
+    greatest = tree.greatest[:, None]
+    related = tree.related[..., None]
+    G_2 = G[tree.outer] * related  # (k, i, r)
+    both = G[:, None] * G[None]
+    B_2 = greatest[tree.outer] * related + both + r * G_2
+    A_2 = 2 * (tree.spread[tree.outer] * tree.related)[..., None] + 2 * both + 2 * r * G_2
+    crude = y * (greatest + r * G)  # |W_k| at most
+    slope = y * (B_2 + A * crude[:, None])
+    rate = np.minimum(crude, W_size.T + np.einsum("kir,ir->kr", slope, step))
+    slope = y * (B_2 + A * rate[:, None])  # |dW_k / dv_i| at most
+    moved = (rate * step).sum(axis=0)
+    second = np.einsum("kir,kr,ir->r", np.maximum(slope, np.swapaxes(slope, 0, 1)), step, step) / 2
+    k, i, n = tree.triples
+    alike = tree.chain[:, None] * (2 * greatest[k] + r * G[k]) + G_2[i, n] * G[k] + G_2[k, n] * G[i] + G_2[k, i] * G[n]
+    A_k, A_i, A_n = A[k], A[i], A[n]
+    of_k = A_2[i, n] * rate[k] + A_i * slope[k, n] + A_n * slope[k, i]
+    of_i = A_2[k, n] * rate[i] + A_k * slope[i, n] + A_n * slope[i, k]
+    of_n = A_2[k, i] * rate[n] + A_k * slope[n, i] + A_i * slope[n, k]
+    curve = alike + np.maximum(np.maximum(of_k, of_i), of_n)  # |d2W_k / dv_i dv_l| at most, over y
+    third = y * (tree.weight @ (curve * step[k] * step[i] * step[n]))
+    return _Bounds(moved=moved, lost=lost, inverse=y, second=second, third=third)
 
 
 def _point_inertia(mass: Array, at: Array) -> Array:
     """Return the inertias (r, b, 3, 3) of points of mass (b,) at (r, b, 3) about the origin."""
-    squared = np.einsum("rbc,rbc->rb", at, at)[..., None, None]
-    return mass[:, None, None] * (squared * np.eye(3) - at[..., :, None] * at[..., None, :])
+    scaled = mass[:, None] * at
+    out = -scaled[..., :, None] * at[..., None, :]
+    out[..., range(3), range(3)] += _dot(scaled, at)[..., None]
+    return out
 
 
-def _commutator(z: Array, J: Array) -> Array:
-    """Return the commutator of [z x] and J (..., 3, 3): the derivative of J for a rotation about z."""
-    half = cross(z[..., None, :], np.swapaxes(J, -1, -2))  # row c: z x (row c of J), so the transpose of [z x] J
-    return np.swapaxes(half, -1, -2) + half
+def _dot(a: Array, b: Array) -> Array:
+    """Return the products (...) of vectors (..., n)."""
+    return np.einsum("...c,...c->...", a, b)
 
 
 def _pairs(values: Array) -> Array:

@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import as_readonly, as_transform, shown
 from spacearm.core.errors import ProblemError
+from spacearm.dynamics import Momentum
 from spacearm.dynamics.base_models import BASE_MODELS, BaseModel
 from spacearm.motion import AnyTrajectory, Curve, Motion, PiecewisePath, TimeLaw, Trajectory
 from spacearm.motion.time_laws import over_time
 from spacearm.proof.base_attitude import BaseAttitude
-from spacearm.proof.base_momentum import BaseMotionBounds, Reaction, masses_of, some_of, stated_base_errors
+from spacearm.proof.base_momentum import BaseMotionBounds, FloatingBaseArrays, Reaction, masses_of, some_of, stated_base_errors
 from spacearm.proof.bodies import Bodies, JointMap, RelativeBodies, bodies_in_space_of, bodies_of
 from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
@@ -96,6 +97,8 @@ def base_setup_of(holder: object, robot: Robot, *, who: str) -> BaseSetup:
         raise ProblemError(f"the {who}'s base is {shown(base)}, expected {' or '.join(map(repr, BASE_MODELS))}")
     start, momentum = getattr(holder, "base_start", None), getattr(holder, "momentum", None)
     pose = np.eye(4) if start is None else as_transform(f"the {who}'s base_start", start, ProblemError)
+    if isinstance(momentum, Momentum):  # checked already
+        return BaseSetup(model=BASE_MODELS[base], start=pose, linear=momentum.linear, angular=momentum.angular)
     linear, angular = (
         np.zeros(3) if momentum is None else as_readonly(f"momentum.{part}", getattr(momentum, part), (3,), ProblemError)
         for part in ("linear", "angular")
@@ -461,6 +464,30 @@ class FloatingBaseProof(BaseProof):
         """Return the system's centre of mass (3,) [m]."""
         begin, end = self.curve.domain
         return self._center + (end - begin) * self._velocity
+
+    def for_finder(self) -> FloatingBaseArrays:
+        """Return what the native finder needs of the base."""
+        masses, (begin, end) = self._masses, self.curve.domain
+        ends, start, coefficients = map(np.ascontiguousarray, self.attitude.panels)
+        return FloatingBaseArrays(
+            parent=np.array([joint.parent for joint in self.robot.joints], dtype=np.int32),
+            revolute=np.array([joint.kind == "revolute" for joint in self.robot.joints], dtype=bool),
+            joint_of_body=masses.joint.astype(np.int32),
+            mass=masses.mass,
+            com=masses.com,
+            inertia=masses.inertia,
+            greatest=masses.greatest,
+            spread=masses.spread,
+            base_least=masses.base_least,
+            ends=ends,
+            start=start,
+            coefficients=coefficients,
+            begin=begin,
+            center=self._center,
+            velocity=self._velocity,
+            angular=self.setup.angular * (self.trajectory.duration / (end - begin)),
+            attitude_error=self.attitude.error,
+        )
 
     def _center_of(self, frames: Array) -> Array:
         """Return the system's centre of mass (r, 3) in the frames' frame."""

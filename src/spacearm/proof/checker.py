@@ -236,9 +236,9 @@ class _Midpoints:
         values = joints.values(line.q)
         placed = claim.base.placed(line.u, Witness(claim.robot, claim.base.bodies()[0]).frames(values))
         rate = line.rate[:, joints.dof] * joints.multiplier
-        deviation = (line.deviation + claim.tracking)[:, joints.dof] * np.abs(joints.multiplier)
-        deviation += _VALUE_ROUNDING * np.abs(values)
-        step = np.abs(rate) * line.half[:, None] + deviation
+        deviation = line.deviation[:, joints.dof] * np.abs(joints.multiplier) + _VALUE_ROUNDING * np.abs(values)
+        self._tube = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)
+        step = np.abs(rate) * line.half[:, None] + deviation + self._tube
         self._base = claim.base.motion_bounds(placed, rate, deviation, step, line.half)
         self._pairs, self._turns = claim.pairs, joints.revolute * 1.0
         self.ends, self.half, self.frames = stretches.ends, line.half, placed.shape[1] + 1
@@ -301,6 +301,13 @@ class _Midpoints:
             first[free], second[free] = moved
         return first, second
 
+    def tubes(self, on: Indices, motion: Indices, center: Array, reach: Array, n: Array) -> Array:
+        """Bound how far c bodies get along directions n (c, 3) by the tracking error alone, to first order, (c,) [m]."""
+        steps = np.abs(self._pairs.sign[motion]) * self._tube  # (c, j)
+        away, z, n = center[:, None] - _rows(self._origin, on), _rows(self._z, on), n[:, None]
+        of_center = np.abs(np.where(self._turns > 0, _dot(cross(z, away), n), _dot(z, n)))
+        return np.einsum("ck,ck->c", of_center + reach[:, None] * self._turns, steps)
+
     def _with_base(
         self, base: BaseMotionBounds, on: Indices, radius: Array, first: Array, second: Array
     ) -> tuple[Array, Array]:
@@ -350,6 +357,8 @@ def _clearances(claim: Claim, midpoints: _Midpoints, some: _Settled) -> Array:
     turning = cross(n, _rows(midpoints.omega, row))  # n . (omega x x) = turning . x
     speed = np.abs(moving.heights(turning) + moving.of_points(_dot(n, _rows(midpoints.velocity, row))))
     beyond = second_order + moving.discs(turning) * half
+    if claim.tracking.any():
+        beyond += midpoints.tubes(at, motion, _rows(moving.center, moving.row), moving.reach.take(moving.row), n)
     loss = np.minimum(speed * moving.of_points(half) + moving.of_points(beyond), moving.of_points(displacement))
     least = np.minimum.reduceat(moving.heights(n) - loss, moving.begins) - moving.discs(n)
     most = np.maximum.reduceat(resting.heights(n), resting.begins) + resting.discs(n)

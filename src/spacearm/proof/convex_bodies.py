@@ -153,7 +153,8 @@ def scene_bodies(scene: Scene) -> ConvexBodies:
                     polytopes.append(len(bodies) - 1)
     order = _neighbours(np.array([center for _, center, _ in balls]).reshape(-1, 3), np.arange(len(balls)))
     first = len(bodies)
-    for owner, center, radius in (balls[k] for k in order):
+    for k in order.tolist():
+        owner, center, radius = balls[int(k)]
         bodies.append(_Body(frame=WORLD, points=center[None], owner=owner, radius=radius))
     level = range(first, len(bodies))
     bodies += [_bundle([bodies[k]], k) for k in polytopes]

@@ -20,7 +20,7 @@ from spacearm.geometry import Scene
 from spacearm.proof.base_proofs import BaseProof
 from spacearm.proof.bodies import JointMap
 from spacearm.proof.displacement import IntervalMidpoints
-from spacearm.proof.near_pairs import InstantMeasurements, find_near
+from spacearm.proof.measured_instants import InstantMeasurements, find_near
 from spacearm.proof.pair_requirements import Held, PairRequirements
 from spacearm.proof.path_intervals import Intervals, LinearBounds, PathIntervals
 from spacearm.proof.required_clearance import RequiredClearance

@@ -287,7 +287,7 @@ class Witness:
         name: the libraries and their versions.
     """
 
-    def __init__(self, robot: Robot, bodies: Bodies) -> None:
+    def __init__(self, robot: Robot, bodies: Bodies | None = None) -> None:
         self._pinocchio, self._coal = pinocchio(), coal()
         self.name = f"pinocchio {self._pinocchio.__version__}, coal {self._coal.__version__}"
         self._bodies = bodies

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from spacearm.core.checks import UNWRITTEN, Frozen, as_name, as_number, keep, shown
 from spacearm.core.errors import RobotError
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.geometry.convex_cores import core_of
 from spacearm.robot.link_shapes import LinkShape, as_capsule
 
@@ -324,6 +325,7 @@ def notes_on_envelope(robot: Robot) -> tuple[str, ...]:
     return (f"no envelope, for want of a collision shape: {', '.join(bare)}; they are kept clear of nothing",)
 
 
+@cached_by_identity
 def bare_links(robot: Robot) -> tuple[str, ...]:
     """List the links that have a shape or a mass in their file, but no envelope; none if none is meant to have one.
 
