@@ -236,18 +236,18 @@ def cox_de_boor(s: Array, knots: Array, degree: int) -> Array:
         degree: 0 or more.
     """
     count = len(knots) - degree - 1
-    span = np.minimum(np.maximum(np.searchsorted(knots, s, side="right") - 1, degree), count - 1)[:, None]
-    near = knots[span + np.arange(1 - degree, degree + 1)]  # (m, 2 degree)
-    after, before = near - s[:, None], s[:, None] - near
-    values = np.ones((len(s), 1))
+    span = np.minimum(np.maximum(np.searchsorted(knots, s, side="right") - 1, degree), count - 1)
+    near = knots[span + np.arange(1 - degree, degree + 1)[:, None]]  # (2 degree, m): the first axis is quickest to go along
+    after, before = near[degree:] - s, s - near[:degree]
+    values = np.ones((1, len(s)))
     for d in range(1, degree + 1):
-        left, right = slice(degree - d, degree), slice(degree, degree + d)
-        share = values / (near[:, right] - near[:, left])
-        values = np.zeros((len(s), d + 1))
-        values[:, :-1] += share * after[:, right]
-        values[:, 1:] += share * before[:, left]
+        share = values / (near[degree : degree + d] - near[degree - d : degree])
+        values = np.empty((d + 1, len(s)))
+        np.multiply(share, after[:d], out=values[:-1])
+        values[-1] = 0.0
+        values[1:] += share * before[degree - d :]
     out = np.zeros((len(s), count))
-    out[np.arange(len(s))[:, None], span + np.arange(-degree, 1)] = values
+    out[np.arange(len(s)), span + np.arange(-degree, 1)[:, None]] = values
     return out
 
 
