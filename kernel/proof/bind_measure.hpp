@@ -4,10 +4,12 @@
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -32,12 +34,15 @@ template <class T> T* owned_by(nanobind::capsule& owner, std::size_t count) {
 inline std::tuple<least_array, which_array> least_clearances(Clearances& clearances,
                                                              measured_array<double, -1, -1, 3, 4> frames,
                                                              measured_array<double, -1, -1> limit,
-                                                             measured_array<double, -1, -1> fill) {
+                                                             measured_array<double, -1, -1> fill,
+                                                             std::optional<measured_array<double, -1>> tracking) {
     const std::size_t instants = frames.shape(0), links = limit.shape(0), columns = limit.shape(1);
     if (columns < links || fill.shape(0) != links || fill.shape(1) != columns)
         throw std::invalid_argument("limits: expected (l, k + l) for l links and k obstacles");
     clearances.require_frames(frames.shape(1));
     clearances.require_owners(links, columns - links);
+    std::optional<Tube> tube;
+    if (tracking) tube.emplace(clearances.tube_of(tracking->data(), tracking->shape(0)));
     const std::size_t each = links * columns;
     nanobind::capsule owner, which_owner;
     double* out = owned_by<double>(owner, instants * each);
@@ -46,7 +51,8 @@ inline std::tuple<least_array, which_array> least_clearances(Clearances& clearan
     for (std::size_t i = 0; i < instants; ++i) {
         std::copy_n(fill.data(), each, out + i * each);
         clearances.least(frames.data() + 12 * frames.shape(1) * i, static_cast<int>(links),
-                         static_cast<int>(columns - links), limit.data(), out + i * each, which + 2 * i * each);
+                         static_cast<int>(columns - links), limit.data(), out + i * each, which + 2 * i * each,
+                         tube ? &*tube : nullptr);
     }
     const std::size_t shape[3] = {instants, links, columns}, which_shape[4] = {instants, links, columns, 2};
     return {least_array(out, 3, shape, owner), which_array(which, 4, which_shape, which_owner)};
@@ -112,11 +118,12 @@ inline void bind_measure(nanobind::module_& m) {
         "from the other one to the first; and whether it separates their cores.");
     nanobind::class_<Clearances>(m, "Clearances", "Measures the clearances of the tables' pairs at instants.")
         .def(nanobind::init<const Tables&>(), "tables"_a, nanobind::keep_alive<1, 2>())
-        .def("least", &least_clearances, "frames"_a, "limit"_a, "fill"_a,
+        .def("least", &least_clearances, "frames"_a, "limit"_a, "fill"_a, "tracking"_a = nanobind::none(),
              "Return the least clearance of every link and other body (r, l, k + l), obstacles first, then links, at "
              "instants with the frames (r, f, 3, 4), world and base first [m]; and the two shapes that have it "
              "(r, l, k + l, 2), or -1. Two links are in the row of the one that comes first. Where nothing is found "
-             "below `limit` (l, k + l) it is `fill` (l, k + l). Pairs with a limit of minus infinity are left out.")
+             "below `limit` (l, k + l) it is `fill` (l, k + l). Pairs with a limit of minus infinity are left out. "
+             "What a tracking error (n,) may take is taken from all clearances.")
         .def("between", &clearances_between, "frames"_a, "first"_a, "other"_a,
              "Return the clearances (r,) of pairs of bodies, each with the frames (r, f, 3, 4) of an instant [m].");
 }

@@ -15,6 +15,7 @@
 
 #include "proof/bodies.hpp"
 #include "proof/nearest_points.hpp"
+#include "proof/tube.hpp"
 
 namespace spacearm_proof {
 
@@ -31,7 +32,8 @@ class Clearances {
   public:
     // The tables are not copied.
     explicit Clearances(const Tables& tables)
-        : bodies_(tables.bodies), pairs_(tables.pairs), frames_in_all_(tables.pairs.frames), at_(bodies_.count()) {
+        : tables_(tables), bodies_(tables.bodies), pairs_(tables.pairs), frames_in_all_(tables.pairs.frames),
+          at_(bodies_.count()) {
         const Frame still = identity();
         for (int body = 0; body < bodies_.count(); ++body) {
             at_[body].instant = 0;
@@ -45,10 +47,11 @@ class Clearances {
     // Lower `least` (links, obstacles + links), for two links in the row of the one that comes first, to what they have
     // at one instant. frames: by frame, world and base first. Pairs with a limit of minus infinity are left out. All
     // values of `least` are to be at most the limits. which: (links, obstacles + links, 2) is set to the two shapes
-    // where something is found; or null.
+    // where something is found; or null. tube: what it takes is taken from all clearances; or null.
     void least(const double* frames, int links, int obstacles, const double* limit, double* least,
-               std::int64_t* which = nullptr) {
+               std::int64_t* which = nullptr, const Tube* tube = nullptr) {
         ++instant_;
+        tube_ = tube;
         begin(links, obstacles, limit);
         frames_ = frames, least_ = least, which_ = which;
         for (std::size_t i = 0; i < pairs_.first.size(); ++i) open(pairs_.first[i], pairs_.other[i]);
@@ -62,6 +65,13 @@ class Clearances {
     }
     int count() const { return bodies_.count(); }
 
+    // Throws if there are fewer errors than degrees of freedom.
+    Tube tube_of(const double* tracking, std::size_t count) const {
+        if (count != static_cast<std::size_t>(tables_.joints.dofs))
+            throw std::invalid_argument("clearances: expected a tracking error for each degree of freedom");
+        return Tube(tables_, tracking);
+    }
+
     // Throws if there are other frames than the tables', or fewer links or obstacles than the bodies name.
     void require_frames(std::size_t frames) const {
         if (frames != static_cast<std::size_t>(frames_in_all_))
@@ -74,6 +84,7 @@ class Clearances {
     }
 
   private:
+    const Tables& tables_;
     const Bodies& bodies_;
     const Pairs& pairs_;
     const int frames_in_all_;
@@ -83,6 +94,7 @@ class Clearances {
     const double* frames_ = nullptr;
     double* least_ = nullptr;
     std::int64_t* which_ = nullptr;
+    const Tube* tube_ = nullptr;
     int columns_ = 0, obstacles_ = 0;
 
     void begin(int links, int obstacles, const double* limit) {
@@ -153,13 +165,20 @@ class Clearances {
         double enough = limit_[static_cast<std::size_t>(a.owner) * bodies_.count() + other];
         const bool one = b.owner >= 0;
         if (one) enough = std::min(enough, least_[place_of(a, b)]);
-        if (!(enough > -std::numeric_limits<double>::infinity()) || far(first, other, enough)) return;
+        if (!(enough > -std::numeric_limits<double>::infinity())) return;
+        const bool in_tube = tube_ != nullptr && tube_->any();
+        const int motion = in_tube ? pairs_.motion(a.frame, b.frame) : 0;
+        const Frame* joints = reinterpret_cast<const Frame*>(frames_) + first_joint;
+        if (far(first, other, enough + (in_tube ? tube_->at_most(joints, at(first).center, first, motion) : 0.0)))
+            return;
         if (a.members > 0 && (b.members == 0 || a.radius > b.radius)) {
             for (int i = 0; i < a.members; ++i) open(a.first_member + i, other);
         } else if (b.members > 0) {
             for (int i = 0; i < b.members; ++i) open(first, b.first_member + i);
         } else {
-            const double found = nearest_points(at(first).placed, at(other).placed).clearance;
+            const Nearest near = nearest_points(at(first).placed, at(other).placed);
+            double found = near.clearance;
+            if (in_tube) found -= tube_->lost(joints, at(first).center, first, motion, vec3(near.n));
             const std::size_t to = place_of(a, b);
             if (!(found < least_[to])) return;
             least_[to] = found;
