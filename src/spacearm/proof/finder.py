@@ -105,6 +105,11 @@ def _suspect(found: native_finder.Suspect) -> Suspect | None:
 _TABLES: deque[tuple[ConvexBodies, BodyPairs, native_finder.Tables]] = deque(maxlen=_REMEMBERED)
 
 
+def native_tables(claim: Claim) -> native_finder.Tables:
+    """Return the kernel's tables of a claim; the same object for the tables seen last."""
+    return _tables(claim.robot, claim.bodies, claim.pairs)
+
+
 def _tables(robot: Robot, bodies: ConvexBodies, pairs: BodyPairs) -> native_finder.Tables:
     """Return the kernel's tables; the same object for the tables seen last."""
     for of_bodies, of_pairs, made in list(_TABLES):
