@@ -92,9 +92,9 @@ class Clearances:
 
     def __init__(self, tables: Tables) -> None: ...
 
-    def least(self, frames: Annotated[NDArray[numpy.float64], dict(shape=(None, None, 3, 4), order='C')], limit: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], fill: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))], Annotated[NDArray[numpy.int64], dict(shape=(None, None, None, None))]]:
+    def least(self, frames: Annotated[NDArray[numpy.float64], dict(shape=(None, None, 3, 4), order='C')], limit: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], fill: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], tracking: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None = None) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))], Annotated[NDArray[numpy.int64], dict(shape=(None, None, None, None))]]:
         """
-        Return the least clearance of every link and other body (r, l, k + l), obstacles first, then links, at instants with the frames (r, f, 3, 4), world and base first [m]; and the two shapes that have it (r, l, k + l, 2), or -1. Two links are in the row of the one that comes first. Where nothing is found below `limit` (l, k + l) it is `fill` (l, k + l). Pairs with a limit of minus infinity are left out.
+        Return the least clearance of every link and other body (r, l, k + l), obstacles first, then links, at instants with the frames (r, f, 3, 4), world and base first [m]; and the two shapes that have it (r, l, k + l, 2), or -1. Two links are in the row of the one that comes first. Where nothing is found below `limit` (l, k + l) it is `fill` (l, k + l). Pairs with a limit of minus infinity are left out. What a tracking error (n,) may take is taken from all clearances.
         """
 
     def between(self, frames: Annotated[NDArray[numpy.float64], dict(shape=(None, None, 3, 4), order='C')], first: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:

@@ -77,7 +77,7 @@ def required_by_owner(claim: Claim) -> Array:
     return out
 
 
-def least_clearances(claim: Claim, u: Array, limit: Array | None = None) -> tuple[Array, Indices]:
+def least_clearances(claim: Claim, u: Array, limit: Array | None = None, *, in_tube: bool = False) -> tuple[Array, Indices]:
     """Measure the least clearance of every link and every other body at instants.
 
     Args:
@@ -85,6 +85,7 @@ def least_clearances(claim: Claim, u: Array, limit: Array | None = None) -> tupl
         u: (r,) the instants, in the parameter of the curve.
         limit: (l, k + l) above it clearances need not be exact; pairs with minus infinity are left out [m]. None: a quarter of
             a millimetre above what is required, of all pairs of which more than 0 is.
+        in_tube: take from all clearances what the claim's tracking error may take.
 
     Returns:
         The clearances (r, l, k + l) by link and other body, obstacles first, then links: at most the limit, and infinite for
@@ -96,7 +97,8 @@ def least_clearances(claim: Claim, u: Array, limit: Array | None = None) -> tupl
         required = required_by_owner(claim)
         limit = np.where(required > 0, required + AROUND, -np.inf)
     fill = np.where(np.isfinite(limit), limit, np.inf)
-    return _measuring(native_tables(claim)).least(frames_at(claim, u), limit, fill)
+    tracking = np.ascontiguousarray(claim.tracking) if in_tube else None
+    return _measuring(native_tables(claim)).least(frames_at(claim, u), limit, fill, tracking)
 
 
 # ---- The closest approach --------------------------------------------------------------------------------------------
