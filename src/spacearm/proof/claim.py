@@ -122,7 +122,7 @@ def claim_of(
         tracking: (n,) how far each joint may be from the path [rad or m]; None: not at all.
     """
     floating = isinstance(base, FloatingBaseProof)
-    bodies, pairs = _kept_apart(robot, scene, floating=floating)
+    bodies, pairs = kept_apart(robot, scene, floating=floating)
     return Claim(
         robot=robot,
         scene=scene,
@@ -141,7 +141,7 @@ def _made_for(_: Robot) -> dict[tuple[int, bool], tuple[Scene, ConvexBodies, Bod
     return {}
 
 
-def _kept_apart(robot: Robot, scene: Scene, *, floating: bool) -> tuple[ConvexBodies, BodyPairs]:
+def kept_apart(robot: Robot, scene: Scene, *, floating: bool) -> tuple[ConvexBodies, BodyPairs]:
     """Return the table of all bodies and the pairs; the same objects for a robot and a scene seen lately."""
     made = _made_for(robot)
     key = id(scene), floating

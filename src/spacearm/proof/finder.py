@@ -75,7 +75,7 @@ def find_proof(claim: Claim, *, resolution: float = 1e-7, proven_share: float = 
             held to. Links that cannot meet only must not touch.
     """
     found = native_finder.find_proof(
-        tables=_tables(claim.robot, claim.bodies, claim.pairs),
+        tables=tables_of(claim.robot, claim.bodies, claim.pairs),
         path=_path(claim.path),
         held=_held(claim, proven_share),
         tracking=np.ascontiguousarray(claim.tracking, dtype=np.float64),
@@ -107,10 +107,10 @@ _TABLES: deque[tuple[ConvexBodies, BodyPairs, native_finder.Tables]] = deque(max
 
 def native_tables(claim: Claim) -> native_finder.Tables:
     """Return the kernel's tables of a claim; the same object for the tables seen last."""
-    return _tables(claim.robot, claim.bodies, claim.pairs)
+    return tables_of(claim.robot, claim.bodies, claim.pairs)
 
 
-def _tables(robot: Robot, bodies: ConvexBodies, pairs: BodyPairs) -> native_finder.Tables:
+def tables_of(robot: Robot, bodies: ConvexBodies, pairs: BodyPairs) -> native_finder.Tables:
     """Return the kernel's tables; the same object for the tables seen last."""
     for of_bodies, of_pairs, made in list(_TABLES):
         if of_bodies is bodies and of_pairs is pairs:

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native_finder import native_finder
+from spacearm.geometry import Scene
 from spacearm.proof.bodies import JointMap
-from spacearm.proof.claim import Claim
+from spacearm.proof.claim import Claim, kept_apart
 from spacearm.proof.convex_bodies import WORLD, ConvexBodies
-from spacearm.proof.finder import native_tables
+from spacearm.proof.finder import native_tables, tables_of
 from spacearm.proof.pair_requirements import NearEnd
 from spacearm.proof.witness import CoalBodies, Witness
 from spacearm.robot import Robot
@@ -99,6 +100,27 @@ def least_clearances(claim: Claim, u: Array, limit: Array | None = None, *, in_t
     fill = np.where(np.isfinite(limit), limit, np.inf)
     tracking = np.ascontiguousarray(claim.tracking) if in_tube else None
     return _measuring(native_tables(claim)).least(frames_at(claim, u), limit, fill, tracking)
+
+
+def clearances_in_tube(robot: Robot, scene: Scene, q: Array, tracking: Array, limit: float) -> tuple[Array, Indices]:
+    """Measure the least clearances of configurations, less what a tracking error may take; as `least_clearances` does.
+
+    Args:
+        robot, scene: the bodies; the base stands at the origin of the scene's frame.
+        q: (r, n) configurations [rad or m].
+        tracking: (n,) the tracking error [rad or m].
+        limit: above it clearances need not be exact [m].
+    """
+    bodies, pairs = kept_apart(robot, scene, floating=False)
+    witness, joints = _kinematics(robot)
+    placed = witness.frames(joints.values(q))
+    frames = np.empty((len(q), placed.shape[1] + 1, 3, 4))
+    frames[:, WORLD] = np.eye(4)[:3]
+    frames[:, 1], frames[:, 2:] = placed[:, -1, :3], placed[:, :-1, :3]
+    links = len(dict.fromkeys(part.name for part in robot.shapes))
+    limits = np.full((links, len(scene.obstacles) + links), limit)
+    measuring = _measuring(tables_of(robot, bodies, pairs))
+    return measuring.least(frames, limits, limits, np.ascontiguousarray(tracking))
 
 
 # ---- The closest approach --------------------------------------------------------------------------------------------
