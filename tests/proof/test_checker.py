@@ -50,6 +50,50 @@ def proposed(claim: Claim, first: int, other: int, interval: Intervals, rng: np.
     return (n + rng.choice([0.0, 0.01, 0.3]) * rng.normal(size=3)) * 10 ** rng.uniform(-3, 3)
 
 
+def gaps_along(claim: Claim, first: int, other: int, u: np.ndarray, n: np.ndarray, off: np.ndarray | float) -> np.ndarray:
+    """The gaps (r,) along a direction that is fixed in the other body's frame, where it is n at the first of the instants."""
+    bodies, T = claim.bodies, frames_at(claim, u, off)
+    A, B = T[:, bodies.frame[first]], T[:, bodies.frame[other]]
+    own = B[0, :3, :3].T @ n
+    y = bodies.vertices[bodies.first_point[other] :][: bodies.points[other]]
+    most = (y @ own).max() + bodies.disc[other] * np.linalg.norm(np.cross(own, bodies.axis[other]))
+    C = np.linalg.inv(B) @ A
+    x = bodies.vertices[bodies.first_point[first] :][: bodies.points[first]]
+    turned = own @ C[:, :3, :3]
+    across = np.linalg.norm(np.cross(turned, bodies.axis[first]), axis=1)
+    least = (turned @ x.T).min(axis=1) + C[:, :3, 3] @ own - bodies.disc[first] * across
+    return least - most - bodies.radius[first] - bodies.radius[other]
+
+
+def sideways(claim: Claim, first: int, other: int, u: float, h: float, rng: np.random.Generator) -> np.ndarray:
+    """A direction across the velocity of the first body's centre in the frame of the other one: bounds of second order count."""
+    T, frame = frames_at(claim, np.array([u - 1e-3 * h, u + 1e-3 * h, u])), claim.bodies.frame
+    at = np.linalg.inv(T[:, frame[other]]) @ T[:, frame[first]] @ np.append(claim.bodies.center[first], 1.0)
+    moved, n = (at[1] - at[0])[:3], rng.normal(size=3)
+    if np.linalg.norm(moved) > 1e-12:
+        n -= (n @ moved) / (moved @ moved) * moved
+    return T[2, frame[other], :3, :3] @ n / np.linalg.norm(n)
+
+
+def look_along(drawn: Drawn, seed: int) -> None:
+    """No gap along a direction is ever less than what this direction proves."""
+    claim, rng = drawn.claim, np.random.default_rng(seed)
+    for _ in range(4):
+        first, other = any_pair(rng, claim)
+        if claim.bodies.half_space[other]:
+            continue
+        interval = any_stretch(rng, claim)
+        (low, high), u = interval.ends[0], interval.ends.mean(axis=1)
+        n = sideways(claim, first, other, float(u[0]), high - low, rng)
+        checked = check_proof(only(claim, first, other, interval), tree([0], [n]))
+        assert not checked.fault
+        u = np.concatenate([u, np.linspace(low, high, 30), rng.uniform(low, high, 10)])
+        off = claim.tracking * rng.choice([-1.0, 0.0, 1.0], (len(u), len(claim.tracking)))
+        off[0] = 0.0
+        proven = checked.proven[claim.held.phase[claim.bodies.owner[first], other]]
+        assert proven <= gaps_along(claim, first, other, u, n, off).min() + 1e-10 * abs(proven)
+
+
 def look_at(drawn: Drawn, seed: int) -> None:
     """What one direction proves of two bodies on a stretch is what the formulas say, and never more than is measured."""
     claim, rng = drawn.claim, np.random.default_rng(seed)
@@ -66,6 +110,18 @@ def look_at(drawn: Drawn, seed: int) -> None:
         assert abs(proven - expected) < 3e-9 * size
         measured = least_measured(claim, first, other, interval, seed)
         assert proven <= measured + (COAL if measured > 0 else DEPTH)
+
+
+@settings(max_examples=100)
+@given(SEEDS, st.booleans())
+def test_no_gap_gets_less_than_its_direction_proves(seed: int, tracking: bool) -> None:
+    look_along(drawn_claim(seed, tracking=tracking), seed)
+
+
+@settings(max_examples=60)
+@given(SEEDS)
+def test_no_gap_gets_less_than_its_direction_proves_on_a_floating_base(seed: int) -> None:
+    look_along(drawn_claim(seed, floating=True, reach=0.3), seed)
 
 
 @settings(max_examples=100)

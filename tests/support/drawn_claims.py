@@ -16,8 +16,11 @@ from spacearm.proof.path_intervals import Intervals, PathIntervals
 from spacearm.proof.proof_tree import ProofTree
 from spacearm.proof.required_clearance import required_clearance
 from spacearm.robot import Robot
+from spacearm.robot.unchecked_pairs import apart_pairs
 from support.drawn_bodies import drawn_shape_obstacle, with_bodies, with_masses
 from support.drawn_problems import drawn_configuration, drawn_robot
+from support.oracles.coal_shapes import least_distances
+from support.oracles.pinocchio_points import joint_frames
 
 Array = np.ndarray
 
@@ -65,6 +68,46 @@ def drawn_claim(
     scene = Scene(_obstacles(rng))
     trajectory = _trajectory(rng, robot, reach, floating=floating)
     return Drawn(claim_about(robot, scene, trajectory, clearance, _tube(rng, robot, tracking)), robot, scene, trajectory)
+
+
+def cleared_claim(seed: int, *, floating: bool = False, reach: float = 1.0, tracking: bool = False) -> Drawn:
+    """Draw a claim, and leave out of it what comes nearer than 2 cm, as far as is measured; some pairs of links cannot meet."""
+    drawn = drawn_claim(seed, floating=floating, reach=reach)
+    rng, robot, u = np.random.default_rng((seed, 13)), drawn.robot, np.linspace(*drawn.claim.path.curve.domain, 60)
+    frames = placed_frames(drawn.claim, u)
+    alone = replace(robot, self_pairs=())
+    kept = [one for one in drawn.scene.obstacles if least_distances(alone, Scene([one]), frames).min() > 0.02]
+    pairs = [
+        pair for pair in robot.self_pairs if least_distances(replace(robot, self_pairs=(pair,)), Scene([]), frames).min() > 0.02
+    ]
+    never = [pair for pair in pairs if rng.random() < 0.3]
+    robot = replace(robot, self_pairs=tuple(pair for pair in pairs if pair not in never))
+    robot = replace(robot, apart=apart_pairs(robot, never))
+    tube = _tube(rng, robot, tracking)
+    trajectory = replace_robot(drawn.trajectory, robot)
+    return Drawn(claim_about(robot, Scene(kept), trajectory, 0.0, tube), robot, Scene(kept), trajectory)
+
+
+def replace_robot(trajectory: Any, robot: Robot) -> Any:
+    """Return the same trajectory of another robot."""
+    names = [name for name in trajectory.__dataclass_fields__ if name not in ("_", "robot")]
+    return type(trajectory)(robot, **{name: getattr(trajectory, name) for name in names})
+
+
+def placed_frames(claim: Claim, u: Array, off: Array | float = 0.0) -> Array:
+    """T_w_joint (r, j + 1, 4, 4) at parameters (r,), the last for the base, of joints that deviate by `off`."""
+    own = joint_frames(claim.robot, claim.path.curve.sample(u) + off)
+    return claim.base.placed(u, np.concatenate([own, np.broadcast_to(np.eye(4), (len(u), 1, 4, 4))], axis=1))
+
+
+def least_clearance(drawn: Drawn, seed: int, instants: int = 60) -> float:
+    """The least clearance of all pairs at many instants, by Pinocchio and Coal, of joints that deviate as they may [m]."""
+    claim, rng, robot = drawn.claim, np.random.default_rng(seed), drawn.claim.robot
+    u = np.concatenate([claim.path.curve.domain, rng.uniform(*claim.path.curve.domain, instants)])
+    off = claim.tracking * rng.choice([-1.0, 0.0, 1.0], (len(u), len(claim.tracking)))
+    pairs = (*robot.self_pairs, *(() if robot.apart is None else robot.apart.pairs))
+    every = replace(robot, self_pairs=tuple(sorted(pairs)), apart=None)
+    return float(least_distances(every, drawn.scene, placed_frames(claim, u, off)).min())
 
 
 def claim_about(

@@ -196,6 +196,11 @@ class Islands:
             island.add_instant(s, spread)
 
     @property
+    def found(self) -> bool:
+        """Whether there is a free motion."""
+        return any(island.best is not None for island in self._all)
+
+    @property
     def best(self) -> Motion | None:
         """The best free motion, if there is one; of the first island that has it."""
         found = [best for island in self._all if (best := island.best) is not None]

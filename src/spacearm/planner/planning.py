@@ -280,7 +280,7 @@ class _Search:
         """After a first search of less than 1 ms that found nothing, search until it is 1 ms, or until there is a motion."""
         most = self.settings.most_evaluations
         left = 0 if most is None else most - self.islands.evaluations
-        if 0 < searched < _LEAST_SEARCH and self.islands.best is None and (most is None or left > 0):
+        if 0 < searched < _LEAST_SEARCH and not self.islands.found and (most is None or left > 0):
             self._go_on(_Budget(evaluations=left, seconds=_LEAST_SEARCH - searched, until_first=True))
 
     def _go_on(self, budget: _Budget) -> None:

@@ -237,7 +237,7 @@ class _Midpoints:
         placed = claim.base.placed(line.u, Witness(claim.robot, claim.base.bodies()[0]).frames(values))
         rate = line.rate[:, joints.dof] * joints.multiplier
         deviation = line.deviation[:, joints.dof] * np.abs(joints.multiplier) + _VALUE_ROUNDING * np.abs(values)
-        self._tube = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)
+        self._tube: Array = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)
         step = np.abs(rate) * line.half[:, None] + deviation + self._tube
         self._base = claim.base.motion_bounds(placed, rate, deviation, step, line.half)
         self._pairs, self._turns = claim.pairs, joints.revolute * 1.0
@@ -260,17 +260,6 @@ class _Midpoints:
         self._theta_2: Array = np.einsum("rpk,pk->rp", second, between)
         self._g: Array = np.einsum("rpk,k->rp", g, self._turns)
         self._first, self._second = first.reshape(-1, len(self._turns)), second.reshape(-1, len(self._turns))
-
-    def tube(self, on: Indices, motion: Indices, center: Array, reach: Array, n: Array) -> Array:
-        """Bound how far bodies get along directions n (t, 3) by the tracking error alone, to first order, (t,) [m].
-
-        The centre of a body moves by n . (z x (c - o)) per rad of a joint, and an offset from it by its length at most.
-        """
-        moves, _ = _moving_joints(self._pairs)
-        steps = moves[motion] * self._tube  # (t, j)
-        away, z = center[:, None] - self._origin[on], self._z[on]
-        along = np.where(self._turns > 0, _dot(cross(n[:, None], z), away), _dot(n[:, None], z))
-        return np.einsum("tk,tk->t", np.abs(along), steps) + reach * (steps @ self._turns)
 
     def _twists(self, rate: Array) -> None:
         spin, slide = self._z * (rate * self._turns)[..., None], self._z * (rate * (1 - self._turns))[..., None]
@@ -311,6 +300,16 @@ class _Midpoints:
             moved = self._with_base(base, on[free], np.sqrt(_dot(about, about)) + reach[free], first[free], second[free])
             first[free], second[free] = moved
         return first, second
+
+    def tube(self, on: Indices, motion: Indices, center: Array, reach: Array, n: Array) -> Array:
+        """Bound how far bodies get along directions n (t, 3) by the tracking error alone, to first order, (t,) [m].
+
+        The centre of a body moves by n . (z x (c - o)) per rad of a joint, and an offset from it by its length at most.
+        """
+        steps: Array = _moving_joints(self._pairs)[0][motion] * self._tube  # (t, j)
+        away, z = center[:, None] - self._origin[on], self._z[on]
+        along = np.where(self._turns > 0, _dot(cross(n[:, None], z), away), _dot(n[:, None], z))
+        return np.einsum("tk,tk->t", np.abs(along), steps) + reach * (steps @ self._turns)
 
     def _with_base(
         self, base: BaseMotionBounds, on: Indices, radius: Array, first: Array, second: Array

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native_finder import native_finder
-from spacearm.geometry import Scene
+from spacearm.proof.base_proofs import BaseProof
 from spacearm.proof.bodies import JointMap
-from spacearm.proof.claim import Claim, kept_apart
-from spacearm.proof.convex_bodies import WORLD, ConvexBodies
-from spacearm.proof.finder import native_tables, tables_of
+from spacearm.proof.claim import Claim
+from spacearm.proof.convex_bodies import WORLD, BodyPairs, ConvexBodies
+from spacearm.proof.finder import native_motion
 from spacearm.proof.pair_requirements import NearEnd
+from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.witness import CoalBodies, Witness
 from spacearm.robot import Robot
 
@@ -62,9 +63,19 @@ def _kinematics(robot: Robot) -> tuple[Witness, JointMap]:
     return Witness(robot), JointMap(robot)
 
 
-@cached_by_identity
-def _measuring(tables: native_finder.Tables) -> native_finder.Clearances:
-    return native_finder.Clearances(tables)
+def _clearances(claim: Claim) -> native_finder.Clearances:
+    """Return what measures a claim's clearances; the same object for the motions seen last."""
+    about, tracking = (claim.path, claim.base, claim.bodies, claim.pairs), claim.tracking
+    for seen, error, made in list(_CLEARANCES):
+        if all(one is other for one, other in zip(seen, about, strict=True)) and np.array_equal(error, tracking):
+            return made
+    made = native_finder.Clearances(**native_motion(claim)._asdict(), tracking=np.array(tracking, dtype=np.float64))
+    _CLEARANCES.append((about, tracking, made))
+    return made
+
+
+_About = tuple[PathIntervals, BaseProof, ConvexBodies, BodyPairs]
+_CLEARANCES: deque[tuple[_About, Array, native_finder.Clearances]] = deque(maxlen=_REMEMBERED)
 
 
 def required_by_owner(claim: Claim) -> Array:
@@ -98,29 +109,7 @@ def least_clearances(claim: Claim, u: Array, limit: Array | None = None, *, in_t
         required = required_by_owner(claim)
         limit = np.where(required > 0, required + AROUND, -np.inf)
     fill = np.where(np.isfinite(limit), limit, np.inf)
-    tracking = np.ascontiguousarray(claim.tracking) if in_tube else None
-    return _measuring(native_tables(claim)).least(frames_at(claim, u), limit, fill, tracking)
-
-
-def clearances_in_tube(robot: Robot, scene: Scene, q: Array, tracking: Array, limit: float) -> tuple[Array, Indices]:
-    """Measure the least clearances of configurations, less what a tracking error may take; as `least_clearances` does.
-
-    Args:
-        robot, scene: the bodies; the base stands at the origin of the scene's frame.
-        q: (r, n) configurations [rad or m].
-        tracking: (n,) the tracking error [rad or m].
-        limit: above it clearances need not be exact [m].
-    """
-    bodies, pairs = kept_apart(robot, scene, floating=False)
-    witness, joints = _kinematics(robot)
-    placed = witness.frames(joints.values(q))
-    frames = np.empty((len(q), placed.shape[1] + 1, 3, 4))
-    frames[:, WORLD] = np.eye(4)[:3]
-    frames[:, 1], frames[:, 2:] = placed[:, -1, :3], placed[:, :-1, :3]
-    links = len(dict.fromkeys(part.name for part in robot.shapes))
-    limits = np.full((links, len(scene.obstacles) + links), limit)
-    measuring = _measuring(tables_of(robot, bodies, pairs))
-    return measuring.least(frames, limits, limits, np.ascontiguousarray(tracking))
+    return _clearances(claim).least(np.asarray(u, dtype=np.float64), limit, fill, in_tube)
 
 
 # ---- The closest approach --------------------------------------------------------------------------------------------
@@ -245,28 +234,25 @@ def measure_approaches(
     reach = (end - begin) * min(finest, _FARTHEST)
     known = [*(one for one in closest if one is not None), *_near_at_ends(claim)]
     by_phase: dict[int, PairAtInstant] = {}
-    for one in known:
-        phase = int(_held(claim, one)[1])
+    for one, phase in zip(known, _held(claim, known)[1].tolist(), strict=True):
         if phase not in by_phase or one.clearance < by_phase[phase].clearance:
             by_phase[phase] = one
     zoomed = _zoomed(claim, [*by_phase.values(), *(() if worst is None else (worst,))], reach)
-    frames = frames_at(claim, np.array([one.u for one in zoomed])) if zoomed else np.zeros(0)
-    measured = [_measured(claim, one, frames[i]) for i, one in enumerate(zoomed)]
-    deepest = measured[len(by_phase) :]
-    if worst is not None and deepest[0].clearance <= 0:
-        deepest = [_deepest(claim, zoomed[-1], reach)]
+    measured = _measured(claim, zoomed)
+    if worst is not None and measured[-1].clearance <= 0:
+        measured.append(_deepest(claim, zoomed[-1], reach))
     found = dict(zip(by_phase, measured, strict=False))
     return MeasuredApproaches(
         closest=tuple(found.get(phase) for phase in range(claim.held.phases)),
-        worst=min([*measured, *deepest], key=lambda near: near.lack, default=None),
+        worst=min(measured, key=lambda near: near.lack, default=None),
     )
 
 
-def _held(claim: Claim, pair: PairAtInstant) -> tuple[float, int]:
-    """Return what a pair is held to at its instant [m], and the phase."""
-    link, u = claim.bodies.owner[[pair.first]], np.array([pair.u])
-    held, phase = claim.held.on(link, np.array([pair.other]), u, u)
-    return float(held[0]), int(phase[0])
+def _held(claim: Claim, pairs: Sequence[PairAtInstant]) -> tuple[Array, NDArray[np.intp]]:
+    """Return what pairs (m,) are held to at their instants [m], and the phases."""
+    first, other = (np.array([getattr(one, name) for one in pairs], dtype=np.intp) for name in ("first", "other"))
+    u = np.array([one.u for one in pairs])
+    return claim.held.on(claim.bodies.owner[first], other, u, u)
 
 
 def _near_at_ends(claim: Claim) -> list[_Pair]:
@@ -308,13 +294,12 @@ def _zoomed(claim: Claim, pairs: Sequence[PairAtInstant], reach: float) -> list[
         return []
     first, other = (np.array([getattr(one, name) for one in pairs]) for name in ("first", "other"))
     u, away = np.array([one.u for one in pairs]), np.linspace(-reach, reach, _ZOOM_POINTS)
-    phase = np.array([_held(claim, one)[1] for one in pairs])
+    phase = _held(claim, pairs)[1]
     each, row = np.repeat(np.arange(len(pairs)), _ZOOM_POINTS), np.arange(len(pairs))
     clearance = np.zeros(len(pairs))
     for i in range(_ZOOMS):
         at = np.clip(u[:, None] + away * (2 / (_ZOOM_POINTS - 1)) ** i, *claim.base.curve.domain)
-        frames = frames_at(claim, at.ravel())
-        found = _measuring(native_tables(claim)).between(frames, first[each], other[each]).reshape(at.shape)
+        found = _clearances(claim).between(at.ravel(), first[each], other[each]).reshape(at.shape)
         _, phases = claim.held.on(claim.bodies.owner[first[each]], other[each], at.ravel(), at.ravel())
         found[phases.reshape(at.shape) != phase[:, None]] = np.inf
         best = found.argmin(axis=1)
@@ -329,22 +314,29 @@ def _deepest(claim: Claim, pair: _Pair, reach: float) -> NearestPair:
     for i in range(_ZOOMS):
         away = reach * (2 / (_ZOOM_POINTS - 1)) ** i
         u = np.clip(np.linspace(pair.u - away, pair.u + away, _ZOOM_POINTS), *claim.base.curve.domain)
-        for at, frames in zip(u.tolist(), frames_at(claim, u), strict=True):
-            found.append(_measured(claim, replace(pair, u=at), frames))
+        found += _measured(claim, [replace(pair, u=at) for at in u.tolist()])
         pair = replace(pair, u=min(found, key=lambda near: near.lack).u)
     return min(found, key=lambda near: near.lack)
 
 
-def _measured(claim: Claim, pair: PairAtInstant, frames: Array) -> NearestPair:
-    """Measure a pair by Coal; where it has no answer, the native measurement counts."""
-    clearance, points = coal_bodies(claim).distance(frames, pair.first, pair.other)
-    own = claim.bodies.frame[pair.other] != WORLD
-    return NearestPair(
-        shape=int(claim.bodies.shape[pair.first]),
-        obstacle=None if own else int(claim.bodies.owner[pair.other]),
-        other=int(claim.bodies.shape[pair.other]) if own else -1,
-        u=pair.u,
-        clearance=pair.clearance if np.isnan(clearance) else clearance,
-        required=_held(claim, pair)[0],
-        points=points,
-    )
+def _measured(claim: Claim, pairs: Sequence[PairAtInstant]) -> list[NearestPair]:
+    """Measure pairs by Coal; where it has no answer, the native measurement counts."""
+    if not pairs:
+        return []
+    frames, required = frames_at(claim, np.array([one.u for one in pairs])), _held(claim, pairs)[0].tolist()
+    bodies, of_coal = claim.bodies, coal_bodies(claim)
+    out: list[NearestPair] = []
+    for pair, placed, held in zip(pairs, frames, required, strict=True):
+        clearance, points = of_coal.distance(placed, pair.first, pair.other)
+        own = bodies.frame[pair.other] != WORLD
+        near = NearestPair(
+            shape=int(bodies.shape[pair.first]),
+            obstacle=None if own else int(bodies.owner[pair.other]),
+            other=int(bodies.shape[pair.other]) if own else -1,
+            u=pair.u,
+            clearance=pair.clearance if np.isnan(clearance) else clearance,
+            required=held,
+            points=points,
+        )
+        out.append(near)
+    return out

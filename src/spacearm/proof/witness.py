@@ -53,6 +53,10 @@ class SpatialInertia(Protocol):
         """Return the momentum."""
         ...
 
+    def matrix(self) -> Array:
+        """Return the matrix (6, 6) that maps a twist to the momentum."""
+        ...
+
 
 class Placement(Protocol):
     """A rigid transform."""
@@ -282,6 +286,11 @@ def _cached_polytope(of: Bodies | Polytopes, k: int, vertices: Array, radius: fl
 def _polytopes(_: Bodies | Polytopes) -> dict[int, CoalShape]:
     """Return room for the polytopes of a robot or a scene."""
     return {}
+
+
+def witness_name() -> str:
+    """Return the libraries for kinematics and measured distances, with their versions."""
+    return f"pinocchio {pinocchio().__version__}, coal {coal().__version__}"
 
 
 class Witness:
