@@ -217,3 +217,12 @@ def test_an_error_along_the_obstacle_is_no_error_toward_it() -> None:
     setting = Setting(robot, Scene([floor]), clearance=0.0)
     trajectory = Trajectory(robot, Motion(np.array([(-0.3, 0.0), (0.3, 0.0)])))
     assert proven(setting, trajectory, np.array([0.003, 0.003])) is not None
+
+
+def test_a_tube_makes_a_proof_little_longer() -> None:
+    balls = tuple(LinkShape(name="carriage", joint=1, shape=Sphere((x, 0, 0), CARRIAGE_RADIUS)) for x in (-0.1, 0.0, 0.1))
+    setting, trajectory = carriage(0.01)
+    setting = setting._replace(robot=slider(*balls))
+    exact, wide = (find_proof(claimed(setting, trajectory, np.array([0.0, error]))) for error in (0.0, 0.0099))
+    assert exact.status == wide.status == "holds"
+    assert wide.stretches < 3 * exact.stretches + 20
