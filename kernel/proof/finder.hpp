@@ -75,7 +75,7 @@ class Finder {
     static constexpr double little = 0.5;   // times a bundle's radius: such a loss is not what is in the way
     static constexpr int few_members = 4;   // such a bundle is opened if that settles all of them
     // Fewer settled nodes than this do not pay for a stretch whose halves are needed, by the checker's times.
-    static constexpr std::size_t worth_fixed = 6, worth_floating = 16;
+    static constexpr std::size_t worth_fixed = 6, worth_floating = 10;
 
     struct Node {
         int first, other, child, direction;  // -1: none

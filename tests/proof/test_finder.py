@@ -119,6 +119,16 @@ def test_nothing_in_the_way_is_proven_without_a_plane() -> None:
     assert found.closest == (None, None)
 
 
+def test_a_robot_without_shapes_needs_no_plane() -> None:
+    robot = planar(capsules=())
+    claim = claim_about(robot, Scene([Sphere([0.0, 0.0, 3.0], 1.0)]), Trajectory(robot, SWING))
+    found = find_proof(claim)
+    assert found.status == "holds"
+    assert found.proof is not None
+    assert not len(found.proof.steps)
+    assert not check_proof(claim, found.proof).fault
+
+
 def test_the_same_claim_has_the_same_proof_to_the_last_bit() -> None:
     for seed in (1, 4, 14, 25):
         one, other = (look_at(drawn_claim(seed, reach=0.05).claim) for _ in range(2))
