@@ -529,7 +529,8 @@ def begun_base_proof(robot: Robot, trajectory: AnyTrajectory, setup: BaseSetup) 
         ProblemError: the base tumbles too often.
     """
     base = base_proof(robot, trajectory, setup)
-    base.begin(link_frames(base, np.array(base.curve.domain[:1]))[0])
+    if isinstance(base, FloatingBaseProof):  # a fixed one has nothing to compute
+        base.begin(link_frames(base, np.array(base.curve.domain[:1]))[0])
     return base
 
 
