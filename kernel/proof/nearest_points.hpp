@@ -143,16 +143,17 @@ inline bool is_box(const PlacedBody& b, Vec (&edge)[3]) {
            && largest(point(b, 3) - (p + edge[1] + edge[2])) < off && largest(point(b, 7) - (xy + edge[2])) < off;
 }
 
-// A point x and a box with a corner p and its edges.
-inline Shortest of_box(Vec x, Vec p, const Vec (&edge)[3]) {
-    const Vec c = x - p;
+// A point x and a box, by its edges.
+inline Shortest of_box(Vec x, const PlacedBody& b, const Vec (&edge)[3]) {
+    const Vec c = x - point(b, 0);
     Vec v{0, 0, 0};
     for (const Vec& e : edge) {
         const double square = dot(e, e), share = dot(c, e);
         if (share < 0.0) v = v + (share / square) * e;
         else if (share > square) v = v + ((share - square) / square) * e;
     }
-    return along(v);
+    const Vec n = unit(v);
+    return {n, is_none(n) ? 0.0 : dot(n, x - furthest(b, n))};
 }
 
 // ---- GJK ------------------------------------------------------------------------------------------------------------
@@ -201,6 +202,13 @@ inline bool holds_origin(const Simplex& s, double size) {
     return all_above || all_below;
 }
 
+inline void keep(Simplex& s, const Part& part) {
+    Vec w[3];
+    for (int i = 0; i < part.corners; ++i) w[i] = s.w[part.corner[i]];
+    for (int i = 0; i < part.corners; ++i) s.w[i] = w[i];
+    s.count = part.corners, s.v = part.v, s.normal = part.normal;
+}
+
 // Reduce a simplex to the part of its hull that is nearest to the origin; its last point is the newest. False: no part
 // is nearer than `square`.
 inline bool reduce(Simplex& s, double square, double size) {
@@ -214,17 +222,34 @@ inline bool reduce(Simplex& s, double square, double size) {
     for (int i = 0; i < newest; ++i) try_edge(best, s, i, newest);
     for (int i = 0; i < newest; ++i)
         for (int k = i + 1; k < newest; ++k) try_triangle(best, s, i, k, newest);
-    if (best.corners == 0) return false;
-    Vec w[3];
-    for (int i = 0; i < best.corners; ++i) w[i] = s.w[best.corner[i]];
-    for (int i = 0; i < best.corners; ++i) s.w[i] = w[i];
-    s.count = best.corners, s.v = best.v, s.normal = best.normal;
-    return true;
+    if (best.corners > 0) keep(s, best);
+    return best.corners > 0;
 }
 
 constexpr int most_steps = 128;         // of GJK; polytopes need about six, and two discs up to fifty
 constexpr double rounding = 2e-15;      // times the size of the numbers: no gap is known better
-constexpr double round_enough = 1e-12;  // [m] so near to the greatest gap a direction is as good, where a disc is round
+constexpr double round_enough = 1e-11;  // [m] so near to the greatest gap a direction is as good, where a disc is round
+
+// Where bodies all but touch, rounding hides which part of a simplex is the nearest. Then take the one that is square
+// to the direction in which the lowest point of the simplex is highest. False: there is none.
+inline bool lift(Simplex& s) {
+    const int newest = s.count - 1;
+    Part best{0.0, {0, 0, 0}, {0, 0, 0}, 0, {0, 0, 0}};
+    double most = 0.0;
+    const auto consider = [&](Vec n, int a, int b, int corners) {
+        if (dot(n, s.w[newest]) < 0.0) n = -n;
+        double least = dot(n, s.w[0]);
+        for (int i = 1; i < s.count; ++i) least = std::fmin(least, dot(n, s.w[i]));
+        if (least > most) most = least, best = {0.0, least * n, n, corners, {newest, a, b}};
+    };
+    for (int i = 0; i < newest; ++i) {
+        const Vec e = s.w[i] - s.w[newest], p = s.w[newest] - (dot(s.w[newest], e) / dot(e, e)) * e;
+        consider(unit(p - (dot(p, e) / dot(e, e)) * e), i, 0, 2);
+        for (int k = i + 1; k < newest; ++k) consider(unit(cross(e, s.w[k] - s.w[newest])), i, k, 3);
+    }
+    if (best.corners > 0) keep(s, best);
+    return best.corners > 0;
+}
 
 inline Shortest by_gjk(const PlacedBody& a, const PlacedBody& b, Vec first) {
     Simplex s{{furthest(a, -first) - furthest(b, first)}, 1, {}, {}};
@@ -244,7 +269,10 @@ inline Shortest by_gjk(const PlacedBody& a, const PlacedBody& b, Vec first) {
         if (seen) break;
         const double square = dot(s.v, s.v);
         s.w[s.count++] = w;
-        if (!reduce(s, square, size)) break;
+        if (!reduce(s, square, size)) {
+            if (!lift(s)) break;
+            continue;
+        }
         if (!(dot(s.v, s.v) > rounding * rounding * size * size)) return {best.n, std::fmin(best.gap, 0.0)};
     }
     return best;
@@ -274,7 +302,7 @@ inline bool of_point(Vec x, const PlacedBody& b, Shortest& out) {
     if (b.disc > 0.0 && b.count <= 2) out = of_cylinder(x, point(b, 0), point(b, b.count - 1), b.disc, at(b.axis));
     else if (b.count == 1) out = along(x - point(b, 0));
     else if (b.count == 2) out = along(to_origin(x - point(b, 0), x - point(b, 1)));
-    else if (is_box(b, edge)) out = of_box(x, point(b, 0), edge);
+    else if (is_box(b, edge)) out = of_box(x, b, edge);
     else return false;
     return true;
 }

@@ -287,6 +287,24 @@ void bind_found(nb::module_& m) {
         .def_ro("stretches", &Found::stretches);
 }
 
+void bind_clearances(nb::module_& m) {
+    bind_measure(m).def(
+        "__init__",
+        [](Clearances* self, const Tables& tables, const PathArrays& path, const numbers& tracking,
+           const given<double, 4, 4>& start, const FloatingBase* floating) {
+            const PathInput input = path.input();
+            require(input.dofs == tables.joints.dofs, "the path does not fit the joints");
+            require_each(input.dofs, {tracking.shape(0)});
+            require(floating == nullptr || floating->joints() == tables.joints.count,
+                    "the base does not fit the joints");
+            Frame base;
+            std::copy(start.data(), start.data() + 12, base.T);
+            new (self) Clearances(tables, input, tracking.data(), base, floating);
+        },
+        nb::kw_only(), "tables"_a, "path"_a, "tracking"_a, "start"_a, "floating"_a.none(), nb::keep_alive<1, 2>(),
+        nb::keep_alive<1, 3>(), nb::keep_alive<1, 6>());
+}
+
 }  // namespace
 
 NB_MODULE(_proof, m) {
@@ -295,7 +313,7 @@ NB_MODULE(_proof, m) {
     bind_inputs(m);
     bind_found(m);
     bind_floating_base(m);
-    bind_measure(m);
+    bind_clearances(m);
     m.def("find_proof", &find_proof, nb::kw_only(), "tables"_a, "path"_a, "held"_a, "tracking"_a, "start"_a,
           "floating"_a.none(), "resolution"_a, "Search a proof that all pairs keep more than they are held to.");
 }

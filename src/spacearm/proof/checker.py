@@ -237,7 +237,7 @@ class _Midpoints:
         placed = claim.base.placed(line.u, Witness(claim.robot, claim.base.bodies()[0]).frames(values))
         rate = line.rate[:, joints.dof] * joints.multiplier
         deviation = line.deviation[:, joints.dof] * np.abs(joints.multiplier) + _VALUE_ROUNDING * np.abs(values)
-        self._tube = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)
+        self._tube: Array = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)
         step = np.abs(rate) * line.half[:, None] + deviation + self._tube
         self._base = claim.base.motion_bounds(placed, rate, deviation, step, line.half)
         self._pairs, self._turns = claim.pairs, joints.revolute * 1.0

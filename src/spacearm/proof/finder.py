@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native_finder import native_finder
-from spacearm.proof.base_proofs import FloatingBaseProof
+from spacearm.proof.base_proofs import BaseProof, FloatingBaseProof
 from spacearm.proof.claim import Claim
 from spacearm.proof.convex_bodies import BodyPairs, ConvexBodies
 from spacearm.proof.path_intervals import PathIntervals
@@ -50,7 +51,7 @@ class Found:
     """What the finder found.
 
     Attributes:
-        status: its opinion: "holds" with a proof, "fails" after a measurement of at most what a pair is held to, or "undecided".
+        status: its opinion: "holds" with a proof, "fails" after a measurement of no more than a pair is held to, "undecided".
         proof: the proof; None unless it holds.
         closest: by phase, the closest pair that was measured; None where none was.
         worst: the pair with the least above what it is held to, or the one that is undecided; None if nothing was measured.
@@ -74,13 +75,14 @@ def find_proof(claim: Claim, *, resolution: float = 1e-7, proven_share: float = 
         proven_share: how much is to be proven of the least excess that was measured; excess is what a pair has more than it is
             held to. Links that cannot meet only must not touch.
     """
+    motion = native_motion(claim)
     found = native_finder.find_proof(
-        tables=_tables(claim.robot, claim.bodies, claim.pairs),
-        path=_path(claim.path),
+        tables=motion.tables,
+        path=motion.path,
         held=_held(claim, proven_share),
         tracking=np.ascontiguousarray(claim.tracking, dtype=np.float64),
-        start=np.ascontiguousarray(claim.base.setup.start, dtype=np.float64),
-        floating=_floating(claim),
+        start=motion.start,
+        floating=motion.floating,
         resolution=resolution,
     )
     status = _STATUS[found.status.value]
@@ -103,6 +105,29 @@ def _suspect(found: native_finder.Suspect) -> Suspect | None:
 # ---- What the kernel takes -------------------------------------------------------------------------------------------
 
 _TABLES: deque[tuple[ConvexBodies, BodyPairs, native_finder.Tables]] = deque(maxlen=_REMEMBERED)
+
+
+class NativeMotion(NamedTuple):
+    """What the kernel has to know to place a claim's bodies.
+
+    Attributes:
+        tables: joints, bodies and pairs.
+        path: the joints' path.
+        start: (4, 4) the base's first pose.
+        floating: where the base goes; None if it is at rest.
+    """
+
+    tables: native_finder.Tables
+    path: native_finder.Path
+    start: Array
+    floating: native_finder.FloatingBase | None
+
+
+def native_motion(claim: Claim) -> NativeMotion:
+    """Return what the kernel has to know of a claim; its parts are the same objects for what was seen last."""
+    return NativeMotion(
+        _tables(claim.robot, claim.bodies, claim.pairs), _path(claim.path), _real(claim.base.setup.start), _floating(claim.base)
+    )
 
 
 def _tables(robot: Robot, bodies: ConvexBodies, pairs: BodyPairs) -> native_finder.Tables:
@@ -144,6 +169,7 @@ def _tables(robot: Robot, bodies: ConvexBodies, pairs: BodyPairs) -> native_find
     return made
 
 
+@cached_by_identity
 def _path(path: PathIntervals) -> native_finder.Path:
     curve = path.curve
     begins, _, _ = curve.hulls(0, bisections=0)
@@ -177,10 +203,11 @@ def _held(claim: Claim, proven_share: float) -> native_finder.Held:
     )
 
 
-def _floating(claim: Claim) -> native_finder.FloatingBase | None:
-    if not isinstance(claim.base, FloatingBaseProof):
+@cached_by_identity
+def _floating(base: BaseProof) -> native_finder.FloatingBase | None:
+    if not isinstance(base, FloatingBaseProof):
         return None
-    return native_finder.FloatingBase(**claim.base.for_finder()._asdict())
+    return native_finder.FloatingBase(**base.for_finder()._asdict())
 
 
 def _whole(values: Sequence[int] | NDArray[Any]) -> NDArray[np.int64]:

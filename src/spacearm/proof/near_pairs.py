@@ -9,108 +9,23 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm._kernel._measure import Clearances
-from spacearm.core.identity_cache import cached_by_identity
-from spacearm.proof.bodies import JointMap
 from spacearm.proof.claim import Claim
-from spacearm.proof.convex_bodies import WORLD, BodyPairs, ConvexBodies
+from spacearm.proof.measured import least_clearances, limit_of, required_by_owner
 from spacearm.proof.pair_requirements import NearEnd
 from spacearm.proof.required_clearance import held_to, out_level
-from spacearm.proof.witness import Witness
-from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 Pair = tuple[int, int]
 
-_AROUND = 2.5e-4  # [m] above the required clearance it does not matter what a pair has: it is out
 _TOUCHING = 1e-13  # [m] what has no more at an end touches there: it is the rounding of numbers of a few metres
 _INSTANTS = 128  # at which it is measured whether near pairs are out
 _ZOOMS, _ZOOM_INSTANTS = 2, 17  # how often, and at how many instants, between the last that is not out and the first that is
 
 
-# ---- Clearances at instants ------------------------------------------------------------------------------------------
-
-
-def frames_at(claim: Claim, u: Array) -> Array:
-    """Return where the frames of a claim's bodies are (r, j + 2, 3, 4) at parameters (r,) of its curve.
-
-    The inertial frame comes first, then the base and the joints' frames.
-    """
-    witness, joints = _kinematics(claim.robot)
-    placed = claim.base.placed(u, witness.frames(joints.values(claim.base.curve.sample(u))))
-    out = np.empty((len(u), placed.shape[1] + 1, 3, 4))
-    out[:, 0] = np.eye(4)[:3]
-    out[:, 1], out[:, 2:] = placed[:, -1, :3], placed[:, :-1, :3]
-    return out
-
-
-def least_clearances(claim: Claim, u: Array, limit: Array | None = None) -> Array:
-    """Measure the least clearance of every link and every other body at instants.
-
-    Args:
-        claim: the bodies, the pairs of them that are kept apart, and their path.
-        u: (r,) the instants, in the parameter of the curve.
-        limit: (l, k + l) above it clearances need not be exact; pairs with minus infinity are left out [m]. None: a quarter of
-            a millimetre above what is required of pairs of which more than 0 is.
-
-    Returns:
-        (r, l, k + l) by link and other body, obstacles first, then links, in metres: at most the limit. Two links are in the
-        row of the one that comes first. Pairs that are left out have infinity. Where the cores of two bodies meet, it is no
-        depth of penetration, but 0 or less.
-    """
-    if limit is None:
-        limit = _limit(required_by_owner(claim))
-    fill = np.where(np.isfinite(limit), limit, np.inf)
-    return _clearances(claim.bodies, claim.pairs).least(frames_at(claim, u), limit, fill)
-
-
-def required_by_owner(claim: Claim) -> Array:
-    """Return what is required of every link and other body (l, k + l), obstacles first, then links [m]."""
-    bodies, held = claim.bodies, claim.held
-    links, obstacles = len(held.required), len(claim.scene.obstacles)
-    out = np.zeros((links, obstacles + links))
-    shapes = np.flatnonzero((bodies.members == 0) & (bodies.owner >= 0))
-    column = np.where(bodies.frame[shapes] == WORLD, bodies.owner[shapes], obstacles + bodies.owner[shapes])
-    out[:, column] = held.required[:, shapes]
-    return out
-
-
-def _limit(required: Array) -> Array:
-    return np.where(required > 0, required + _AROUND, -np.inf)
-
-
-@cached_by_identity
-def _kinematics(robot: Robot) -> tuple[Witness, JointMap]:
-    return Witness(robot), JointMap(robot)
-
-
-@cached_by_identity
-def _tables(_: ConvexBodies) -> dict[int, tuple[BodyPairs, Clearances]]:
-    """Return room for the tables of bodies, by the identity of the pairs that are kept with them."""
-    return {}
-
-
-def _clearances(bodies: ConvexBodies, pairs: BodyPairs) -> Clearances:
-    made = _tables(bodies)
-    if id(pairs) not in made:
-        if len(made) >= 4:
-            made.clear()
-        columns = {
-            name: np.ascontiguousarray(getattr(bodies, name))
-            for name in (
-                *("frame", "first_point", "points", "vertices", "disc", "axis", "radius", "center", "reach", "half_space"),
-                *("first_member", "members", "owner"),
-            )
-        }
-        made[id(pairs)] = pairs, Clearances(**columns, first=pairs.first, other=pairs.other)
-    return made[id(pairs)][1]
-
-
-# ---- Near pairs ------------------------------------------------------------------------------------------------------
-
-
 def find_near(claim: Claim) -> tuple[NearEnd, ...]:
     """Measure which pairs are near at the start or the goal, and when they are out.
+
+    With a tracking error, what a pair has is what it has at least within the tube: its clearance less what the error may take.
 
     Args:
         claim: what is required of the pairs; which of them are near in it does not matter.
@@ -119,9 +34,8 @@ def find_near(claim: Claim) -> tuple[NearEnd, ...]:
     if not (required > 0).any():
         return ()
     domain = claim.base.curve.domain
-    limit = _limit(required)
-    at_ends = least_clearances(claim, np.array(domain), limit)
-    if not (at_ends < limit).any():
+    at_ends, which = least_clearances(claim, np.array(domain), in_tube=True)
+    if (which < 0).all():
         return ()
     at_ends[at_ends <= _TOUCHING] = 0.0
     near = (held_to(at_ends, required) < required).any(axis=0)
@@ -182,11 +96,7 @@ def _crossings(claim: Claim, required: Array, pairs: list[Pair], level: Array, i
 
 
 def _of_pairs(claim: Claim, required: Array, u: Array, pairs: list[Pair]) -> Array:
-    """Return the clearances of some pairs (r, number of pairs) at instants, or a little more than required if it is more."""
-    limit, obstacles = np.full(required.shape, -np.inf), required.shape[1] - len(required)
-    for link, other in pairs:
-        limit[link, other] = required[link, other] + _AROUND
-        if other >= obstacles:
-            limit[other - obstacles, obstacles + link] = limit[link, other]
-    least = least_clearances(claim, u, limit)
-    return np.stack([least[:, link, other] for link, other in pairs], axis=1)
+    """Return the clearances (r, number of pairs) of some pairs at instants, or a little more than required if it is more."""
+    least, _ = least_clearances(claim, u, limit_of(required, pairs), in_tube=True)
+    link, other = np.transpose(pairs)
+    return least[:, link, other]

@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.identity_cache import cached_by_identity
+from spacearm.core.identity_cache import cached_by_identity, cached_in_thread
+from spacearm.geometry import ConvexShape, HalfSpace, PolytopeSet, Scene, Sphere, SphereSet, core_of
 from spacearm.geometry.convex_cores import axes_along
 from spacearm.proof.bodies import Bodies
+from spacearm.proof.convex_bodies import WORLD, ConvexBodies
 from spacearm.proof.solids import Balls, Boxes, Cylinders, Polytopes, Solids
 from spacearm.robot import Robot
 
@@ -27,6 +29,8 @@ Indices = NDArray[np.intp]
 
 _COAL_TOLERANCE = 1e-9  # [m] with Coal's default 1e-6 its distance of a capsule and a cylinder can be 0.34 mm too large
 _COAL_ITERATIONS = 256  # of GJK, at most: twice the default, for the tolerance is a thousandth of the default
+_SHORT = 0.01  # [m] of two capsules shorter than 3.5 mm Coal's closed form takes the axes for points
+_ASIDE = (1e-6, 1e-5, 1e-4)  # [m] Coal has no answer for some cylinders that touch: it is asked with one of them moved aside
 _THICKER = 1e-9  # times the size of a flat hull: how much thicker it is made to every side
 _SMALLEST = 1e-3  # [m] in place of the size of a smaller flat hull
 
@@ -47,6 +51,10 @@ class SpatialInertia(Protocol):
 
     def __mul__(self, velocity: SpatialVector) -> SpatialVector:
         """Return the momentum."""
+        ...
+
+    def matrix(self) -> Array:
+        """Return the matrix (6, 6) that maps a twist to the momentum."""
         ...
 
 
@@ -145,6 +153,31 @@ def _fixed_base_model(robot: Robot) -> tuple[PinocchioModel, list[int]]:
     return model, _with_joints(robot, model, 0)
 
 
+class _Kinematics:
+    """The kinematics of a robot on a fixed base, for one thread: Pinocchio's room for results."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._forward = pinocchio().forwardKinematics
+        self._model, ids = _fixed_base_model(robot)
+        self._order = np.argsort([self._model.joints[i].idx_q for i in ids])
+        self._data = self._model.createData()
+        self._placed = [self._data.oMi[i] for i in ids]  # views: they change with the data
+
+    def frames(self, values: Array) -> Array:
+        """Return T_base_joint (r, j + 1, 4, 4) at joint values (r, j); the last is the base itself."""
+        out = np.empty((len(values), len(self._placed) + 1, 4, 4))
+        out[:, -1] = np.eye(4)
+        forward, model, data = self._forward, self._model, self._data
+        for row, into in zip(values[:, self._order], out, strict=True):
+            forward(model, data, row)
+            into[:-1] = [T.homogeneous for T in self._placed]
+        return out
+
+
+kinematics_of: Callable[[Robot], _Kinematics] = cached_in_thread(_Kinematics)
+"""The kinematics of a robot, for the thread that asks."""
+
+
 @cached_by_identity
 def free_base_model(robot: Robot) -> tuple[PinocchioModel, Indices, Indices]:
     """Return Pinocchio's model with a free base and all masses, and where the robot's joints stand in its q and its v."""
@@ -157,6 +190,12 @@ def free_base_model(robot: Robot) -> tuple[PinocchioModel, Indices, Indices]:
         model.appendBodyToJoint(ids[body.joint] if body.joint >= 0 else base, inertia, identity)
     at_q = np.array([model.joints[i].idx_q for i in ids], dtype=np.intp)
     return model, at_q, np.array([model.joints[i].idx_v for i in ids], dtype=np.intp)
+
+
+@cached_in_thread
+def free_base_data(robot: Robot) -> PinocchioData:
+    """Return room for results of `free_base_model`, for the thread that asks; the next call of Pinocchio changes it."""
+    return free_base_model(robot)[0].createData()
 
 
 # ---- Coal ------------------------------------------------------------------------------------------------------------
@@ -280,6 +319,11 @@ def _polytopes(_: Bodies | Polytopes) -> dict[int, CoalShape]:
     return {}
 
 
+def witness_name() -> str:
+    """Return the libraries for kinematics and measured distances, with their versions."""
+    return f"pinocchio {pinocchio().__version__}, coal {coal().__version__}"
+
+
 class Witness:
     """Kinematics by Pinocchio and distances by Coal, built from the robot's and the scene's own numbers.
 
@@ -288,13 +332,10 @@ class Witness:
     """
 
     def __init__(self, robot: Robot, bodies: Bodies | None = None) -> None:
-        self._pinocchio, self._coal = pinocchio(), coal()
-        self.name = f"pinocchio {self._pinocchio.__version__}, coal {self._coal.__version__}"
-        self._bodies = bodies
-        self._model, ids = _fixed_base_model(robot)
-        self._order = np.argsort([self._model.joints[i].idx_q for i in ids])
-        self._data = self._model.createData()
-        self._placed = [self._data.oMi[i] for i in ids]  # views: they change with the data
+        self._coal = coal()
+        self.name = f"pinocchio {pinocchio().__version__}, coal {self._coal.__version__}"
+        self._bodies = cast(Bodies, bodies)
+        self._robot = robot
         self._shapes: dict[int, tuple[CoalShape, Array, Array]] = {}
         self._solids: dict[tuple[int, int], tuple[CoalShape, object]] = {}
         self._request, self._result = self._coal.DistanceRequest(), self._coal.DistanceResult()
@@ -303,13 +344,7 @@ class Witness:
 
     def frames(self, values: Array) -> Array:
         """Return T_base_joint (r, j + 1, 4, 4) at joint values (r, j); the last is the base itself."""
-        out = np.empty((len(values), len(self._placed) + 1, 4, 4))
-        out[:, -1] = np.eye(4)
-        forward, model, data = self._pinocchio.forwardKinematics, self._model, self._data
-        for row, into in zip(values[:, self._order], out, strict=True):
-            forward(model, data, row)
-            into[:-1] = [T.homogeneous for T in self._placed]
-        return out
+        return kinematics_of(self._robot).frames(values)
 
     def distance(self, frames: Array, body: int, solids: Solids, k: int) -> tuple[float, Array]:
         """Measure one of the robot's shapes against one solid.
@@ -381,3 +416,97 @@ class Witness:
         if isinstance(solids, Polytopes):
             return _cached_polytope(solids, k, solids.vertices[solids.core[k]], radius)
         return self._coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
+
+
+class CoalBodies:
+    """The bodies of a table as Coal's shapes, built from the numbers of the robot and the scene and not from the table's."""
+
+    def __init__(self, robot: Robot, scene: Scene, bodies: ConvexBodies) -> None:
+        """Note down what is needed; each shape is built when it is first asked for."""
+        self._robot, self._bodies, self._coal = robot, bodies, coal()
+        self._parts, self._first = _parts(scene), int(np.count_nonzero(bodies.frame != WORLD))
+        self._made: dict[int, tuple[CoalShape, Array]] = {}
+        self._request, self._result = self._coal.DistanceRequest(), self._coal.DistanceResult()
+        self._request.gjk_tolerance = _COAL_TOLERANCE
+        self._request.gjk_max_iterations = _COAL_ITERATIONS
+
+    def distance(self, frames: Array, first: int, other: int) -> tuple[float, Array]:
+        """Measure two shapes.
+
+        Args:
+            frames: (j + 2, 3, 4) where their frames are, as `frames_at` gives them.
+            first, other: bodies of the table; no bundles.
+
+        Returns:
+            The clearance, negative for a penetration, and NaN where Coal has no answer [m]; and the points (2, 3) that are
+            nearest, or penetrate deepest.
+        """
+        a, b = self._placed(frames, first), self._placed(frames, other)
+        distance, points = self._between(a, b, np.zeros(3))
+        if np.isfinite(points).all():
+            return distance, points
+        away = a[1][:, 3] - b[1][:, 3]
+        away = away / np.linalg.norm(away) if away.any() else np.array([0.0, 0.0, 1.0])
+        for aside in _ASIDE:
+            _, points = self._between(a, b, aside * away)
+            if np.isfinite(points).all():
+                break
+        return np.nan, points
+
+    def _between(self, a: tuple[CoalShape, Array], b: tuple[CoalShape, Array], shift: Array) -> tuple[float, Array]:
+        self._result.clear()
+        (one, T), (other, U) = a, b
+        at = self._coal.Transform3s(T[:, :3], T[:, 3] + shift), self._coal.Transform3s(U[:, :3], U[:, 3])
+        distance = self._coal.distance(one, at[0], other, at[1], self._request, self._result)
+        return float(distance), np.array([self._result.getNearestPoint1(), self._result.getNearestPoint2()])
+
+    def _placed(self, frames: Array, body: int) -> tuple[CoalShape, Array]:
+        """Return a shape, and its pose (3, 4) in the inertial frame."""
+        if body not in self._made:
+            self._made[body] = self._shape(body)
+        shape, T = self._made[body]
+        frame = int(self._bodies.frame[body])
+        return shape, T[:3] if frame == WORLD else frames[frame] @ T
+
+    def _shape(self, body: int) -> tuple[CoalShape, Array]:
+        """Return a shape, and its pose (4, 4) in the frame of its body."""
+        if self._bodies.frame[body] != WORLD:
+            return coal_shape(self._robot.shapes[int(self._bodies.shape[body])].shape)
+        if body - self._first < len(self._parts):
+            return _coal_part(self._parts[body - self._first])
+        ball = int(self._bodies.first_point[body])
+        return coal_shape(Sphere(self._bodies.vertices[ball], float(self._bodies.radius[body])))
+
+
+def coal_shape(shape: ConvexShape) -> tuple[CoalShape, Array]:
+    """Return Coal's shape of a convex shape, and its pose (4, 4) in the frame of the shape's numbers."""
+    core = core_of(shape)
+    if core.kind == "box":
+        return coal_box(core.half, core.radius), core.T
+    if core.kind == "cylinder":
+        return coal_cylinder(float(core.half[0]), float(core.half[2]), core.radius), core.T
+    if core.kind == "polytope":
+        return coal_polytope(core.vertices, core.radius), core.T
+    if core.kind == "point":
+        return coal().Sphere(core.radius), core.T
+    length = 2 * float(core.half[2])
+    if length >= _SHORT:
+        return coal().Capsule(core.radius, length), core.T
+    return coal_polytope(np.outer([-core.half[2], core.half[2]], [0.0, 0.0, 1.0]), core.radius), core.T
+
+
+def _parts(scene: Scene) -> list[ConvexShape | HalfSpace]:
+    """Return the convex parts of a scene in the order of its table; without balls, which come after them."""
+    out: list[ConvexShape | HalfSpace] = []
+    for item in scene.obstacles:
+        if isinstance(item, PolytopeSet):
+            out += item.pieces
+        elif not isinstance(item, (Sphere, SphereSet)):
+            out.append(item)
+    return out
+
+
+def _coal_part(part: ConvexShape | HalfSpace) -> tuple[CoalShape, Array]:
+    if not isinstance(part, HalfSpace):
+        return coal_shape(part)
+    return coal().Halfspace(part.normal, float(part.normal @ part.point)), np.eye(4)
