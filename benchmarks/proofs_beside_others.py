@@ -187,8 +187,8 @@ def report(results: Results, args: argparse.Namespace, seconds: float) -> list[s
     counts = ", ".join(f"{results.robots.count(robot)} of {robot}" for robot in robots)
     load = load_note(results.loads) or "load: not known"
     lines = [
-        f"{len(results.robots)} planned motions ({counts}), nothing may touch; least of {args.rounds} rounds; {seconds:.0f} s in "
-        f"all, {load}. {machine_note()}.",
+        f"{len(results.robots)} planned motions ({counts}), nothing may touch; least of {args.rounds} rounds; {seconds:.0f} s "
+        f"in all, {load}. {machine_note()}.",
         "",
         "**Time and guarantee.** Processor time of one motion [ms], median / p95.",
         "",
@@ -218,11 +218,13 @@ def _exceptions(results: Results) -> list[str]:
         if (count := sum(verdict.free is not True for verdict in verdicts))
     ]
     out = "All methods call all motions free. " if not said else "; ".join(said) + ". "
-    out += "A configuration is a stretch of the path in the proof and the bisection; a distance is that of two bodies or balls."
+    out += (
+        "In the proof and the bisection a configuration is a stretch of the path, and a distance that of two bodies or balls."
+    )
     if results.away:
         middle, most = 1e3 * np.median(results.away), 1e3 * max(results.away)
         out += (
-            f" Between configurations {methods.ADVANCED} rad apart bodies' centres get {middle:.2f} mm (median of the motions; at "
+            f" Between configurations {methods.ADVANCED} rad apart bodies' centres get {middle:.2f} mm (median of motions; at "
             f"most {most:.2f} mm) away from the lines along which FCL moves them."
         )
     return [out]
