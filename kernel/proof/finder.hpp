@@ -263,11 +263,12 @@ class Finder {
         halved_.push_back(open);
     }
 
-    bool must_open(const Pair& pair, const Plane& plane) const {
+    bool must_open(const Pair& pair, const Plane& plane) {
         const Body &a = tables_.bodies[pair.first], &b = tables_.bodies[pair.other];
-        const double left = plane.gap - pair.target;
+        const double tube = motion_.lost_in_tube(pair.first, pair.motion, plane.n);  // halves lose it too
+        const double left = plane.gap - pair.target - tube, loss = plane.loss - tube;
         const double radii = (a.members > 0 ? a.radius : 0.0) + (b.members > 0 ? b.radius : 0.0);
-        return left < nearly * plane.loss && (left + spare * radii > plane.loss || plane.loss < little * radii);
+        return left < nearly * loss && (left + spare * radii > loss || loss < little * radii);
     }
 
     void settle(int node, Vec3 n) {
