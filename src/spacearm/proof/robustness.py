@@ -150,13 +150,14 @@ def robustness(
         none = Tube(joints=names, tracking=0.0, not_proven=0.0, limited_by=exact.message)
         return _found(begun, none, (), exact, finest, tried=1)
     search = _Bisection(problem, motion, resolution=finest, limits=[name for name in limits if name == "position"])
-    tell = progress or (lambda done, total, what: None)
     wanted = [names, *((name,) for name in names if singly and len(names) > 1)]
     tubes: list[Tube] = []
     for done, some in enumerate(wanted):
-        tell(done, len(wanted), "all joints together" if done == 0 else f"joint '{some[0]}'")
+        if progress is not None:
+            progress(done, len(wanted), "all joints together" if done == 0 else f"joint '{some[0]}'")
         tubes.append(search.widest(some))
-    tell(len(wanted), len(wanted), "")
+    if progress is not None:
+        progress(len(wanted), len(wanted), "")
     certificate = certify(problem, motion, limits=limits, tracking=dict.fromkeys(names, tubes[0].tracking))
     alone = tuple(tubes[1:]) if len(names) > 1 else (tubes[0],)
     return _found(begun, tubes[0], alone, certificate, finest, tried=search.tried + 2)
@@ -221,7 +222,7 @@ def _limited(joints: tuple[str, ...], proven: float, refused: float, failed: Cer
         joints=joints,
         tracking=proven,
         not_proven=refused,
-        limited_by=f"link '{near.link}' and {near.other} at t = {near.time:.4g} s, {near.clearance * 1e3:.4g} mm apart there",
+        limited_by=f"link '{near.link}' and {near.other} at t = {near.time:.4g} s ({near.clearance * 1e3:.4g} mm apart)",
         link=near.link,
         other=near.other,
         time=near.time,
