@@ -37,6 +37,7 @@ from spacearm.core.errors import SpacearmError
 from spacearm.geometry.scene import scene_as_list
 from spacearm.motion.trajectory_values import trajectory_as_dict
 from spacearm.proof.claim import Claim, claim_of
+from spacearm.proof.near_pairs import find_near
 from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.required_clearance import pair_clearance_as_dict, required_clearance
 from spacearm.robot.model import robot_as_dict
@@ -161,12 +162,7 @@ def _claim(made: Drawn) -> Claim:
     claim = claim_of(made.robot, made.scene, made.base, path, **given)
     if not (made.clearance or made.clearances):
         return claim
-    try:
-        from spacearm.proof.near_pairs import find_near
-
-        near = find_near(claim)
-    except (TypeError, ImportError):  # TODO
-        near = ()
+    near = find_near(claim)
     return claim_of(made.robot, made.scene, made.base, path, near=near, **given) if near else claim
 
 

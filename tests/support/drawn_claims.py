@@ -145,7 +145,11 @@ def _trajectory(rng: np.random.Generator, robot: Robot, reach: float, *, floatin
         return Trajectory(robot, Motion(np.array([begin, *rows])), **held)
     count = int(rng.choice([2, 6, 40]))
     steps = np.array([reach * (drawn_configuration(rng, robot) - begin) for _ in range(count - 1)])
-    q = np.concatenate([begin[None], begin + steps]) if rng.random() < 0.5 else begin + np.outer(np.arange(count), steps[0] / count)
+    q = (
+        np.concatenate([begin[None], begin + steps])
+        if rng.random() < 0.5
+        else begin + np.outer(np.arange(count), steps[0] / count)
+    )
     make = PiecewisePath.from_linear if rng.random() < 0.5 else PiecewisePath.from_cubic
     return RecordedTrajectory(robot, make(np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 1, count - 1))]), q), **held)
 

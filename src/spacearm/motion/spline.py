@@ -251,21 +251,20 @@ def cox_de_boor_to(s: Array, knots: Array, degree: int, fewer: int) -> list[Arra
     Those of a lower degree are on the knots without the first and the last one, or two, ...: the basis of derivatives.
     """
     count = len(knots) - degree - 1
-    span = np.minimum(np.maximum(np.searchsorted(knots, s, side="right") - 1, degree), count - 1)[:, None]
-    near = knots[span + np.arange(1 - degree, degree + 1)]  # (m, 2 degree)
-    after, before = near - s[:, None], s[:, None] - near
-    values, found = np.ones((len(s), 1)), list[Array]()
-    row = np.arange(len(s))[:, None]
+    span = np.minimum(np.maximum(np.searchsorted(knots, s, side="right") - 1, degree), count - 1)
+    near = knots[span + np.arange(1 - degree, degree + 1)[:, None]]  # (2 degree, m): the first axis is quickest to go along
+    after, before = near[degree:] - s, s - near[:degree]
+    values, found, row = np.ones((1, len(s))), list[Array](), np.arange(len(s))
     for d in range(degree + 1):
         if d:
-            left, right = slice(degree - d, degree), slice(degree, degree + d)
-            share = values / (near[:, right] - near[:, left])
-            values = np.zeros((len(s), d + 1))
-            values[:, :-1] += share * after[:, right]
-            values[:, 1:] += share * before[:, left]
+            share = values / (near[degree : degree + d] - near[degree - d : degree])
+            values = np.empty((d + 1, len(s)))
+            np.multiply(share, after[:d], out=values[:-1])
+            values[-1] = 0.0
+            values[1:] += share * before[degree - d :]
         if d >= degree - fewer:
             out = np.zeros((len(s), count - degree + d))
-            out[row, span + np.arange(-degree, d - degree + 1)] = values
+            out[row, span + np.arange(-degree, d - degree + 1)[:, None]] = values
             found.append(out)
     return found[::-1]
 

@@ -32,7 +32,7 @@ from spacearm.core.rotations import conjugate, matrix_by_parts, product_by_parts
 from spacearm.motion import Curve
 from spacearm.motion.piecewise import weights
 from spacearm.proof.base_momentum import masses_of
-from spacearm.proof.bodies import JointMap
+from spacearm.proof.bodies import joints_of
 from spacearm.proof.polynomial_bounds import (
     Growth,
     PanelPath,
@@ -46,7 +46,7 @@ from spacearm.proof.polynomial_bounds import (
     on_ellipses,
     outer_eigenvalues,
 )
-from spacearm.proof.witness import free_base_model, pinocchio
+from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -182,8 +182,8 @@ class BaseAttitude:
         """
         self._masses = masses_of(robot)
         self._model, self._at_q, self._at_v = free_base_model(robot)
-        self._state = self._model.createData()
-        self._joints, self._ellipses = JointMap(robot), ellipses_of(robot)
+        self._state = free_base_data(robot)
+        self._joints, self._ellipses = joints_of(robot), ellipses_of(robot)
         own = PanelPath.of(curve, self._joints)
         self._angular = angular
         self._spin = float(np.linalg.norm(self._angular))
@@ -241,8 +241,8 @@ class BaseAttitude:
     def rate(self) -> float:
         """Return a bound of the base's rate of turn, per unit of u [rad].
 
-        The polynomial turns at 2 vec(Q* o dQ/dxi) / |Q|^2, which is at most 2 |dQ/dxi| / |Q|, and hardly less: |Q| is constant but
-        for the error.
+        The polynomial turns at 2 vec(Q* o dQ/dxi) / |Q|^2, which is at most 2 |dQ/dxi| / |Q|, and hardly less: |Q| is constant
+        but for the error.
         """
         half, bounds = self._half, self._bounds
         if not np.isfinite(self.error):

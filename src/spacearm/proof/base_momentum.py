@@ -20,8 +20,8 @@ from spacearm.core.exact import cross
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.rotations import matrix_by_parts
 from spacearm.motion import AnyTrajectory
-from spacearm.proof.bodies import JointMap, ancestors
-from spacearm.proof.witness import free_base_model, pinocchio
+from spacearm.proof.bodies import ancestors, joints_of
+from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
 from spacearm.robot import Robot
 from spacearm.robot.model import inertia_fault
 from spacearm.robot.unchecked_pairs import require_all_masses
@@ -281,7 +281,7 @@ class _Tree:
 
     def __init__(self, robot: Robot) -> None:
         self.masses = masses = masses_of(robot)
-        self.joints = JointMap(robot)
+        self.joints = joints_of(robot)
         count = len(robot.joints)
         self.revolute = self.joints.revolute * 1.0
         self.mass = masses.beyond @ masses.mass
@@ -514,7 +514,7 @@ def stated_elsewhere(position: Array, wxyz: Array, frames: Array) -> float:
 def _residual(robot: Robot, trajectory: AnyTrajectory, conserved: Array, t: Array, position: Array, wxyz: Array) -> float:
     """Compute the momentum of all links with Pinocchio, at times (r,), with the base where the trajectory says."""
     library, (model, at_q, at_v) = pinocchio(), free_base_model(robot)
-    state, joints = model.createData(), tree_of(robot).joints
+    state, joints = free_base_data(robot), tree_of(robot).joints
     joint_state = trajectory.sample(t)
     velocity, omega = trajectory.base_rate(t)
     q, v = np.zeros((len(t), model.nq)), np.zeros((len(t), model.nv))

@@ -301,15 +301,12 @@ class _Midpoints:
             first[free], second[free] = moved
         return first, second
 
-    def tube(self, on: Indices, motion: Indices, center: Array, reach: Array, n: Array) -> Array:
-        """Bound how far bodies get along directions n (t, 3) by the tracking error alone, to first order, (t,) [m].
-
-        The centre of a body moves by n . (z x (c - o)) per rad of a joint, and an offset from it by its length at most.
-        """
-        steps: Array = _moving_joints(self._pairs)[0][motion] * self._tube  # (t, j)
-        away, z = center[:, None] - self._origin[on], self._z[on]
-        along = np.where(self._turns > 0, _dot(cross(n[:, None], z), away), _dot(n[:, None], z))
-        return np.einsum("tk,tk->t", np.abs(along), steps) + reach * (steps @ self._turns)
+    def tubes(self, on: Indices, motion: Indices, center: Array, reach: Array, n: Array) -> Array:
+        """Bound how far c bodies get along directions n (c, 3) by the tracking error alone, to first order, (c,) [m]."""
+        steps = np.abs(self._pairs.sign[motion]) * self._tube  # (c, j)
+        away, z, n = center[:, None] - _rows(self._origin, on), _rows(self._z, on), n[:, None]
+        of_center = np.abs(np.where(self._turns > 0, _dot(cross(z, away), n), _dot(z, n)))
+        return np.einsum("ck,ck->c", of_center + reach[:, None] * self._turns, steps)
 
     def _with_base(
         self, base: BaseMotionBounds, on: Indices, radius: Array, first: Array, second: Array
@@ -361,7 +358,7 @@ def _clearances(claim: Claim, midpoints: _Midpoints, some: _Settled) -> Array:
     speed = np.abs(moving.heights(turning) + moving.of_points(_dot(n, _rows(midpoints.velocity, row))))
     beyond = second_order + moving.discs(turning) * half
     if claim.tracking.any():
-        beyond += midpoints.tube(at, motion, moving.center[moving.row], moving.reach[moving.row], n)
+        beyond += midpoints.tubes(at, motion, _rows(moving.center, moving.row), moving.reach.take(moving.row), n)
     loss = np.minimum(speed * moving.of_points(half) + moving.of_points(beyond), moving.of_points(displacement))
     least = np.minimum.reduceat(moving.heights(n) - loss, moving.begins) - moving.discs(n)
     most = np.maximum.reduceat(resting.heights(n), resting.begins) + resting.discs(n)
@@ -379,7 +376,8 @@ def _directions(bodies: ConvexBodies, other: Indices, given: Array) -> Array:
     if flat.size:
         n = given.copy()
         n[flat] = bodies.axis[other[flat]]
-    length = np.sqrt(_dot(n, n))
+    with np.errstate(over="ignore"):
+        length = np.sqrt(_dot(n, n))
     wrong = np.flatnonzero(~((length > _SHORTEST) & (length < _LONGEST)))
     if wrong.size:
         raise _Fault(f"the vector {n[wrong[0]].tolist()} is no direction")
