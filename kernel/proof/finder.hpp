@@ -256,7 +256,7 @@ class Finder {
         const Body &a = tables_.bodies[pair.first], &b = tables_.bodies[pair.other];
         const bool bundles = a.members > 0 || b.members > 0;
         Plane plane = pair.balls ? plane_of_balls(pair) : plane_of_shapes(pair, open);
-        if (!bundles && pair.balls && !b.half_space) remember(pair.first, pair.other, plane.gap + pair.guard, plane.n);
+        if (!bundles && pair.balls) remember(pair.first, pair.other, plane.gap + pair.guard, plane.n);
         if (plane.gap - plane.loss > pair.target) return settle(open.node, plane.n);
         if (bundles && (!divisible_ || must_open(pair, plane))) return open_members(open.node, a, b);
         if (!divisible_) return give_up({pair.first, pair.other, u_, plane.gap + pair.guard});
