@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.identity_cache import cached_by_identity
-from spacearm.geometry import Capsule, ConvexShape, HalfSpace, PolytopeSet, Scene, Sphere, SphereSet, core_of
+from spacearm.geometry import ConvexShape, HalfSpace, PolytopeSet, Scene, Sphere, SphereSet, core_of
 from spacearm.geometry.convex_cores import axes_along
 from spacearm.proof.bodies import Bodies
 from spacearm.proof.convex_bodies import WORLD, ConvexBodies
@@ -456,15 +456,12 @@ def coal_shape(shape: ConvexShape) -> tuple[CoalShape, Array]:
         return coal_cylinder(float(core.half[0]), float(core.half[2]), core.radius), core.T
     if core.kind == "polytope":
         return coal_polytope(core.vertices, core.radius), core.T
-    if not isinstance(shape, Capsule) or np.array_equal(shape.a, shape.b):
+    length = 2 * float(core.half[2])
+    if core.kind == "point" or not length:
         return coal().Sphere(core.radius), core.T
-    T, along = np.eye(4), shape.b - shape.a
-    T[:3, 3] = (shape.a + shape.b) / 2
-    length = float(np.linalg.norm(along))
     if length < _SHORT:
-        return coal_polytope(np.stack([-along, along]) / 2, core.radius), T
-    T[:3, :3] = axes_along(along)
-    return coal().Capsule(core.radius, length), T
+        return coal_polytope(np.array([[0, 0, -length], [0, 0, length]]) / 2, core.radius), core.T
+    return coal().Capsule(core.radius, length), core.T
 
 
 def _parts(scene: Scene) -> list[ConvexShape | HalfSpace]:
