@@ -25,6 +25,7 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,7 @@ from spacearm.core.errors import SpacearmError
 from spacearm.geometry.scene import scene_as_list
 from spacearm.motion.trajectory_values import trajectory_as_dict
 from spacearm.proof.claim import Claim, claim_of
+from spacearm.proof.near_pairs import find_near
 from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.required_clearance import pair_clearance_as_dict, required_clearance
 from spacearm.robot.model import robot_as_dict
@@ -89,8 +91,8 @@ def look(case: Case) -> Outcome:
     became = [f"{'grazing' if grazes else 'drawn'}: {said}", f"{made.kind}: {said}"]
     if judged.claim.held.pairs:
         became.append(f"with pairs near at an end: {said}")
-    if grazes and made.grazing > 0 and not judged.holds:
-        became.append(f"{said}, but {_decade(made.grazing)} m more than required were measured")
+    if measured.least > 0 and not judged.holds:
+        became.append(f"{said}, but {_decade(measured.least)} m more than required were measured")
     folder = case.options["earlier"]
     if folder is not None and not made.tracking.any():
         earlier = earlier_version(Path(folder)).certify(made)
@@ -140,11 +142,17 @@ def proof_of(made: Drawn, *, find: str = "native") -> Judged:
 
 
 def _finder(name: str) -> Any:
-    if name == "reference":
-        from support.reference_finder import find_proof
-    else:
+    if name == "native":
         from spacearm.proof.finder import find_proof
-    return find_proof
+
+        return find_proof
+    from support.reference_finder import find_proof as slow
+
+    def found(claim: Claim) -> Any:
+        proof = slow(claim)
+        return SimpleNamespace(status="undecided" if proof is None else "holds", proof=proof, closest=(), worst=None)
+
+    return found
 
 
 def _claim(made: Drawn) -> Claim:
@@ -154,8 +162,6 @@ def _claim(made: Drawn) -> Claim:
     claim = claim_of(made.robot, made.scene, made.base, path, **given)
     if not (made.clearance or made.clearances):
         return claim
-    from spacearm.proof.near_pairs import find_near
-
     near = find_near(claim)
     return claim_of(made.robot, made.scene, made.base, path, near=near, **given) if near else claim
 
@@ -234,8 +240,11 @@ class Measurements:
             most = has + most - sure if has > 0 else most
         return most, f"{self.made.oracle.pairs[int(pair)]} at u = {u!r}"
 
-    def at(self, suspect: Any) -> tuple[float, float]:
-        """Return the distance of a suspect's bodies at its instant by Coal, and what they are held to [m]."""
+    def at(self, suspect: Any) -> tuple[float, float, float]:
+        """Return the distance of a suspect's bodies at its instant by Coal, and what they are held to [m].
+
+        An obstacle of several parts has the least and the greatest distance of them.
+        """
         bodies = self.judged.claim.bodies
         rows = {int(suspect.first), int(suspect.other)}
         columns = [
@@ -244,11 +253,11 @@ class Measurements:
             if rows <= {*np.flatnonzero(bodies.shape == one.shape).tolist(), *self._rows_of(i)}
         ]
         if not columns:
-            return np.nan, np.nan
+            return np.nan, np.nan, np.nan
         u = np.array([suspect.u])
         held, full = self._held(u)[0][0], self.made.placed(u)
         has = [float(self.made.oracle.of_pair(i, full)[0]) for i in columns]
-        return min(has), float(held[columns].max())
+        return min(has), max(has), float(held[columns].max())
 
     def _rows_of(self, column: int) -> list[int]:
         bodies, one = self.judged.claim.bodies, self.made.oracle.pairs[column]
@@ -282,11 +291,11 @@ def complaints(judged: Judged, measured: Measurements) -> list[str]:
         if worst is None:
             out.append("it fails, and the finder names no pair")
         elif not measured.made.tracking.any():
-            has, held = measured.at(worst)
+            has, _, held = measured.at(worst)
             if np.isfinite(has) and has > held + DEPTH and measured.least > DEPTH:
                 out.append(f"it fails at u = {worst.u!r}, where {has:.9g} m are measured, {has - held:.3g} more than required")
     for one in _suspects(judged.found):
-        has, _ = measured.at(one)
+        _, has, _ = measured.at(one)
         if has > 0 and np.isfinite(has) and one.clearance > has + DEPTH:
             out.append(f"the finder measures {one.clearance:.9g} m at u = {one.u!r}, where Coal measures {has:.9g}")
     return out

@@ -41,6 +41,7 @@ class CoalOracle:
 
     Attributes:
         pairs: of shapes, in the order of the columns of `distances`.
+        first_of_obstacle: where each obstacle's first part is among `bodies`, which begin with the robot's shapes.
     """
 
     def __init__(self, robot: Robot, scene: Scene) -> None:
@@ -59,7 +60,9 @@ class CoalOracle:
             made, T = geometry_of(part.shape)
             self._add(f"shape {i}", ids[part.joint] if part.joint >= 0 else base, made, T)
         self.pairs: list[Pair] = []
+        self.first_of_obstacle: list[int] = []
         for o, obstacle in enumerate(scene.obstacles):
+            self.first_of_obstacle.append(len(self.bodies.geometryObjects))
             for part, (made, at) in enumerate(placed_obstacle(obstacle)):
                 T = np.eye(4)
                 T[:3, :3], T[:3, 3] = at.getRotation(), at.getTranslation()
@@ -75,6 +78,7 @@ class CoalOracle:
             request.gjk_tolerance, request.gjk_max_iterations = GJK_TOLERANCE, GJK_ITERATIONS
 
     def _add(self, name: str, joint: int, made: coal.CollisionGeometry, T: Array) -> int:
+        made.computeLocalAABB()
         return self.bodies.addGeometryObject(pin.GeometryObject(name, joint, pin.SE3(np.array(T)), made))
 
     def full(self, q: Array, T_w_b: Array | None = None) -> Array:
@@ -106,6 +110,10 @@ class CoalOracle:
     def joint_frames(self, values: Array) -> Array:
         """Return the poses (joints, 4, 4) of all joints' frames [m]."""
         pin.forwardKinematics(self.model, self.data, values)
+        return self.placed_joints()
+
+    def placed_joints(self) -> Array:
+        """Return the poses (joints, 4, 4) of all joints' frames where they were placed last [m]."""
         return np.array([self.data.oMi[i].homogeneous for i in self._ids]).reshape(-1, 4, 4)
 
     def place(self, values: Array) -> None:

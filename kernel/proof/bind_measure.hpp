@@ -31,7 +31,7 @@ template <class T> T* owned_by(nanobind::capsule& owner, std::size_t count) {
 // (r, links, obstacles + links, 2), or -1.
 inline std::tuple<least_array, which_array> least_clearances(Clearances& clearances, measured_array<double, -1> u,
                                                              measured_array<double, -1, -1> limit,
-                                                             measured_array<double, -1, -1> fill) {
+                                                             measured_array<double, -1, -1> fill, bool in_tube) {
     const std::size_t instants = u.shape(0), links = limit.shape(0), columns = limit.shape(1), each = links * columns;
     if (columns < links || fill.shape(0) != links || fill.shape(1) != columns)
         throw std::invalid_argument("limits: expected (l, k + l) for l links and k obstacles");
@@ -40,7 +40,7 @@ inline std::tuple<least_array, which_array> least_clearances(Clearances& clearan
     double* out = owned_by<double>(owner, instants * each);
     std::int64_t* which = owned_by<std::int64_t>(which_owner, 2 * instants * each);
     std::fill_n(which, 2 * instants * each, -1);
-    clearances.begin(static_cast<int>(links), static_cast<int>(columns - links), limit.data());
+    clearances.begin(static_cast<int>(links), static_cast<int>(columns - links), limit.data(), in_tube);
     for (std::size_t i = 0; i < instants; ++i) {
         std::copy_n(fill.data(), each, out + i * each);
         clearances.least(u.data()[i], out + i * each, which + 2 * i * each);
@@ -108,11 +108,12 @@ inline nanobind::class_<Clearances> bind_measure(nanobind::module_& m) {
         "Return the clearance of two bodies, not above 0 where they meet [m]; the unit vector in which they are apart, "
         "from the other one to the first; and whether it separates their cores.");
     return nanobind::class_<Clearances>(m, "Clearances", "Measures the clearances of the tables' pairs along a path.")
-        .def("least", &least_clearances, "u"_a, "limit"_a, "fill"_a,
+        .def("least", &least_clearances, "u"_a, "limit"_a, "fill"_a, "in_tube"_a = false,
              "Return the least clearance of every link and other body (r, l, k + l), obstacles first, then links, at "
              "instants (r,) of the path [m]; and the two shapes that have it (r, l, k + l, 2), or -1. Two links are in "
              "the row of the one that comes first. Where nothing is found below `limit` (l, k + l) it is `fill` "
-             "(l, k + l). Pairs with a limit of minus infinity are left out.")
+             "(l, k + l). Pairs with a limit of minus infinity are left out. In the tube: less what the "
+             "tracking error may take.")
         .def("between", &clearances_between, "u"_a, "first"_a, "other"_a,
              "Return the clearances (r,) of pairs of shapes (r,) and (r,), each at an instant (r,) of its own [m].");
 }

@@ -54,10 +54,11 @@ class Finder {
         if (!tables_.pairs.first.empty()) {
             measure_instants(path_.whole(), instant_halvings);
             if (!ended()) search();
+            if (found_.status == Status::fails) measure_instants(path_.whole(), instants_of_failure);
         }
         found_.nodes = static_cast<std::int64_t>(nodes_.size());
         if (found_.status == Status::holds) write_tree();
-        else if (found_.worst.first < 0) found_.worst = least_suspect_;
+        if (found_.worst.first < 0) found_.worst = least_suspect_;
         return std::move(found_);
     }
 
@@ -66,11 +67,13 @@ class Finder {
     static constexpr double relative_guard = 4e-13;  // and by this times the coordinates, more than the checker does
     static constexpr double margin = 2e-9;      // [m] to be proven more than is asked for: the checker rounds otherwise
     static constexpr int instant_halvings = 4;  // 2^4 instants are measured first
+    static constexpr int instants_of_failure = 7;  // and 2^7 to find the worst one of a motion that fails
     static constexpr std::int64_t most_stretches = 100'000, most_nodes = 3'000'000;
     static constexpr int between_questions = 64;  // stretches from one call of `ask` to the next
-    // A bundle is opened rather than its stretch halved where the loss is not what is in the way.
-    static constexpr double spare = 1.0;    // times the radius of a bundle: what its members may have more
-    static constexpr double nearly = 0.45;  // times the loss: with such a gap the halves are likely to be settled
+    // When a bundle is opened, and its stretch not halved; numbers tried on motions of five robots.
+    static constexpr double spare = 1.5;    // times a bundle's radius: so much more clearance its members may have
+    static constexpr double nearly = 0.15;  // times the loss: with less than this above the target, halves do not help
+    static constexpr double little = 0.5;   // times a bundle's radius: such a loss is not what is in the way
 
     struct Node {
         int first, other, child, direction;  // -1: none
@@ -260,11 +263,12 @@ class Finder {
         halved_.push_back(open);
     }
 
-    bool must_open(const Pair& pair, const Plane& plane) const {
+    bool must_open(const Pair& pair, const Plane& plane) {
         const Body &a = tables_.bodies[pair.first], &b = tables_.bodies[pair.other];
-        const double left = plane.gap - pair.target;
+        const double tube = motion_.lost_in_tube(pair.first, pair.motion, plane.n);  // halves lose it too
+        const double left = plane.gap - pair.target - tube, loss = plane.loss - tube;
         const double radii = (a.members > 0 ? a.radius : 0.0) + (b.members > 0 ? b.radius : 0.0);
-        return left + spare * radii > plane.loss && left < nearly * plane.loss;
+        return left < nearly * loss && (left + spare * radii > loss || loss < little * radii);
     }
 
     void settle(int node, Vec3 n) {

@@ -22,10 +22,10 @@ namespace spacearm_proof {
 // Clearances of the pairs that tables name, along a path. Columns are the other bodies: obstacles first, then links.
 class Clearances {
   public:
-    // The tables, the path's arrays and the base are not copied.
-    Clearances(const Tables& tables, const PathInput& path, const Frame& start, const FloatingBase* floating)
-        : tables_(tables), bodies_(tables.bodies), path_(path), tracking_(path.dofs, 0.0),
-          motion_(tables_, path_, tracking_.data(), start, floating) {}
+    // The tables, the path's arrays and the base are not copied. tracking (n): see MotionBounds.
+    Clearances(const Tables& tables, const PathInput& path, const double* tracking, const Frame& start,
+               const FloatingBase* floating)
+        : tables_(tables), bodies_(tables.bodies), path_(path), motion_(tables_, path_, tracking, start, floating) {}
     Clearances(const Clearances&) = delete;
     Clearances& operator=(const Clearances&) = delete;
 
@@ -38,8 +38,10 @@ class Clearances {
                 throw std::invalid_argument("clearances: the limits are not those of the bodies");
     }
 
-    // Look for clearances below limits (links, obstacles + links); pairs with minus infinity are left out.
-    void begin(int links, int obstacles, const double* limit) {
+    // Look for clearances below limits (links, obstacles + links); pairs with minus infinity are left out. in_tube:
+    // what the tracking error may take is taken from them.
+    void begin(int links, int obstacles, const double* limit, bool in_tube) {
+        in_tube_ = in_tube;
         columns_ = obstacles + links, obstacles_ = obstacles;
         const std::size_t count = bodies_.count();
         limit_.resize(links * count);
@@ -73,12 +75,12 @@ class Clearances {
     const Tables& tables_;
     const Bodies& bodies_;
     Path path_;
-    std::vector<double> tracking_;
     MotionBounds motion_;
     std::vector<double> limit_;  // by link and body: of a bundle of several obstacles the greatest of its members
     double* least_ = nullptr;
     std::int64_t* which_ = nullptr;
     int columns_ = 0, obstacles_ = 0;
+    bool in_tube_ = false;
 
     int column(const Body& body) const { return body.frame == world ? body.owner : obstacles_ + body.owner; }
 
@@ -90,6 +92,13 @@ class Clearances {
 
     double clearance(int first, int other) {
         return nearest_points(motion_.placed(first), motion_.placed(other)).clearance;
+    }
+    double clearance_in_tube(int first, int other) {
+        const Nearest near = nearest_points(motion_.placed(first), motion_.placed(other));
+        return near.clearance - motion_.lost_in_tube(first, motion_of(first, other), vec3(near.n));
+    }
+    int motion_of(int first, int other) const {
+        return tables_.pairs.motion(bodies_[first].frame, bodies_[other].frame);
     }
 
     // Whether the balls around two bodies are further apart than `enough`.
@@ -106,13 +115,15 @@ class Clearances {
         const Body &a = bodies_[first], &b = bodies_[other];
         double enough = limit_[static_cast<std::size_t>(a.owner) * bodies_.count() + other];
         if (b.owner >= 0) enough = std::min(enough, least_[place_of(a, b)]);
-        if (!(enough > -std::numeric_limits<double>::infinity()) || far(first, other, enough)) return;
+        if (!(enough > -std::numeric_limits<double>::infinity())) return;
+        if (far(first, other, in_tube_ ? enough + motion_.tube_at_most(first, motion_of(first, other)) : enough))
+            return;
         if (a.members > 0 && (b.members == 0 || a.radius > b.radius)) {
             for (int i = 0; i < a.members; ++i) open(a.first_member + i, other);
         } else if (b.members > 0) {
             for (int i = 0; i < b.members; ++i) open(first, b.first_member + i);
         } else {
-            const double found = clearance(first, other);
+            const double found = in_tube_ ? clearance_in_tube(first, other) : clearance(first, other);
             const std::size_t to = place_of(a, b);
             if (!(found < least_[to])) return;
             least_[to] = found;

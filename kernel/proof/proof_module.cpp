@@ -290,18 +290,19 @@ void bind_found(nb::module_& m) {
 void bind_clearances(nb::module_& m) {
     bind_measure(m).def(
         "__init__",
-        [](Clearances* self, const Tables& tables, const PathArrays& path, const given<double, 4, 4>& start,
-           const FloatingBase* floating) {
+        [](Clearances* self, const Tables& tables, const PathArrays& path, const numbers& tracking,
+           const given<double, 4, 4>& start, const FloatingBase* floating) {
             const PathInput input = path.input();
             require(input.dofs == tables.joints.dofs, "the path does not fit the joints");
+            require_each(input.dofs, {tracking.shape(0)});
             require(floating == nullptr || floating->joints() == tables.joints.count,
                     "the base does not fit the joints");
             Frame base;
             std::copy(start.data(), start.data() + 12, base.T);
-            new (self) Clearances(tables, input, base, floating);
+            new (self) Clearances(tables, input, tracking.data(), base, floating);
         },
-        nb::kw_only(), "tables"_a, "path"_a, "start"_a, "floating"_a.none(), nb::keep_alive<1, 2>(),
-        nb::keep_alive<1, 3>(), nb::keep_alive<1, 5>());
+        nb::kw_only(), "tables"_a, "path"_a, "tracking"_a, "start"_a, "floating"_a.none(), nb::keep_alive<1, 2>(),
+        nb::keep_alive<1, 3>(), nb::keep_alive<1, 6>());
 }
 
 }  // namespace

@@ -214,7 +214,7 @@ def test_the_source_files_a_page_names_exist(page: Path) -> None:
     assert not missing
 
 
-@pytest.mark.parametrize("command", ["plan", "certify", "doctor", "paper", "bench"])
+@pytest.mark.parametrize("command", ["plan", "certify", "robustness", "doctor", "paper", "bench"])
 def test_the_command_line_page_has_every_option_once(command: str) -> None:
     text = (REPOSITORY / "docs" / "command_line.md").read_text(encoding="utf-8")
     section = text.split(f"\n## {command}\n")[1].split("\n## ")[0]

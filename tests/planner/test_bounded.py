@@ -103,6 +103,7 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(search, "certify", fails)
     monkeypatch.setattr(search.Islands, "best", property(another))
+    monkeypatch.setattr(search.Islands, "motions", lambda _: [another(None) for _ in range(5)])
 
 
 def test_one_deadline_holds_for_all(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ from spacearm.dynamics import BASE_MODELS, Momentum
 from spacearm.geometry import Scene
 from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
 from spacearm.proof.base_attitude import TOLERANCE, BaseAttitude
-from spacearm.proof.base_momentum import Reaction, _PlacedMasses
+from spacearm.proof.base_momentum import _PlacedMasses, _rates, tree_of
 from spacearm.proof.base_proofs import LOST, BaseSetup, FloatingBaseProof
 from spacearm.proof.bodies import JointMap, bodies_in_space_of, bodies_of
 from spacearm.proof.displacement import IntervalMidpoints
@@ -369,14 +369,14 @@ def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:
 def test_the_rates_and_their_derivatives_are_those_of_the_momentum_form(robot: Robot, seed: int) -> None:
     robot = Robot(**{**{n: getattr(robot, n) for n in robot.__dataclass_fields__}})
     q = np.random.default_rng(seed).uniform(-2, 2, (3, robot.dof))
-    reaction = Reaction(robot, linear=np.zeros(3), angular=np.zeros(3), time_rate=0.0, attitude_error=0.0)
     bodies, _ = bodies_of(robot)
     witness, joints = Witness(robot, bodies), JointMap(robot)
     scale = np.zeros((len(robot.joints), robot.dof))
     scale[np.arange(len(robot.joints)), joints.dof] = joints.multiplier
 
     def rates(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return reaction._rates(_PlacedMasses(reaction._masses, reaction._revolute, witness.frames(joints.values(q))))
+        W, D = _rates(tree_of(robot), _PlacedMasses(tree_of(robot), witness.frames(joints.values(q))))
+        return W, np.moveaxis(D.reshape(len(q), 3, len(robot.joints), -1), 1, -1)
 
     def of_oracle(q: np.ndarray) -> np.ndarray:
         _, H_w, H_q = momentum_map(robot, q)

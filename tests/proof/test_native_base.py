@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import Any
-
 import numpy as np
 import pytest
 
+from spacearm.core.native_finder import native_finder
 from spacearm.dynamics import Momentum
 from spacearm.proof.base_momentum import masses_of
 from spacearm.proof.base_proofs import FloatingBaseProof, base_setup_of, begun_base_proof, link_frames
@@ -28,8 +26,8 @@ def _begun(number: int) -> tuple[np.random.Generator, FloatingBaseProof]:
     return rng, base
 
 
-def _native(base: FloatingBaseProof) -> Any:
-    return import_module("spacearm._kernel._floating_base").FloatingBase(**base.for_finder()._asdict())
+def _native(base: FloatingBaseProof) -> native_finder.FloatingBase:
+    return native_finder.FloatingBase(**base.for_finder()._asdict())
 
 
 @pytest.mark.parametrize("number", range(24))

@@ -90,11 +90,11 @@ def nearest_points(first: PlacedBody, other: PlacedBody) -> tuple[float, tuple[f
 class Clearances:
     """Measures the clearances of the tables' pairs along a path."""
 
-    def __init__(self, *, tables: Tables, path: Path, start: Annotated[NDArray[numpy.float64], dict(shape=(4, 4), order='C')], floating: FloatingBase | None) -> None: ...
+    def __init__(self, *, tables: Tables, path: Path, tracking: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], start: Annotated[NDArray[numpy.float64], dict(shape=(4, 4), order='C')], floating: FloatingBase | None) -> None: ...
 
-    def least(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], limit: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], fill: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))], Annotated[NDArray[numpy.int64], dict(shape=(None, None, None, None))]]:
+    def least(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], limit: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], fill: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], in_tube: bool = False) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))], Annotated[NDArray[numpy.int64], dict(shape=(None, None, None, None))]]:
         """
-        Return the least clearance of every link and other body (r, l, k + l), obstacles first, then links, at instants (r,) of the path [m]; and the two shapes that have it (r, l, k + l, 2), or -1. Two links are in the row of the one that comes first. Where nothing is found below `limit` (l, k + l) it is `fill` (l, k + l). Pairs with a limit of minus infinity are left out.
+        Return the least clearance of every link and other body (r, l, k + l), obstacles first, then links, at instants (r,) of the path [m]; and the two shapes that have it (r, l, k + l, 2), or -1. Two links are in the row of the one that comes first. Where nothing is found below `limit` (l, k + l) it is `fill` (l, k + l). Pairs with a limit of minus infinity are left out. In the tube: less what the tracking error may take.
         """
 
     def between(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], first: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:

@@ -33,7 +33,7 @@ class Options:
     """Find the widest tube around a motion for which its proof still holds: how far the joints may be from it at any instant.
 
     All revolute joints have the same tracking error; a prismatic joint has as many metres as they have radians. The tube that
-    is printed is proven, of all joints together and of each alone. If not even the motion itself is proven, the exit code is 2.
+    is printed is proven, of all joints together and of each alone. If not even the motion itself is proven, the exit code is 1.
 
     Attributes:
         file: a plan.json, or a trajectory in CSV or of ROS.
@@ -71,7 +71,7 @@ def run(arguments: Sequence[str]) -> int:
         print(json.dumps(values, indent=2, allow_nan=False))
     else:
         _show(found)
-    return 0
+    return 0 if found.certificate.holds else 1
 
 
 def _given(options: Options) -> tuple[Problem, AnyTrajectory]:
@@ -101,6 +101,8 @@ def _show(found: Robustness) -> None:
         ("looked at", f"{found.certificates} certificates, {found.seconds:.2g} s, to {found.resolution:.3g} of each tube")
     )
     show_list(rows)
+    if not found.singly:
+        return
     print()
     show_table(
         "one joint alone, all others exact",

@@ -30,8 +30,10 @@ def product(a: ArrayLike, b: ArrayLike) -> Array:
     if right.ndim == 2:  # one for all rows
         rows = native.product(np.ascontiguousarray(left.reshape(1, -1, k)), np.ascontiguousarray(right[None]))
         return rows.reshape(*left.shape[:-1], right.shape[1])
-    lead = np.broadcast_shapes(left.shape[:-2], right.shape[:-2])
-    left, right = np.broadcast_to(left, (*lead, m, k)), np.broadcast_to(right, (*lead, *right.shape[-2:]))
+    lead = left.shape[:-2]
+    if right.shape[:-2] != lead:
+        lead = np.broadcast_shapes(lead, right.shape[:-2])
+        left, right = np.broadcast_to(left, (*lead, m, k)), np.broadcast_to(right, (*lead, *right.shape[-2:]))
     n = right.shape[-1]
     out = native.product(np.ascontiguousarray(left.reshape(-1, m, k)), np.ascontiguousarray(right.reshape(-1, k, n)))
     return out.reshape(*lead, m, n)

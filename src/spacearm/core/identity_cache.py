@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from threading import local
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -17,8 +18,23 @@ def cached_by_identity(make: Callable[[T], Made]) -> Callable[[T], Made]:
 
     The same object must be passed, and not an equal one: to compare robots or scenes takes longer than most of these functions.
     """
-    seen: deque[tuple[T, Made]] = deque(maxlen=_MOST)  # it keeps its objects alive, so no new object can have the same identity
+    return _remembering(make, deque[tuple[T, Made]](maxlen=_MOST))
 
+
+def cached_in_thread(make: Callable[[T], Made]) -> Callable[[T], Made]:
+    """Remember results by the identity of the argument, each thread its own: results that calls change."""
+    threads = local()
+
+    def made_of(given: T) -> Made:
+        if not hasattr(threads, "made_of"):
+            threads.made_of = _remembering(make, deque[tuple[T, Made]](maxlen=_MOST))
+        return threads.made_of(given)
+
+    return made_of
+
+
+def _remembering(make: Callable[[T], Made], seen: deque[tuple[T, Made]]) -> Callable[[T], Made]:
+    # `seen` keeps its objects alive, so no new object can have the same identity.
     def made_of(given: T) -> Made:
         for one, made in list(seen):
             if one is given:

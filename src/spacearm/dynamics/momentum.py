@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import Frozen, as_numbers, as_readonly, keep
 from spacearm.core.errors import ProblemError, RobotError
 from spacearm.core.exact import cross, product, solved3
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native import native
 from spacearm.core.rotations import as_unit, matrix_of
 from spacearm.robot import Robot, joint_frames
@@ -303,7 +304,14 @@ def require_possible_masses(robot: Robot) -> None:
         RobotError: no masses, a base without one, or some that no body has.
     """
     require_robot(robot)
+    _are_possible(robot)
+
+
+@cached_by_identity
+def _are_possible(robot: Robot) -> bool:
+    """Refuse masses with which no base can float, once for a robot: every trajectory of it asks."""
     _require_possible(robot, _pseudo_inertias(robot))
+    return True
 
 
 class LinkMasses(NamedTuple):
@@ -330,6 +338,7 @@ def link_masses(robot: Robot) -> LinkMasses:
     return LinkMasses(mass.copy(), com, inertia[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].copy())
 
 
+@cached_by_identity
 def kernel_masses(robot: Robot) -> native.Masses:
     """Return the masses of a robot as the kernel's own object."""
     masses = link_masses(robot)

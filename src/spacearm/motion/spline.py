@@ -102,6 +102,13 @@ class Motion(Frozen):
         rows = product(basis(at.ravel(), self.interior, derivative=derivative), self._moved(derivative))
         return rows.reshape(*at.shape, self.dof)
 
+    def derivatives(self, s: Array, most: int) -> list[Array]:
+        """Return q(s) and its derivatives up to `most`, each (m, n), for s (m,); the same bits as `sample`, in one go."""
+        at = np.minimum(np.maximum(s, 0.0), 1.0)
+        falling = cox_de_boor_to(at, _knots(self.interior), DEGREE, most)
+        columns = (_differences(self.interior, derivative) for derivative in range(most + 1))
+        return [product(product(rows, of), self._moved(k)) for k, (rows, of) in enumerate(zip(falling, columns, strict=True))]
+
     def moved(self, s: Array) -> tuple[Array, Array]:
         """Return q(s) and dq/ds, each (m, n), for s (m,); beyond [0, 1], the ends.
 
@@ -202,9 +209,12 @@ def _even_rates(interior: int, samples: int) -> Array:
     return rows
 
 
+@lru_cache(maxsize=64)
 def _knots(interior: int) -> Array:
     inner = np.arange(1, interior + 1) / (interior + 1)
-    return np.concatenate([np.zeros(DEGREE + 1), inner, np.ones(DEGREE + 1)])
+    knots = np.concatenate([np.zeros(DEGREE + 1), inner, np.ones(DEGREE + 1)])
+    knots.setflags(write=False)
+    return knots
 
 
 @lru_cache(maxsize=64)
@@ -232,20 +242,31 @@ def cox_de_boor(s: Array, knots: Array, degree: int) -> Array:
         knots: never falling, each end degree + 1 times.
         degree: 0 or more.
     """
+    return cox_de_boor_to(s, knots, degree, 0)[0]
+
+
+def cox_de_boor_to(s: Array, knots: Array, degree: int, fewer: int) -> list[Array]:
+    """Return the basis functions at s of this degree and of `fewer` lower ones, each (m, number of control points).
+
+    Those of a lower degree are on the knots without the first and the last one, or two, ...: the basis of derivatives.
+    """
     count = len(knots) - degree - 1
-    span = np.minimum(np.maximum(np.searchsorted(knots, s, side="right") - 1, degree), count - 1)[:, None]
-    near = knots[span + np.arange(1 - degree, degree + 1)]  # (m, 2 degree)
-    after, before = near - s[:, None], s[:, None] - near
-    values = np.ones((len(s), 1))
-    for d in range(1, degree + 1):
-        left, right = slice(degree - d, degree), slice(degree, degree + d)
-        share = values / (near[:, right] - near[:, left])
-        values = np.zeros((len(s), d + 1))
-        values[:, :-1] += share * after[:, right]
-        values[:, 1:] += share * before[:, left]
-    out = np.zeros((len(s), count))
-    out[np.arange(len(s))[:, None], span + np.arange(-degree, 1)] = values
-    return out
+    span = np.minimum(np.maximum(np.searchsorted(knots, s, side="right") - 1, degree), count - 1)
+    near = knots[span + np.arange(1 - degree, degree + 1)[:, None]]  # (2 degree, m): the first axis is quickest to go along
+    after, before = near[degree:] - s, s - near[:degree]
+    values, found, row = np.ones((1, len(s))), list[Array](), np.arange(len(s))
+    for d in range(degree + 1):
+        if d:
+            share = values / (near[degree : degree + d] - near[degree - d : degree])
+            values = np.empty((d + 1, len(s)))
+            np.multiply(share, after[:d], out=values[:-1])
+            values[-1] = 0.0
+            values[1:] += share * before[degree - d :]
+        if d >= degree - fewer:
+            out = np.zeros((len(s), count - degree + d))
+            out[row, span + np.arange(-degree, d - degree + 1)[:, None]] = values
+            found.append(out)
+    return found[::-1]
 
 
 @lru_cache(maxsize=64)

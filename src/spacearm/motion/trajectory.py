@@ -266,14 +266,12 @@ class Trajectory(OnABase):
             q = np.broadcast_to(self.motion.control_points[0], (*time.shape, self.robot.dof)).copy()
             return JointState(q, np.zeros_like(q), np.zeros_like(q))
         share = time / self.duration
-        if self.time_law is None:
-            return JointState(
-                self.motion.sample(share),
-                self.motion.sample(share, 1) / self.duration,
-                self.motion.sample(share, 2) / self.duration**2,
-            )
-        s, v, a = (self.time_law.sample(share, k)[..., None] / self.duration**k for k in (0, 1, 2))
-        q, first, second = (self.motion.sample(s[..., 0], k) for k in (0, 1, 2))
+        law = self.time_law
+        s = share if law is None else law.sample(share)
+        q, first, second = (rows.reshape(*time.shape, -1) for rows in self.motion.derivatives(s.ravel(), 2))
+        if law is None:
+            return JointState(q, first / self.duration, second / self.duration**2)
+        v, a = (law.sample(share, k)[..., None] / self.duration**k for k in (1, 2))
         return JointState(q, first * v, second * v**2 + first * a)
 
     def _configuration(self, t: Array) -> Array:

@@ -158,7 +158,7 @@ class _Search:
 
     def room(self, q: Array) -> Room:
         """Compare the clearances of configurations (b, n), within the tube of a tracking error, with those required."""
-        return self.clearance.room(q, self.required, None if self.tube is None else self.tube.taken(q))
+        return self.clearance.room(q, self.required, None if self.tube is None else self.tube.likely_taken(q))
 
     def guesses(self, reach: Reach, start: Array, bounds: tuple[Array, Array]) -> native.GoalSearch64:
         """Return the kernel's search from many guesses within bounds (n,) each."""

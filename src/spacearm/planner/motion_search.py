@@ -55,6 +55,7 @@ class Islands:
         seed: random seed of all islands.
         searched: clearances asked for at the instants looked at; None: those that the problem requires and 2 mm more, less
             where an end has no room.
+        wide: whether a proof has failed with the room that is left for a tracking error at first.
     """
 
     def __init__(
@@ -65,11 +66,12 @@ class Islands:
         *,
         seed: int,
         searched: SearchedClearance | None = None,
+        wide: bool = False,
     ) -> None:
         problem = problem.local
         self._problem, self._goals, self._settings = problem, goals, settings
         room = tracking_room(problem, settings)
-        self.searched = _searched(problem, goals, room) if searched is None else searched
+        self.searched = _searched(problem, goals, room, wide=wide) if searched is None else searched
         self.bounds = search_bounds(problem, 0.0 if room is None else room.tracking)
         demands = base_demands(problem)
         self._free_end = demands.frame is not None
@@ -194,6 +196,11 @@ class Islands:
             island.add_instant(s, spread)
 
     @property
+    def found(self) -> bool:
+        """Whether there is a free motion."""
+        return any(island.best is not None for island in self._all)
+
+    @property
     def best(self) -> Motion | None:
         """The best free motion, if there is one; of the first island that has it."""
         found = [best for island in self._all if (best := island.best) is not None]
@@ -280,11 +287,11 @@ class Islands:
         return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), *ends]))
 
 
-def _searched(problem: Problem, goals: Array, room: TrackingRoom | None) -> SearchedClearance:
+def _searched(problem: Problem, goals: Array, room: TrackingRoom | None, *, wide: bool) -> SearchedClearance:
     """Return the clearances that can be asked for between the start and the goals (g, n)."""
     # Where the arm moves its base, the place of the base at a goal is not known, and so what is near it.
     ends = problem.start[None] if problem.base_model.follows_arm else np.vstack([problem.start, goals])
-    taken = None if room is None else room.guessed(ends, len(problem.scene.obstacles))
+    taken = None if room is None else room.guessed(ends, len(problem.scene.obstacles), wide=wide)
     return searched_clearance(problem, ends, taken)
 
 

@@ -100,8 +100,8 @@ class PlannerSettings:
             32 looks at the end are one evaluation.
         time_budget: planning ends after this time [s]: goal configurations, motions, proofs, and what is tried again where a
             proof failed, for which a fifth is reserved. However little it is, these are done once: the first guesses for the
-            goal, a search of 1 ms, and the proof of the best motion. Where that fails, others are tried until
-            0.15 s after the beginning, and two that were found earlier even then. None: no limit.
+            goal, a search of up to 1 ms for a first motion, and the proof of the best motion. Where that fails, others are
+            tried until 0.15 s after the beginning, and two that were found earlier even then. None: no limit.
         convergence: evaluations without an improvement of 0.1 %, or without any motion, after which an island ends; None:
             never.
         stop_at_first: be content with the first motion.

@@ -10,6 +10,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -154,8 +155,10 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     islands = Islands(problem, found.q, settings, seed=seed)
     clock.lap("prepare")
     tell(f"motions to {len(found.q)} goal configuration{'s' if len(found.q) != 1 else ''}")
-    search = _Search(problem=problem, settings=settings, islands=islands, clock=clock, tell=tell)
+    wider = None if tube is None else partial(Islands, problem, found.q, settings, seed=seed, wide=True)
+    search = _Search(problem=problem, settings=settings, islands=islands, clock=clock, tell=tell, wider=wider)
     status = search.run()
+    islands = search.islands
     proof = search.proof or search.of_fallback()
     less = _Less()
     if status != "found" and not search.interrupted and _lacks_clearance(problem, proof):
@@ -176,7 +179,7 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
         fitness={} if proof is None else _fitness(proof.trajectory, islands, settings.weights),
         history=islands.history(),
         proofs=search.proofs,
-        evaluations=islands.evaluations,
+        evaluations=search.evaluations,
         interrupted=search.interrupted,
         timings=clock.total(),
         searched=islands.searched,
@@ -240,6 +243,8 @@ class _Search:
         islands: that search for motions; they take instants where a proof failed.
         clock: of this call.
         tell: called with a word when a proof begins.
+        wider: makes islands with more room for a tracking error, for where the search cannot see what the proof does; None if
+            there is none, or they are at work already.
         proof: the last one that was tried.
         proofs: how many were.
         interrupted: whether Ctrl-C ended the search.
@@ -250,10 +255,12 @@ class _Search:
     islands: Islands
     clock: _Clock
     tell: Callable[[str], object]
+    wider: Callable[[], Islands] | None
     proof: _Proof | None = field(default=None, init=False)
     proofs: int = field(default=0, init=False)
     interrupted: bool = field(default=False, init=False)
     _fallback: _Proof | None = field(default=None, init=False)
+    _evaluated: int = field(default=0, init=False)
 
     def run(self) -> Status:
         """Search until the budget is spent, and prove the best motion; where that fails, look for another."""
@@ -273,7 +280,7 @@ class _Search:
         """After a first search of less than 1 ms that found nothing, search until it is 1 ms, or until there is a motion."""
         most = self.settings.most_evaluations
         left = 0 if most is None else most - self.islands.evaluations
-        if 0 < searched < _LEAST_SEARCH and self.islands.best is None and (most is None or left > 0):
+        if 0 < searched < _LEAST_SEARCH and not self.islands.found and (most is None or left > 0):
             self._go_on(_Budget(evaluations=left, seconds=_LEAST_SEARCH - searched, until_first=True))
 
     def _go_on(self, budget: _Budget) -> None:
@@ -305,8 +312,11 @@ class _Search:
             if self.proof is not None and self.clock.left_again <= 0:
                 return self._prove_earlier()
             if motion is not None:
-                if motion == failed:
+                if motion == failed and self.wider is None:
                     return self._prove_earlier()  # the search cannot see what the proof does
+                if motion == failed:
+                    self._widen()
+                    continue
                 proof = self._prove(motion)
                 if proof.as_asked:
                     return "found"
@@ -318,6 +328,18 @@ class _Search:
                     return "not_proven"  # an end is too near: no other motion would fare better
             self._go_on_after_failure()
         return "not_proven"
+
+    def _widen(self) -> None:
+        """Search anew, with more room for the tracking error."""
+        assert self.wider is not None
+        self._evaluated += self.islands.evaluations
+        self.islands, self.wider = self.wider(), None
+        self._go_on_after_failure()
+
+    @property
+    def evaluations(self) -> int:
+        """Candidate motions looked at."""
+        return self._evaluated + self.islands.evaluations
 
     def _prove_earlier(self) -> Status:
         """Prove motions that were found earlier: what is not as good yet mostly has more clearance."""

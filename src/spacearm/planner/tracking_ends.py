@@ -8,14 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.errors import ProblemError
+from spacearm.motion import PiecewisePath, RecordedTrajectory
 from spacearm.planner.clearance import ClearanceModel
 from spacearm.planner.explanations import EndReport
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal
 from spacearm.planner.problem import Problem
 from spacearm.planner.tracking_room import TrackingRoom
+from spacearm.proof.base_proofs import base_setup_of, begun_base_proof
+from spacearm.proof.claim import claim_of
+from spacearm.proof.measured import least_clearances
+from spacearm.proof.path_intervals import PathIntervals
+from spacearm.proof.required_clearance import required_clearance
 from spacearm.proof.tracking import tracking_in_words
 
 Array = NDArray[np.float64]
+
+_FAR = 1e9  # [m] no clearance is larger
 
 
 def require_room_at_ends(problem: Problem, room: TrackingRoom) -> None:
@@ -76,32 +84,33 @@ def with_tube_explained(problem: Problem, report: EndReport, room: TrackingRoom)
 
 def _met_by_tube(model: ClearanceModel, rows: Array, room: TrackingRoom, where: str) -> str:
     """Say what the tube touches in the best of configurations (b, n); "" if it touches nothing in one of them."""
-    taken = room.taken(rows)
-    to_scene, between = model.to_kernel_obstacles(rows), model.between_links(rows)
-    left_scene, left_between = to_scene - taken.to_obstacles[:, :, None], between - taken.between_links
-    left = np.minimum(left_scene.min(axis=(1, 2), initial=np.inf), left_between.min(axis=1, initial=np.inf))
-    best = int(np.argmax(left))
-    if left[best] > 0:
+    robot, scene = model.robot, model.scene
+    left = _clearances(model, rows, room.tracking)
+    least = left.reshape(len(rows), -1).min(axis=1, initial=np.inf)
+    best = int(np.argmax(least))
+    if least[best] > 0:
         return ""
-    names = [part.name for part in model.robot.shapes]
-    shares = _shares(to_scene[best], taken.to_obstacles[best][:, None]), _shares(between[best], taken.between_links[best])
-    if shares[0].min(initial=np.inf) <= shares[1].min(initial=np.inf):
-        shape, obstacle = (int(i) for i in np.unravel_index(int(np.argmin(shares[0])), shares[0].shape))
-        pair = f"link '{names[shape]}' and obstacle {model.scene.called(int(model.obstacle_of[obstacle]))}"
-        has, takes = to_scene[best, shape, obstacle], taken.to_obstacles[best, shape]
-    else:
-        i = int(np.argmin(shares[1]))
-        pair = "link '{}' and link '{}'".format(*(names[int(k)] for k in model.pairs[i]))
-        has, takes = between[best, i], taken.between_links[best, i]
-    share = min(float(part.min(initial=np.inf)) for part in shares)
-    said = tracking_in_words(model.robot, room.tracking)
+    link, other = (int(i) for i in np.unravel_index(int(np.argmin(left[best])), left[best].shape))
+    has = _clearances(model, rows[[best]], np.zeros(robot.dof))
+    links = tuple(dict.fromkeys(part.name for part in robot.shapes))
+    count, clear = len(scene.obstacles), float(has[0, link, other])
+    met = f"obstacle {scene.called(other)}" if other < count else f"link '{links[other - count]}'"
+    takes = clear - float(left[best, link, other])
+    said = tracking_in_words(robot, room.tracking)
     return (
-        f"{where} {pair} have {has * 1e3:.4g} mm, and a tracking error of {said} may take {takes * 1e3:.4g} mm; "
-        f"ask for less than {share:.3g} of that error"
+        f"{where} link '{links[link]}' and {met} have {clear * 1e3:.4g} mm, and a tracking error of {said} may take "
+        f"{takes * 1e3:.4g} mm; ask for less than {clear / takes:.3g} times that error"
     )
 
 
-def _shares(has: Array, takes: Array) -> Array:
-    """Return the share of the tracking error at which nothing is left."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(takes > 0, has / takes, np.inf)
+def _clearances(model: ClearanceModel, rows: Array, tracking: Array) -> Array:
+    """Return the clearances of configurations (b, n) within a tube, (b, l, k + l); see `least_clearances`."""
+    robot, scene = model.robot, model.scene
+    u = np.arange(len(rows) + 1.0)
+    trajectory = RecordedTrajectory(robot, PiecewisePath.from_linear(u, np.vstack([rows, rows[-1:]])), base="fixed")
+    base = begun_base_proof(robot, trajectory, base_setup_of(trajectory, robot, who="trajectory"))
+    path, required = PathIntervals(base.curve), required_clearance(robot, scene, 0.0)
+    claim = claim_of(robot, scene, base, path, required=required, tracking=tracking)
+    links = len(required.links)
+    found, _ = least_clearances(claim, u[:-1], np.full((links, len(scene.obstacles) + links), _FAR), in_tube=True)
+    return found

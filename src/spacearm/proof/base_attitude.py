@@ -21,18 +21,18 @@ Panels are halved until the sum of all errors is less than the tolerance. docs/c
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
 from spacearm.core.errors import ProblemError
-from spacearm.core.rotations import conjugate, matrix_by_parts, product_by_parts, quaternion_of, rate_matrices, running_products
+from spacearm.core.rotations import conjugate, matrix_by_parts, product_by_parts, quaternion_of, running_products
 from spacearm.motion import Curve
 from spacearm.motion.piecewise import weights
 from spacearm.proof.base_momentum import masses_of
-from spacearm.proof.bodies import JointMap
+from spacearm.proof.bodies import joints_of
 from spacearm.proof.polynomial_bounds import (
     Growth,
     PanelPath,
@@ -44,8 +44,9 @@ from spacearm.proof.polynomial_bounds import (
     greatest_norm,
     integrated,
     on_ellipses,
+    outer_eigenvalues,
 )
-from spacearm.proof.witness import free_base_model, pinocchio
+from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -75,6 +76,8 @@ _MOST_TUMBLE = 600.0  # [rad] by which the momentum may turn the base in one mot
 _WINDOW = 1.0  # [rad] by which a tumbling base turns on the panels that are solved together
 _SWEEPS = 60  # solutions for a tumbling base, at most
 _STEADY = 1e-13  # times the greatest rate: a change of omega up to this ends the sweeps
+_HALVINGS_AHEAD = 3  # of a piece, before anything is known of it but how far the joints travel
+_ALMOST = 0.1  # of a halving: a panel may be longer than its rule says by this power of 2
 _SHORTEST = 1e-300  # in place of a length of 0 in a quotient
 _EPS = float(np.finfo(np.float64).eps)
 _ROUNDING = 64 * _EPS  # [rad] of the attitude, for each panel
@@ -84,6 +87,12 @@ _MOST_BENT = 0.5  # by which |Q|^2 may differ from 1 on a panel; beyond it the p
 _MANY_PANELS = 4  # for each piece of the path: with more, a rule with more points is better
 _PRESUMED_RESIDUAL = 3.0  # times |h v'| and the tumble: a guess of |F| before H is known, to cut the path in advance
 _LITTLE_GROWTH = 1.0  # exponent: errors of a tumbling base that grow by less than e need no flow
+
+_LEFT = np.zeros((4, 4, 4))  # w, x, y or z of a quaternion to the matrix of products with it from the left
+for _row, _entries in enumerate(((0, -1, -2, -3), (1, 0, -3, 2), (2, 3, 0, -1), (3, -2, 1, 0))):
+    for _column, _part in enumerate(_entries):
+        _LEFT[abs(_part), _row, _column] = -1.0 if _part < 0 else 1.0
+_LEFT = _LEFT.reshape(4, 16)
 
 
 class _Cut(NamedTuple):
@@ -173,8 +182,8 @@ class BaseAttitude:
         """
         self._masses = masses_of(robot)
         self._model, self._at_q, self._at_v = free_base_model(robot)
-        self._state = self._model.createData()
-        self._joints, self._ellipses = JointMap(robot), ellipses_of(robot)
+        self._state = free_base_data(robot)
+        self._joints, self._ellipses = joints_of(robot), ellipses_of(robot)
         own = PanelPath.of(curve, self._joints)
         self._angular = angular
         self._spin = float(np.linalg.norm(self._angular))
@@ -188,13 +197,14 @@ class BaseAttitude:
 
     def _choose_points(self, path: PanelPath) -> None:
         """Choose the number of Gauss points of a panel, by how far the joints of a chain and the base turn on the pieces."""
-        far = (path.travel @ self._masses.beyond).max(axis=1, initial=0.0)
+        travel = 2 * self._ellipses.coefficients(path).sum(axis=1)  # for high degrees far less than the hull says
+        far = (travel @ self._masses.beyond).max(axis=1, initial=0.0)
         far += self._spin * np.diff(path.ends, axis=1)[:, 0] / self._presumed
-        costs = [
-            (rule.points + rule.overhead) * np.exp2(np.ceil(np.log2(np.maximum(far / rule.travel, 1.0)))).sum()
-            for rule in _RULES
-        ]
-        self._use(_RULES[int(np.argmin(costs))].points)
+        halvings = [np.ceil(np.log2(np.maximum(far / rule.travel, 1.0)) - _ALMOST) for rule in _RULES]
+        costs = [(rule.points + rule.overhead) * np.exp2(h).sum() for rule, h in zip(_RULES, halvings, strict=True)]
+        best = int(np.argmin(costs))
+        self._use(_RULES[best].points)
+        self._halvings = halvings[best].astype(np.intp)
 
     def _use(self, points: int) -> None:
         self._count = points
@@ -217,27 +227,28 @@ class BaseAttitude:
 
     def final(self) -> float:
         """Return the angle between the last attitude and the first [rad]; it may be wrong by `error`."""
-        turned = product_by_parts(conjugate(self._begin), self._turns.start[-1])
-        return float(2 * np.arctan2(np.linalg.norm(turned[1:]), abs(turned[0])))
+        turned = _left_matrix(conjugate(self._begin)) @ self._turns.start[-1]
+        return float(2 * np.arctan2(np.sqrt(turned[1:] @ turned[1:]), abs(turned[0])))
 
     def peak(self) -> float:
         """Return a bound of the angle to the first attitude, for any u [rad]."""
-        at_start = product_by_parts(conjugate(self._begin), self._turns.start[:-1])
+        at_start = _left_matrix(self._turns.start[:-1] @ _left_matrix(conjugate(self._begin)).T)  # of Q_0* o Q_start
+        vectors = self._chebyshev_of_turn() @ np.swapaxes(at_start[:, 1:], -1, -2)
         scale = 1 / np.sqrt(1 - self._bounds.bent)
-        vectors = product_by_parts(at_start[:, None], self._chebyshev_of_turn())[..., 1:]
         most = greatest_norm(vectors, scale, np.zeros_like(scale))
         return min(np.pi, 2 * float(np.arcsin(min(1.0, most))) + self.error)
 
     def rate(self) -> float:
-        """Return a bound of the base's rate of turn, per unit of u [rad]."""
+        """Return a bound of the base's rate of turn, per unit of u [rad].
+
+        The polynomial turns at 2 vec(Q* o dQ/dxi) / |Q|^2, which is at most 2 |dQ/dxi| / |Q|, and hardly less: |Q| is constant
+        but for the error.
+        """
         half, bounds = self._half, self._bounds
         if not np.isfinite(self.error):
             return np.inf
-        at, to_chebyshev = _products(self._count)
-        Q, slope = at @ self._chebyshev_of_turn(), at[:, :-1] @ (self._to_chebyshev @ self._turns.slope)
-        omega = 2 * product_by_parts(conjugate(Q), slope)[..., 1:]  # |Q|^2 times it
         extra = (bounds.rate + bounds.tumble / 2 * self.error) / half
-        return greatest_norm(to_chebyshev @ omega, 1 / (half * (1 - bounds.bent)), extra)
+        return greatest_norm(self._to_chebyshev @ self._turns.slope, 2 / (half * np.sqrt(1 - bounds.bent)), extra)
 
     def _chebyshev_of_turn(self) -> Array:
         """Return the Chebyshev coefficients of Q, (p, g + 1, 4)."""
@@ -297,7 +308,10 @@ class BaseAttitude:
 
     def _first_cut(self, own: PanelPath) -> _Cut:
         """Cut the path by a guess of the residual, before any evaluation. Take more points if that gives many panels."""
-        cut = whole = self._grown(own)
+        levels = np.minimum(self._halvings, _HALVINGS_AHEAD)
+        while np.exp2(levels).sum() * self._count > _MOST_EVALUATIONS and levels.any():
+            levels = np.maximum(levels - 1, 0)
+        cut = whole = self._grown(own.cut(levels))
         for _ in range(_HALVINGS):
             if len(cut.path.ends) > _MANY_PANELS * len(own.ends) and self._count < _RULES[-1].points:
                 self._use(_RULES[-1].points)
@@ -385,15 +399,22 @@ class BaseAttitude:
         )
 
     def _turned(self, omega: Array, begin: Array, missed: Array) -> _Turns:
-        """Solve panels, from an attitude (4,), for rates omega (p, g, 3) given in the Gauss points."""
-        right = rate_matrices(omega) / 2  # (p, g, 4, 4): Q o omega / 2, as a matrix on Q
+        """Solve panels, from an attitude (4,), for rates omega (p, g, 3) given in the Gauss points.
+
+        A quaternion is the first row (w + i x, y + i z) of a complex matrix, and its product with another one is that row times
+        the other one's matrix. So the system has two complex unknowns for each point.
+        """
         count, points = omega.shape[:2]
-        system: Array = -np.einsum("ij,pjcd->picjd", self._integrals, right).reshape(count, 4 * points, 4 * points)
-        system += np.eye(4 * points)
-        one = np.tile([1.0, 0.0, 0.0, 0.0], points)
-        solution = cast(Array, np.linalg.solve(system, np.tile(one[:, None], (count, 1, 1))))
-        Q = solution[..., 0].reshape(count, points, 4)
-        slope = np.einsum("pgcd,pgd->pgc", right, Q)
+        matrix = np.empty((2, 2, count, points), dtype=np.complex128)  # the transpose, of omega / 2
+        x, y, z = np.moveaxis(omega / 2, -1, 0)
+        matrix[0, 0], matrix[1, 1] = 1j * x, -1j * x
+        matrix[1, 0], matrix[0, 1] = y + 1j * z, -y + 1j * z
+        system = -self._integrals[:, None, :, None] * matrix.transpose(2, 0, 3, 1)[:, None]  # (p, g, 2, g, 2)
+        system = system.reshape(count, 2 * points, 2 * points)
+        system.reshape(count, -1)[:, :: 2 * points + 1] += 1.0
+        row = np.linalg.solve(system, np.tile([[1.0], [0.0]], (count, points, 1))).reshape(count, points, 2)
+        Q = row.view(np.float64)
+        slope = product_by_parts(Q, np.concatenate([np.zeros_like(omega[..., :1]), omega / 2], axis=-1))
         end = np.array([1.0, 0.0, 0.0, 0.0]) + self._weight @ slope
         turns = np.concatenate([begin[None], end / np.linalg.norm(end, axis=1)[:, None]])
         start = running_products(turns, product_by_parts)
@@ -467,9 +488,9 @@ class BaseAttitude:
         coefficients = self._to_chebyshev @ panels.inertia.reshape(len(off), self._count, 9)
         j = np.arange(float(self._count))
         sag = np.linalg.norm(coefficients, axis=2) @ j**2 * (np.pi / count) ** 2 / 8
-        moments = np.linalg.eigvalsh((np.cos(np.outer(theta, j)) @ coefficients).reshape(len(off), count, 3, 3))
-        off = off + sag + 64 * _EPS * moments[..., 2].max(axis=1)
-        least, most = moments[..., 0].min(axis=1) - off, moments[..., 2].max(axis=1) + off
+        low, high = outer_eigenvalues((np.cos(np.outer(theta, j)) @ coefficients).reshape(len(off), count, 3, 3))
+        off = off + sag + 64 * _EPS * high.max(axis=1)
+        least, most = low.min(axis=1) - off, high.max(axis=1) + off
         return np.fmax(least, self._masses.base_least), np.where(np.isfinite(most), most, np.inf)
 
     def _integral_coefficients(self, slope: Array) -> Array:
@@ -537,12 +558,9 @@ def _gauss(points: int) -> _Gauss:
     return _Gauss(xi, weight, to_legendre, to_chebyshev, _integrals(xi, points) @ to_legendre, fall(points))
 
 
-@lru_cache(maxsize=8)
-def _products(points: int) -> tuple[Array, Array]:
-    """Return Chebyshev polynomials 0 to g in 2 g points (2 g, g + 1), and the map from values there (2 g, 2 g)."""
-    at = chebyshev.chebpts1(2 * points)
-    values, whole = (np.asarray(chebyshev.chebvander(at, d), dtype=np.float64) for d in (points, 2 * points - 1))
-    return values, np.linalg.inv(whole).astype(np.float64)
+def _left_matrix(p: Array) -> Array:
+    """Return the matrices (..., 4, 4) that map a quaternion q to the product p o q."""
+    return (p @ _LEFT).reshape(*p.shape, 4)
 
 
 def _integrals(xi: Array, count: int) -> Array:

@@ -20,8 +20,8 @@ from spacearm.core.exact import cross
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.rotations import matrix_by_parts
 from spacearm.motion import AnyTrajectory
-from spacearm.proof.bodies import JointMap, ancestors
-from spacearm.proof.witness import free_base_model, pinocchio
+from spacearm.proof.bodies import ancestors, joints_of
+from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
 from spacearm.robot import Robot
 from spacearm.robot.model import inertia_fault
 from spacearm.robot.unchecked_pairs import require_all_masses
@@ -267,6 +267,7 @@ class _Tree:
 
     Attributes:
         masses: the bodies.
+        joints: the joints.
         revolute: (j,) 1 for a revolute joint, 0 for a prismatic one.
         mass, share: (j,) the mass that a joint moves [kg], and its share mu_k of the whole.
         sums: (j + 1, b) which bodies a joint moves; the last row is of all bodies.
@@ -280,8 +281,9 @@ class _Tree:
 
     def __init__(self, robot: Robot) -> None:
         self.masses = masses = masses_of(robot)
+        self.joints = joints_of(robot)
         count = len(robot.joints)
-        self.revolute = np.array([joint.kind == "revolute" for joint in robot.joints]) * 1.0
+        self.revolute = self.joints.revolute * 1.0
         self.mass = masses.beyond @ masses.mass
         self.share = self.mass / masses.total
         self.sums = np.concatenate([masses.beyond, np.ones((1, len(masses.mass)))])
@@ -338,7 +340,7 @@ class _PlacedMasses:
         self.com_lever = tree.share[:, None] * lever
         self.inertia = whole[:, :-1] - _point_inertia(tree.mass, self.arm)
         H = whole[:, -1]
-        self.inverse: Array = np.linalg.inv(H)
+        self.inverse: Array = np.linalg.inv(H).astype(np.float64)
         self.least = np.linalg.eigvalsh(H)[:, 0]
         self.size = np.sqrt(_dot(com, com) @ m) * _OUTWARD
         away = com[:, None] - self.origin[:, :, None]  # (r, j, b, 3)
@@ -512,25 +514,27 @@ def stated_elsewhere(position: Array, wxyz: Array, frames: Array) -> float:
 def _residual(robot: Robot, trajectory: AnyTrajectory, conserved: Array, t: Array, position: Array, wxyz: Array) -> float:
     """Compute the momentum of all links with Pinocchio, at times (r,), with the base where the trajectory says."""
     library, (model, at_q, at_v) = pinocchio(), free_base_model(robot)
-    state, joints = model.createData(), JointMap(robot)
+    state, joints = free_base_data(robot), tree_of(robot).joints
     joint_state = trajectory.sample(t)
     velocity, omega = trajectory.base_rate(t)
     q, v = np.zeros((len(t), model.nq)), np.zeros((len(t), model.nv))
     q[:, :3], q[:, 3:7], q[:, at_q] = position, wxyz[:, [1, 2, 3, 0]], joints.values(joint_state.q)
-    v[:, 3:6], v[:, at_v] = omega, joint_state.dq[:, joints.dof] * joints.multiplier
-    bodies = range(1, model.njoints)
-    totals, linear = np.empty((len(t), 2, 3)), np.empty((len(t), len(bodies), 3))
-    angular = np.empty_like(linear)
-    center = np.empty((len(t), 3))
-    for i, (row, rate, moved) in enumerate(zip(q, v, velocity, strict=True)):
-        rate[:3] = library.Quaternion(row[3:7]).toRotationMatrix().T @ moved
+    R = matrix_by_parts(wxyz / np.linalg.norm(wxyz, axis=1)[:, None])
+    v[:, :3], v[:, 3:6] = (velocity[:, None] @ R)[:, 0], omega
+    v[:, at_v] = joint_state.dq[:, joints.dof] * joints.multiplier
+    links = range(1, model.njoints)
+    placed, moved = [state.oMi[i] for i in links], [state.v[i] for i in links]  # views: they change with the data
+    totals, center = np.empty((len(t), 2, 3)), np.empty((len(t), 3))
+    T, twist = np.empty((len(t), len(placed), 4, 4)), np.empty((len(t), len(placed), 6))
+    for i, (row, rate) in enumerate(zip(q, v, strict=True)):
         total = library.computeCentroidalMomentum(model, state, row, rate)
         totals[i], center[i] = (total.linear, total.angular), state.com[0]
-        for k in bodies:
-            own = state.oMi[k].act(model.inertias[k] * state.v[k])  # about the world's origin
-            linear[i, k - 1], angular[i, k - 1] = own.linear, own.angular
-    angular -= cross(center[:, None], linear)
+        T[i], twist[i] = [one.homogeneous for one in placed], [one.vector for one in moved]
+    momentum = np.array([model.inertias[i].matrix() for i in links]) @ twist[..., None]  # about the links' origins
+    linear, angular = (T[..., :3, :3] @ part for part in (momentum[..., :3, :], momentum[..., 3:, :]))
+    away = T[..., :3, 3] - center[:, None]
+    angular = angular[..., 0] + cross(away, linear[..., 0])
     missed = np.linalg.norm(totals - conserved, axis=2).max(axis=0)
-    greatest = np.array([np.linalg.norm(of, axis=2).max() for of in (linear, angular)])
+    greatest = np.array([np.linalg.norm(of, axis=-1).max() for of in (linear[..., 0], angular)])
     scale = float(greatest.max())  # of both: the linear momentum of links that only rotate is rounding, and no scale
     return float(missed.max()) / scale if scale > 0 else (np.inf if missed.any() else 0.0)

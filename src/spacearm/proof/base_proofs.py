@@ -25,8 +25,8 @@ from spacearm.motion import AnyTrajectory, Curve, Motion, PiecewisePath, TimeLaw
 from spacearm.motion.time_laws import over_time
 from spacearm.proof.base_attitude import BaseAttitude
 from spacearm.proof.base_momentum import BaseMotionBounds, FloatingBaseArrays, Reaction, masses_of, some_of, stated_base_errors
-from spacearm.proof.bodies import Bodies, JointMap, RelativeBodies, bodies_in_space_of, bodies_of
-from spacearm.proof.witness import Witness
+from spacearm.proof.bodies import Bodies, RelativeBodies, bodies_in_space_of, bodies_of, joints_of
+from spacearm.proof.witness import kinematics_of
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -524,14 +524,14 @@ def begun_base_proof(robot: Robot, trajectory: AnyTrajectory, setup: BaseSetup) 
         ProblemError: the base tumbles too often.
     """
     base = base_proof(robot, trajectory, setup)
-    base.begin(link_frames(base, np.array(base.curve.domain[:1]))[0])
+    if isinstance(base, FloatingBaseProof):  # a fixed one has nothing to compute
+        base.begin(link_frames(base, np.array(base.curve.domain[:1]))[0])
     return base
 
 
 def link_frames(base: BaseProof, u: Array) -> Array:
     """Return T_b_joint (r, j + 1, 4, 4) at parameters (r,) of the curve of a base proof; the last is the base itself."""
-    witness = Witness(base.robot, base.bodies()[0])
-    return witness.frames(JointMap(base.robot).values(base.curve.sample(u)))
+    return kinematics_of(base.robot).frames(joints_of(base.robot).values(base.curve.sample(u)))
 
 
 def own_parameter(base: BaseProof, u: float) -> float:

@@ -56,6 +56,12 @@ class JointMap:
         return q[:, self.dof] * self.multiplier + self.offset
 
 
+@cached_by_identity
+def joints_of(robot: Robot) -> JointMap:
+    """Return the map from a robot's degrees of freedom to its joints."""
+    return JointMap(robot)
+
+
 def ancestors(robot: Robot) -> NDArray[np.bool_]:
     """Return [k, i] of (j, j): whether joint i is between joint k and the base."""
     out = np.zeros((len(robot.joints),) * 2, dtype=bool)

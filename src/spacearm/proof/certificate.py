@@ -16,6 +16,7 @@ from spacearm.geometry.scene import scene_as_list
 from spacearm.motion import AnyTrajectory, LimitMargins
 from spacearm.motion.trajectory_values import trajectory_as_dict
 from spacearm.proof.base_proofs import LOST, BaseFindings, BaseSetup
+from spacearm.proof.proof_tree import ProofTree
 from spacearm.proof.required_clearance import PairClearance, pair_clearance_as_dict
 from spacearm.robot import Robot
 from spacearm.robot.model import robot_as_dict
@@ -125,8 +126,8 @@ class Certificate:
         limits: margins of the joint limits, for all t.
         checked: the limits that were asked for: "position", "velocity", "acceleration", "jerk".
         resolution: the shortest interval evaluated, as a share of the curve, all its pieces counting alike.
-        evaluations: configurations evaluated.
-        seconds: the time that the proof took.
+        evaluations: configurations evaluated by the check of the proof, or by the search for one.
+        seconds: the time that the proof took, its search included.
         witness: the libraries for kinematics and distances.
         robot, scene, trajectory: what it is about.
         base_setup: how the base is held, its start pose, and the momentum.
@@ -134,6 +135,8 @@ class Certificate:
         near_pairs: the pairs that have less than is asked for at the start or the goal, and what was proven for them.
         unchecked: the pairs of links that are not part of the claim, each with the reason.
         bare: links without an envelope: nothing is claimed of them.
+        proof: that pairs of bodies keep apart, as data; None unless `clear`.
+        tracking: (n,) how far each joint may be off the trajectory, which the claim includes [rad or m]; None: not at all.
         notes: further remarks, a sentence each.
     """
 
@@ -157,6 +160,8 @@ class Certificate:
     near_pairs: tuple[NearPair, ...] = ()
     unchecked: tuple[UncheckedPair, ...] = ()
     bare: tuple[str, ...] = ()
+    proof: ProofTree | None = field(default=None, repr=False)
+    tracking: NDArray[np.float64] | None = None
     notes: tuple[str, ...] = ()
 
     @property

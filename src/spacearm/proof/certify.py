@@ -1,7 +1,8 @@
 """The proof of a trajectory: `certify` checks its input, proves clearance, checks the limits, and states the result.
 
-Nothing of the search is used. The steps are in the other modules of this room: where the base goes (`base_proofs`), whether all
-pairs of bodies keep apart (`interval_search`), and what is stated about it (`certificate`).
+Nothing of the search is used. The steps are in the other modules of this room: where the base goes (`base_proofs`), what has to
+be shown (`claim`), a proof of it (`finder`), whether it shows it (`checker`), what is measured beside it (`measured`), and what
+is stated about all that (`certificate`).
 """
 
 from __future__ import annotations
@@ -9,44 +10,45 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import ProblemError, nearest
 from spacearm.core.identity_cache import cached_by_identity
-from spacearm.dynamics.base_models import BASE_MODELS
 from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory, LimitMargins, RecordedTrajectory, Trajectory
 from spacearm.motion.recorded import for_robot
 from spacearm.proof.base_proofs import (
     BaseFindings,
-    BaseProof,
-    BaseSetup,
-    FixedBaseProof,
     base_proof,
     base_setup_of,
+    link_frames,
     own_parameter,
     require_same,
     time_at,
 )
 from spacearm.proof.certificate import Certificate, ClosestApproach, Limit, NearPair, broken_limits
-from spacearm.proof.interval_search import ClearanceProof, Status
-from spacearm.proof.required_clearance import (
-    DEFAULT_CLEARANCE,
-    PairClearance,
-    RequiredClearance,
-    as_pair_clearances,
-    required_clearance,
-)
-from spacearm.proof.separation import NearestPair
+from spacearm.proof.checker import Checked, check_proof
+from spacearm.proof.claim import Claim, claim_of, with_near
+from spacearm.proof.finder import find_proof
+from spacearm.proof.measured import MeasuredApproaches, NearestPair, measure_approaches
+from spacearm.proof.near_pairs import find_near
+from spacearm.proof.path_intervals import PathIntervals
+from spacearm.proof.proof_tree import ProofTree
+from spacearm.proof.required_clearance import DEFAULT_CLEARANCE, PairClearance, as_pair_clearances, required_clearance
+from spacearm.proof.tracking import Tracking, require_bounded, tracking_of
+from spacearm.proof.witness import witness_name
 from spacearm.robot import Robot
 from spacearm.robot.unchecked_pairs import UncheckedPair, bare_links, lacks_envelope, unchecked_pairs
 
+Status = Literal["holds", "fails", "undecided"]
+
 LIMITS: tuple[Limit, ...] = ("position", "velocity", "acceleration")
 RESOLUTION = 1e-7
+_AROUND = 0.02  # of the curve: so far around an instant is measured where there is no proof
 _LARGEST = 1e6  # [m or rad] the rounding of larger numbers, 1e-10 of them, is larger than a clearance worth proving
 
 
@@ -77,6 +79,8 @@ def certify(
     jerk_limit: ArrayLike | None = None,
     clearance: float | None = None,
     resolution: float = RESOLUTION,
+    tracking: Tracking | None = None,
+    proof: ProofTree | None = None,
     minimum_clearance: None = None,
 ) -> Certificate:
     """Prove that a trajectory keeps clear of the obstacles and of the robot itself, and within the limits, for all t.
@@ -94,8 +98,13 @@ def certify(
         jerk_limit: of |dddq|, one number or (n,) [rad/s^3 or m/s^3]; None: jerk is not checked.
         clearance: that is required of all pairs without a value of their own in `problem.clearances` [m]; None: the problem's.
             Pairs that cannot meet (`robot.apart`) have to keep more than 0, or their own value.
-        resolution: intervals shorter than this share of the curve, all its pieces counting alike, are not halved. The
+        resolution: stretches shorter than this share of the curve, all its pieces counting alike, are not halved. The
             certificate is undecided then.
+        tracking: by how much each joint may be off the trajectory at any instant [rad or m]: a number for all joints, or a
+            mapping from joints' names, and "all", to numbers. Then clearances and position limits are proven for all that
+            stays within it; a base that follows the arm allows none. None: the joints are where the trajectory says.
+        proof: of the clearances, as a plan file carries one, to be checked. If it does not show them, a note says so, and
+            another one is looked for. None: one is looked for.
         minimum_clearance: former name; no longer taken.
 
     Returns:
@@ -123,29 +132,35 @@ def certify(
         )
     asked, by_pair = _asked(problem, clearance)
     finest = as_number("resolution", resolution, ProblemError, above=0)
+    tube = tracking_of(robot, tracking)
+    require_bounded(setup.model, tube)
     begun = time.perf_counter()
-    base, proof = _prepared(
-        problem, trajectory, setup, required=required_clearance(robot, problem.scene, asked, by_pair), finest=finest
-    )
-    margins = trajectory.margins(robot, jerk_limit=jerk_limit)  # the problem's limits, whoever made the trajectory
+    margins = _within_tube(trajectory.margins(robot, jerk_limit=jerk_limit), tube)  # of the problem's limits
     checked = checked if jerk_limit is None else (*checked, "jerk")
-    found = _clearance(problem, trajectory, base, proof, by_pair=by_pair, finest=finest)
-    clear = found.status == "holds"
+    base = base_proof(robot, trajectory, setup)
+    required = required_clearance(robot, problem.scene, asked, by_pair)
+    path = PathIntervals(base.curve)
+    claim = claim_of(robot, problem.scene, base, path, required=required, by_pair=by_pair, tracking=tube)
+    _require_no_large_number(claim)
+    found = _Clearances(problem, claim, proof, finest)
     kept = _limits_kept(robot, trajectory, margins, checked, found.base)
+    clear = found.status == "holds"
     return Certificate(
         status=found.status if kept else "fails",
         clear=clear,
-        clearance=proof.proven_in_full if clear and kept else None,
+        clearance=found.proven_in_full if clear and kept else None,
         required=asked,
         required_by_pair=by_pair,
         closest=found.closest,
-        near_pairs=_near_pairs(proof, robot, problem.scene, base, holds=clear and kept),
+        near_pairs=found.near_pairs(holds=clear and kept),
         limits=margins,
         checked=checked,
+        tracking=tube if tube.any() else None,
         resolution=found.resolution,
         evaluations=found.evaluations,
         seconds=time.perf_counter() - begun,
-        witness=proof.witness.name,
+        witness=witness_name(),
+        proof=found.proof if clear else None,
         robot=robot,
         scene=problem.scene,
         trajectory=trajectory,
@@ -169,116 +184,164 @@ def _asked(problem: HasScene, clearance: float | None) -> tuple[float, tuple[Pai
     return asked, as_pair_clearances(getattr(problem, "clearances", ()))
 
 
-def _prepared(
-    problem: HasScene, trajectory: AnyTrajectory, setup: BaseSetup, *, required: RequiredClearance, finest: float
-) -> tuple[BaseProof, ClearanceProof]:
-    """Return the proofs of base and clearance, with nothing computed yet.
+def _within_tube(margins: LimitMargins, tube: NDArray[np.float64]) -> LimitMargins:
+    """Return the margins of all that stays within a tracking error (n,) of a trajectory, as far as positions go."""
+    return replace(margins, position=margins.position - tube) if tube.any() else margins
+
+
+def _require_no_large_number(claim: Claim) -> None:
+    """Refuse a claim with a number whose rounding outweighs any clearance.
 
     Raises:
-        ProblemError: a number is too large.
+        ProblemError: there is one.
     """
-    with np.errstate(over="ignore", invalid="ignore"):  # such numbers are refused below
-        base = base_proof(problem.robot, trajectory, setup)
-        proof = ClearanceProof(problem.robot, problem.scene, base, required=required, resolution=finest)
-        largest = proof.largest_number()
+    bodies, joints = claim.bodies, claim.robot.joints
+    _, low, high = claim.base.curve.hulls(0, bisections=0)
+    numbers = [low, high, bodies.vertices, bodies.radius, bodies.disc, claim.base.setup.start, claim.held.required]
+    numbers += [np.array([[joint.offset, joint.multiplier] for joint in joints])]
+    numbers += [np.array([joint.T_parent_joint[:3, 3] for joint in joints])]
+    largest = float(np.max([np.abs(array).max(initial=0.0) for array in numbers]))
     if not largest <= _LARGEST:
         raise ProblemError(
             f"the robot, the scene or the path has a number of {largest:.4g}, expected at most {_LARGEST:g} [m or rad]: beyond "
             "it rounding outweighs any clearance"
         )
-    return base, proof
 
 
-class _Clearance(NamedTuple):
-    """The result of the clearance proofs.
+class _Clearances:
+    """The proof that pairs of bodies keep apart, with what is measured beside it.
 
     Attributes:
         status: of all pairs of bodies.
-        closest: the closest approach.
-        base: what was found about the base.
-        evaluations, resolution: as in `ClearanceProof`.
+        claim: what was to be shown; with the pairs that are near at an end.
+        base: what was found about the base; None if it is at rest, or its motion unknown.
+        proof: that shows the claim; None if the status is not "holds".
+        proven: (phases,) the clearance proven, by phase [m].
+        resolution, evaluations: as in `Certificate`.
         notes: to be added to the certificate's.
     """
 
-    status: Status
-    closest: ClosestApproach | None
-    base: BaseFindings | None
-    evaluations: int
-    resolution: float
-    notes: tuple[str, ...] = ()
+    def __init__(self, problem: HasScene, claim: Claim, given: ProofTree | None, finest: float) -> None:
+        """Prove, or say why not.
+
+        Args:
+            problem: may have `base_limits`.
+            claim: what has to be shown, without pairs that are near at an end.
+            given: a proof to be checked, if any.
+            finest: shorter stretches are not halved.
+        """
+        self.claim, self.base, self.proof = claim, None, None
+        self.status: Status = "undecided"
+        self.resolution, self.evaluations, self.notes = 1.0, 0, ()
+        self.proven = np.full(claim.held.phases, -np.inf)
+        self._approaches: MeasuredApproaches | None = None
+        if claim.base.setup.model.lacking(claim.robot):
+            return
+        claim.base.begin(link_frames(claim.base, np.array(claim.base.curve.domain[:1]))[0])
+        self.base = claim.base.findings(getattr(problem, "base_limits", None), lambda u: _placed(claim, u))
+        if self.base is None or self.base.followed:
+            self._prove(given, finest)
+
+    def _prove(self, given: ProofTree | None, finest: float) -> None:
+        near = find_near(self.claim)
+        if near:
+            self.claim = with_near(self.claim, near)
+        checked = None if given is None else check_proof(self.claim, given)
+        found = find_proof(self.claim, resolution=finest)
+        if checked is not None and checked.fault:
+            self.notes = (f"the proof given does not show it ({checked.fault})",)
+            given = checked = None
+        proof = found.proof if given is None else given
+        if proof is not None and checked is None:
+            checked = check_proof(self.claim, proof)
+        self.evaluations = found.stretches
+        around = _AROUND if checked is None or checked.fault else checked.finest
+        self._approaches = measure_approaches(self.claim, found.closest, found.worst, finest=around)
+        self._conclude(proof, checked)
+
+    def _conclude(self, proof: ProofTree | None, checked: Checked | None) -> None:
+        """Hold the check of a proof against what was measured: neither is believed where they contradict each other."""
+        assert self._approaches is not None
+        if self._approaches.fails:
+            self.status = "fails"
+        elif checked is not None and not checked.fault and not self._approaches.contradict(checked.proven):
+            self.status = "undecided" if lacks_envelope(self.claim.robot) else "holds"
+            self.proof, self.proven = proof, checked.proven
+            self.resolution, self.evaluations = checked.finest, checked.stretches
+            self.notes = (*self.notes, *self._on_links_apart())
+        elif checked is not None and checked.fault:
+            self.notes = (*self.notes, f"the proof that was found is not one ({checked.fault})")
+
+    @property
+    def proven_in_full(self) -> float:
+        """The clearance is at least this for all pairs that are held to what is required [m]; infinite if there are none.
+
+        If none is held to that at any time, it is the clearance of all pairs; but not of links that cannot meet.
+        """
+        full = float(self.proven[self.claim.held.full_phases].min())
+        return full if np.isfinite(full) else float(self.proven[:-1].min())
+
+    @property
+    def closest(self) -> ClosestApproach | None:
+        """The closest approach of what `proven_in_full` is about, or else the pair that lacks most; None: nothing was measured."""
+        found = self._approaches
+        if found is None:
+            return None
+        near = found.worst
+        if self.status == "holds":
+            near = found.nearest(self.claim.held.full_phases) or found.nearest(range(len(self.proven) - 1))
+        return None if near is None else _closest(near, self.claim)
+
+    def near_pairs(self, *, holds: bool) -> tuple[NearPair, ...]:
+        """Return the pairs that are near at an end, with names and times: once for each end, or once for both.
+
+        Args:
+            holds: whether what was proven of them may be stated.
+        """
+        claim = self.claim
+        begin, end = claim.base.curve.domain
+        links = tuple(dict.fromkeys(shape.name for shape in claim.robot.shapes))
+        obstacles = len(claim.scene.obstacles)
+        out: list[NearPair] = []
+        for i, near in enumerate(claim.held.pairs):
+            obstacle = near.other if near.other < obstacles else None
+            for part in near.parts:
+                phase = 3 * i + part.phase
+                times = time_at(claim.base, np.clip([part.begin, part.end], begin, end))
+                measured = None if self._approaches is None else self._approaches.closest[phase]
+                pair = NearPair(
+                    link=links[near.link],
+                    other=f"link '{links[near.other - obstacles]}'"
+                    if obstacle is None
+                    else f"obstacle {claim.scene.called(obstacle)}",
+                    obstacle=obstacle,
+                    ends=part.ends,
+                    clearance=part.has,
+                    required=near.required,
+                    held_to=near.held(part.phase),
+                    proven=float(self.proven[phase]) if holds else None,
+                    measured=part.has if measured is None else min(part.has, measured.clearance),
+                    begin=float(times[0]),
+                    end=float(times[1]),
+                )
+                out.append(pair)
+        return tuple(out)
+
+    def _on_links_apart(self) -> tuple[str, ...]:
+        """Say so where links that cannot meet come nearer than what is proven of all others."""
+        near = None if self._approaches is None else self._approaches.closest[-1]
+        if near is None or near.clearance >= self.proven_in_full:
+            return ()
+        named = _closest(near, self.claim)
+        return (
+            f"link '{named.link}' and {named.other} come nearer, {named.clearance * 1e3:.3g} mm as measured: they cannot meet "
+            "within the limits, and of such links it is only proven that they do not",
+        )
 
 
-def _clearance(
-    problem: HasScene,
-    trajectory: AnyTrajectory,
-    base: BaseProof,
-    proof: ClearanceProof,
-    *,
-    by_pair: tuple[PairClearance, ...],
-    finest: float,
-) -> _Clearance:
-    """Prove that all pairs of bodies keep apart: those with a clearance, then those that cannot meet."""
-    robot, scene = problem.robot, problem.scene
-    found: BaseFindings | None = None
-    status: Status = "undecided"
-    near: NearestPair | None = None
-    if not base.setup.model.lacking(robot):
-        proof.integrate_base()
-        found = base.findings(getattr(problem, "base_limits", None), proof.frames_at)
-        if found is None or found.followed:
-            status, near = proof.result()
-    closest = None if near is None else _closest(near, robot, scene, base)
-    result = _Clearance(status, closest, found, proof.evaluations, proof.resolution)
-    if status == "holds" and robot.apart is not None:
-        result = _with_apart(result, proof.proven_in_full, _apart(robot, trajectory, by_pair=by_pair, finest=finest))
-    if result.status == "holds" and lacks_envelope(robot):
-        result = result._replace(status="undecided")
-    return result
-
-
-def _apart(robot: Robot, trajectory: AnyTrajectory, *, by_pair: tuple[PairClearance, ...], finest: float) -> _Clearance:
-    """Prove that the pairs of links that cannot meet within the limits do not meet on the trajectory.
-
-    Only contact matters for them, unless a pair has a clearance of its own: the planner does not look at them. The motion of
-    the base does not matter.
-    """
-    links = _with_apart_only(robot)
-    at_rest = BaseSetup(model=BASE_MODELS["fixed"], start=np.eye(4), linear=np.zeros(3), angular=np.zeros(3))
-    base = FixedBaseProof(links, trajectory, at_rest)
-    named = {(min(link, other), max(link, other)) for link, other in links.self_pairs}
-    own = [one for one in by_pair if one.link and one.other_link and tuple(sorted((one.link, one.other_link))) in named]
-    required = required_clearance(links, Scene(), 0.0, own)
-    proof = ClearanceProof(links, Scene(), base, required=required, resolution=finest, proven_share=0.0)
-    proof.integrate_base()
-    status, near = proof.result()
-    closest = None if near is None else _closest(near, links, Scene(), base)
-    return _Clearance(status, closest, None, proof.evaluations, proof.resolution)
-
-
-def _with_apart(result: _Clearance, proven: float, apart: _Clearance) -> _Clearance:
-    """Return the result of the pairs with a clearance (`proven`), with that of the pairs that cannot meet."""
-    result = result._replace(
-        evaluations=result.evaluations + apart.evaluations, resolution=min(result.resolution, apart.resolution)
-    )
-    if apart.status != "holds":
-        return result._replace(status=apart.status, closest=apart.closest)
-    near = apart.closest
-    if result.closest is None or near is None or near.clearance >= proven:
-        return result
-    note = (
-        f"link '{near.link}' and {near.other} come nearer, {near.clearance * 1e3:.3g} mm as measured: they cannot meet within "
-        "the limits, and of such links it is only proven that they do not"
-    )
-    return result._replace(notes=(note,))
-
-
-@cached_by_identity
-def _with_apart_only(robot: Robot) -> Robot:
-    """Return the robot with only the links that cannot meet, and with their pairs as those that must keep clear."""
-    assert robot.apart is not None
-    links = {link for pair in robot.apart.pairs for link in pair}
-    shapes = tuple(part for part in robot.shapes if part.name in links)
-    return replace(robot, shapes=shapes, self_pairs=robot.apart.pairs, apart=None)
+def _placed(claim: Claim, u: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return T_w_joint (r, j + 1, 4, 4) at parameters (r,) of the curve; the last is the base."""
+    return claim.base.placed(u, link_frames(claim.base, u))
 
 
 @cached_by_identity
@@ -286,48 +349,19 @@ def _unchecked(robot: Robot) -> tuple[UncheckedPair, ...]:
     return unchecked_pairs(robot)
 
 
-def _closest(near: NearestPair, robot: Robot, scene: Scene, base: BaseProof) -> ClosestApproach:
+def _closest(near: NearestPair, claim: Claim) -> ClosestApproach:
     """Return a closest approach with names, time, and the parameter of the trajectory's own curve."""
-    obstacle = near.obstacle
+    obstacle, shapes = near.obstacle, claim.robot.shapes
     return ClosestApproach(
-        link=robot.shapes[near.shape].name,
-        other=f"link '{robot.shapes[near.other].name}'" if obstacle is None else f"obstacle {scene.called(obstacle)}",
+        link=shapes[near.shape].name,
+        other=f"link '{shapes[near.other].name}'" if obstacle is None else f"obstacle {claim.scene.called(obstacle)}",
         obstacle=obstacle,
-        time=float(time_at(base, np.array(near.u))),
-        u=own_parameter(base, near.u),
+        time=float(time_at(claim.base, np.array(near.u))),
+        u=own_parameter(claim.base, near.u),
         clearance=near.clearance,
         required=near.required,
         points=near.points,
     )
-
-
-def _near_pairs(proof: ClearanceProof, robot: Robot, scene: Scene, base: BaseProof, *, holds: bool) -> tuple[NearPair, ...]:
-    """Return the pairs that are near at an end, with names and times: once for each end, or once for both."""
-    begin, end = base.curve.domain
-    links = tuple(dict.fromkeys(shape.name for shape in robot.shapes))
-    out: list[NearPair] = []
-    for i, near in enumerate(proof.requirements.near):
-        obstacle = near.other if near.other < len(scene.obstacles) else None
-        for part in near.parts:
-            phase = 3 * i + part.phase
-            times = time_at(base, np.clip([part.begin, part.end], begin, end))
-            pair = NearPair(
-                link=links[near.link],
-                other=f"link '{links[near.other - len(scene.obstacles)]}'"
-                if obstacle is None
-                else f"obstacle {scene.called(obstacle)}",
-                obstacle=obstacle,
-                ends=part.ends,
-                clearance=part.has,
-                required=near.required,
-                held_to=near.held(part.phase),
-                proven=float(proof.proven[phase]) if holds else None,
-                measured=min(part.has, float(proof.measured.clearance[phase])),
-                begin=float(times[0]),
-                end=float(times[1]),
-            )
-            out.append(pair)
-    return tuple(out)
 
 
 def _limits_kept(

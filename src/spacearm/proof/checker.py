@@ -1,12 +1,12 @@
 """The check of a proof: little code that decides alone whether a proof tree shows what a claim says.
 
-It makes all nodes of the proof by itself, level by level, from the pairs and the path of the claim (`_expanded`). So no pair and
-no instant can be missing, whatever the proof says. The proof only says how nodes are divided, and gives a direction for each
-node that is not. For that node the direction must prove, on the whole stretch, that the two bodies keep more than what they are
-held to (`_Planes`). docs/certificate.md, sections 2 to 6, has the formulas and their proofs; the letters are the same.
+It makes all nodes of the proof by itself, level by level, from the pairs and the path of the claim (`_expanded`). So no pair
+and no instant can be missing, whatever the proof says. The proof only says how nodes are divided, and gives a direction for
+each node that is not. On the whole stretch of that node, the direction must prove that the two bodies keep more than what they
+are held to (`_clearances`). docs/certificate.md, sections 2 to 6, has the formulas and their proofs; the letters are the same.
 
 Trusted are the claim, Pinocchio's kinematics, the bounds of the path (`path_intervals`) and of a base that the arm moves
-(`base_momentum`), and this file. The search, the finder and the native kernel are not: nothing of them is used.
+(`base_momentum`), and this file. The search and the finder are not: nothing of them is used.
 """
 
 from __future__ import annotations
@@ -31,20 +31,19 @@ from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 GUARD = 1e-9
 """[m] Every gap is reduced by this, for the rounding of numbers of a few metres; see `_RELATIVE_GUARD` for larger ones."""
 
-_RELATIVE_GUARD = 1e-13  # times the coordinates that a gap comes from: it is reduced by this, too
+_RELATIVE_GUARD = 1e-13  # times the size of the numbers that a gap comes from: it is reduced by this, too
 _VALUE_ROUNDING = 1e-15  # times a joint's value at the midpoint: the rounding of multiplier and offset
 _DISTANCE_ROUNDING = 1e-14  # times a squared distance, which is added to rho^2, a difference of squares
-_SHORTEST, _LONGEST = 1e-140, 1e140  # of a direction: outside, the squares of its coordinates underflow or overflow
-_INWARD = 1 - 1e-13  # times a distance that must be within a bundle's radius: the rounding of this check alone
+_SHORTEST, _LONGEST = 1e-140, 1e140  # of a direction: beyond, the squares of its coordinates underflow or overflow
+_INWARD = 1 - 1e-13  # times the size of what a bundle must enclose: the rounding of that size
 _MOST_NODES = 100_000_000  # of a proof
+_STRETCHES, _ROWS = 1024, 65_536  # stretches and nodes that are evaluated at once, so that the memory suffices
 _STRETCH = 2  # the column of a node's stretch; that of its first body is 0, and that of the other body is 1
 _REPLACED = np.array([-1, _STRETCH, 0, 1])  # by what a proof says of a node: the column whose parts follow
-_STRETCHES, _ROWS = 1024, 65_536  # of a batch, so that a large proof does not exhaust the memory
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,8 +52,8 @@ class Checked:
 
     Attributes:
         fault: why the proof does not show the claim, in one sentence; "" if it does.
-        proven: (phases,) by phase of the claim, no pair ever has less clearance than this [m]; infinite where nothing is in the
-            way, and minus infinity if there is a fault.
+        proven: (phases,) by phase of the claim: no pair ever has less clearance than this [m]. It is infinite where nothing is
+            in the way, and minus infinity if there is a fault.
         nodes, stretches: how many nodes the proof has, and on how many stretches of the path planes were evaluated.
         finest: the shortest of them, as a share of the path.
     """
@@ -74,43 +73,21 @@ def check_proof(claim: Claim, proof: ProofTree) -> Checked:
     """Decide whether a proof shows a claim. Whatever the proof holds, this raises nothing.
 
     Args:
-        claim: what must be shown. It must not be of the proof's author.
+        claim: what must be shown, with a base that has begun.
         proof: may be of anybody.
     """
-    proven = np.full(claim.held.phases, np.inf)
+    proven, stretches, finest = np.full(claim.held.phases, np.inf), 0, 1.0
     try:
         if not _bundles_enclose(claim.bodies):
             raise _Fault("a bundle of the table of bodies does not enclose its members")
         if claim.tracking.any() and claim.pairs.free.any():
             raise _Fault("the attitude of a floating base under a tracking error has no bound")
-        settled, stretches = _expanded(claim, proof)
-        for some, on in _batches(settled, stretches):
-            _check(claim, some, on, proven)
+        for settled, on in _batches(*_expanded(claim, proof)):
+            _check(claim, settled, on, proven)
+            stretches, finest = stretches + len(on), min(finest, float(on.share.min()))
     except _Fault as fault:
         return Checked(fault=str(fault), proven=np.full_like(proven, -np.inf), nodes=0, stretches=0, finest=1.0)
-    share = stretches.share[np.unique(settled.stretch)]
-    return Checked(fault="", proven=proven, nodes=len(proof.steps), stretches=len(share), finest=float(share.min(initial=1.0)))
-
-
-@cached_by_identity
-def _bundles_enclose(bodies: ConvexBodies) -> bool:
-    """Return whether every bundle encloses its members, and no core gets further from its centre than its reach."""
-    disc, count = bodies.disc, bodies.points
-    row, point = _ranges(bodies.first_point, count)
-    away = bodies.vertices[point] - bodies.center[row]
-    rim = _across(away, bodies.axis[row])  # the furthest point of a disc at this point is where this adds most
-    reached = np.sqrt(_dot(away, away) + 2 * rim * disc[row] + disc[row] ** 2)
-    within = bool((reached * _INWARD <= bodies.reach[row]).all())
-    bundle = np.flatnonzero(bodies.members)
-    member_of, member = _ranges(bodies.first_member[bundle], bodies.members[bundle])
-    around = bundle[member_of]
-    same = (bodies.frame[member] == bodies.frame[around]) & ~bodies.half_space[member]
-    whole = (bodies.points[bundle] == 1).all() and not bodies.disc[bundle].any() and not bodies.half_space[bundle].any()
-    center = bodies.vertices[bodies.first_point[around]]
-    row, point = _ranges(bodies.first_point[member], count[member])
-    away = bodies.vertices[point] - center[row]
-    size = np.sqrt(_dot(away, away)) + (disc + bodies.radius)[member][row]
-    return within and bool(whole) and bool(same.all()) and bool((size * _INWARD <= bodies.radius[around][row]).all())
+    return Checked(fault="", proven=proven, nodes=len(proof.steps), stretches=stretches, finest=finest)
 
 
 # ---- All nodes of a proof --------------------------------------------------------------------------------------------
@@ -132,11 +109,11 @@ class _Settled(NamedTuple):
 
     def select(self, which: Indices | slice) -> _Settled:
         """Return some of them."""
-        return _Settled(*(column[which] for column in self))
+        return _Settled(self.first[which], self.other[which], self.stretch[which], self.direction[which])
 
 
 def _expanded(claim: Claim, proof: ProofTree) -> tuple[_Settled, Intervals]:
-    """Make all nodes of a proof; return those that are settled, and the stretches of the path.
+    """Make all nodes of a proof; return those that are settled, and the table of stretches.
 
     A node that is divided is replaced by nodes that together are the same: by two halves of its stretch, or by all members of a
     bundle. So one of its three numbers is replaced: the first body, the other one, or the stretch.
@@ -144,49 +121,54 @@ def _expanded(claim: Claim, proof: ProofTree) -> tuple[_Settled, Intervals]:
     Raises:
         _Fault: the proof does not fit.
     """
-    bodies, steps = claim.bodies, proof.steps
-    _require_arrays(claim, proof)
+    bodies, steps, roots = claim.bodies, proof.steps, len(claim.pairs.first)
+    _require_arrays(proof, roots)
     stretches, halves_of = claim.path.whole(), np.full(1, -1)
-    level = np.stack([claim.pairs.first, claim.pairs.other, np.zeros(len(claim.pairs.first), np.intp)], axis=1)
+    level = np.stack([claim.pairs.first, claim.pairs.other, np.zeros(roots, np.intp)], axis=1)
     levels, begin = [level], 0
     while len(level):
         step = steps[begin : begin + len(level)]
         begin += len(level)
         divided = np.flatnonzero(step)
-        level, column = level[divided], _REPLACED[step[divided]]
+        level, column = level.take(divided, axis=0), _REPLACED.take(step.take(divided))
         whole = level[np.arange(len(level)), column]
-        halved = column == _STRETCH
-        stretches, halves_of = _with_halves(claim, stretches, halves_of, whole[halved])
-        body = np.where(halved, 0, whole)
-        count = np.where(halved, 2, bodies.members[body])
+        halved, opened = np.flatnonzero(column == _STRETCH), np.flatnonzero(column != _STRETCH)
+        stretches, halves_of = _with_halves(claim, stretches, halves_of, whole.take(halved))
+        first, count = np.empty(len(level), np.intp), np.full(len(level), 2)
+        first[halved] = halves_of.take(whole.take(halved))
+        if opened.size:
+            body = whole.take(opened)
+            first[opened], count[opened] = bodies.first_member.take(body), bodies.members.take(body)
         if not count.all():
             raise _Fault(f"the proof opens body {whole[count == 0][0]}, which has no members")
-        following = int(count.sum())
-        if begin + following > len(steps):
-            raise _Fault(f"the proof has {len(steps)} nodes, expected at least {begin + following}")
-        parts = bodies.first_member[body]
-        parts[halved] = halves_of[whole[halved]]
-        parent, part = _ranges(parts, count)
-        level = level[parent]
-        level[np.arange(following), column[parent]] = part
+        parts = int(count.sum())
+        if begin + parts > len(steps):
+            raise _Fault(f"the proof has {len(steps)} nodes, expected at least {begin + parts}")
+        parent, part = _ranges(first, count)
+        level = level.take(parent, axis=0)
+        level[np.arange(parts), column.take(parent)] = part
         levels.append(level)
     if begin != len(steps):
         raise _Fault(f"the proof has {len(steps)} nodes, expected {begin}")
-    first, other, stretch = np.ascontiguousarray(np.concatenate(levels)[steps == SETTLED].T)
-    if len(first) != len(proof.directions):
-        raise _Fault(f"the proof has {len(proof.directions)} directions, expected {len(first)}")
+    settled = np.concatenate(levels).take(np.flatnonzero(steps == SETTLED), axis=0)
+    if len(settled) != len(proof.directions):
+        raise _Fault(f"the proof has {len(proof.directions)} directions, expected {len(settled)}")
+    first, other, stretch = np.ascontiguousarray(settled.T)
     return _Settled(first, other, stretch, proof.directions), stretches
 
 
-def _require_arrays(claim: Claim, proof: ProofTree) -> None:
+def _require_arrays(proof: ProofTree, roots: int) -> None:
+    """Check the arrays of a proof for a number of roots.
+
+    Raises:
+        _Fault: they are of another kind or size.
+    """
     steps, directions = proof.steps, proof.directions
-    if steps.ndim != 1 or steps.dtype != np.uint8 or len(steps) > _MOST_NODES:
-        raise _Fault(f"the proof's steps are {steps.dtype} {steps.shape}, expected at most {_MOST_NODES} of uint8")
+    if steps.ndim != 1 or steps.dtype != np.uint8 or not roots <= len(steps) <= _MOST_NODES:
+        raise _Fault(f"the proof has {steps.shape} nodes of {steps.dtype}, expected {roots} to {_MOST_NODES} of uint8")
     if directions.ndim != 2 or directions.shape[1] != 3 or directions.dtype != np.float64:
-        raise _Fault(f"the proof's directions are {directions.dtype} {directions.shape}, expected float64 (d, 3)")
-    if len(steps) < len(claim.pairs.first):
-        raise _Fault(f"the proof has {len(steps)} nodes, expected at least {len(claim.pairs.first)}")
-    if len(steps) and steps.max() > MEMBERS_OF_OTHER:
+        raise _Fault(f"the proof has {directions.shape} directions of {directions.dtype}, expected (., 3) of float64")
+    if steps.max(initial=0) > MEMBERS_OF_OTHER:
         raise _Fault(f"the proof says {steps.max()} of a node, expected 0 to {MEMBERS_OF_OTHER}")
 
 
@@ -214,102 +196,82 @@ def _batches(settled: _Settled, stretches: Intervals) -> Iterator[tuple[_Settled
     which, number = _numbered(settled.stretch, len(stretches))
     settled = settled._replace(stretch=number)
     if len(which) > _STRETCHES:
-        settled = settled.select(np.argsort(settled.stretch, kind="stable"))
+        settled = settled.select(np.argsort(number, kind="stable"))
     for begin in range(0, len(which), _STRETCHES):
-        rows = slice(None)
-        if len(which) > _STRETCHES:
-            rows = slice(*np.searchsorted(settled.stretch, [begin, begin + _STRETCHES]).tolist())
-        some = settled.select(rows)
+        rows = np.searchsorted(settled.stretch, [begin, begin + _STRETCHES]) if len(which) > _STRETCHES else (0, len(number))
+        some = settled.select(slice(*rows))
         yield some._replace(stretch=some.stretch - begin), stretches.select(which[begin : begin + _STRETCHES])
 
 
 # ---- How far bodies move ---------------------------------------------------------------------------------------------
 
 
-class _Motions(NamedTuple):
-    """The p relative motions of a claim with j joints; see `BodyPairs`.
-
-    Attributes:
-        sign: (p, j) the joints between the two bodies.
-        moves: (p, j) 1 for joints that move the first body in the frame of the other one, else 0.
-        order: (p, j, j) the weights c_ki of pairs of joints.
-    """
-
-    sign: Array
-    moves: Array
-    order: Array
-
-    @classmethod
-    def of(cls, pairs: BodyPairs) -> _Motions:
-        """Return the motions of pairs: where the arm moves the base, all joints move all bodies."""
-        moves = np.where(pairs.free[:, None], 1.0, np.abs(pairs.sign))
-        return cls(pairs.sign, moves, np.where(pairs.free[:, None, None], pairs.whole_order, pairs.order))
-
-
 @cached_by_identity
-def _joints_of(robot: Robot) -> JointMap:
+def _joint_map(robot: Robot) -> JointMap:
     return JointMap(robot)
 
 
+@cached_by_identity
+def _moving_joints(pairs: BodyPairs) -> tuple[Array, Array]:
+    """Return which joints move a body in each relative motion, (p, j), 1 or 0, and the weights c_ki (p, j, j).
+
+    In the inertial frame, all joints move every body of a robot that moves its base.
+    """
+    moves = np.where(pairs.free[:, None], 1.0, np.abs(pairs.sign))
+    return moves, np.where(pairs.free[:, None, None], pairs.whole_order, pairs.order)
+
+
 class _Midpoints:
-    """The robot at the midpoints of r stretches, and how its joints move on the stretches.
+    """The robot at the midpoints of r stretches, and how its joints move on them.
 
     Attributes:
         ends, half: (r, 2) and (r,) where the stretches begin and end, and half their lengths h.
-        R, place: (r, j + 2, 3, 3) and (r, j + 2, 3) of all frames, in the inertial frame [m].
-        omega, velocity: (r, p, 3) the twists of the relative motions, per unit of u, about the inertial frame's origin.
+        frames: j + 2, how many frames there are.
+        R, place: (r (j + 2), 3, 3) and (r (j + 2), 3) of all frames, in the inertial frame [m].
+        omega, velocity: (r p, 3) the twists of the relative motions, per unit of u, about the inertial frame's origin.
     """
 
     def __init__(self, claim: Claim, stretches: Intervals) -> None:
-        joints, line = _joints_of(claim.robot), claim.path.linear_bounds(stretches)
+        joints, line = _joint_map(claim.robot), claim.path.linear_bounds(stretches)
         values = joints.values(line.q)
-        T = claim.base.placed(line.u, Witness(claim.robot, claim.base.bodies()[0]).frames(values))
-        self.ends, self.half, self._pairs = stretches.ends, line.half, claim.pairs
-        self._motions, self._revolute = _Motions.of(claim.pairs), joints.revolute * 1.0
+        placed = claim.base.placed(line.u, Witness(claim.robot, claim.base.bodies()[0]).frames(values))
         rate = line.rate[:, joints.dof] * joints.multiplier
         deviation = line.deviation[:, joints.dof] * np.abs(joints.multiplier) + _VALUE_ROUNDING * np.abs(values)
-        self._tube = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)
+        self._tube: Array = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)
         step = np.abs(rate) * line.half[:, None] + deviation + self._tube
-        self._base = claim.base.motion_bounds(T, rate, deviation, step, line.half)
-        world = np.broadcast_to(np.eye(4), (len(T), 1, 4, 4))
-        T = np.concatenate([world, T[:, -1:], T[:, :-1]], axis=1)
-        self.R, self.place = np.ascontiguousarray(T[..., :3, :3]), np.ascontiguousarray(T[..., :3, 3])
-        self._z, self._origin = self.R[:, 2:, :, 2], self.place[:, 2:]
+        self._base = claim.base.motion_bounds(placed, rate, deviation, step, line.half)
+        self._pairs, self._turns = claim.pairs, joints.revolute * 1.0
+        self.ends, self.half, self.frames = stretches.ends, line.half, placed.shape[1] + 1
+        world = np.broadcast_to(np.eye(4), (len(placed), 1, 4, 4))
+        T = np.concatenate([world, placed[:, -1:], placed[:, :-1]], axis=1)
+        self.R: Array = T[..., :3, :3].reshape(-1, 3, 3)
+        self.place: Array = T[..., :3, 3].reshape(-1, 3)
+        self._z, self._origin = np.ascontiguousarray(T[:, 2:, :3, 2]), np.ascontiguousarray(T[:, 2:, :3, 3])
         self._sums(step, deviation)
         self._twists(rate)
 
     def _sums(self, step: Array, deviation: Array) -> None:
         """Compute what all bodies of a motion share: sums over the joints, (r, p) or (r, p, j)."""
-        motions, own = self._motions, np.abs(self._motions.sign)
-        g = step[:, None] * np.einsum("pki,ri->rpk", motions.order, step) / 2
-        self._first = step[:, None] * motions.moves
-        self._second = deviation[:, None] * motions.moves + g
-        self._theta = np.einsum("rpk,pk->rp", self._first, own * self._revolute)
-        self._theta_2 = np.einsum("rpk,pk->rp", self._second, own * self._revolute)
-        self._turned = np.einsum("rpk,k->rp", g, self._revolute)
-
-    def tube(self, on: Indices, motion: Indices, center: Array, reach: Array, n: Array) -> Array:
-        """Bound how far bodies get along directions n (t, 3) by the tracking error alone, to first order, (t,) [m].
-
-        The centre of a body moves by n . (z x (c - o)) per rad of a joint, and an offset from it by its length at most.
-        """
-        steps = self._motions.moves[motion] * self._tube  # (t, j)
-        away, z = center[:, None] - self._origin[on], self._z[on]
-        along = np.where(self._revolute > 0, _dot(cross(n[:, None], z), away), _dot(n[:, None], z))
-        return np.einsum("tk,tk->t", np.abs(along), steps) + reach * (steps @ self._revolute)
+        moves, order = _moving_joints(self._pairs)
+        between = np.abs(self._pairs.sign) * self._turns
+        g: Array = step[:, None] * np.einsum("pki,ri->rpk", order, step) / 2
+        first, second = step[:, None] * moves, deviation[:, None] * moves + g
+        self._theta: Array = np.einsum("rpk,pk->rp", first, between)
+        self._theta_2: Array = np.einsum("rpk,pk->rp", second, between)
+        self._g: Array = np.einsum("rpk,k->rp", g, self._turns)
+        self._first, self._second = first.reshape(-1, len(self._turns)), second.reshape(-1, len(self._turns))
 
     def _twists(self, rate: Array) -> None:
-        spin = self._z * (rate * self._revolute)[..., None]
-        push = cross(self._origin, spin) + self._z * (rate * (1 - self._revolute))[..., None]
-        self.omega = np.einsum("pk,rkc->rpc", self._motions.sign, spin)
-        self.velocity = np.einsum("pk,rkc->rpc", self._motions.sign, push)
-        base, free = self._base, np.flatnonzero(self._pairs.free)
-        if base is None or not free.size:
-            return
-        lever = cross(spin, base.com_lever) + self._z * (rate * (1 - self._revolute) * base.mass_share)[..., None]
-        drift = base.com_velocity - lever.sum(axis=1) - cross(base.omega, base.com)
-        self.omega[:, free] += base.omega[:, None]
-        self.velocity[:, free] += drift[:, None]
+        spin, slide = self._z * (rate * self._turns)[..., None], self._z * (rate * (1 - self._turns))[..., None]
+        omega: Array = np.einsum("pk,rkc->rpc", self._pairs.sign, spin)
+        velocity: Array = np.einsum("pk,rkc->rpc", self._pairs.sign, cross(self._origin, spin) + slide)
+        if self._base is not None:
+            base, free = self._base, np.flatnonzero(self._pairs.free)
+            of_joints = cross(spin, base.com_lever) + slide * base.mass_share[:, None]  # of the centre of mass
+            drift = base.com_velocity - of_joints.sum(axis=1) - cross(base.omega, base.com)
+            omega[:, free] += base.omega[:, None]
+            velocity[:, free] += drift[:, None]
+        self.omega, self.velocity = omega.reshape(-1, 3), velocity.reshape(-1, 3)
 
     def displacements(self, on: Indices, motion: Indices, center: Array, reach: Array) -> tuple[Array, Array]:
         """Bound the motion of c bodies, to first and second order: D1 and D2 (c,) [m].
@@ -318,38 +280,43 @@ class _Midpoints:
             on, motion: (c,) the stretch and the relative motion of each.
             center, reach: (c, 3) and (c,) its centre, in the inertial frame, and how far its core gets from there [m].
         """
-        away = center[:, None] - self._origin[on]  # (c, j, 3)
-        prismatic = 1.0
-        free = np.flatnonzero(self._pairs.free[motion]) if self._base is not None else motion[:0]
-        if self._base is not None and free.size:
-            carried = self._motions.sign[motion[free]]
-            away[free] = away[free] * carried[..., None] - self._base.com_lever[on[free]]
-            prismatic = np.ones(away.shape[:2])
-            prismatic[free] = np.abs(carried - self._base.mass_share)
-        along = _dot(away, self._z[on])
-        squared = _dot(away, away)
-        rho = np.sqrt(np.maximum(squared - along * along, 0.0) + _DISTANCE_ROUNDING * squared)
-        rho = np.where(self._revolute > 0, rho, prismatic)
-        of_center = np.einsum("ck,ck->c", rho, self._first[on, motion])
-        first = of_center + reach * self._theta[on, motion]
-        second = np.einsum("ck,ck->c", rho, self._second[on, motion]) + reach * self._theta_2[on, motion]
-        second += of_center * self._turned[on, motion]
-        if self._base is not None and free.size:
-            about = center[free] - self._base.com[on[free]]
-            radius = np.sqrt(_dot(about, about)) + reach[free]
-            self._add_base_motion(self._base, on[free], free, radius, first, second)
+        base, free = self._base, np.flatnonzero(self._pairs.free[motion])
+        away = center[:, None] - _rows(self._origin, on)  # (c, j, 3)
+        rho = np.ones(away.shape[:2])
+        if base is not None:
+            carried = self._pairs.sign[motion[free]]
+            away[free] = away[free] * carried[..., None] - base.com_lever[on[free]]
+            rho[free] = np.abs(carried - base.mass_share)
+        along, squared = _dot(away, _rows(self._z, on)), _dot(away, away)
+        across = np.sqrt(np.maximum(squared - along * along, 0.0) + _DISTANCE_ROUNDING * squared)
+        rho = np.where(self._turns > 0, across, rho)
+        row = on * len(self._pairs.sign) + motion
+        d_1: Array = np.einsum("ck,ck->c", rho, _rows(self._first, row))
+        d_2: Array = np.einsum("ck,ck->c", rho, _rows(self._second, row))
+        first = d_1 + reach * self._theta.take(row)
+        second = d_2 + d_1 * self._g.take(row) + reach * self._theta_2.take(row)
+        if base is not None:
+            about = center[free] - base.com[on[free]]
+            moved = self._with_base(base, on[free], np.sqrt(_dot(about, about)) + reach[free], first[free], second[free])
+            first[free], second[free] = moved
         return first, second
 
-    def _add_base_motion(
-        self, base: BaseMotionBounds, on: Indices, free: Indices, radius: Array, first: Array, second: Array
-    ) -> None:
-        """Add the base's rotation and the motion of the centre of mass to bodies that move in the inertial frame."""
-        rotation, error = base.rotation[on], base.attitude_error
-        beyond = rotation**2 / 2 + base.rotation_second_order[on] + error
-        moved = first[free] + radius * rotation
-        second[free] += rotation * first[free] + radius * beyond + error * moved
+    def tubes(self, on: Indices, motion: Indices, center: Array, reach: Array, n: Array) -> Array:
+        """Bound how far c bodies get along directions n (c, 3) by the tracking error alone, to first order, (c,) [m]."""
+        steps = np.abs(self._pairs.sign[motion]) * self._tube  # (c, j)
+        away, z, n = center[:, None] - _rows(self._origin, on), _rows(self._z, on), n[:, None]
+        of_center = np.abs(np.where(self._turns > 0, _dot(cross(z, away), n), _dot(z, n)))
+        return np.einsum("ck,ck->c", of_center + reach[:, None] * self._turns, steps)
+
+    def _with_base(
+        self, base: BaseMotionBounds, on: Indices, radius: Array, first: Array, second: Array
+    ) -> tuple[Array, Array]:
+        """Return D1 and D2 with the base's motion; no point is further than `radius` (c,) from the centre of mass."""
+        theta, error = base.rotation[on], base.attitude_error
         drift = np.sqrt(_dot(base.com_velocity, base.com_velocity))[on] * self.half[on]
-        first[free] = moved + radius * error + drift
+        turned = first + radius * theta
+        second = second + theta * first + radius * (theta**2 / 2 + base.rotation_second_order[on] + error) + error * turned
+        return turned + radius * error + drift, second
 
 
 # ---- What the directions prove ---------------------------------------------------------------------------------------
@@ -364,96 +331,155 @@ def _check(claim: Claim, settled: _Settled, stretches: Intervals, proven: Array)
     midpoints = _Midpoints(claim, stretches)
     for begin in range(0, len(settled.first), _ROWS):
         some = settled.select(slice(begin, begin + _ROWS))
-        left = _proven_by(claim, midpoints, some)
-        begins, ends = midpoints.ends[some.stretch].T
-        required, phase = claim.held.on(claim.bodies.owner[some.first], some.other, begins, ends)
-        short = np.flatnonzero(~(left > required))
+        clearance = _clearances(claim, midpoints, some)
+        begins, ends = _rows(midpoints.ends, some.stretch).T
+        required, phase = claim.held.on(claim.bodies.owner.take(some.first), some.other, begins, ends)
+        short = np.flatnonzero(~(clearance > required))
         if short.size:
             i = short[0]
             raise _Fault(
-                f"the direction for bodies {some.first[i]} and {some.other[i]} from {begins[i]:.6g} to {ends[i]:.6g} on the curve "
-                f"proves {left[i]:.6g} m, expected more than {required[i]:.6g}"
+                f"a direction proves {clearance[i]:.6g} m for bodies {some.first[i]} and {some.other[i]} of the table, "
+                f"from {begins[i]:.6g} to {ends[i]:.6g} on the curve, expected more than {required[i]:.6g}"
             )
-        np.minimum.at(proven, phase, left)
+        np.minimum.at(proven, phase, clearance)
 
 
-def _proven_by(claim: Claim, midpoints: _Midpoints, some: _Settled) -> Array:
-    """Return the clearance (t,) [m] that the directions prove of nodes, on their whole stretches."""
+def _clearances(claim: Claim, midpoints: _Midpoints, some: _Settled) -> Array:
+    """Return the clearances (t,) [m] that the directions prove of nodes, on their whole stretches."""
     bodies, at, first, other = claim.bodies, some.stretch, some.first, some.other
-    motion = claim.pairs.motion_of[bodies.frame[first], bodies.frame[other]]
-    n = _normalized(np.where(bodies.half_space[other, None], bodies.axis[other], some.direction))
+    frame = bodies.frame.take(other)
+    motion = claim.pairs.motion_of[bodies.frame.take(first), frame]
+    n = _directions(bodies, other, some.direction)
     moving = _Placed(bodies, midpoints, at, first)
-    resting = _Placed(bodies, midpoints, np.where(bodies.frame[other] == WORLD, 0, at), other)
-    first_order, second_order = _displacements(midpoints, moving, motion)
-    turning = cross(n, midpoints.omega[at, motion])  # n . (omega x x) = turning . x
-    half = midpoints.half[at]
-    second_order += moving.disc(turning) * half
+    resting = _Placed(bodies, midpoints, np.where(frame == WORLD, 0, at), other)
+    displacement, second_order = _displacements(midpoints, moving, motion)
+    row, half = at * len(claim.pairs.sign) + motion, midpoints.half.take(at)
+    turning = cross(n, _rows(midpoints.omega, row))  # n . (omega x x) = turning . x
+    speed = np.abs(moving.heights(turning) + moving.of_points(_dot(n, _rows(midpoints.velocity, row))))
+    beyond = second_order + moving.discs(turning) * half
     if claim.tracking.any():
-        second_order += midpoints.tube(at, motion, moving.center[moving.row], moving.reach[moving.row], n)
-    speed = moving.along(turning) + moving.spread(_dot(n, midpoints.velocity[at, motion]))
-    loss = np.minimum(np.abs(speed) * moving.spread(half) + moving.spread(second_order), moving.spread(first_order))
-    least = moving.of_bodies(np.minimum, moving.along(n) - loss) - moving.disc(n)
-    most = resting.of_bodies(np.maximum, resting.along(n)) + resting.disc(n)
+        beyond += midpoints.tubes(at, motion, _rows(moving.center, moving.row), moving.reach.take(moving.row), n)
+    loss = np.minimum(speed * moving.of_points(half) + moving.of_points(beyond), moving.of_points(displacement))
+    least = np.minimum.reduceat(moving.heights(n) - loss, moving.begins) - moving.discs(n)
+    most = np.maximum.reduceat(resting.heights(n), resting.begins) + resting.discs(n)
     guard = GUARD + _RELATIVE_GUARD * (moving.size + resting.size)
-    return least - most - bodies.radius[first] - bodies.radius[other] - guard
+    return least - most - bodies.radius.take(first) - bodies.radius.take(other) - guard
+
+
+def _directions(bodies: ConvexBodies, other: Indices, given: Array) -> Array:
+    """Return the directions (t, 3) of length 1: those given, and for half-spaces their own axes.
+
+    Raises:
+        _Fault: a vector is no direction.
+    """
+    n, flat = given, np.flatnonzero(bodies.half_space.take(other))
+    if flat.size:
+        n = given.copy()
+        n[flat] = bodies.axis[other[flat]]
+    with np.errstate(over="ignore"):
+        length = np.sqrt(_dot(n, n))
+    wrong = np.flatnonzero(~((length > _SHORTEST) & (length < _LONGEST)))
+    if wrong.size:
+        raise _Fault(f"the vector {n[wrong[0]].tolist()} is no direction")
+    return n / length[:, None]
 
 
 class _Placed:
-    """Bodies (t,) at the midpoints of stretches (t,), each with its points, one after the other.
+    """Bodies (t,) at the midpoints of stretches (t,), and all their points, one body after the other.
+
+    A body is placed once on a stretch, whatever the number of nodes: row `row` (t,) of `on`, `body`, `center` and `reach`.
 
     Attributes:
-        row: (t,) a body is row `row` of the bodies that are placed; there it is placed once for all stretches and motions.
-        at, body: (k,) stretch and body of those.
+        on, body: (k,) the stretch and the body.
         center, reach: (k, 3) and (k,) in the inertial frame [m]; see `ConvexBodies`.
-        size: (t,) no coordinate of a point is greater [m].
+        begins: (t,) the number of the first point of a body.
+        size: (t,) no number of a body is greater [m].
     """
 
     def __init__(self, bodies: ConvexBodies, midpoints: _Midpoints, at: Indices, body: Indices) -> None:
         most = int(body.max(initial=0)) + 1
         key, self.row = _numbered(at * most + body, most * len(midpoints.half))
-        self.at, self.body = np.divmod(key, most)
-        self._bodies, frame = bodies, bodies.frame[self.body]
-        self._R, place = midpoints.R[self.at, frame], midpoints.place[self.at, frame]
-        self.center = np.einsum("kcd,kd->kc", self._R, bodies.center[self.body]) + place
-        self.reach = bodies.reach[self.body]
-        self.size = (np.sqrt(_dot(self.center, self.center)) + self.reach)[self.row]
-        count = bodies.points[self.body]
-        of, point = _ranges(bodies.first_point[self.body], count)
-        x = np.einsum("pcd,pd->pc", self._R[of], bodies.vertices[point]) + place[of]
-        self._count = count[self.row]
-        self._of, at_x = _ranges((np.cumsum(count) - count)[self.row], self._count)
-        self._x = x[at_x]
+        self.on, self.body = np.divmod(key, most)
+        frame = self.on * midpoints.frames + bodies.frame.take(self.body)
+        self._R, place = _rows(midpoints.R, frame), _rows(midpoints.place, frame)
+        self.center: Array = np.einsum("kcd,kd->kc", self._R, _rows(bodies.center, self.body)) + place
+        self.reach, self._disc = bodies.reach.take(self.body), bodies.disc.take(body)
+        self._axis = bodies.axis
+        self.size = (np.sqrt(_dot(self.center, self.center)) + self.reach).take(self.row)
+        count = bodies.points.take(self.body)
+        of, point = _ranges(bodies.first_point.take(self.body), count)
+        x: Array = np.einsum("pcd,pd->pc", _rows(self._R, of), _rows(bodies.vertices, point)) + _rows(place, of)
+        first, count = (np.cumsum(count) - count).take(self.row), count.take(self.row)
+        self._of, point = _ranges(first, count)
+        self._x, self.begins = _rows(x, point), np.cumsum(count) - count
 
-    def spread(self, values: Array) -> Array:
-        """Return values (t, ...) of bodies for all their points."""
-        return values[self._of]
+    def of_points(self, values: Array) -> Array:
+        """Return values (t, ...) of bodies for each of their points."""
+        return _rows(values, self._of)
 
-    def along(self, n: Array) -> Array:
+    def heights(self, n: Array) -> Array:
         """Return n . x of all points, for vectors n (t, 3)."""
-        return _dot(n[self._of], self._x)
+        return _dot(self.of_points(n), self._x)
 
-    def of_bodies(self, least_or_greatest: np.ufunc, values: Array) -> Array:
-        """Return the least or greatest value (t,) of every body, for values of all points."""
-        return least_or_greatest.reduceat(values, np.cumsum(self._count) - self._count)
-
-    def disc(self, n: Array) -> Array:
-        """Return how far the discs of the bodies stand out along vectors (t, 3): the radius times the part across the axis."""
-        disc = self._bodies.disc[self.body][self.row]
-        out, which = np.zeros(len(disc)), np.flatnonzero(disc)
+    def discs(self, n: Array) -> Array:
+        """Return how far the discs of bodies stand out along vectors n (t, 3): the radius times the part across the axis."""
+        out, which = np.zeros(len(n)), np.flatnonzero(self._disc)
         if which.size:
             row = self.row[which]
-            axis = np.einsum("tcd,td->tc", self._R[row], self._bodies.axis[self.body[row]])
-            out[which] = disc[which] * _across(n[which], axis)
+            axis: Array = np.einsum("tcd,td->tc", self._R[row], self._axis[self.body[row]])
+            out[which] = self._disc[which] * _across(n[which], axis)
         return out
 
 
 def _displacements(midpoints: _Midpoints, moving: _Placed, motion: Indices) -> tuple[Array, Array]:
     """Bound the motion of bodies by relative motions (t,), to first and second order, (t,) [m]; each combination once."""
-    motions = int(motion.max(initial=0)) + 1
-    key, row = _numbered(moving.row * motions + motion, motions * len(moving.body))
-    which, motion = np.divmod(key, motions)
-    first, second = midpoints.displacements(moving.at[which], motion, moving.center[which], moving.reach[which])
-    return first[row], second[row]
+    most = int(motion.max(initial=0)) + 1
+    key, row = _numbered(moving.row * most + motion, most * len(moving.body))
+    of, motion = np.divmod(key, most)
+    first, second = midpoints.displacements(moving.on.take(of), motion, _rows(moving.center, of), moving.reach.take(of))
+    return first.take(row), second.take(row)
+
+
+@cached_by_identity
+def _bundles_enclose(bodies: ConvexBodies) -> bool:
+    """Return whether every bundle encloses its members, and no core gets further from its centre than its reach."""
+    row, point = _ranges(bodies.first_point, bodies.points)
+    away, disc = bodies.vertices[point] - bodies.center[row], bodies.disc[row]
+    squared = _dot(away, away) + 2 * _across(away, bodies.axis[row]) * disc + disc**2  # of the furthest point of a disc
+    reached = np.sqrt(squared) * _INWARD <= bodies.reach[row]
+    bundle = np.flatnonzero(bodies.members)
+    balls = (bodies.points[bundle] == 1) & (bodies.disc[bundle] == 0) & ~bodies.half_space[bundle]
+    of, member = _ranges(bodies.first_member[bundle], bodies.members[bundle])
+    around = bundle[of]
+    alike = (bodies.frame[member] == bodies.frame[around]) & ~bodies.half_space[member]
+    row, point = _ranges(bodies.first_point[member], bodies.points[member])
+    away = bodies.vertices[point] - bodies.vertices[bodies.first_point[around]][row]
+    size = np.sqrt(_dot(away, away)) + (bodies.disc + bodies.radius)[member][row]
+    return bool(reached.all() and balls.all() and alike.all() and (size * _INWARD <= bodies.radius[around][row]).all())
+
+
+# ---- Arrays ----------------------------------------------------------------------------------------------------------
+
+
+def _across(v: Array, axis: Array) -> Array:
+    """Return the lengths of the parts of vectors (t, 3) across axes (t, 3) of length 1."""
+    part = v - _dot(v, axis)[:, None] * axis
+    return np.sqrt(_dot(part, part))
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def _rows(values: Array, which: Indices) -> Array:
+    """Return some rows of an array; several times quicker than `values[which]`."""
+    return values.take(which, axis=0)
+
+
+def _ranges(first: Indices, count: Indices) -> tuple[Indices, Indices]:
+    """Return the numbers of the ranges first to first + count - 1, one after the other, as (which range, number)."""
+    row = np.repeat(np.arange(len(count)), count)
+    return row, np.arange(len(row)) + (first - (np.cumsum(count) - count)).take(row)
 
 
 def _numbered(key: Indices, size: int) -> tuple[Indices, Indices]:
@@ -462,33 +488,4 @@ def _numbered(key: Indices, size: int) -> tuple[Indices, Indices]:
         return np.unique(key, return_inverse=True)
     used = np.zeros(size, dtype=bool)
     used[key] = True
-    return np.flatnonzero(used), (np.cumsum(used) - 1)[key]
-
-
-def _normalized(n: Array) -> Array:
-    """Return directions of length 1.
-
-    Raises:
-        _Fault: a vector is no direction.
-    """
-    length = np.sqrt(_dot(n, n))
-    wrong = np.flatnonzero(~((length > _SHORTEST) & (length < _LONGEST)))
-    if wrong.size:
-        raise _Fault(f"the vector {n[wrong[0]].tolist()} is no direction")
-    return n / length[:, None]
-
-
-def _across(v: Array, axis: Array) -> Array:
-    """Return the lengths of the parts of vectors (t, 3) across axes (t, 3) of length 1."""
-    part = v - _dot(v, axis)[..., None] * axis
-    return np.sqrt(_dot(part, part))
-
-
-def _dot(a: Array, b: Array) -> Array:
-    return np.einsum("...c,...c->...", a, b)
-
-
-def _ranges(first: Indices, count: Indices) -> tuple[Indices, Indices]:
-    """Return the numbers of the ranges first to first + count - 1, one after the other, as (which range, number)."""
-    row = np.repeat(np.arange(len(count)), count)
-    return row, np.arange(len(row)) + (first - (np.cumsum(count) - count))[row]
+    return np.flatnonzero(used), (np.cumsum(used) - 1).take(key)

@@ -11,7 +11,7 @@ out. The last phase is of links that cannot meet within the limits: they only mu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.geometry import Scene
 from spacearm.proof.base_proofs import BaseProof, FloatingBaseProof
-from spacearm.proof.convex_bodies import BodyPairs, ConvexBodies, body_pairs, robot_bodies, scene_bodies
+from spacearm.proof.convex_bodies import WORLD, BodyPairs, ConvexBodies, body_pairs, robot_bodies, scene_bodies
 from spacearm.proof.pair_requirements import FROM_START, OUT, UP_TO_GOAL, NearEnd
 from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.required_clearance import PairClearance, RequiredClearance
@@ -123,16 +123,42 @@ def claim_of(
     """
     floating = isinstance(base, FloatingBaseProof)
     bodies, pairs = _kept_apart(robot, scene, floating=floating)
-    return Claim(
+    claim = Claim(
         robot=robot,
         scene=scene,
         base=base,
         path=path,
         bodies=bodies,
         pairs=pairs,
-        held=_held(robot, bodies, required, by_pair, near),
+        held=_held(robot, bodies, required, by_pair),
         tracking=np.zeros(base.curve.dof) if tracking is None else tracking,
     )
+    return with_near(claim, near) if near else claim
+
+
+def with_near(claim: Claim, near: tuple[NearEnd, ...]) -> Claim:
+    """Return a claim in which these pairs are near at an end, and held to less there, and no others."""
+    bodies, held, obstacles = claim.bodies, claim.held, len(claim.scene.obstacles)
+    in_scene = bodies.frame == WORLD
+    place = np.zeros(held.near.shape, np.intp)
+    for i, one in enumerate(near):
+        if one.other < obstacles:
+            place[one.link, in_scene & (bodies.owner == one.other)] = i + 1
+            continue
+        for link, other in ((one.link, one.other - obstacles), (one.other - obstacles, one.link)):
+            place[link, ~in_scene & (bodies.owner == other)] = i + 1
+    phases = 1 + 3 * len(near) + 1
+    of_near = HeldClearances(
+        required=held.required,
+        phase=np.where(held.phase == held.phases - 1, phases - 1, 0),
+        near=place,
+        pairs=near,
+        held=np.array([[one.held(part) for part in (FROM_START, UP_TO_GOAL, OUT)] for one in near]).reshape(-1, 3),
+        until=np.array([one.until for one in near], dtype=np.float64),
+        since=np.array([one.since for one in near], dtype=np.float64),
+        phases=phases,
+    )
+    return replace(claim, held=of_near)
 
 
 @cached_by_identity
@@ -154,13 +180,9 @@ def _kept_apart(robot: Robot, scene: Scene, *, floating: bool) -> tuple[ConvexBo
 
 
 def _held(
-    robot: Robot,
-    bodies: ConvexBodies,
-    required: RequiredClearance,
-    by_pair: tuple[PairClearance, ...],
-    near: tuple[NearEnd, ...],
+    robot: Robot, bodies: ConvexBodies, required: RequiredClearance, by_pair: tuple[PairClearance, ...]
 ) -> HeldClearances:
-    """Return what pairs of links and bodies of the table are held to."""
+    """Return what pairs of links and bodies of the table are held to, while none is near at an end."""
     links, obstacles = required.to_obstacles.shape
     between = required.between_links.copy()
     apart = np.zeros((links, links), dtype=bool)
@@ -173,32 +195,26 @@ def _held(
             if tuple(sorted(pair)) not in own:
                 between[i, k] = between[k, i] = 0.0
     of_owner = np.concatenate([required.to_obstacles, between], axis=1)  # (l, k + l)
-    near_of = np.zeros(of_owner.shape, np.intp)
-    for i, one in enumerate(near):
-        near_of[one.link, one.other] = i + 1
-        if one.other >= obstacles:
-            near_of[one.other - obstacles, obstacles + one.link] = i + 1
-    scene = bodies.frame == 0
-    column = np.where(scene, bodies.owner, obstacles + bodies.owner)
+    in_scene = bodies.frame == WORLD
+    column = np.where(in_scene, bodies.owner, obstacles + bodies.owner)
     mixed = np.flatnonzero(bodies.owner < 0)  # bundles of several obstacles; their members come before them
     column[mixed] = 0
-    by_body, near_by_body = of_owner[:, column], near_of[:, column]
+    by_body = of_owner[:, column]
     for body in mixed.tolist():
         members = slice(bodies.first_member[body], bodies.first_member[body] + bodies.members[body])
         by_body[:, body] = by_body[:, members].max(axis=1)
-        near_by_body[:, body] = 0
-    phases = 1 + 3 * len(near) + 1
     phase = np.zeros(by_body.shape, np.intp)
     if apart.any():
-        own_links = np.flatnonzero(~scene)
-        phase[:, own_links] = np.where(apart[:, bodies.owner[own_links]], phases - 1, 0)
+        own_bodies = np.flatnonzero(~in_scene)
+        phase[:, own_bodies] = apart[:, bodies.owner[own_bodies]]
+    none = np.zeros(0)
     return HeldClearances(
         required=by_body,
         phase=phase,
-        near=near_by_body,
-        pairs=near,
-        held=np.array([[one.held(part) for part in (FROM_START, UP_TO_GOAL, OUT)] for one in near]).reshape(-1, 3),
-        until=np.array([one.until for one in near], dtype=np.float64),
-        since=np.array([one.since for one in near], dtype=np.float64),
-        phases=phases,
+        near=np.zeros(by_body.shape, np.intp),
+        pairs=(),
+        held=np.zeros((0, 3)),
+        until=none,
+        since=none,
+        phases=2,
     )

@@ -13,12 +13,24 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import dataclass, fields
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.identity_cache import cached_by_identity
-from spacearm.geometry import Capsule, ConvexShape, Core, HalfSpace, PolytopeSet, Scene, Sphere, SphereSet, core_of
+from spacearm.geometry import (
+    Capsule,
+    ConvexShape,
+    Core,
+    HalfSpace,
+    Polytope,
+    PolytopeSet,
+    Scene,
+    Sphere,
+    SphereSet,
+    core_of,
+)
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -30,6 +42,9 @@ WORLD, BASE, FIRST_JOINT = 0, 1, 2
 _OUTWARD = 1 + 1e-12  # times the size of an enclosing ball, which covers its rounding
 _MEMBERS = 16  # of a bundle of a scene
 _FEW = 64  # up to this number of balls a scene has no bundles
+
+_CORNERS = {"box": np.array(list(product((-1.0, 1.0), repeat=3)))}  # times half the edges
+_ENDS = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])  # likewise of what is along z
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,16 +115,6 @@ class _Body:
     members: int = 0
     shape: int = -1
 
-    def center(self) -> Array:
-        """Return the middle of the box around the points."""
-        return (self.points.min(axis=0) + self.points.max(axis=0)) / 2
-
-    def reach(self) -> float:
-        """Return how far the core gets from the centre, rounded up."""
-        if len(self.points) == 1:
-            return self.disc
-        return float(np.hypot(np.linalg.norm(self.points - self.center(), axis=1).max(), self.disc)) * _OUTWARD
-
 
 @cached_by_identity
 def robot_bodies(robot: Robot) -> ConvexBodies:
@@ -149,7 +154,7 @@ def scene_bodies(scene: Scene) -> ConvexBodies:
         else:
             for part in item.pieces if isinstance(item, PolytopeSet) else (item,):
                 bodies.append(_of_shape(part, WORLD, i))
-                if core_of(part).kind == "polytope":
+                if isinstance(part, Polytope) and len(part.vertices) > 2:  # fewer are a segment or a point
                     polytopes.append(len(bodies) - 1)
     order = _neighbours(np.array([center for _, center, _ in balls]).reshape(-1, 3), np.arange(len(balls)))
     first = len(bodies)
@@ -182,8 +187,7 @@ def _points(shape: ConvexShape, core: Core) -> Array:
         return np.stack([shape.a, shape.b])
     if core.kind == "polytope":
         return core.vertices @ core.T[:3, :3].T + core.T[:3, 3]
-    corners = np.array(list(product((-1.0, 1.0), repeat=3))) if core.kind == "box" else np.array([[0.0, 0, -1], [0, 0, 1]])
-    return (corners * core.half) @ core.T[:3, :3].T + core.T[:3, 3]
+    return (_CORNERS.get(core.kind, _ENDS) * core.half) @ core.T[:3, :3].T + core.T[:3, 3]
 
 
 def _bundle(members: list[_Body], first: int) -> _Body:
@@ -217,22 +221,35 @@ def _neighbours(center: Array, order: Indices) -> Indices:
 
 def _table(bodies: list[_Body]) -> ConvexBodies:
     count = np.array([len(body.points) for body in bodies], dtype=np.intp)
+    vertices = np.concatenate([np.zeros((0, 3)), *(body.points for body in bodies)])
+    disc = np.array([body.disc for body in bodies], dtype=np.float64)
+    center, reach = _enclosed(vertices, count, disc)
     return ConvexBodies(
         frame=np.array([body.frame for body in bodies], dtype=np.intp),
         first_point=np.cumsum(count) - count,
         points=count,
-        vertices=np.concatenate([np.zeros((0, 3)), *(body.points for body in bodies)]),
-        disc=np.array([body.disc for body in bodies], dtype=np.float64),
+        vertices=vertices,
+        disc=disc,
         axis=np.array([body.axis for body in bodies], dtype=np.float64).reshape(-1, 3),
         radius=np.array([body.radius for body in bodies], dtype=np.float64),
-        center=np.array([body.center() for body in bodies], dtype=np.float64).reshape(-1, 3),
-        reach=np.array([body.reach() for body in bodies], dtype=np.float64),
+        center=center,
+        reach=reach,
         half_space=np.array([body.half_space for body in bodies], dtype=bool),
         first_member=np.array([body.first_member for body in bodies], dtype=np.intp),
         members=np.array([body.members for body in bodies], dtype=np.intp),
         owner=np.array([body.owner for body in bodies], dtype=np.intp),
         shape=np.array([body.shape for body in bodies], dtype=np.intp),
     )
+
+
+def _enclosed(vertices: Array, count: Indices, disc: Array) -> tuple[Array, Array]:
+    """Return the middle of the box around each body's points (b, 3), and how far its core gets from there, rounded up (b,)."""
+    if not len(count):
+        return np.zeros((0, 3)), np.zeros(0)
+    first = np.cumsum(count) - count
+    center = (np.minimum.reduceat(vertices, first) + np.maximum.reduceat(vertices, first)) / 2
+    away = np.linalg.norm(vertices - np.repeat(center, count, axis=0), axis=1)
+    return center, np.where(count == 1, disc, np.hypot(np.maximum.reduceat(away, first), disc) * _OUTWARD)
 
 
 def outermost(bodies: ConvexBodies) -> Indices:
@@ -278,9 +295,32 @@ def body_pairs(robot: Robot, bodies: ConvexBodies, *, floating: bool) -> BodyPai
         bodies: its bodies, then those of a scene.
         floating: whether the arm moves the base.
     """
+    links, motions = _link_pairs(robot), _motions(robot)
     top = outermost(bodies)
-    own, scene = top[bodies.frame[top] != WORLD], top[bodies.frame[top] == WORLD]
-    first, other = np.repeat(own, len(scene)), np.tile(scene, len(own))
+    scene = top[bodies.frame[top] == WORLD]
+    return BodyPairs(
+        first=np.concatenate([np.repeat(links.outermost, len(scene)), links.first]),
+        other=np.concatenate([np.tile(scene, len(links.outermost)), links.other]),
+        motion_of=motions.of,
+        sign=motions.sign,
+        order=motions.order,
+        free=motions.in_world & floating,
+        whole_order=motions.whole_order,
+    )
+
+
+class _LinkPairs(NamedTuple):
+    """A robot's outermost bodies, and the pairs of them that are kept apart."""
+
+    outermost: Indices
+    first: Indices
+    other: Indices
+
+
+@cached_by_identity
+def _link_pairs(robot: Robot) -> _LinkPairs:
+    bodies = robot_bodies(robot)
+    own = outermost(bodies)
     names = tuple(dict.fromkeys(part.name for part in robot.shapes))
     of_link: dict[str, list[int]] = defaultdict(list)
     for body in own.tolist():
@@ -293,27 +333,36 @@ def body_pairs(robot: Robot, bodies: ConvexBodies, *, floating: bool) -> BodyPai
         for far in of_link[another]
     ]
     between = np.array(pairs, dtype=np.intp).reshape(-1, 2)
-    first, other = np.concatenate([first, between[:, 0]]), np.concatenate([other, between[:, 1]])
-    joints = len(robot.joints)
-    motion_of = np.full((joints + 2, joints + 2), -1, dtype=np.intp)
-    used = np.unique(np.stack([bodies.frame[first], bodies.frame[other]], axis=1), axis=0)
-    motion_of[used[:, 0], used[:, 1]] = np.arange(len(used))
+    return _LinkPairs(own, between[:, 0].copy(), between[:, 1].copy())
+
+
+class _Motions(NamedTuple):
+    """The relative motions of a robot's links, in the world and in each other's frames; see `BodyPairs`."""
+
+    of: Indices
+    sign: Array
+    order: Array
+    in_world: NDArray[np.bool_]
+    whole_order: Array
+
+
+@cached_by_identity
+def _motions(robot: Robot) -> _Motions:
+    links, frame = _link_pairs(robot), robot_bodies(robot).frame
+    used = {(int(k), WORLD) for k in frame[links.outermost]}
+    used |= {(int(k), int(seen)) for k, seen in zip(frame[links.first], frame[links.other], strict=True)}
+    joints, listed = len(robot.joints), sorted(used)
+    of = np.full((joints + 2, joints + 2), -1, dtype=np.intp)
     revolute = np.array([joint.kind == "revolute" for joint in robot.joints], dtype=bool)
-    sign, order = np.zeros((len(used), joints)), np.zeros((len(used), joints, joints))
-    for p, (moved, seen_from) in enumerate(used.tolist()):
+    sign, order = np.zeros((len(listed), joints)), np.zeros((len(listed), joints, joints))
+    for p, (moved, seen_from) in enumerate(listed):
+        of[moved, seen_from] = p
         sign[p], order[p] = _relative_motion(robot, moved - FIRST_JOINT, seen_from - FIRST_JOINT, revolute)
     before = np.zeros((joints, joints))
     for k in range(joints):
         before[k, chain(robot, k)] = 2.0
-    return BodyPairs(
-        first=first,
-        other=other,
-        motion_of=motion_of,
-        sign=sign,
-        order=order,
-        free=(used[:, 1] == WORLD) & floating,
-        whole_order=(before - np.eye(joints)) * revolute,
-    )
+    in_world = np.array([seen_from == WORLD for _, seen_from in listed], dtype=bool)
+    return _Motions(of, sign, order, in_world, (before - np.eye(joints)) * revolute)
 
 
 def chain(robot: Robot, joint: int) -> list[int]:

@@ -51,7 +51,7 @@ class Found:
     """What the finder found.
 
     Attributes:
-        status: its opinion: "holds" with a proof, "fails" after a measurement of at most what a pair is held to, or "undecided".
+        status: its opinion: "holds" with a proof, "fails" after a measurement of no more than a pair is held to, "undecided".
         proof: the proof; None unless it holds.
         closest: by phase, the closest pair that was measured; None where none was.
         worst: the pair with the least above what it is held to, or the one that is undecided; None if nothing was measured.

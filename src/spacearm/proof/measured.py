@@ -65,17 +65,17 @@ def _kinematics(robot: Robot) -> tuple[Witness, JointMap]:
 
 def _clearances(claim: Claim) -> native_finder.Clearances:
     """Return what measures a claim's clearances; the same object for the motions seen last."""
-    about = claim.path, claim.base, claim.bodies, claim.pairs
-    for seen, made in list(_CLEARANCES):
-        if all(one is other for one, other in zip(seen, about, strict=True)):
+    about, tracking = (claim.path, claim.base, claim.bodies, claim.pairs), claim.tracking
+    for seen, error, made in list(_CLEARANCES):
+        if all(one is other for one, other in zip(seen, about, strict=True)) and np.array_equal(error, tracking):
             return made
-    made = native_finder.Clearances(**native_motion(claim)._asdict())
-    _CLEARANCES.append((about, made))
+    made = native_finder.Clearances(**native_motion(claim)._asdict(), tracking=np.array(tracking, dtype=np.float64))
+    _CLEARANCES.append((about, tracking, made))
     return made
 
 
 _About = tuple[PathIntervals, BaseProof, ConvexBodies, BodyPairs]
-_CLEARANCES: deque[tuple[_About, native_finder.Clearances]] = deque(maxlen=_REMEMBERED)
+_CLEARANCES: deque[tuple[_About, Array, native_finder.Clearances]] = deque(maxlen=_REMEMBERED)
 
 
 def required_by_owner(claim: Claim) -> Array:
@@ -89,7 +89,7 @@ def required_by_owner(claim: Claim) -> Array:
     return out
 
 
-def least_clearances(claim: Claim, u: Array, limit: Array | None = None) -> tuple[Array, Indices]:
+def least_clearances(claim: Claim, u: Array, limit: Array | None = None, *, in_tube: bool = False) -> tuple[Array, Indices]:
     """Measure the least clearance of every link and every other body at instants.
 
     Args:
@@ -97,6 +97,7 @@ def least_clearances(claim: Claim, u: Array, limit: Array | None = None) -> tupl
         u: (r,) the instants, in the parameter of the curve.
         limit: (l, k + l) above it clearances need not be exact; pairs with minus infinity are left out [m]. None: a quarter of
             a millimetre above what is required, of all pairs of which more than 0 is.
+        in_tube: take from all clearances what the claim's tracking error may take.
 
     Returns:
         The clearances (r, l, k + l) by link and other body, obstacles first, then links: at most the limit, and infinite for
@@ -108,7 +109,7 @@ def least_clearances(claim: Claim, u: Array, limit: Array | None = None) -> tupl
         required = required_by_owner(claim)
         limit = np.where(required > 0, required + AROUND, -np.inf)
     fill = np.where(np.isfinite(limit), limit, np.inf)
-    return _clearances(claim).least(np.asarray(u, dtype=np.float64), limit, fill)
+    return _clearances(claim).least(np.asarray(u, dtype=np.float64), limit, fill, in_tube)
 
 
 # ---- The closest approach --------------------------------------------------------------------------------------------

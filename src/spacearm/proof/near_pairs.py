@@ -25,6 +25,8 @@ _ZOOMS, _ZOOM_INSTANTS = 2, 17  # how often, and at how many instants, between t
 def find_near(claim: Claim) -> tuple[NearEnd, ...]:
     """Measure which pairs are near at the start or the goal, and when they are out.
 
+    With a tracking error, what a pair has is what it has at least within the tube: its clearance less what the error may take.
+
     Args:
         claim: what is required of the pairs; which of them are near in it does not matter.
     """
@@ -32,7 +34,7 @@ def find_near(claim: Claim) -> tuple[NearEnd, ...]:
     if not (required > 0).any():
         return ()
     domain = claim.base.curve.domain
-    at_ends, which = least_clearances(claim, np.array(domain))
+    at_ends, which = least_clearances(claim, np.array(domain), in_tube=True)
     if (which < 0).all():
         return ()
     at_ends[at_ends <= _TOUCHING] = 0.0
@@ -94,7 +96,7 @@ def _crossings(claim: Claim, required: Array, pairs: list[Pair], level: Array, i
 
 
 def _of_pairs(claim: Claim, required: Array, u: Array, pairs: list[Pair]) -> Array:
-    """Return the clearances of some pairs (r, number of pairs) at instants, or a little more than required if it is more."""
-    least, _ = least_clearances(claim, u, limit_of(required, pairs))
+    """Return the clearances (r, number of pairs) of some pairs at instants, or a little more than required if it is more."""
+    least, _ = least_clearances(claim, u, limit_of(required, pairs), in_tube=True)
     link, other = np.transpose(pairs)
     return least[:, link, other]

@@ -26,6 +26,8 @@ RHO = np.array([1.0, 1.2, 1.6, 2.1, 2.9, 4.0, 5.5, 8.0, 12.0, 20.0, 40.0, 100.0,
 """The ellipses: the sum of the half axes of each. The first is the panel itself."""
 
 _EPS = float(np.finfo(np.float64).eps)
+_HALF_THE_DIGITS = 2e-7  # times a matrix: the error of its eigenvalues, a hundred times the rounding of the cosine
+_LEAST = 1e-300  # in place of 0 in a quotient
 _FINER = 16  # samples in place of one, for a closer look at a polynomial
 _LOOKS = 5  # closer looks, at most
 _ROWS = 200_000  # samples at once, at most: with more there is no closer look
@@ -59,24 +61,24 @@ def greatest_norm(coefficients: Array, scale: Array, extra: Array, *, close: flo
             still holds.
     """
     count = coefficients.shape[1]
-    sizes, j = np.linalg.norm(coefficients, axis=2), np.arange(float(count))
-    first, second = sizes @ j, sizes @ j**2
-    curved = 2 * (first**2 + sizes.sum(axis=1) * second)  # |d^2 |f|^2 / d theta^2| at most
+    sizes, j = np.sqrt(np.einsum("pdc,pdc->pd", coefficients, coefficients)), np.arange(float(count))
+    curved = 2 * ((sizes @ j) ** 2 + sizes.sum(axis=1) * (sizes @ j**2))  # |d^2 |f|^2 / d theta^2| at most
     step = np.pi / (2 * count)
     values = _on_grid(count) @ coefficients
-    squared = np.einsum("pgc,pgc->pg", values, values).ravel()
-    panel = np.repeat(np.arange(len(curved)), 2 * count)
-    theta = np.tile(_grid(count), len(curved))
+    squared = np.einsum("pgc,pgc->pg", values, values).T
+    panel, theta = np.broadcast_to(np.arange(len(curved)), squared.shape), np.broadcast_to(_grid(count)[:, None], squared.shape)
     bound = reached = 0.0
     for look in range(_LOOKS):
         if look:
             step /= _FINER
             panel = np.repeat(panel, _FINER)
             theta = (theta[:, None] + (np.arange(_FINER) - (_FINER - 1) / 2) * step).ravel()
-            values = np.einsum("rd,rdc->rc", np.cos(theta[:, None] * j), coefficients[panel])
+            values = (np.cos(theta[:, None] * j)[:, None] @ coefficients[panel])[:, 0]
             squared = np.einsum("rc,rc->r", values, values)
-        value = scale[panel] * np.sqrt(squared) + extra[panel]
-        above = scale[panel] * np.sqrt(squared + curved[panel] * step**2 / 8) + extra[panel]
+        times, plus = (scale, extra) if look == 0 else (scale[panel], extra[panel])
+        sag = curved * step**2 / 8
+        value = times * np.sqrt(squared) + plus
+        above = times * np.sqrt(squared + (sag if look == 0 else sag[panel])) + plus
         reached, most = max(reached, float(value.max())), float(above.max())
         passed = reached * (1 + close / 2)  # samples that are left out below are no greater
         near = above > passed
@@ -87,6 +89,7 @@ def greatest_norm(coefficients: Array, scale: Array, extra: Array, *, close: flo
     return bound
 
 
+@lru_cache(maxsize=32)
 def _grid(count: int) -> Array:
     return (np.arange(2 * count) + 0.5) * np.pi / (2 * count)
 
@@ -97,6 +100,23 @@ def _on_grid(count: int) -> Array:
     out = np.cos(np.outer(_grid(count), np.arange(count)))
     out.setflags(write=False)
     return out
+
+
+def outer_eigenvalues(H: Array) -> tuple[Array, Array]:
+    """Return a lower bound of the least and an upper bound of the greatest eigenvalue of symmetric matrices (..., 3, 3).
+
+    They are the roots of the characteristic polynomial by the cosine of a third of an angle (Smith, Eigenvalues of a symmetric
+    3 x 3 matrix, 1961). Where two of them meet, that angle has half of the digits only, which the bounds allow for.
+    """
+    xx, yy, zz, xy, xz, yz = (H[..., i, k] for i, k in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    mean = (xx + yy + zz) / 3
+    x, y, z = xx - mean, yy - mean, zz - mean
+    spread = np.sqrt((x * x + y * y + z * z + 2 * (xy * xy + xz * xz + yz * yz)) / 6)
+    determinant = x * (y * z - yz * yz) - xy * (xy * z - yz * xz) + xz * (xy * yz - y * xz)
+    cosine = determinant / np.maximum(2 * spread**3, _LEAST)
+    angle = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0)) / 3
+    off = _HALF_THE_DIGITS * (np.abs(mean) + spread)
+    return mean + 2 * spread * np.cos(angle + 2 * np.pi / 3) - off, mean + 2 * spread * np.cos(angle) + off
 
 
 # ---- Inertia and momentum on ellipses --------------------------------------------------------------------------------
@@ -159,15 +179,31 @@ class PanelPath(NamedTuple):
         """How far each joint travels, at most, (p, j) [rad or m]."""
         return 2 * np.abs(self.rates).max(axis=1)
 
+    def cut(self, halvings: NDArray[np.intp]) -> PanelPath:
+        """Return each panel cut into 2^halvings equal ones, (p,), in order along the path."""
+        if not halvings.any():
+            return self
+        parts = [self._select(halvings == count)._cut(int(count)) for count in np.unique(halvings)]
+        order = np.argsort(np.concatenate([part.ends[:, 0] for part in parts]), kind="stable")
+        return PanelPath(*(np.concatenate(column)[order] for column in zip(*parts, strict=True)))
+
     def halves(self) -> PanelPath:
         """Return two panels for each."""
-        middle = self.ends.mean(axis=1)
-        ends = np.stack([self.ends[:, 0], middle, middle, self.ends[:, 1]], axis=1).reshape(-1, 2)
+        return self._cut(1)
+
+    def _select(self, which: NDArray[np.bool_]) -> PanelPath:
+        return PanelPath(*(column[which] for column in self))
+
+    def _cut(self, count: int) -> PanelPath:
+        many = 1 << count
+        inner = self.ends[:, :1] + np.arange(1, many) / many * np.diff(self.ends, axis=1)
+        inner = np.concatenate([self.ends[:, :1], inner, self.ends[:, 1:]], axis=1)
+        ends = np.stack([inner[:, :-1], inner[:, 1:]], axis=2).reshape(-1, 2)
         values, rates = (
-            (halvings(of.shape[1] - 1, 1) @ of[:, None]).reshape(-1, *of.shape[1:]) for of in (self.values, self.rates)
+            (halvings(of.shape[1] - 1, count) @ of[:, None]).reshape(-1, *of.shape[1:]) for of in (self.values, self.rates)
         )
-        coarse, share, size = (np.repeat(of, 2, axis=0) for of in (self.coarse / 2, self.share / 2, self.size))
-        return PanelPath(ends, values, rates / 2, coarse, share, size)
+        coarse, share, size = (np.repeat(of, many, axis=0) for of in (self.coarse / many, self.share / many, self.size))
+        return PanelPath(ends, values, rates / many, coarse, share, size)
 
 
 @cached_by_identity
@@ -183,7 +219,7 @@ class Ellipses:
         masses = masses_of(robot)
         base = masses.joint < 0
         center = masses.mass[base] @ masses.com[base] / masses.mass[base].sum()  # places are relative to it
-        self._revolute = np.array([joint.kind == "revolute" for joint in robot.joints], dtype=bool)
+        self._revolute = np.array([*(joint.kind == "revolute" for joint in robot.joints), False]) * 1.0  # the base is none
         parent = np.array([joint.parent for joint in robot.joints], dtype=np.intp)
         reach = np.array([joint.T_parent_joint[:3, 3] for joint in robot.joints]).reshape(-1, 3)
         reach[parent < 0] -= center
@@ -192,7 +228,8 @@ class Ellipses:
         self._joint = masses.joint
         com = np.where(base[:, None], masses.com - center, masses.com)
         self._com_along, self._com_across = np.abs(com[:, 2]), np.linalg.norm(com[:, :2], axis=1)
-        self._before = ancestors(robot).T * 1.0  # (i, k): i is before k
+        self._before = np.zeros((len(robot.joints) + 1,) * 2)
+        self._before[:-1, :-1] = ancestors(robot).T  # (i, k): i is before k
         self._beyond = masses.beyond  # (j, b)
         self._mass, self._moment = masses.mass, masses.greatest
 
@@ -204,47 +241,47 @@ class Ellipses:
         return Growth(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def _growth(self, path: PanelPath) -> Growth:
-        rates = self._coefficients(path)  # (p, e + 1, j) absolute Chebyshev coefficients
-        moved = _integrated(rates)
-        up, down = _powers(rates.shape[1]), _powers(rates.shape[1] + 1)
-        V = np.einsum("rd,pdj->prj", up[0], rates)  # |v'|
-        off = np.einsum("rd,pdj->prj", down[1], moved) * self._revolute  # |Im v|
-        first = np.abs(path.values[:, 0])  # (p, j)
-        slid = first[:, None] + np.einsum("rd,pdj->prj", down[0] + 1.0, moved)
-        turn, prismatic = V * self._revolute, ~self._revolute
+        coefficients = self.coefficients(path)  # (p, e + 1, j) absolute Chebyshev coefficients of v'
+        count, joints = len(coefficients), len(self._parent)
+        # All arrays below are of the joints and then the base, (p, r, j + 1): the base is at rest.
+        rates, moved = np.zeros((2, count, coefficients.shape[1] + 1, joints + 1))
+        rates[:, :-1, :joints] = coefficients
+        moved[..., :joints] = _integrated(coefficients)
+        up, down = _powers(rates.shape[1])
+        V, off = up @ rates, down @ moved * self._revolute  # |v'|, |Im v|
+        slid = np.zeros((count, 1, joints + 1))
+        slid[:, 0, :joints] = np.abs(path.values[:, 0])
+        slid = slid + (up + 1.0) @ moved
+        turn = V * self._revolute
         before = off @ self._before
-        steep = (before + off).max(axis=-1, initial=0.0) > _STEEP
+        steep = (before + off).max(axis=-1) > _STEEP
         grown = np.exp(np.minimum(before, _STEEP))  # N_k
         own, spun = np.exp(np.minimum(off, _STEEP)), turn @ self._before + turn
         # For the offset of a joint: the rotation of its parent, and how fast that turns.
-        there, turned, its = (self._of_parent(values, base) for values, base in ((grown, 1.0), (own, 1.0), (spun, 0.0)))
-        placed = there * np.hypot(self._along, turned * self._across)
+        placed = grown[..., self._parent] * np.hypot(self._along, own[..., self._parent] * self._across)
+        its = spun[..., self._parent]
         shifted = placed * its
-        shifted = shifted + prismatic * grown * (its * slid + V)
-        placed = placed + prismatic * grown * slid
+        if not self._revolute[:-1].all():
+            grown_now, its_now = grown[..., :-1] * (1 - self._revolute[:-1]), its
+            shifted = shifted + grown_now * (its_now * slid[..., :-1] + V[..., :-1])
+            placed = placed + grown_now * slid[..., :-1]
         # The bodies; those of the base are at rest.
-        scale = np.concatenate([grown, np.ones_like(grown[..., :1])], axis=-1)[..., self._joint]
-        wide = np.concatenate([own, np.ones_like(own[..., :1])], axis=-1)[..., self._joint]
-        fast = np.concatenate([spun, np.zeros_like(spun[..., :1])], axis=-1)[..., self._joint]
+        scale, wide = grown[..., self._joint], own[..., self._joint]
         com = scale * np.hypot(self._com_along, wide * self._com_across)
-        r, dr = com + placed @ self._beyond, com * fast + shifted @ self._beyond  # (p, r, b)
-        omega = (grown * turn) @ self._beyond
+        r, dr = com + placed @ self._beyond, com * spun[..., self._joint] + shifted @ self._beyond  # (p, r, b)
+        omega = (grown * turn)[..., :-1] @ self._beyond
         moment = self._moment * (scale * wide) ** 2
         m = self._mass
-        inertia = (moment + 4 * m * r**2).sum(axis=-1)
-        carried = (moment * omega + m * r * dr).sum(axis=-1) + (r @ m) * (dr @ m) / m.sum()
+        inertia = moment.sum(axis=-1) + r**2 @ (4 * m)
+        carried = (moment * omega).sum(axis=-1) + (r * dr) @ m + (r @ m) * (dr @ m) / m.sum()
         hopeless = steep | ~np.isfinite(inertia) | ~np.isfinite(carried)
         return Growth(
             inertia=np.where(hopeless, np.inf, inertia),
             carried=np.where(hopeless, np.inf, carried),
-            travel=V[:, 0],
+            travel=V[:, 0, :joints],
         )
 
-    def _of_parent(self, values: Array, base: float) -> Array:
-        """Return the values (p, r, j) of the joints' parents, `base` for joints on the base."""
-        return np.where(self._parent >= 0, values[..., self._parent], base)
-
-    def _coefficients(self, path: PanelPath) -> Array:
+    def coefficients(self, path: PanelPath) -> Array:
         """Return bounds of the Chebyshev coefficients of v' (p, e + 1, j), rounding included.
 
         A polynomial of degree e that is at most B on a piece is at most B R^e on the ellipse R around it (Bernstein). A panel's

@@ -48,7 +48,7 @@ class Tube:
         joints: their names; those of all degrees of freedom, or one.
         tracking: every trajectory that stays within this of the planned one is proven [rad; m for a prismatic joint].
         not_proven: a tracking error that is not proven any more, larger by the resolution at most [rad or m]; infinite if
-            there is none up to pi.
+            there is none up to pi; 0 if not even the trajectory itself is proven.
         limited_by: what is in the way of a wider tube, in a sentence; "" if nothing is.
         link, other, time: if it is a pair of bodies: the robot's link, the other body, as in "obstacle 'shelf'", and the
             instant [s]; None if it is a joint's limit, or nothing.
@@ -70,7 +70,8 @@ class Robustness:
     Attributes:
         together: the widest tube of all joints that were asked for.
         singly: the widest tube of each of them, while all others are exact.
-        certificate: of the trajectory with the tube `together`.
+        certificate: of the trajectory with the tube `together`; if it does not hold, the trajectory is not even proven without
+            a tracking error, and there is no tube.
         resolution: relative, of all tubes.
         certificates: how many were tried.
         seconds: that it took.
@@ -92,6 +93,8 @@ class Robustness:
     def message(self) -> str:
         """The result in a sentence."""
         robot, tube = self.certificate.robot, self.together
+        if not self.certificate.holds:
+            return f"not proven even without a tracking error: {tube.limited_by}"
         whose = "every joint" if len(tube.joints) == robot.dof else _listed(tube.joints)
         said = tracking_in_words(robot, np.full(robot.dof, tube.tracking)) if len(tube.joints) == robot.dof else None
         said = said or f"{tube.tracking:.4g} {_unit(robot, tube.joints)}"
@@ -134,8 +137,7 @@ def robustness(
         progress: called with the number of tubes that are known, and of all.
 
     Raises:
-        ProblemError: no plan and no problem; a plan without a motion; a trajectory that is not proven even without a tracking
-            error; an unknown joint; a base that moves with the arm.
+        ProblemError: no plan and no problem; a plan without a motion; an unknown joint; a base that moves with the arm.
     """
     begun = time.perf_counter()
     problem, motion = _planned(planned, trajectory)
@@ -145,7 +147,8 @@ def robustness(
     exact = certify(problem, motion, limits=limits)
     require_bounded(exact.base_setup.model, np.ones(robot.dof))
     if not exact.holds:
-        raise ProblemError(f"the trajectory is not proven even without a tracking error: {exact.message}")
+        none = Tube(joints=names, tracking=0.0, not_proven=0.0, limited_by=exact.message)
+        return _found(begun, none, (), exact, finest, tried=1)
     search = _Bisection(problem, motion, resolution=finest, limits=[name for name in limits if name == "position"])
     tell = progress or (lambda done, total, what: None)
     wanted = [names, *((name,) for name in names if singly and len(names) > 1)]
@@ -155,12 +158,19 @@ def robustness(
         tubes.append(search.widest(some))
     tell(len(wanted), len(wanted), "")
     certificate = certify(problem, motion, limits=limits, tracking=dict.fromkeys(names, tubes[0].tracking))
+    alone = tuple(tubes[1:]) if len(names) > 1 else (tubes[0],)
+    return _found(begun, tubes[0], alone, certificate, finest, tried=search.tried + 2)
+
+
+def _found(
+    begun: float, together: Tube, singly: tuple[Tube, ...], certificate: Certificate, resolution: float, *, tried: int
+) -> Robustness:
     return Robustness(
-        together=tubes[0],
-        singly=tuple(tubes[1:]) if len(names) > 1 else (tubes[0],),
+        together=together,
+        singly=singly,
         certificate=certificate,
-        resolution=finest,
-        certificates=search.tried + 2,
+        resolution=resolution,
+        certificates=tried,
         seconds=time.perf_counter() - begun,
     )
 

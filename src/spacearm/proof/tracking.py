@@ -8,7 +8,7 @@ share, tau_k times |multiplier|. docs/certificate.md, "Tracking error", says wha
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, TypeAlias, cast
+from typing import TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,6 @@ from spacearm.core.checks import Raise, as_number, shown
 from spacearm.core.errors import ProblemError, nearest
 from spacearm.dynamics.base_models import BaseModel
 from spacearm.robot import Robot
-
-if TYPE_CHECKING:
-    from spacearm.proof.claim import Claim
 
 Array = NDArray[np.float64]
 
@@ -196,58 +193,3 @@ class TubeReach:
         turned: Array = moves @ (self._step * self._revolute)  # (s,)
         steps: Array = moves * self._step  # (s, j)
         return (rho * steps).sum(axis=2) + reach * turned
-
-
-def tube_of_links(claim: Claim, T_joints: Array) -> Array:
-    """Return how far links get, at most, in the frames of others within a claim's tube.
-
-    Args:
-        claim: with l links and k obstacles.
-        T_joints: (r, j, 4, 4) the moving frames of the joints at r instants [m].
-
-    Returns:
-        (r, l, k + l) [m]: of a link and an obstacle, which is at rest, and of two links; obstacles come first. It is the
-        greatest of the links' shapes.
-    """
-    bodies, links = claim.bodies, claim.held.required.shape[0]
-    shapes = np.flatnonzero((bodies.frame > 0) & (bodies.shape >= 0))
-    first, other, moves = _own_pairs(claim, shapes)
-    at = T_joints[:, np.maximum(bodies.frame[first] - 2, 0)]
-    center = np.einsum("rscd,sd->rsc", at[..., :3, :3], bodies.center[first]) + at[..., :3, 3]
-    lost = TubeReach(claim.robot, claim.tracking).of(T_joints, center, bodies.reach[first], moves)
-    obstacles = len(claim.scene.obstacles)
-    out = np.zeros((len(T_joints), links, obstacles + links))
-    for s, (one, two) in enumerate(zip(bodies.owner[first].tolist(), other.tolist(), strict=True)):
-        if two < 0:
-            np.maximum(out[:, one, :obstacles], lost[:, s, None], out=out[:, one, :obstacles])
-        else:
-            np.maximum(out[:, one, obstacles + two], lost[:, s], out=out[:, one, obstacles + two])
-            np.maximum(out[:, two, obstacles + one], lost[:, s], out=out[:, two, obstacles + one])
-    return out
-
-
-def _own_pairs(claim: Claim, shapes: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
-    """Return shapes of the robot, links in whose frames they move (-1: the world), and which joints move them there."""
-    from spacearm.proof.convex_bodies import chain
-
-    robot, bodies = claim.robot, claim.bodies
-    chains = [np.isin(np.arange(len(robot.joints)), chain(robot, k)) for k in range(len(robot.joints))]
-    none = np.zeros(len(robot.joints), dtype=bool)
-
-    def moved(frame: int) -> NDArray[np.bool_]:
-        return chains[frame - 2] if frame >= 2 else none
-
-    names = tuple(dict.fromkeys(part.name for part in robot.shapes))
-    of_link = {name: [body for body in shapes.tolist() if names[bodies.owner[body]] == name] for name in names}
-    kept = [*robot.self_pairs, *(() if robot.apart is None else robot.apart.pairs)]
-    rows = [(body, -1, moved(int(bodies.frame[body]))) for body in shapes.tolist()]
-    for one, two in kept:
-        for near in of_link[one]:
-            for far in of_link[two]:
-                a, b = (near, far) if bodies.frame[near] > bodies.frame[far] else (far, near)
-                rows.append((a, int(bodies.owner[b]), moved(int(bodies.frame[a])) ^ moved(int(bodies.frame[b]))))
-    return (
-        np.array([row[0] for row in rows], dtype=np.intp),
-        np.array([row[1] for row in rows], dtype=np.intp),
-        np.array([row[2] for row in rows], dtype=bool).reshape(-1, len(robot.joints)),
-    )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.identity_cache import cached_by_identity
+from spacearm.core.identity_cache import cached_by_identity, cached_in_thread
 from spacearm.geometry import ConvexShape, HalfSpace, PolytopeSet, Scene, Sphere, SphereSet, core_of
 from spacearm.geometry.convex_cores import axes_along
 from spacearm.proof.bodies import Bodies
@@ -51,6 +51,10 @@ class SpatialInertia(Protocol):
 
     def __mul__(self, velocity: SpatialVector) -> SpatialVector:
         """Return the momentum."""
+        ...
+
+    def matrix(self) -> Array:
+        """Return the matrix (6, 6) that maps a twist to the momentum."""
         ...
 
 
@@ -149,6 +153,31 @@ def _fixed_base_model(robot: Robot) -> tuple[PinocchioModel, list[int]]:
     return model, _with_joints(robot, model, 0)
 
 
+class _Kinematics:
+    """The kinematics of a robot on a fixed base, for one thread: Pinocchio's room for results."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._forward = pinocchio().forwardKinematics
+        self._model, ids = _fixed_base_model(robot)
+        self._order = np.argsort([self._model.joints[i].idx_q for i in ids])
+        self._data = self._model.createData()
+        self._placed = [self._data.oMi[i] for i in ids]  # views: they change with the data
+
+    def frames(self, values: Array) -> Array:
+        """Return T_base_joint (r, j + 1, 4, 4) at joint values (r, j); the last is the base itself."""
+        out = np.empty((len(values), len(self._placed) + 1, 4, 4))
+        out[:, -1] = np.eye(4)
+        forward, model, data = self._forward, self._model, self._data
+        for row, into in zip(values[:, self._order], out, strict=True):
+            forward(model, data, row)
+            into[:-1] = [T.homogeneous for T in self._placed]
+        return out
+
+
+kinematics_of: Callable[[Robot], _Kinematics] = cached_in_thread(_Kinematics)
+"""The kinematics of a robot, for the thread that asks."""
+
+
 @cached_by_identity
 def free_base_model(robot: Robot) -> tuple[PinocchioModel, Indices, Indices]:
     """Return Pinocchio's model with a free base and all masses, and where the robot's joints stand in its q and its v."""
@@ -161,6 +190,12 @@ def free_base_model(robot: Robot) -> tuple[PinocchioModel, Indices, Indices]:
         model.appendBodyToJoint(ids[body.joint] if body.joint >= 0 else base, inertia, identity)
     at_q = np.array([model.joints[i].idx_q for i in ids], dtype=np.intp)
     return model, at_q, np.array([model.joints[i].idx_v for i in ids], dtype=np.intp)
+
+
+@cached_in_thread
+def free_base_data(robot: Robot) -> PinocchioData:
+    """Return room for results of `free_base_model`, for the thread that asks; the next call of Pinocchio changes it."""
+    return free_base_model(robot)[0].createData()
 
 
 # ---- Coal ------------------------------------------------------------------------------------------------------------
@@ -284,6 +319,11 @@ def _polytopes(_: Bodies | Polytopes) -> dict[int, CoalShape]:
     return {}
 
 
+def witness_name() -> str:
+    """Return the libraries for kinematics and measured distances, with their versions."""
+    return f"pinocchio {pinocchio().__version__}, coal {coal().__version__}"
+
+
 class Witness:
     """Kinematics by Pinocchio and distances by Coal, built from the robot's and the scene's own numbers.
 
@@ -292,13 +332,10 @@ class Witness:
     """
 
     def __init__(self, robot: Robot, bodies: Bodies | None = None) -> None:
-        self._pinocchio, self._coal = pinocchio(), coal()
-        self.name = f"pinocchio {self._pinocchio.__version__}, coal {self._coal.__version__}"
+        self._coal = coal()
+        self.name = f"pinocchio {pinocchio().__version__}, coal {self._coal.__version__}"
         self._bodies = cast(Bodies, bodies)
-        self._model, ids = _fixed_base_model(robot)
-        self._order = np.argsort([self._model.joints[i].idx_q for i in ids])
-        self._data = self._model.createData()
-        self._placed = [self._data.oMi[i] for i in ids]  # views: they change with the data
+        self._robot = robot
         self._shapes: dict[int, tuple[CoalShape, Array, Array]] = {}
         self._solids: dict[tuple[int, int], tuple[CoalShape, object]] = {}
         self._request, self._result = self._coal.DistanceRequest(), self._coal.DistanceResult()
@@ -307,13 +344,7 @@ class Witness:
 
     def frames(self, values: Array) -> Array:
         """Return T_base_joint (r, j + 1, 4, 4) at joint values (r, j); the last is the base itself."""
-        out = np.empty((len(values), len(self._placed) + 1, 4, 4))
-        out[:, -1] = np.eye(4)
-        forward, model, data = self._pinocchio.forwardKinematics, self._model, self._data
-        for row, into in zip(values[:, self._order], out, strict=True):
-            forward(model, data, row)
-            into[:-1] = [T.homogeneous for T in self._placed]
-        return out
+        return kinematics_of(self._robot).frames(values)
 
     def distance(self, frames: Array, body: int, solids: Solids, k: int) -> tuple[float, Array]:
         """Measure one of the robot's shapes against one solid.
@@ -456,12 +487,12 @@ def coal_shape(shape: ConvexShape) -> tuple[CoalShape, Array]:
         return coal_cylinder(float(core.half[0]), float(core.half[2]), core.radius), core.T
     if core.kind == "polytope":
         return coal_polytope(core.vertices, core.radius), core.T
-    length = 2 * float(core.half[2])
-    if core.kind == "point" or not length:
+    if core.kind == "point":
         return coal().Sphere(core.radius), core.T
-    if length < _SHORT:
-        return coal_polytope(np.array([[0, 0, -length], [0, 0, length]]) / 2, core.radius), core.T
-    return coal().Capsule(core.radius, length), core.T
+    length = 2 * float(core.half[2])
+    if length >= _SHORT:
+        return coal().Capsule(core.radius, length), core.T
+    return coal_polytope(np.outer([-core.half[2], core.half[2]], [0.0, 0.0, 1.0]), core.radius), core.T
 
 
 def _parts(scene: Scene) -> list[ConvexShape | HalfSpace]:
