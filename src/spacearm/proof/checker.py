@@ -212,13 +212,16 @@ def _joint_map(robot: Robot) -> JointMap:
 
 
 @cached_by_identity
-def _moving_joints(pairs: BodyPairs) -> tuple[Array, Array]:
-    """Return which joints move a body in each relative motion, (p, j), 1 or 0, and the weights c_ki (p, j, j).
+def _moving_joints(pairs: BodyPairs) -> tuple[Array, Array, Indices]:
+    """Return which joints move a body in each relative motion, (p, j), 1 or 0; and the weights c_ki.
 
-    In the inertial frame, all joints move every body of a robot that moves its base.
+    In the inertial frame, all joints move every body of a robot that moves its base. Of the p j rows of weights, the different
+    ones (w, j) are returned, and for each row which one it is.
     """
     moves = np.where(pairs.free[:, None], 1.0, np.abs(pairs.sign))
-    return moves, np.where(pairs.free[:, None, None], pairs.whole_order, pairs.order)
+    order = np.where(pairs.free[:, None, None], pairs.whole_order, pairs.order)
+    weights, row = np.unique(order.reshape(-1, order.shape[-1]), axis=0, return_inverse=True)
+    return moves, weights, row.ravel()
 
 
 class _Midpoints:
@@ -252,9 +255,10 @@ class _Midpoints:
 
     def _sums(self, step: Array, deviation: Array) -> None:
         """Compute what all bodies of a motion share: sums over the joints, (r, p) or (r, p, j)."""
-        moves, order = _moving_joints(self._pairs)
+        moves, weights, row = _moving_joints(self._pairs)
         between = np.abs(self._pairs.sign) * self._turns
-        g: Array = step[:, None] * np.einsum("pki,ri->rpk", order, step) / 2
+        sums: Array = np.einsum("ri,wi->rw", step / 2, weights)
+        g = step[:, None] * sums.take(row, axis=1).reshape(-1, *moves.shape)
         first, second = step[:, None] * moves, deviation[:, None] * moves + g
         self._theta: Array = np.einsum("rpk,pk->rp", first, between)
         self._theta_2: Array = np.einsum("rpk,pk->rp", second, between)
@@ -263,8 +267,10 @@ class _Midpoints:
 
     def _twists(self, rate: Array) -> None:
         spin, slide = self._z * (rate * self._turns)[..., None], self._z * (rate * (1 - self._turns))[..., None]
-        omega: Array = np.einsum("pk,rkc->rpc", self._pairs.sign, spin)
-        velocity: Array = np.einsum("pk,rkc->rpc", self._pairs.sign, cross(self._origin, spin) + slide)
+        twists = np.concatenate([spin, cross(self._origin, spin) + slide], axis=2)  # (r, j, 6)
+        rows = np.ascontiguousarray(twists.swapaxes(0, 1)).reshape(len(self._turns), -1)
+        relative: Array = np.einsum("pk,kx->px", self._pairs.sign, rows).reshape(-1, len(rate), 6).swapaxes(0, 1)
+        omega, velocity = relative[..., :3], relative[..., 3:]
         if self._base is not None:
             base, free = self._base, np.flatnonzero(self._pairs.free)
             of_joints = cross(spin, base.com_lever) + slide * base.mass_share[:, None]  # of the centre of mass
