@@ -60,7 +60,7 @@ inline int body_of(const measured_array<std::int64_t, -1>& from, std::size_t i, 
 // The clearances (r) of pairs of shapes, each at an instant of its own.
 inline nanobind::ndarray<nanobind::numpy, double, nanobind::ndim<1>>
 clearances_between(Clearances& clearances, measured_array<double, -1> u, measured_array<std::int64_t, -1> first,
-                   measured_array<std::int64_t, -1> other) {
+                   measured_array<std::int64_t, -1> other, bool in_tube) {
     const std::size_t instants = u.shape(0);
     if (first.shape(0) != instants || other.shape(0) != instants)
         throw std::invalid_argument("clearances: expected two bodies for each instant");
@@ -68,7 +68,7 @@ clearances_between(Clearances& clearances, measured_array<double, -1> u, measure
     double* out = owned_by<double>(owner, instants);
     for (std::size_t i = 0; i < instants; ++i)
         out[i] = clearances.between(u.data()[i], body_of(first, i, clearances.count()),
-                                    body_of(other, i, clearances.count()));
+                                    body_of(other, i, clearances.count()), in_tube);
     const std::size_t shape[1] = {instants};
     return nanobind::ndarray<nanobind::numpy, double, nanobind::ndim<1>>(out, 1, shape, owner);
 }
@@ -114,7 +114,7 @@ inline nanobind::class_<Clearances> bind_measure(nanobind::module_& m) {
              "the row of the one that comes first. Where nothing is found below `limit` (l, k + l) it is `fill` "
              "(l, k + l). Pairs with a limit of minus infinity are left out. In the tube: less what the "
              "tracking error may take.")
-        .def("between", &clearances_between, "u"_a, "first"_a, "other"_a,
+        .def("between", &clearances_between, "u"_a, "first"_a, "other"_a, "in_tube"_a = false,
              "Return the clearances (r,) of pairs of shapes (r,) and (r,), each at an instant (r,) of its own [m].");
 }
 

@@ -65,10 +65,10 @@ class Clearances {
         for (std::size_t i = 0; i < pairs.first.size(); ++i) open(pairs.first[i], pairs.other[i]);
     }
 
-    // The clearance of two shapes at u.
-    double between(double u, int first, int other) {
+    // The clearance of two shapes at u; in the tube what the tracking error may take is taken from it.
+    double between(double u, int first, int other, bool in_tube) {
         motion_.place(u);
-        return clearance(first, other);
+        return in_tube ? clearance_in_tube(first, other) : clearance(first, other);
     }
 
   private:

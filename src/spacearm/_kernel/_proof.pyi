@@ -97,7 +97,7 @@ class Clearances:
         Return the least clearance of every link and other body (r, l, k + l), obstacles first, then links, at instants (r,) of the path [m]; and the two shapes that have it (r, l, k + l, 2), or -1. Two links are in the row of the one that comes first. Where nothing is found below `limit` (l, k + l) it is `fill` (l, k + l). Pairs with a limit of minus infinity are left out. In the tube: less what the tracking error may take.
         """
 
-    def between(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], first: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C')]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    def between(self, u: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], first: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C')], other: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C')], in_tube: bool = False) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
         """
         Return the clearances (r,) of pairs of shapes (r,) and (r,), each at an instant (r,) of its own [m].
         """

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from spacearm.cli.arguments import parsed
-from spacearm.cli.terminal import base_rows, loading, rows_on_near_pairs, show_list, tell_notes, tell_robot
+from spacearm.cli.arguments import parsed, tracking_of_words
+from spacearm.cli.terminal import base_rows, loading, rows_on_near_pairs, rows_on_tracking, show_list, tell_notes, tell_robot
 from spacearm.core.errors import SettingsError
 from spacearm.core.output import require_new
 from spacearm.core.reading import located, read_bytes
@@ -46,6 +46,8 @@ class Options:
         limits: the joint limits that must be kept; a path with corners has no acceleration, so leave that out for one.
         jerk_limit: jerk limit of every joint [rad/s^3 or m/s^3]; none: jerk is not limited.
         clearance: that every pair of bodies without a clearance of its own has to keep [m]; none: the problem's.
+        tracking: how far each joint may be from the motion at any instant [rad or m], a number for all joints, or NAME=NUMBER
+            for each of some (all=NUMBER for the others); none: as the plan's certificate says.
         resolution: an interval shorter than this share of the motion is not halved again.
         json: print the certificate as JSON instead of the summary.
     """
@@ -60,6 +62,7 @@ class Options:
     limits: tuple[Literal["position", "velocity", "acceleration"], ...] = ("position", "velocity", "acceleration")
     jerk_limit: float | None = None
     clearance: float | None = None
+    tracking: Annotated[tuple[str, ...], arg(metavar="NUMBER|NAME=NUMBER")] = ()
     resolution: float = 1e-7
     json: bool = False
 
@@ -67,7 +70,8 @@ class Options:
     def of_proof(self) -> dict[str, Any]:
         """Those that `certify` takes."""
         names = ("limits", "jerk_limit", "clearance", "resolution")
-        return {name: getattr(self, name) for name in names}
+        given = {name: getattr(self, name) for name in names}
+        return {**given, "tracking": tracking_of_words(self.tracking)} if self.tracking else given
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -151,6 +155,7 @@ def _summary(found: Recheck) -> list[tuple[str, str]]:
     certificate = found.certificate
     rows = [("status", certificate.status), ("finding", certificate.message)]
     rows.append(("clearance", _clearance(certificate)))
+    rows += rows_on_tracking(certificate)
     rows += rows_on_near_pairs(certificate)
     rows += [("file contradicts", text) for text in certificate.contradictions]
     rows += [("limits", text) for text in certificate.broken_limits] or [("limits", _kept(certificate.checked))]

@@ -19,7 +19,16 @@ from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed, tracking_of_words
 from spacearm.cli.results_folder import results_folder
-from spacearm.cli.terminal import base_rows, loading, progress_bar, rows_on_near_pairs, show_list, tell_notes, tell_robot
+from spacearm.cli.terminal import (
+    base_rows,
+    loading,
+    progress_bar,
+    rows_on_near_pairs,
+    rows_on_tracking,
+    show_list,
+    tell_notes,
+    tell_robot,
+)
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import ProblemError, SettingsError
 from spacearm.core.interrupts import unbroken
@@ -228,6 +237,7 @@ def _summary(found: Plan, folder: Path, written: Sequence[str]) -> list[tuple[st
     rows.append(("clearance", _clearance(found)))
     if found.certificate is not None:
         rows.append(("certificate", f"{found.certificate.status}: {found.certificate.message}"))
+        rows += rows_on_tracking(found.certificate)
         rows += rows_on_near_pairs(found.certificate)
         rows += rows_on_unchecked(found.certificate.unchecked, found.certificate.bare)
     rows += [("note", note) for note in found.problem.notes]

@@ -179,6 +179,15 @@ def _small(value: float) -> str:
     return f"{value:.3g}" if value >= 1e-3 or value == 0 else "< 0.001"
 
 
+def rows_on_tracking(certificate: Certificate) -> list[tuple[str, str]]:
+    """Return a row with the tracking error that a proof includes; none without one."""
+    if certificate.tracking is None:
+        return []
+    from spacearm.proof.tracking import tracking_in_words
+
+    return [("tracking error", f"{tracking_in_words(certificate.robot, certificate.tracking)} at any instant")]
+
+
 def rows_on_near_pairs(certificate: Certificate) -> list[tuple[str, str]]:
     """Return rows of a list on the pairs that are near at the start or the goal, the first few; `plan.json` has all."""
     rows = [("near at an end", pair.text) for pair in certificate.near_pairs]

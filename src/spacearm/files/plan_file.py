@@ -395,7 +395,7 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     Args:
         path: a plan.json.
         problem: to prove it for; None: the one in the file.
-        options: of `certify`.
+        options: of `certify`; without `tracking`, the tracking error is that of the file's certificate.
 
     Raises:
         SpacearmError: a file that cannot be read, or a plan of another robot.
@@ -405,7 +405,7 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     with located(path):
         _require_same_base(against, saved.trajectory)
         trajectory, other = _for_problem_robot(saved.trajectory, against)
-    certificate = certify(against, trajectory, **options)
+    certificate = certify(against, trajectory, **{**_claimed(saved), **options})
     said = None if saved.certificate is None else saved.certificate.get("status")
     base = _base(against, trajectory, certificate)
     notes = [*saved.trajectory.notes, *other, *_edited(saved), *([_NO_CLEARANCE] if problem is None and saved.is_old else [])]
@@ -414,6 +414,12 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     if agrees is False:
         notes.append(f"the file's certificate says '{said}', the new one '{certificate.status}'")
     return Recheck(certificate=certificate, notes=tuple(notes), agrees=agrees, base=base)
+
+
+def _claimed(saved: SavedPlan) -> dict[str, Any]:
+    """Return the tracking error that the file's own certificate includes, as an option of `certify`."""
+    tracking = None if saved.certificate is None else saved.certificate.get("tracking")
+    return {} if tracking is None else {"tracking": tracking}
 
 
 def recheck_trajectory(problem: Problem, trajectory: AnyTrajectory, **options: Any) -> Recheck:

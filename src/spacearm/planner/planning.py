@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -417,16 +417,11 @@ def _prove(problem: Problem, settings: PlannerSettings, motion: Motion) -> _Proo
     """Make a trajectory of a motion, and its certificate."""
     if settings.time_law != "uniform":  # the time-optimal law costs more than a proof, and collisions do not depend on it
         trajectory = _uniform(problem, motion, jerk_limit=settings.jerk_limit)
-        proof = _proof(problem, trajectory, certify(problem, trajectory, limits=(), **_tracking(settings)))
+        proof = _proof(problem, trajectory, certify(problem, trajectory, limits=(), tracking=settings.tracking))
         if not proof.collision_free:
             return proof
     trajectory = _timed(problem, settings, motion)
-    return _proof(problem, trajectory, certify(problem, trajectory, jerk_limit=settings.jerk_limit, **_tracking(settings)))
-
-
-def _tracking(settings: PlannerSettings) -> dict[str, Any]:
-    """Return the tracking error that settings ask for, as `certify` takes it."""
-    return {"tracking": settings.tracking} if settings.tracking else {}
+    return _proof(problem, trajectory, certify(problem, trajectory, jerk_limit=settings.jerk_limit, tracking=settings.tracking))
 
 
 def _proof(problem: Problem, trajectory: Trajectory, certificate: Certificate) -> _Proof:

@@ -18,6 +18,7 @@ from spacearm.motion.trajectory_values import trajectory_as_dict
 from spacearm.proof.base_proofs import LOST, BaseFindings, BaseSetup
 from spacearm.proof.proof_tree import ProofTree
 from spacearm.proof.required_clearance import PairClearance, pair_clearance_as_dict
+from spacearm.proof.tracking import tracking_as_dict, tracking_in_words
 from spacearm.robot import Robot
 from spacearm.robot.model import robot_as_dict
 from spacearm.robot.unchecked_pairs import UncheckedPair, lacks_envelope, words_on_unchecked
@@ -54,6 +55,7 @@ class ClosestApproach:
         clearance: [m]; negative for a penetration.
         required: what the pair is held to there [m].
         points: (2, 3) the nearest points of the two, or those that penetrate deepest, in the inertial frame [m].
+        tube: what a tracking error may take from the clearance there [m]; 0 without one.
     """
 
     link: str
@@ -64,6 +66,7 @@ class ClosestApproach:
     clearance: float
     required: float
     points: NDArray[np.float64]
+    tube: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,12 +80,13 @@ class NearPair:
         other: the other body, as in "obstacle 'shelf'", "obstacle 3" or "link 'forearm'".
         obstacle: index in the scene of the obstacle; None if it is a link.
         ends: where it is near: "start", "goal", or "both" for a pair that does not get out between them.
-        clearance: what it has there, at both ends the lesser [m].
+        clearance: what it has there, at both ends the lesser; with a tracking error, at least within it [m].
         required: the clearance that is asked for [m]. It is held to this before `begin` and after `end`.
         held_to: what it has to keep from `begin` to `end` [m].
         proven: it has at least this from `begin` to `end` [m]; None unless the certificate holds.
         measured: the least measured from `begin` to `end` [m].
         begin, end: the times between which it is held to less than is asked for [s].
+        in_tube: whether there is a tracking error.
     """
 
     link: str
@@ -96,15 +100,15 @@ class NearPair:
     measured: float
     begin: float
     end: float
+    in_tube: bool = False
 
     @property
     def text(self) -> str:
         """The pair and what is proven or required of it, in words."""
         times = {"start": f"up to t = {self.end:.4g} s", "goal": f"from t = {self.begin:.4g} s", "both": "all the time"}
         kept = f"held to {_mm(self.held_to)}" if self.proven is None else f"proven at least {_mm(self.proven)}"
-        return (
-            f"link '{self.link}' and {self.other}, {_mm(self.clearance)} at {_END_WORDS[self.ends]}: {kept} {times[self.ends]}"
-        )
+        has = f"{_mm(self.clearance)}{' within the tracking error' if self.in_tube else ''}"
+        return f"link '{self.link}' and {self.other}, {has} at {_END_WORDS[self.ends]}: {kept} {times[self.ends]}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -217,7 +221,7 @@ class Certificate:
     @property
     def broken_limits(self) -> tuple[str, ...]:
         """The checked limits of joints that may be broken, a sentence each, the worst first."""
-        return broken_limits(self.robot, self.limits, self.checked)
+        return broken_limits(self.robot, self.limits, self.checked, self.tracking)
 
     @property
     def fails_by_base_limits(self) -> bool:
@@ -231,7 +235,7 @@ class Certificate:
         """The result in a sentence, with what is not part of the claim."""
         said = [self._finding, *self.notes]
         if self.status == "holds":
-            said[1:1] = [self._near_finding, words_on_unchecked(self.unchecked, self.bare)]
+            said[1:1] = [self._near_finding, self._not_in_tube, words_on_unchecked(self.unchecked, self.bare)]
         return "; ".join(filter(None, said))
 
     @property
@@ -270,17 +274,37 @@ class Certificate:
         if near is None:
             kept = f"{', '.join(self.checked)} limits hold for all t" if self.checked else "limits were not looked at"
             free = "nothing is in the way" if self.robot.shapes else "the robot is meant to have no envelope"
-            return f"{free}; {kept}"
+            return f"{free}; {kept}{self._in_tube}"
         where = f"link '{near.link}' and {near.other} at t = {near.time:.4g} s"
         if self.status == "undecided":
             than = _mm(near.required) if near.required else "contact"
             error = self.base_error or 0.0
             known = "" if error < _NOTABLE_ERROR else f" (the base's attitude is known to {error:.2g} rad)"
             within = f"{where} come within {near.clearance * 1e3:.3g} mm"
+            if near.tube > 0:
+                within = f"{within}, of which a tracking error of {self._error_in_words} may take {near.tube * 1e3:.3g} mm"
+                share = (near.clearance - near.required) / near.tube
+                known = f"{known}; ask for less than {share:.3g} of that error" if share < 1 else known
             return f"{within}, too close to be told from {than}{known}{self._why_held(near)}"
-        return (
-            f"clearance proven at least {_mm(self.clearance or 0)} for all t, measured closest {_mm(near.clearance)}: {where}"
-        )
+        measured = f"measured closest {_mm(near.clearance)}{' without that error' if self._in_tube else ''}: {where}"
+        return f"clearance proven at least {_mm(self.clearance or 0)} for all t{self._in_tube}, {measured}"
+
+    @property
+    def _error_in_words(self) -> str:
+        return "" if self.tracking is None else tracking_in_words(self.robot, self.tracking)
+
+    @property
+    def _in_tube(self) -> str:
+        """The tracking error of the claim, as the end of a phrase; "" without one."""
+        return "" if self.tracking is None else f", with a tracking error of {self._error_in_words} at any instant"
+
+    @property
+    def _not_in_tube(self) -> str:
+        """What the tracking error is not about; "" without one."""
+        kept = [name for name in self.checked if name != "position"]
+        if self.tracking is None or not kept:
+            return ""
+        return f"{', '.join(kept)} are those of the trajectory itself, not of what follows it with that error"
 
     @property
     def nearer(self) -> str:
@@ -314,6 +338,7 @@ class Certificate:
             "required_by_pair": [pair_clearance_as_dict(pair) for pair in self.required_by_pair],
             "closest": None if near is None else _closest_as_dict(near),
             "near_pairs": [_near_pair_as_dict(pair) for pair in self.near_pairs],
+            **({} if self.tracking is None else {"tracking": tracking_as_dict(self.robot, self.tracking)}),
             "limits": {
                 "checked": list(self.checked),
                 "position_margin": _finite(limits.position),
@@ -345,6 +370,7 @@ def _closest_as_dict(near: ClosestApproach) -> dict[str, object]:
         "clearance_m": round(near.clearance, _DIGITS),
         "required_m": _rounded_down(near.required),
         "points_m": [[round(x, _DIGITS) for x in point] for point in near.points.tolist()],
+        **({"tube_m": round(near.tube, _DIGITS)} if near.tube else {}),
     }
 
 
@@ -377,11 +403,14 @@ def _findings_as_dict(base: BaseFindings) -> dict[str, object]:
     }
 
 
-def broken_limits(robot: Robot, margins: LimitMargins, checked: tuple[Limit, ...]) -> tuple[str, ...]:
+def broken_limits(
+    robot: Robot, margins: LimitMargins, checked: tuple[Limit, ...], tracking: NDArray[np.float64] | None = None
+) -> tuple[str, ...]:
     """Return a sentence for each checked limit of a joint that is not kept for all t.
 
     The worst comes first: the limit that is exceeded by the greatest share of itself. For a position limit it is the share of
-    half the range between the joint's two limits, or of 1 rad or m if one of them is infinite.
+    half the range between the joint's two limits, or of 1 rad or m if one of them is infinite. `tracking` (n,): the tracking
+    error that the margins are for, if any [rad or m].
     """
     out: list[tuple[float, str]] = []
     if "position" in checked:
@@ -389,7 +418,8 @@ def broken_limits(robot: Robot, margins: LimitMargins, checked: tuple[Limit, ...
         half = np.where(np.isfinite(half) & (half > 0), half, 1.0)
         for i in np.flatnonzero(~(margins.position >= -ROUNDING)):
             unit, by = "m" if robot.is_prismatic(int(i)) else "rad", 0.0 - margins.position[i]
-            out.append((by / half[i], f"joint '{robot.dof_names[i]}' may pass a position limit by {by:.4g} {unit}"))
+            error = "" if tracking is None else f" with a tracking error of {tracking[i]:.4g} {unit}"
+            out.append((by / half[i], f"joint '{robot.dof_names[i]}' may pass a position limit by {by:.4g} {unit}{error}"))
     for name, shares in (("velocity", margins.velocity), ("acceleration", margins.acceleration), ("jerk", margins.jerk)):
         if name in checked and shares is not None:
             for i in np.flatnonzero(~(shares <= 1)):

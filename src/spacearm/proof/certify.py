@@ -102,7 +102,8 @@ def certify(
             certificate is undecided then.
         tracking: by how much each joint may be off the trajectory at any instant [rad or m]: a number for all joints, or a
             mapping from joints' names, and "all", to numbers. Then clearances and position limits are proven for all that
-            stays within it; a base that follows the arm allows none. None: the joints are where the trajectory says.
+            stays within it; a base that follows the arm allows none. Velocities and accelerations are those of the trajectory
+            itself. None: the joints are where the trajectory says.
         proof: of the clearances, as a plan file carries one, to be checked. If it does not show them, a note says so, and
             another one is looked for. None: one is looked for.
         minimum_clearance: former name; no longer taken.
@@ -323,6 +324,7 @@ class _Clearances:
                     measured=part.has if measured is None else min(part.has, measured.clearance),
                     begin=float(times[0]),
                     end=float(times[1]),
+                    in_tube=bool(claim.tracking.any()),
                 )
                 out.append(pair)
         return tuple(out)
@@ -361,6 +363,7 @@ def _closest(near: NearestPair, claim: Claim) -> ClosestApproach:
         clearance=near.clearance,
         required=near.required,
         points=near.points,
+        tube=near.tube,
     )
 
 

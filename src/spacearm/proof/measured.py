@@ -173,6 +173,8 @@ class NearestPair:
         clearance: [m].
         required: what the pair is held to there [m].
         points: (2, 3) the nearest points, in the inertial frame [m].
+        native: the native measurement of the same [m].
+        tube: what a tracking error may take from the clearance there [m].
     """
 
     shape: int
@@ -182,11 +184,13 @@ class NearestPair:
     clearance: float
     required: float
     points: Array
+    native: float
+    tube: float = 0.0
 
     @property
     def lack(self) -> tuple[bool, float]:
         """Less is worse: pairs that touch come first, by how deep they penetrate; then all others, by their excess [m]."""
-        return (True, self.clearance - self.required) if self.clearance > 0 else (False, self.clearance)
+        return (True, self.clearance - self.tube - self.required) if self.clearance > 0 else (False, self.clearance)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -212,9 +216,13 @@ class MeasuredApproaches:
         return self.worst is not None and self.worst.clearance <= self.worst.required
 
     def contradict(self, proven: Array) -> bool:
-        """Return whether a measurement is below what is proven by phase (p,) [m], by more than DISAGREEMENT."""
+        """Return whether a measurement by Coal is below what is proven, or natively measured, by more than DISAGREEMENT.
+
+        Args:
+            proven: (p,) by phase [m].
+        """
         pairs = zip(self.closest, proven.tolist(), strict=True)
-        return any(near is not None and near.clearance < bound - DISAGREEMENT for near, bound in pairs)
+        return any(near is not None and near.clearance < max(bound, near.native) - DISAGREEMENT for near, bound in pairs)
 
 
 def measure_approaches(
@@ -326,7 +334,7 @@ def _measured(claim: Claim, pairs: Sequence[PairAtInstant]) -> list[NearestPair]
     frames, required = frames_at(claim, np.array([one.u for one in pairs])), _held(claim, pairs)[0].tolist()
     bodies, of_coal = claim.bodies, coal_bodies(claim)
     out: list[NearestPair] = []
-    for pair, placed, held in zip(pairs, frames, required, strict=True):
+    for pair, placed, held, tube in zip(pairs, frames, required, _taken(claim, pairs), strict=True):
         clearance, points = of_coal.distance(placed, pair.first, pair.other)
         own = bodies.frame[pair.other] != WORLD
         near = NearestPair(
@@ -337,6 +345,18 @@ def _measured(claim: Claim, pairs: Sequence[PairAtInstant]) -> list[NearestPair]
             clearance=pair.clearance if np.isnan(clearance) else clearance,
             required=held,
             points=points,
+            native=pair.clearance,
+            tube=tube,
         )
         out.append(near)
     return out
+
+
+def _taken(claim: Claim, pairs: Sequence[PairAtInstant]) -> list[float]:
+    """Return what the tracking error may take from the clearances of pairs (m,), [m]."""
+    if not claim.tracking.any():
+        return [0.0] * len(pairs)
+    u = np.array([one.u for one in pairs])
+    first, other = (np.array([getattr(one, name) for one in pairs]) for name in ("first", "other"))
+    exact, within = (_clearances(claim).between(u, first, other, in_tube) for in_tube in (False, True))
+    return (exact - within).tolist()

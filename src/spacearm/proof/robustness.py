@@ -3,6 +3,9 @@
 The tube is found by bisection on the certificate. So the tube that is returned is proven, and a tube that is wider by the
 resolution is not; its certificate says what is in the way. All revolute joints have the same tracking error in rad; a prismatic
 joint has as many metres as they have radians.
+
+A certificate with a tracking error lets a pair of bodies have less than is required at the start and the goal, if it has no
+more within the tube. Here that is only for pairs that have less on the planned trajectory: all others keep what is required of them.
 """
 
 from __future__ import annotations
@@ -29,7 +32,7 @@ Array = NDArray[np.float64]
 RESOLUTION = 0.01
 """Relative: a tube that is wider by this share is not proven."""
 
-WIDEST = math.pi
+WIDEST = 3.0
 """[rad or m] A wider tube is not looked for."""
 
 _BEGIN = 1e-3  # [rad or m] the first tube
@@ -48,7 +51,7 @@ class Tube:
         joints: their names; those of all degrees of freedom, or one.
         tracking: every trajectory that stays within this of the planned one is proven [rad; m for a prismatic joint].
         not_proven: a tracking error that is not proven any more, larger by the resolution at most [rad or m]; infinite if
-            there is none up to pi; 0 if not even the trajectory itself is proven.
+            there is none up to 3; 0 if not even the trajectory itself is proven.
         limited_by: what is in the way of a wider tube, in a sentence; "" if nothing is.
         link, other, time: if it is a pair of bodies: the robot's link, the other body, as in "obstacle 'shelf'", and the
             instant [s]; None if it is a joint's limit, or nothing.
@@ -125,7 +128,8 @@ def robustness(
 ) -> Robustness:
     """Find the widest tube around a trajectory for which its certificate holds.
 
-    Every tube that is returned is proven by `certify(..., tracking=...)`. Joints that are not asked for are exact.
+    Every tube that is returned is proven by `certify(..., tracking=...)`. Joints that are not asked for are exact. Pairs of
+    bodies that have what is required of them at the start and the goal of the trajectory itself keep it within the tube too.
 
     Args:
         planned: a plan; or a problem, with the trajectory beside it.
@@ -149,14 +153,16 @@ def robustness(
     if not exact.holds:
         none = Tube(joints=names, tracking=0.0, not_proven=0.0, limited_by=exact.message)
         return _found(begun, none, (), exact, finest, tried=1)
-    search = _Bisection(problem, motion, resolution=finest, limits=[name for name in limits if name == "position"])
-    tell = progress or (lambda done, total, what: None)
+    position: list[Limit] = ["position"] if "position" in limits else []
+    search = _Bisection(problem, motion, resolution=finest, limits=position, near=_near(exact))
     wanted = [names, *((name,) for name in names if singly and len(names) > 1)]
     tubes: list[Tube] = []
     for done, some in enumerate(wanted):
-        tell(done, len(wanted), "all joints together" if done == 0 else f"joint '{some[0]}'")
+        if progress is not None:
+            progress(done, len(wanted), "all joints together" if done == 0 else f"joint '{some[0]}'")
         tubes.append(search.widest(some))
-    tell(len(wanted), len(wanted), "")
+    if progress is not None:
+        progress(len(wanted), len(wanted), "")
     certificate = certify(problem, motion, limits=limits, tracking=dict.fromkeys(names, tubes[0].tracking))
     alone = tuple(tubes[1:]) if len(names) > 1 else (tubes[0],)
     return _found(begun, tubes[0], alone, certificate, finest, tried=search.tried + 2)
@@ -178,10 +184,19 @@ def _found(
 class _Bisection:
     """Looks for the widest tubes of some joints of a trajectory."""
 
-    def __init__(self, problem: HasScene, trajectory: AnyTrajectory, *, resolution: float, limits: Sequence[Limit]) -> None:
+    def __init__(
+        self,
+        problem: HasScene,
+        trajectory: AnyTrajectory,
+        *,
+        resolution: float,
+        limits: Sequence[Limit],
+        near: frozenset[tuple[str, str]],
+    ) -> None:
         self.tried = 0
         self._problem, self._trajectory = problem, trajectory
-        self._resolution, self._limits = resolution, limits
+        self._resolution, self._limits, self._near = resolution, limits, near
+        self._digits = 2 + math.ceil(-math.log10(resolution))  # of what is tried
 
     def widest(self, joints: tuple[str, ...]) -> Tube:
         """Return the widest tube of some joints."""
@@ -190,14 +205,16 @@ class _Bisection:
         tried = _BEGIN
         while refused > proven * (1 + self._resolution) and _LEAST <= tried <= WIDEST:
             certificate = self._certificate(joints, tried)
-            if certificate.holds:
+            if certificate.holds and _near(certificate) <= self._near:
                 proven = tried
             else:
                 refused, failed = tried, certificate
-            tried = _between(proven, refused)
+            tried = float(f"{_between(proven, refused):.{self._digits}g}")
+            if tried in (proven, refused):
+                break
         if failed is None:
             return Tube(joints=joints, tracking=proven, not_proven=math.inf, limited_by="")
-        return _limited(joints, proven, refused, failed)
+        return _limited(joints, proven, refused, failed, self._near)
 
     def _certificate(self, joints: tuple[str, ...], error: float) -> Certificate:
         self.tried += 1
@@ -211,8 +228,33 @@ def _between(proven: float, refused: float) -> float:
     return math.sqrt(proven * refused) if proven > 0 else refused / 4
 
 
-def _limited(joints: tuple[str, ...], proven: float, refused: float, failed: Certificate) -> Tube:
-    """Return a tube with what is in the way of a wider one, by the certificate of that."""
+def _near(certificate: Certificate) -> frozenset[tuple[str, str]]:
+    """Return the pairs of bodies that begin or end nearer than is required of them."""
+    return frozenset((pair.link, pair.other) for pair in certificate.near_pairs)
+
+
+def _limited(
+    joints: tuple[str, ...], proven: float, refused: float, failed: Certificate, known: frozenset[tuple[str, str]]
+) -> Tube:
+    """Return a tube with what is in the way of a wider one, by the certificate of that.
+
+    Args:
+        joints, proven, refused: of the tube.
+        failed: the certificate of a wider one.
+        known: pairs that begin or end nearer than is required of them on the planned trajectory.
+    """
+    for pair in failed.near_pairs if failed.holds else ():
+        if (pair.link, pair.other) not in known:
+            end = "the goal" if pair.ends == "goal" else "the start"
+            return Tube(
+                joints=joints,
+                tracking=proven,
+                not_proven=refused,
+                limited_by=f"link '{pair.link}' and {pair.other}, of which {pair.required * 1e3:.4g} mm are required at {end}",
+                link=pair.link,
+                other=pair.other,
+                time=pair.end if pair.ends == "goal" else pair.begin,
+            )
     near = failed.closest
     if failed.broken_limits or failed.clear or near is None:
         why = failed.broken_limits[0] if failed.broken_limits else failed.message
@@ -221,7 +263,7 @@ def _limited(joints: tuple[str, ...], proven: float, refused: float, failed: Cer
         joints=joints,
         tracking=proven,
         not_proven=refused,
-        limited_by=f"link '{near.link}' and {near.other} at t = {near.time:.4g} s, {near.clearance * 1e3:.4g} mm apart there",
+        limited_by=f"link '{near.link}' and {near.other} at t = {near.time:.4g} s ({near.clearance * 1e3:.4g} mm apart)",
         link=near.link,
         other=near.other,
         time=near.time,
