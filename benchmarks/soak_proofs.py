@@ -1,8 +1,8 @@
 """A long search for a proof that is wrong: the finder, the checker and an oracle look at drawn motions, half of them grazing.
 
-Robots of up to 14 joints with slides, mimics and branches, fixed and floating; links and obstacles of every shape; splines, lines,
-cubics, quintics with rests, recordings of a thousand pieces; tracking errors; pairs near at an end; clearances by pair. Of the
-motions with even numbers the clearance that is required is within 1e-9 to 1e-3 m of what there is (`proofs/grazing_motions.py`).
+Robots of up to 14 joints with slides, mimics and branches, fixed and floating; links and obstacles of every shape; splines,
+lines, cubics, quintics with rests, recordings of a thousand pieces; tracking errors; pairs near at an end; clearances by pair.
+Of motions with even numbers the clearance required is within 1e-9 to 1e-3 m of what there is (`proofs/grazing_motions.py`).
 
 Pinocchio and Coal measure all pairs at random instants, around the closest approach, and at the instants that the finder names.
 Three things may never be, and each is a complaint: the checker proves more than is measured; the finder says that a proof

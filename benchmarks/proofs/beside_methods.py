@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import coal
@@ -78,13 +79,13 @@ def proved(motion: AMotion, claim: Claim | None = None) -> Verdict:
     )
 
 
-def bisected_natively(module: Any) -> Method:
-    """Return adaptive bisection in the kernel's own terms."""
+def bisected_natively(environment: Path) -> Method:
+    """Return adaptive bisection in the kernel's own terms, compiled into an environment."""
 
     def judged(motion: AMotion, claim: Claim | None = None) -> Verdict:
         begun = time.process_time()
         claim = motion.claim() if claim is None else claim
-        found = bisect(claim, module)
+        found = bisect(claim, environment)
         return Verdict(
             free={"holds": True, "fails": False, "undecided": None}[found.status],
             seconds=time.process_time() - begun,

@@ -82,12 +82,20 @@ class AMotion:
         """Return the oracle's q at parameters (r,)."""
         return self.oracle.full(self.trajectory.curve.sample(u))
 
-    def claim(self) -> Claim:
-        """Return what a proof has to show: that nothing touches."""
+    @cached_property
+    def least(self) -> float:
+        """The least clearance of all pairs, measured [m]."""
+        u = np.linspace(*self.trajectory.curve.domain, 257)
+        distances = self.oracle.distances(self.placed(u))
+        some = np.argsort(distances.min(axis=0))[:5]
+        return min(_closest(self, int(pair), u, distances[:, pair])[1] for pair in some)
+
+    def claim(self, clearance: float = 0.0) -> Claim:
+        """Return what a proof has to show: that all pairs keep a clearance [m]; with 0, that nothing touches."""
         problem, trajectory = self.problem, self.trajectory
         setup = base_setup_of(trajectory, problem.robot, who="trajectory")
         base = begun_base_proof(problem.robot, trajectory, setup)
-        required = required_clearance(problem.robot, problem.scene, 0.0)
+        required = required_clearance(problem.robot, problem.scene, clearance)
         return claim_of(problem.robot, problem.scene, base, PathIntervals(base.curve), required=required)
 
 

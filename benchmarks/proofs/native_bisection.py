@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import importlib.util
 import subprocess
+import sys
 import sysconfig
-from collections import deque
 from functools import cache
 from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from spacearm.proof import finder
@@ -43,14 +44,23 @@ def native_bisection(environment: Path) -> Any:
     return module
 
 
-def bisect(claim: Claim, module: Any) -> finder.Found:
-    """Search with the module in the place of the finder's."""
-    own, tables = finder.native_finder, finder._TABLES
-    finder.native_finder, finder._TABLES = module, _of_bisection  # type: ignore[attr-defined,misc]
+@cache
+def bisecting_finder(environment: Path) -> Any:
+    """Return another copy of the module `spacearm.proof.finder`, with the native bisection in the place of the finder."""
+    name = "spacearm.core.native_finder"
+    own, sys.modules[name] = sys.modules[name], SimpleNamespace(native_finder=native_bisection(environment))  # type: ignore[assignment]
     try:
-        return finder.find_proof(claim)
+        spec = importlib.util.spec_from_file_location("bisecting_finder", finder.__file__)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules["bisecting_finder"] = module  # dataclasses look their module up
+        spec.loader.exec_module(module)
     finally:
-        finder.native_finder, finder._TABLES = own, tables  # type: ignore[attr-defined,misc]
+        sys.modules[name] = own
+    return module
 
 
-_of_bisection: deque[Any] = deque(maxlen=4)
+def bisect(claim: Claim, environment: Path) -> finder.Found:
+    """Bisect a claim's pairs."""
+    return bisecting_finder(environment).find_proof(claim)

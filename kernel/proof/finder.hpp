@@ -69,7 +69,6 @@ class Finder {
     static constexpr int instant_halvings = 4;  // 2^4 instants are measured first
     static constexpr int instants_of_failure = 7;  // and 2^7 to find the worst one of a motion that fails
     static constexpr std::int64_t most_stretches = 100'000, most_nodes = 3'000'000;
-    static constexpr int between_questions = 64;  // stretches from one call of `ask` to the next
     // When a bundle is opened, and its stretch not halved; numbers tried on motions of five robots.
     static constexpr double spare = 1.5;    // times a bundle's radius: so much more clearance its members may have
     static constexpr double nearly = 0.15;  // times the loss: with less than this above the target, halves do not help
@@ -206,7 +205,8 @@ class Finder {
             for (std::size_t i = 0; i < now.stretches.size() && !ended(); ++i) {
                 work_.assign(now.open.begin() + now.first[i], now.open.begin() + now.first[i + 1]);
                 deal_with(now.stretches[i], next);
-                if (++found_.stretches % between_questions == 0) ask_();
+                ++found_.stretches;
+                ask_();
                 if (found_.stretches > most_stretches || nodes_.size() > most_nodes) give_up(least_suspect_);
             }
             now = std::move(next);
@@ -256,7 +256,7 @@ class Finder {
         const Body &a = tables_.bodies[pair.first], &b = tables_.bodies[pair.other];
         const bool bundles = a.members > 0 || b.members > 0;
         Plane plane = pair.balls ? plane_of_balls(pair) : plane_of_shapes(pair, open);
-        if (!bundles && pair.balls && !b.half_space) remember(pair.first, pair.other, plane.gap + pair.guard, plane.n);
+        if (!bundles && pair.balls) remember(pair.first, pair.other, plane.gap + pair.guard, plane.n);
         if (plane.gap - plane.loss > pair.target) return settle(open.node, plane.n);
         if (bundles && (!divisible_ || must_open(pair, plane))) return open_members(open.node, a, b);
         if (!divisible_) return give_up({pair.first, pair.other, u_, plane.gap + pair.guard});

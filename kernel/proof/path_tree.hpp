@@ -142,7 +142,8 @@ class Path {
     }
 
     // ---- the range of the rates on a run of pieces, by a tree of ranges
-    // ------------------------------------------------
+    // ----------------------------------------------
+
     void merge(const double* least, const double* most) {
         for (int k = 0; k < in_.dofs; ++k) {
             least_[k] = std::min(least_[k], least[k]);

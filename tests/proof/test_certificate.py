@@ -16,7 +16,7 @@ from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion, Trajectory
 from spacearm.proof import certify
 from spacearm.proof.certificate import Certificate
-from spacearm.proof.witness import Witness
+from spacearm.proof.witness import CoalBodies
 from spacearm.robot import LinkCapsule
 from support.dense_samples import Setting, dense_clearances, least_clearance, on_the_way, planar, swing, trajectories
 from support.messages import assert_refused
@@ -258,13 +258,13 @@ def test_the_numpy_oracle_is_coals() -> None:
 @pytest.mark.parametrize("by", [1e-5, 1e-3])
 def test_where_coal_measures_less_than_is_proven_nothing_is_believed(by: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two derivations that contradict each other, as if one of them had an error."""
-    measured = Witness._measured
+    measured = CoalBodies.distance
 
     def less(*given: Any) -> Any:
-        distance, direction = measured(*given)
-        return distance - by, direction
+        distance, points = measured(*given)
+        return distance - by, points
 
-    monkeypatch.setattr(Witness, "_measured", less)
+    monkeypatch.setattr(CoalBodies, "distance", less)
     setting = stretched(0.3, 0.2)
     certificate = certify(setting, Trajectory(setting.robot, swing(-1, 1)))
     assert certificate.status == "undecided"

@@ -143,14 +143,16 @@ def test_no_gap_gets_less_than_its_direction_proves_on_a_floating_base(seed: int
 def test_no_gap_gets_less_where_another_integrator_has_the_base(seed: int, number: int) -> None:
     case, trajectory, way = floating_cases.drawn(seed, number)
     claim, rng = claim_about(case.robot, case.scene, trajectory), np.random.default_rng(seed)
-    T = np.broadcast_to(np.eye(4), (len(way.u), len(case.robot.joints) + 2, 4, 4)).copy()
+    begin, end = claim.path.curve.domain  # of the same path, if it does not count in seconds
+    u = begin + (end - begin) * (way.u - way.u[0]) / (way.u[-1] - way.u[0])
+    T = np.broadcast_to(np.eye(4), (len(u), len(case.robot.joints) + 2, 4, 4)).copy()
     T[:, 1, :3, :3], T[:, 1, :3, 3] = way.R, way.at
-    T[:, 2:] = T[:, 1:2] @ joint_frames(case.robot, claim.path.curve.sample(way.u))
+    T[:, 2:] = T[:, 1:2] @ joint_frames(case.robot, claim.path.curve.sample(u))
     to_scene = np.flatnonzero((claim.bodies.frame[claim.pairs.other] == 0) & ~claim.bodies.half_space[claim.pairs.other])
     for i in to_scene[:8].tolist():
         first, other, interval = int(claim.pairs.first[i]), int(claim.pairs.other[i]), any_stretch(rng, claim, 5)
         n = rng.normal(size=3) / 2
-        inside = (way.u >= interval.ends[0, 0]) & (way.u <= interval.ends[0, 1])
+        inside = (u >= interval.ends[0, 0]) & (u <= interval.ends[0, 1])
         proven = check_proof(only(claim, first, other, interval), tree([0], [n])).proven[0]
         if inside.any():
             least = gaps_along(claim, first, other, T[inside], n / np.linalg.norm(n)).min()

@@ -2,72 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spacearm.core.errors import ProblemError
-from spacearm.geometry import Box, Obstacle, Scene, Sphere, SphereSet, pose
+from spacearm.geometry import Obstacle, Scene, Sphere, SphereSet
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.proof import Certificate, PairClearance, certify
-from spacearm.robot import Frame, Joint, LinkShape, Robot
 from support.dense_samples import Setting, arms
 from support.drawn_links import obstacles, shaped_arms
 from support.drawn_motions import motions_of
 from support.floating_arms import Adrift, lander
+from support.gantry import FLOOR, POST
+from support.gantry import GANTRY as ROBOT
+from support.gantry import hand_path as path
 from support.oracles.pinocchio_points import joint_frames
 from support.pair_distances import distances, stated
 
 ROUNDING = 1e-7  # [m] Coal's and Pinocchio's
 INSTANTS = 400
 MM = 1e-3
-
-
-def along(axis: str) -> np.ndarray:
-    """The pose of a joint whose z is x or y of the frame before it."""
-    T = np.eye(4)
-    T[:3, :3] = [[0, 0, 1], [1, 0, 0], [0, 1, 0]] if axis == "x" else [[0, 1, 0], [0, 0, 1], [1, 0, 0]]
-    return T
-
-
-def gantry(**options: Any) -> Robot:
-    """A hand, a ball of 0.1 m, that goes where (x, y) says, and a box bolted to the base 3 m below."""
-    across = along("x").T @ along("y")
-    given: dict[str, Any] = {
-        "name": "gantry",
-        "joints": (
-            Joint(name="x", kind="prismatic", parent=-1, T_parent_joint=along("x")),
-            Joint(name="y", kind="prismatic", parent=0, T_parent_joint=across),
-        ),
-        "shapes": (
-            LinkShape(name="hand", joint=1, shape=Sphere((0, 0, 0), 0.1)),
-            LinkShape(name="bus", joint=-1, shape=Box((9, 1, 1), pose((0, -3.5, 0)))),
-        ),
-        "frames": (Frame(name="hand", joint=1, T_joint_frame=np.eye(4)),),
-        "tip": "hand",
-        "lower": (-9, -9),
-        "upper": (9, 9),
-        "velocity": (9, 9),
-        "acceleration": (99, 99),
-        "self_pairs": (("bus", "hand"),),
-    }
-    return Robot(**{**given, **options})
-
-
-ROBOT = gantry()
-FLOOR = Box((9, 1, 1), pose((0, -0.5, 0)), name="floor")  # the hand is y - 0.1 above it
-POST = Box((0.2, 1, 1), pose((2.1, 0, 0)), name="post")  # and 1.9 - x from it
-
-
-def path(*points: tuple[float, float], smooth: bool = True) -> AnyTrajectory:
-    """Through points of the hand, one second each."""
-    q, t = np.array(points), np.arange(len(points), dtype=float)
-    if smooth:
-        return RecordedTrajectory(ROBOT, PiecewisePath.from_cubic(t, q, np.zeros_like(q)))
-    return RecordedTrajectory(ROBOT, PiecewisePath.from_linear(t, q))
 
 
 def proven(

@@ -22,7 +22,6 @@ from spacearm.planner.problem import Problem
 from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.proof import Certificate
 from spacearm.proof.base_proofs import BaseProof, base_setup_of, begun_base_proof, broken_base_limits
-from spacearm.robot import forward_kinematics
 from spacearm.robot.unchecked_pairs import lacks_envelope
 
 Array = NDArray[np.float64]
@@ -35,13 +34,13 @@ class BaseReport:
     """A base that is moved, over a trajectory; by the proof's bounds, so nothing between instants is missed.
 
     Attributes:
-        final: angle between the base's attitudes at the end and at the beginning [rad].
+        final: angle between the base's attitudes at the end and at the beginning, at most [rad].
         peak: the angle from the attitude at the beginning, at most, at any time [rad].
         rate: how fast the base turns, at most, at any time [rad/s].
         joint_momentum: the arm's angular momentum, of its joints' motion alone, at most, at any time [N m s].
-        goal_distance: by how much the end effector misses its goal [m]; None for a goal in joint space.
+        goal_distance: by how much the end effector misses its goal, at most [m]; None for a goal in joint space.
         goal_angle: likewise [rad].
-        base_angle: by how much the base misses its goal attitude [rad]; None if it has none.
+        base_angle: by how much the base misses its goal attitude, at most [rad]; None if it has none.
         missed: what is not as was asked, a phrase each; empty if all is.
     """
 
@@ -66,22 +65,23 @@ def report_base(problem: Problem, trajectory: AnyTrajectory) -> BaseReport:
     missed = list(broken_base_limits(figures, problem.base_limits))
     distance = off = None
     if isinstance(problem.goal, (PositionGoal, PoseGoal)):
-        q = trajectory.sample(trajectory.duration).q
-        T = T_w_b @ forward_kinematics(problem.robot, q, frame=problem.goal.frame)
+        T = base.frame_at_end(problem.robot.frame(problem.goal.frame or problem.robot.tip))
         distance, off = (float(error[0]) for error in pose_errors(problem.goal, T[None]))
         near, turn = problem.goal.tolerances
-        lever = float(np.linalg.norm(T[:3, 3] - base.turns_about_at_end()))
-        if distance + figures.error * lever > near or off + figures.error > turn:
+        # An error of the last attitude turns the robot about its centre of mass.
+        distance += figures.error * float(np.linalg.norm(T[:3, 3] - base.turns_about_at_end()))
+        off += figures.error if isinstance(problem.goal, PoseGoal) else 0.0
+        if distance > near or off > turn:
             angle_too = f" and {math.degrees(off):.3g} deg" if isinstance(problem.goal, PoseGoal) else ""
             missed.append(f"the end effector misses its goal by {distance * 1e3:.4g} mm{angle_too}")
     base_angle = None
     if problem.base_goal is not None:
         at_end = quaternion_of(T_w_b[:3, :3])
-        base_angle = float(angle(multiplied(conjugate(problem.base_goal.attitude_wxyz), at_end)))
-        if base_angle + figures.error > problem.base_goal.tolerance:
+        base_angle = figures.error + float(angle(multiplied(conjugate(problem.base_goal.attitude_wxyz), at_end)))
+        if base_angle > problem.base_goal.tolerance:
             missed.append(f"the base misses its goal attitude by {math.degrees(base_angle):.4g} deg")
     return BaseReport(
-        final=figures.final,
+        final=figures.final + figures.error,
         peak=figures.peak,
         rate=figures.rate,
         joint_momentum=figures.joint_momentum,

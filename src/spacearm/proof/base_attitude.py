@@ -78,6 +78,7 @@ _SWEEPS = 60  # solutions for a tumbling base, at most
 _STEADY = 1e-13  # times the greatest rate: a change of omega up to this ends the sweeps
 _HALVINGS_AHEAD = 3  # of a piece, before anything is known of it but how far the joints travel
 _ALMOST = 0.1  # of a halving: a panel may be longer than its rule says by this power of 2
+_GOLDEN = (3 - 5**0.5) / 2  # of a panel
 _SHORTEST = 1e-300  # in place of a length of 0 in a quotient
 _EPS = float(np.finfo(np.float64).eps)
 _ROUNDING = 64 * _EPS  # [rad] of the attitude, for each panel
@@ -263,9 +264,12 @@ class BaseAttitude:
 
     @property
     def instants(self) -> Array:
-        """The parameters (2 p + 1,) where panels begin, at their centres, and at the end."""
+        """The parameters (2 p + 1,) where panels begin, at a golden section of each, and at the end.
+
+        Panels are halves of halves, and so are the steps of other integrations: a golden section is within their steps.
+        """
         low, high = self._cut.path.ends.T
-        return np.append(np.stack([low, (low + high) / 2], axis=1).ravel(), high[-1])
+        return np.append(np.stack([low, low + _GOLDEN * (high - low)], axis=1).ravel(), high[-1])
 
     # ---- the panels ----------------------------------------------------------------------------------------------------
 

@@ -27,7 +27,7 @@ from spacearm.proof.base_attitude import BaseAttitude
 from spacearm.proof.base_momentum import BaseMotionBounds, FloatingBaseArrays, Reaction, masses_of, some_of, stated_base_errors
 from spacearm.proof.bodies import Bodies, RelativeBodies, bodies_in_space_of, bodies_of, joints_of
 from spacearm.proof.witness import kinematics_of
-from spacearm.robot import Robot
+from spacearm.robot import Frame, Robot
 
 Array = NDArray[np.float64]
 
@@ -321,6 +321,11 @@ class BaseProof(ABC):
     @abstractmethod
     def turns_about_at_end(self) -> Array:
         """Return the point (3,) about which an error of the last attitude rotates all links, in the inertial frame [m]."""
+
+    def frame_at_end(self, frame: Frame) -> Array:
+        """Return where a frame of the robot is at the end, T_w_frame (4, 4), by Pinocchio; see `at_end` for its error."""
+        T_b_joint = link_frames(self, np.array(self.curve.domain[1:]))[0]
+        return self.at_end() @ (T_b_joint[frame.joint] @ frame.T_joint_frame)
 
 
 class FixedBaseProof(BaseProof):

@@ -173,6 +173,7 @@ class NearestPair:
         clearance: [m].
         required: what the pair is held to there [m].
         points: (2, 3) the nearest points, in the inertial frame [m].
+        native: the native measurement of the same [m].
         tube: what a tracking error may take from the clearance there [m].
     """
 
@@ -183,6 +184,7 @@ class NearestPair:
     clearance: float
     required: float
     points: Array
+    native: float
     tube: float = 0.0
 
     @property
@@ -214,9 +216,13 @@ class MeasuredApproaches:
         return self.worst is not None and self.worst.clearance <= self.worst.required
 
     def contradict(self, proven: Array) -> bool:
-        """Return whether a measurement is below what is proven by phase (p,) [m], by more than DISAGREEMENT."""
+        """Return whether a measurement by Coal is below what is proven, or natively measured, by more than DISAGREEMENT.
+
+        Args:
+            proven: (p,) by phase [m].
+        """
         pairs = zip(self.closest, proven.tolist(), strict=True)
-        return any(near is not None and near.clearance < bound - DISAGREEMENT for near, bound in pairs)
+        return any(near is not None and near.clearance < max(bound, near.native) - DISAGREEMENT for near, bound in pairs)
 
 
 def measure_approaches(
@@ -339,6 +345,7 @@ def _measured(claim: Claim, pairs: Sequence[PairAtInstant]) -> list[NearestPair]
             clearance=pair.clearance if np.isnan(clearance) else clearance,
             required=held,
             points=points,
+            native=pair.clearance,
             tube=tube,
         )
         out.append(near)

@@ -426,7 +426,7 @@ class CoalBodies:
         self._robot, self._bodies, self._coal = robot, bodies, coal()
         self._parts, self._first = _parts(scene), int(np.count_nonzero(bodies.frame != WORLD))
         self._made: dict[int, tuple[CoalShape, Array]] = {}
-        self._request, self._result = self._coal.DistanceRequest(), self._coal.DistanceResult()
+        self._request = self._coal.DistanceRequest()
         self._request.gjk_tolerance = _COAL_TOLERANCE
         self._request.gjk_max_iterations = _COAL_ITERATIONS
 
@@ -454,11 +454,11 @@ class CoalBodies:
         return np.nan, points
 
     def _between(self, a: tuple[CoalShape, Array], b: tuple[CoalShape, Array], shift: Array) -> tuple[float, Array]:
-        self._result.clear()
+        result = self._coal.DistanceResult()  # of its own: another thread may measure the same bodies
         (one, T), (other, U) = a, b
         at = self._coal.Transform3s(T[:, :3], T[:, 3] + shift), self._coal.Transform3s(U[:, :3], U[:, 3])
-        distance = self._coal.distance(one, at[0], other, at[1], self._request, self._result)
-        return float(distance), np.array([self._result.getNearestPoint1(), self._result.getNearestPoint2()])
+        distance = self._coal.distance(one, at[0], other, at[1], self._request, result)
+        return float(distance), np.array([result.getNearestPoint1(), result.getNearestPoint2()])
 
     def _placed(self, frames: Array, body: int) -> tuple[CoalShape, Array]:
         """Return a shape, and its pose (3, 4) in the inertial frame."""
