@@ -203,8 +203,15 @@ class MeasuredApproaches:
 
     @property
     def fails(self) -> bool:
-        """Whether a pair is measured to have at most what it is held to."""
-        return self.worst is not None and self.worst.clearance <= self.worst.required
+        """Whether a pair is measured to have at most what it is held to.
+
+        A pair near at an end that may have nothing within a tracking error is held to all that is required, and not measured
+        to have less than it could.
+        """
+        near = self.worst
+        if near is None or near.clearance > near.required:
+            return False
+        return near.clearance <= 0 or near.clearance > near.tube
 
     def contradict(self, proven: Array) -> bool:
         """Return whether a measurement by Coal is below what is proven, or natively measured, by more than DISAGREEMENT.
