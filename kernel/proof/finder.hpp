@@ -365,7 +365,7 @@ class Finder {
     Plane plane_of(const Pair& pair, Open& open) {
         const Plane out = pair.balls ? plane_of_balls(pair) : plane_of_shapes(pair, open);
         const Body &a = tables_.bodies[pair.first], &b = tables_.bodies[pair.other];
-        if (a.members == 0 && b.members == 0 && pair.balls && !b.half_space)
+        if (a.members == 0 && b.members == 0 && pair.balls)
             remember(pair.first, pair.other, out.gap + pair.guard, out.n);
         return out;
     }
