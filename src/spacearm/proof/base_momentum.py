@@ -247,7 +247,8 @@ class Reaction:
         second = np.minimum(second, bound.second)
         own = np.sqrt(self._angular @ self._angular) * bound.inverse * half  # the rotation by the angular momentum, at most
         crude = bound.moved + own
-        second_order = _dot(W_size, deviation) + second + own * (crude + bound.inverse * bound.lost)
+        turned = crude + bound.inverse * bound.lost + self._attitude_error  # by which H^-1 R^T L may be turned, or changed
+        second_order = _dot(W_size, deviation) + second + own * turned
         second_order = second_order * _OUTWARD + crude * _ROUNDING
         rotation = np.minimum(crude, np.sqrt(_dot(omega, omega)) * half + second_order) * _OUTWARD
         return BaseMotionBounds(
@@ -496,11 +497,11 @@ def stated_base_errors(
         frames: (r, 4, 4) T_w_b of the proof there.
         linear, angular: (3,) the momentum that is conserved [N s, N m s].
     """
-    position, wxyz = trajectory.base_pose(t)
-    elsewhere = stated_elsewhere(position, wxyz, frames)
+    stated = trajectory.base_state(t)
+    elsewhere = stated_elsewhere(stated[0], stated[1], frames)
     some = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOMENTUM_INSTANTS)).astype(np.intp))
-    conserved = np.array([linear, angular])
-    return StatedBaseErrors(_residual(robot, trajectory, conserved, t[some], position[some], wxyz[some]), elsewhere)
+    conserved, stated = np.array([linear, angular]), [column[some] for column in stated]
+    return StatedBaseErrors(_residual(robot, trajectory, conserved, t[some], stated), elsewhere)
 
 
 def stated_elsewhere(position: Array, wxyz: Array, frames: Array) -> float:
@@ -511,12 +512,12 @@ def stated_elsewhere(position: Array, wxyz: Array, frames: Array) -> float:
     return float((turned + np.linalg.norm(position - frames[:, :3, 3], axis=1)).max())
 
 
-def _residual(robot: Robot, trajectory: AnyTrajectory, conserved: Array, t: Array, position: Array, wxyz: Array) -> float:
-    """Compute the momentum of all links with Pinocchio, at times (r,), with the base where the trajectory says."""
+def _residual(robot: Robot, trajectory: AnyTrajectory, conserved: Array, t: Array, stated: list[Array]) -> float:
+    """Compute the momentum of all links with Pinocchio, at times (r,), with the base as `base_state` says."""
+    position, wxyz, velocity, omega = stated
     library, (model, at_q, at_v) = pinocchio(), free_base_model(robot)
     state, joints = free_base_data(robot), tree_of(robot).joints
     joint_state = trajectory.sample(t)
-    velocity, omega = trajectory.base_rate(t)
     q, v = np.zeros((len(t), model.nq)), np.zeros((len(t), model.nv))
     q[:, :3], q[:, 3:7], q[:, at_q] = position, wxyz[:, [1, 2, 3, 0]], joints.values(joint_state.q)
     R = matrix_by_parts(wxyz / np.linalg.norm(wxyz, axis=1)[:, None])
