@@ -27,7 +27,7 @@ from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_fro
 from spacearm.planner import BaseLimits, PlannerSettings, Problem, plan
 from spacearm.proof import BaseFindings, certify
 from spacearm.proof.base_attitude import BaseAttitude
-from spacearm.proof.base_momentum import BaseMotionBounds, Reaction, masses_of, stated_elsewhere
+from spacearm.proof.base_momentum import BaseMotionBounds, FloatingBaseArrays, Reaction, masses_of, stated_elsewhere
 from spacearm.proof.base_proofs import (
     BASE_PROOFS,
     BaseFigures,
@@ -123,6 +123,31 @@ class AttitudeHeldProof(BaseProof):
         floating = self.reaction.bounds_on(frames, rate, deviation, step, half)
         none = np.zeros(len(half))
         return replace(floating, omega=np.zeros((len(half), 3)), rotation=none, rotation_second_order=none)
+
+    def for_finder(self) -> FloatingBaseArrays:
+        """A base that holds its attitude is one that floats and has an infinite inertia; here a very large one."""
+        masses, joints = self.masses, self.robot.joints
+        base = masses.joint < 0
+        begin, end = self.curve.domain
+        return FloatingBaseArrays(
+            parent=np.array([joint.parent for joint in joints], np.int32),
+            revolute=np.array([joint.kind == "revolute" for joint in joints]),
+            joint_of_body=masses.joint.astype(np.int32),
+            mass=masses.mass,
+            com=masses.com,
+            inertia=np.where(base[:, None, None], 1e25 * np.eye(3), masses.inertia),
+            greatest=masses.greatest,
+            spread=masses.spread,
+            base_least=1e25,
+            ends=np.array([[begin, end]]),
+            start=quaternion_of(self.setup.start[:3, :3])[None],
+            coefficients=np.zeros((1, 1, 4)),
+            begin=begin,
+            center=self.center,
+            velocity=np.zeros(3),
+            angular=np.zeros(3),
+            attitude_error=0.0,
+        )
 
     def findings(self, limits: Any, frames_at: Any) -> BaseFindings:
         u, figures = np.linspace(*self.curve.domain, 65), self.figures()

@@ -126,6 +126,16 @@ class OnABase(Frozen):
         velocity, omega = self.base_track.twist(u)
         return velocity * speed, omega * speed
 
+    def base_state(self, t: ArrayLike) -> tuple[Array, Array, Array, Array]:
+        """Return what `base_pose` and `base_rate` return, in one go if the base's motion is integrated."""
+        time, motion, own = as_numbers("t", t, ProblemError), self.base_motion, type(self)
+        if motion is None or own.base_pose is not OnABase.base_pose or own.base_rate is not OnABase.base_rate:
+            return *self.base_pose(time), *self.base_rate(time)
+        u, speed = self._along(time)
+        speed = np.where((time >= 0) & (time <= self._span()), speed, 0.0)[..., None]
+        position, attitude, velocity, omega = motion.state(u)
+        return position, attitude, velocity * speed, omega * speed
+
     def tip(self, t: ArrayLike, *, frame: str | None = None) -> Array:
         """Return where a frame is, the end effector unless named: T_w_tip (..., 4, 4), inertial frame [m]."""
         time = as_numbers("t", t, ProblemError)

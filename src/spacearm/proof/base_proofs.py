@@ -307,6 +307,10 @@ class BaseProof(ABC):
         """
 
     @abstractmethod
+    def for_finder(self) -> FloatingBaseArrays | None:
+        """Return what the native finder needs of a base that the arm moves; None: the base is at rest."""
+
+    @abstractmethod
     def findings(self, limits: HasBaseLimits | None, frames_at: FramesAt) -> BaseFindings | None:
         """Return what is found about the base, and the limits that are not kept; None: the base is at rest."""
 
@@ -348,6 +352,9 @@ class FixedBaseProof(BaseProof):
         return frames if self._start is None else self._start @ frames
 
     def motion_bounds(self, frames: Array, rate: Array, deviation: Array, step: Array, half: Array) -> None:
+        """Return None: the base is at rest."""
+
+    def for_finder(self) -> None:
         """Return None: the base is at rest."""
 
     def findings(self, limits: HasBaseLimits | None, frames_at: FramesAt) -> None:

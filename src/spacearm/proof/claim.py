@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.geometry import Scene
-from spacearm.proof.base_proofs import BaseProof, FloatingBaseProof
+from spacearm.proof.base_proofs import BaseProof
 from spacearm.proof.convex_bodies import WORLD, BodyPairs, ConvexBodies, body_pairs, robot_bodies, scene_bodies
 from spacearm.proof.pair_requirements import FROM_START, OUT, UP_TO_GOAL, NearEnd
 from spacearm.proof.path_intervals import PathIntervals
@@ -121,7 +121,7 @@ def claim_of(
         near: the pairs that are near at an end.
         tracking: (n,) how far each joint may be from the path [rad or m]; None: not at all.
     """
-    floating = isinstance(base, FloatingBaseProof)
+    floating = base.setup.model.follows_arm
     bodies, pairs = _kept_apart(robot, scene, floating=floating)
     claim = Claim(
         robot=robot,
