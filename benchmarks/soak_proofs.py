@@ -29,6 +29,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fault_search import Case, Outcome, search  # puts the tests' modules on the path
 from proofs.earlier import Earlier, earlier_version
@@ -201,7 +202,9 @@ class Measurements:
         of_shape = {int(shape): row for row, shape in enumerate(bodies.shape) if shape >= 0}
         single = (bodies.frame == 0) & (bodies.members == 0)
         of_obstacle = {int(owner): row for row, owner in enumerate(bodies.owner) if single[row]}
-        self._link = np.array([bodies.owner[of_shape[one.shape]] for one in pairs], dtype=np.intp)
+        self._first = np.array([of_shape[one.shape] for one in pairs], dtype=np.intp)
+        self._obstacle = np.array([one.obstacle for one in pairs], dtype=np.intp)
+        self._link = bodies.owner[self._first]
         rows = [of_shape[one.other] if one.other >= 0 else of_obstacle[one.obstacle] for one in pairs]
         self._other = np.array(rows, dtype=np.intp)
 
@@ -245,25 +248,21 @@ class Measurements:
 
         An obstacle of several parts has the least and the greatest distance of them.
         """
-        bodies = self.judged.claim.bodies
-        rows = {int(suspect.first), int(suspect.other)}
-        columns = [
-            i
-            for i, one in enumerate(self.made.oracle.pairs)
-            if rows <= {*np.flatnonzero(bodies.shape == one.shape).tolist(), *self._rows_of(i)}
-        ]
-        if not columns:
+        columns = self._columns(suspect.first, suspect.other)
+        if not columns.size:
+            columns = self._columns(suspect.other, suspect.first)
+        if not columns.size:
             return np.nan, np.nan, np.nan
         u = np.array([suspect.u])
         held, full = self._held(u)[0][0], self.made.placed(u)
-        has = [float(self.made.oracle.of_pair(i, full)[0]) for i in columns]
+        has = [float(self.made.oracle.of_pair(int(i), full)[0]) for i in columns]
         return min(has), max(has), float(held[columns].max())
 
-    def _rows_of(self, column: int) -> list[int]:
-        bodies, one = self.judged.claim.bodies, self.made.oracle.pairs[column]
-        if one.other >= 0:
-            return np.flatnonzero(bodies.shape == one.other).tolist()
-        return np.flatnonzero((bodies.frame == 0) & (bodies.owner == one.obstacle) & (bodies.members == 0)).tolist()
+    def _columns(self, first: int, other: int) -> NDArray[np.intp]:
+        """Return the oracle's pairs of two rows of the table; of an obstacle with all its parts."""
+        bodies = self.judged.claim.bodies
+        obstacle = bodies.owner[other] if bodies.frame[other] == 0 else -2
+        return np.flatnonzero((self._first == first) & ((self._other == other) | (self._obstacle == obstacle)))
 
 
 def _suspects(found: Any) -> list[Any]:

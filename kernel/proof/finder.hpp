@@ -23,7 +23,7 @@
 
 namespace spacearm_proof {
 
-enum Step : std::uint8_t { settled = 0, halves = 1, members_of_first = 2, members_of_other = 3 };
+enum Step : std::uint8_t { is_settled = 0, halves = 1, members_of_first = 2, members_of_other = 3 };
 enum class Status { holds = 0, fails = 1, undecided = 2 };
 
 struct Suspect {
@@ -73,6 +73,9 @@ class Finder {
     static constexpr double spare = 1.5;    // times a bundle's radius: so much more clearance its members may have
     static constexpr double nearly = 0.15;  // times the loss: with less than this above the target, halves do not help
     static constexpr double little = 0.5;   // times a bundle's radius: such a loss is not what is in the way
+    static constexpr int few_members = 4;   // such a bundle is opened if that settles all of them
+    // Fewer settled nodes than this do not pay for a stretch whose halves are needed, by the checker's times.
+    static constexpr std::size_t worth_fixed = 6, worth_floating = 10;
 
     struct Node {
         int first, other, child, direction;  // -1: none
@@ -82,6 +85,10 @@ class Finder {
     struct Open {
         int node;
         bool guessed;
+        Vec3 n;
+    };
+    struct Settled {
+        int node;
         Vec3 n;
     };
     struct Level {
@@ -105,8 +112,7 @@ class Finder {
 
     bool ended() const { return found_.status != Status::holds; }
 
-    // ---- measurements
-    // --------------------------------------------------------------------------------------------------
+    // ---- measurements -----------------------------------------------------------------------------------------------
 
     // Measure the closest pairs of every phase at the midpoints of all stretches that are `halvings` below one.
     void measure_instants(const Stretch& stretch, int halvings) {
@@ -154,7 +160,7 @@ class Finder {
             return;
         }
         if (at_least >= least_of_any(first, other)) return;
-        const bool own = a.members > 0 && (b.members == 0 || a.radius >= b.radius);
+        const bool own = opens_first(a, b);
         const Body& bundle = own ? a : b;
         for (int i = bundle.first_member; i < bundle.first_member + bundle.members; ++i) {
             const int one = own ? i : first, another = own ? other : i;
@@ -189,8 +195,7 @@ class Finder {
         }
     }
 
-    // ---- the search, level by level
-    // ------------------------------------------------------------------------------------
+    // ---- the search, level by level ---------------------------------------------------------------------------------
 
     void search() {
         const Pairs& pairs = tables_.pairs;
@@ -214,8 +219,23 @@ class Finder {
     }
 
     int add_node(int first, int other) {
-        nodes_.push_back({first, other, -1, -1, settled});
+        nodes_.push_back({first, other, -1, -1, is_settled});
         return static_cast<int>(nodes_.size()) - 1;
+    }
+
+    void write_settled() {
+        for (const Settled& one : settled_) {
+            nodes_[one.node].direction = static_cast<int>(directions_.size());
+            directions_.push_back(one.n);
+        }
+    }
+
+    // Planes on a stretch cost the checker as much as some more nodes. The halves are looked at anyway.
+    void halve_settled() {
+        for (const Settled& one : settled_) {
+            const Frame& frame = motion_.frame(tables_.bodies[nodes_[one.node].other].frame);
+            halved_.push_back({one.node, true, frame.turned_back(one.n)});
+        }
     }
 
     void give_up(const Suspect& at) {
@@ -229,12 +249,17 @@ class Finder {
         stretch_ = stretch;
         u_ = stretch.middle();
         motion_.begin(stretch);
-        divisible_ = stretch.share / 2 >= resolution_ && u_ > stretch.begin && u_ < stretch.end;
-        halved_.clear();
-        for (std::size_t i = 0; i < work_.size() && !ended(); ++i) deal_with(work_[i]);
-        if (halved_.empty() || ended()) return;
         Stretch half[2];
         path_.halve(stretch, half[0], half[1]);
+        divisible_ = stretch.share / 2 >= resolution_ && half[0].begin < half[0].end && half[1].begin < half[1].end;
+        halved_.clear();
+        settled_.clear();
+        for (std::size_t i = 0; i < work_.size() && !ended(); ++i) deal_with(work_[i]);
+        if (ended()) return;
+        const std::size_t worth = motion_.floating() ? worth_floating : worth_fixed;
+        if (halved_.empty() || settled_.size() >= worth) write_settled();
+        else halve_settled();
+        if (halved_.empty()) return;
         for (const Open& open : halved_) {
             Node& node = nodes_[open.node];
             node.step = halves;
@@ -252,13 +277,13 @@ class Finder {
     }
 
     void deal_with(Open open) {
-        const Pair pair = pair_of(nodes_[open.node]);
+        const Pair pair = pair_of(nodes_[open.node].first, nodes_[open.node].other);
         const Body &a = tables_.bodies[pair.first], &b = tables_.bodies[pair.other];
         const bool bundles = a.members > 0 || b.members > 0;
-        Plane plane = pair.balls ? plane_of_balls(pair) : plane_of_shapes(pair, open);
-        if (!bundles && pair.balls) remember(pair.first, pair.other, plane.gap + pair.guard, plane.n);
-        if (plane.gap - plane.loss > pair.target) return settle(open.node, plane.n);
+        const Plane plane = plane_of(pair, open);
+        if (settles(pair, plane)) return settled_.push_back({open.node, plane.n});
         if (bundles && (!divisible_ || must_open(pair, plane))) return open_members(open.node, a, b);
+        if (bundles && open_if_settled(open.node, a, b)) return;
         if (!divisible_) return give_up({pair.first, pair.other, u_, plane.gap + pair.guard});
         halved_.push_back(open);
     }
@@ -271,13 +296,36 @@ class Finder {
         return left < nearly * loss && (left + spare * radii > loss || loss < little * radii);
     }
 
-    void settle(int node, Vec3 n) {
-        nodes_[node].direction = static_cast<int>(directions_.size());
-        directions_.push_back(n);
+    static bool settles(const Pair& pair, const Plane& plane) { return plane.gap - plane.loss > pair.target; }
+
+    // Whether the members of the first body take its place, if a pair is opened; else those of the other one.
+    static bool opens_first(const Body& a, const Body& b) {
+        return a.members > 0 && (b.members == 0 || a.radius >= b.radius);
+    }
+
+    // Open a bundle with few members if that settles them all; this takes fewer nodes than two halves, and no stretch.
+    bool open_if_settled(int node, const Body& a, const Body& b) {
+        const bool own = opens_first(a, b);
+        const Body& bundle = own ? a : b;
+        if (bundle.members > few_members) return false;
+        Vec3 n[few_members];
+        for (int i = 0; i < bundle.members; ++i) {
+            const int member = bundle.first_member + i;
+            const Pair pair = pair_of(own ? member : nodes_[node].first, own ? nodes_[node].other : member);
+            Open open{-1, false, {0, 0, 0}};
+            const Plane plane = plane_of(pair, open);
+            if (!settles(pair, plane)) return false;
+            n[i] = plane.n;
+        }
+        const std::size_t first = work_.size();
+        open_members(node, a, b);
+        for (int i = 0; i < bundle.members; ++i) settled_.push_back({work_[first + i].node, n[i]});
+        work_.resize(first);
+        return true;
     }
 
     void open_members(int node, const Body& a, const Body& b) {
-        const bool own = a.members > 0 && (b.members == 0 || a.radius >= b.radius);
+        const bool own = opens_first(a, b);
         const Body& bundle = own ? a : b;
         const int first = nodes_[node].first, other = nodes_[node].other;
         nodes_[node].step = own ? members_of_first : members_of_other;
@@ -286,20 +334,19 @@ class Finder {
             work_.push_back({own ? add_node(i, other) : add_node(first, i), false, {0, 0, 0}});
     }
 
-    // ---- planes
-    // --------------------------------------------------------------------------------------------------------
+    // ---- planes -----------------------------------------------------------------------------------------------------
 
-    Pair pair_of(const Node& node) {
-        const Body &a = tables_.bodies[node.first], &b = tables_.bodies[node.other];
+    Pair pair_of(int first, int other) {
+        const Body &a = tables_.bodies[first], &b = tables_.bodies[other];
         Pair out;
-        out.first = node.first;
-        out.other = node.other;
+        out.first = first;
+        out.other = other;
         out.motion = tables_.pairs.motion(a.frame, b.frame);
         out.balls = a.points == 1 && a.disc == 0 && (b.half_space || (b.points == 1 && b.disc == 0));
         out.radii = a.radius + (b.half_space ? 0.0 : b.radius);
-        const double size = length(motion_.center(node.first)) + a.reach + length(motion_.center(node.other)) + b.reach;
+        const double size = length(motion_.center(first)) + a.reach + length(motion_.center(other)) + b.reach;
         out.guard = guard + relative_guard * size;
-        out.held = held_.on(a.owner, node.other, stretch_.begin, stretch_.end);
+        out.held = held_.on(a.owner, other, stretch_.begin, stretch_.end);
         const double excess = least_[out.held.phase];  // infinite: no pair of this phase was measured
         const bool known = excess > 0 && excess < infinite;
         out.target = out.held.clearance + margin + (known ? held_.share[out.held.phase] * excess : 0.0);
@@ -313,6 +360,14 @@ class Finder {
         const Vec3 between = motion_.center(pair.first) - motion_.center(pair.other);
         const double apart = length(between);
         return apart > 0 ? (1 / apart) * between : Vec3{0, 0, 1};
+    }
+
+    Plane plane_of(const Pair& pair, Open& open) {
+        const Plane out = pair.balls ? plane_of_balls(pair) : plane_of_shapes(pair, open);
+        const Body &a = tables_.bodies[pair.first], &b = tables_.bodies[pair.other];
+        if (a.members == 0 && b.members == 0 && pair.balls)
+            remember(pair.first, pair.other, out.gap + pair.guard, out.n);
+        return out;
     }
 
     Plane plane_of_balls(const Pair& pair) {
@@ -400,11 +455,10 @@ class Finder {
         return std::sqrt(std::max(squared - along * along, 0.0));
     }
 
-    // ---- the result
-    // ----------------------------------------------------------------------------------------------------
+    // ---- the result -------------------------------------------------------------------------------------------------
 
     int children(const Node& node) const {
-        if (node.step == settled) return 0;
+        if (node.step == is_settled) return 0;
         if (node.step == halves) return 2;
         return tables_.bodies[node.step == members_of_first ? node.first : node.other].members;
     }
@@ -419,7 +473,7 @@ class Finder {
         for (std::size_t i = 0; i < order.size(); ++i) {
             const Node& node = nodes_[order[i]];
             found_.steps.push_back(node.step);
-            if (node.step == settled) {
+            if (node.step == is_settled) {
                 const Vec3 n = directions_[node.direction];
                 found_.directions.insert(found_.directions.end(), {n.x, n.y, n.z});
             }
@@ -440,6 +494,7 @@ class Finder {
     std::vector<Node> nodes_;
     std::vector<Vec3> directions_;
     std::vector<Open> work_, halved_;
+    std::vector<Settled> settled_;
     Stretch stretch_{};
     double u_ = 0;
     bool divisible_ = true;

@@ -26,12 +26,8 @@ Array = NDArray[np.float64]
 _FAR = 1e9  # [m] no clearance is larger
 
 
-def require_room_at_ends(problem: Problem, room: TrackingRoom) -> None:
-    """Refuse a start, or goal configurations, whose tube goes beyond the joints' limits.
-
-    Raises:
-        ProblemError: the first such joint is named, with the tracking error that it has room for.
-    """
+def _require_room_at_ends(problem: Problem, room: TrackingRoom) -> None:
+    """Refuse a start, or goal configurations, whose tube goes beyond the joints' limits."""
     _require_within(problem, room, problem.start[None], "start")
     goal = problem.goal
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) and not np.any(goal.tolerance):
@@ -61,7 +57,12 @@ def check_tube_at_ends(problem: Problem, room: TrackingRoom) -> EndReport:
 
     Returns:
         "start_in_collision", "goal_in_collision" or "free".
+
+    Raises:
+        ProblemError: the tube goes beyond a joint's limits at the start or all goal configurations; the joint is named, with
+            the room that it has.
     """
+    _require_room_at_ends(problem, room)
     message = _met_by_tube(problem.at_start, problem.start[None], room, "at the start")
     if message:
         return EndReport(status="start_in_collision", q=problem.start, message=message)

@@ -247,7 +247,8 @@ class Reaction:
         second = np.minimum(second, bound.second)
         own = np.sqrt(self._angular @ self._angular) * bound.inverse * half  # the rotation by the angular momentum, at most
         crude = bound.moved + own
-        second_order = _dot(W_size, deviation) + second + own * (crude + bound.inverse * bound.lost)
+        turned = crude + bound.inverse * bound.lost + self._attitude_error  # by which H^-1 R^T L may be turned, or changed
+        second_order = _dot(W_size, deviation) + second + own * turned
         second_order = second_order * _OUTWARD + crude * _ROUNDING
         rotation = np.minimum(crude, np.sqrt(_dot(omega, omega)) * half + second_order) * _OUTWARD
         return BaseMotionBounds(
