@@ -249,7 +249,9 @@ class Finder {
         stretch_ = stretch;
         u_ = stretch.middle();
         motion_.begin(stretch);
-        divisible_ = stretch.share / 2 >= resolution_ && u_ > stretch.begin && u_ < stretch.end;
+        Stretch half[2];
+        path_.halve(stretch, half[0], half[1]);
+        divisible_ = stretch.share / 2 >= resolution_ && half[0].begin < half[0].end && half[1].begin < half[1].end;
         halved_.clear();
         settled_.clear();
         for (std::size_t i = 0; i < work_.size() && !ended(); ++i) deal_with(work_[i]);
@@ -258,8 +260,6 @@ class Finder {
         if (halved_.empty() || settled_.size() >= worth) write_settled();
         else halve_settled();
         if (halved_.empty()) return;
-        Stretch half[2];
-        path_.halve(stretch, half[0], half[1]);
         for (const Open& open : halved_) {
             Node& node = nodes_[open.node];
             node.step = halves;

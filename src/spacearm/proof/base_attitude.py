@@ -203,7 +203,7 @@ class BaseAttitude:
 
     def _use(self, points: int) -> None:
         self._count = points
-        self._xi, self._weight, self._to_legendre, self._to_chebyshev, self._integrals, self._fall = _gauss(points)
+        self._weight, self._to_legendre, self._to_chebyshev, self._to_integral, self._integrals, self._fall = _gauss(points)
 
     def at(self, u: Array) -> Array:
         """Return R_w_b (r, 3, 3) at parameters u (r,)."""
@@ -331,8 +331,7 @@ class BaseAttitude:
 
     def _sampled(self, path: PanelPath) -> _Panels:
         """Compute the centroidal map in all Gauss points."""
-        share = (1 + self._xi) / 2
-        values, rates = (weights(points.shape[1] - 1, share) @ points for points in (path.values, path.rates))
+        values, rates = (_in_points(of.shape[1] - 1, self._count) @ of for of in (path.values, path.rates))
         return self._sampled_at(values, rates)
 
     def _sampled_at(self, values: Array, rates: Array) -> _Panels:
@@ -493,7 +492,7 @@ class BaseAttitude:
 
     def _integral_coefficients(self, slope: Array) -> Array:
         """Return the Chebyshev coefficients 1 to g of Q (p, g, 4), from dQ/dxi in the points."""
-        return integrated(self._to_chebyshev @ slope)
+        return self._to_integral @ slope
 
     def _quaternions(self, u: Array) -> Array:
         panel = np.minimum(np.maximum(np.searchsorted(self._ends[:, 0], u, side="right") - 1, 0), len(self._ends) - 1)
@@ -542,26 +541,40 @@ class _Gauss(NamedTuple):
     """g Gauss points on [-1, 1].
 
     Attributes:
-        xi, weight: (g,) the points and their weights.
+        weight: (g,) of the points.
         to_legendre, to_chebyshev: (g, g) from values in the points to the coefficients of the polynomials of that name.
+        to_integral: (g, g) from values in the points to the integral's Chebyshev coefficients 1 to g.
         integrals: (g, g) from values in the points to the integrals from -1 to each point.
         fall: (r,) the error of interpolation on each ellipse, over the greatest value there.
     """
 
-    xi: Array
     weight: Array
     to_legendre: Array
     to_chebyshev: Array
+    to_integral: Array
     integrals: Array
     fall: Array
 
 
 @lru_cache(maxsize=8)
 def _gauss(points: int) -> _Gauss:
-    xi, weight = (np.asarray(column, dtype=np.float64) for column in legendre.leggauss(points))
+    xi, weight = _points(points)
     to_legendre: Array = np.linalg.inv(legendre.legvander(xi, points - 1)).astype(np.float64)
     to_chebyshev: Array = np.linalg.inv(chebyshev.chebvander(xi, points - 1)).astype(np.float64)
-    return _Gauss(xi, weight, to_legendre, to_chebyshev, _integrals(xi, points) @ to_legendre, fall(points))
+    to_integral, integrals = integrated(to_chebyshev[None])[0], _integrals(xi, points) @ to_legendre
+    return _Gauss(weight, to_legendre, to_chebyshev, to_integral, integrals, fall(points))
+
+
+def _points(count: int) -> tuple[Array, Array]:
+    """Return the Gauss points and their weights, (g,) each."""
+    xi, weight = (np.asarray(column, dtype=np.float64) for column in legendre.leggauss(count))
+    return xi, weight
+
+
+@lru_cache(maxsize=64)
+def _in_points(degree: int, count: int) -> Array:
+    """Return the Bernstein polynomials in the Gauss points, (g, d + 1)."""
+    return weights(degree, (1 + _points(count)[0]) / 2)
 
 
 def _left_matrix(p: Array) -> Array:

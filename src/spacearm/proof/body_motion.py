@@ -66,7 +66,7 @@ class Midpoints:
         step = np.abs(rate) * line.half[:, None] + deviation + self._tube
         self._base = claim.base.motion_bounds(placed, rate, deviation, step, line.half)
         self._pairs, self._turns = claim.pairs, joints.revolute * 1.0
-        self.ends, self.half, self.frames = stretches.ends, line.half, placed.shape[1] + 1
+        self.ends, self.half, self.frames = stretches.ends, line.half, len(claim.robot.joints) + 2
         world = np.broadcast_to(np.eye(4), (len(placed), 1, 4, 4))
         T = np.concatenate([world, placed[:, -1:], placed[:, :-1]], axis=1)
         self.R: Array = T[..., :3, :3].reshape(-1, 3, 3)

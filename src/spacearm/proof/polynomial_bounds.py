@@ -181,8 +181,8 @@ class PanelPath(NamedTuple):
 
     def cut(self, halvings: NDArray[np.intp]) -> PanelPath:
         """Return each panel cut into 2^halvings equal ones, (p,), in order along the path."""
-        if not halvings.any():
-            return self
+        if (halvings == halvings[0]).all():
+            return self._cut(int(halvings[0])) if halvings[0] else self
         parts = [self._select(halvings == count)._cut(int(count)) for count in np.unique(halvings)]
         order = np.argsort(np.concatenate([part.ends[:, 0] for part in parts]), kind="stable")
         return PanelPath(*(np.concatenate(column)[order] for column in zip(*parts, strict=True)))
