@@ -69,7 +69,7 @@ class Finder {
     static constexpr double margin = 2e-9;      // [m] to be proven more than is asked for: the checker rounds otherwise
     static constexpr int instant_halvings = 4;  // 2^4 instants are measured first
     static constexpr int instants_of_failure = 7;        // and 2^7 to find the worst one of a motion that fails
-    static constexpr int closer_looks = 2, between = 8;  // then around it, so many times closer each time
+    static constexpr int closer_looks = 4, between = 8;  // then around it, so many times closer each time
     static constexpr std::int64_t most_stretches = 100'000, most_nodes = 3'000'000;
     // When a bundle is opened, and its stretch not halved; numbers tried on motions of five robots.
     static constexpr double spare = 1.5;    // times a bundle's radius: so much more clearance its members may have
