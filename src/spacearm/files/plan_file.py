@@ -10,8 +10,8 @@ motion does to a floating one), `fitness`, `searched` (`clearance_m` that the se
 begin or end nearer than is required of them), `achievable` (where the clearance required was not met: with what `share` of it,
 that is with what `clearance_m`, a motion is found and proven), `goals`, `goal_search`, `ends`, `history`, `certificate`, and
 `proof` (that pairs of bodies keep apart, as `ProofTree.as_dict` has it: `recheck_plan` checks it, and looks for another one
-only if it is wrong). What is infinite, as a clearance without obstacles, is null. Timings are left out: the same search gives the
-same bytes.
+only if it is wrong). What is infinite, as a clearance without obstacles, is null. Timings are left out: the same search gives
+the same bytes.
 
 A problem without the key `clearance` is one of a file that was written before there was one: it was proven for 0.
 """

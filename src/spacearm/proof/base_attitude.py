@@ -33,7 +33,7 @@ from spacearm.core.rotations import conjugate, matrix_by_parts, product_by_parts
 from spacearm.motion import Curve
 from spacearm.motion.piecewise import weights
 from spacearm.proof.base_momentum import masses_of
-from spacearm.proof.bodies import joints_of
+from spacearm.proof.mechanism import free_base_data, free_base_model, joints_of, pinocchio
 from spacearm.proof.polynomial_bounds import (
     Growth,
     PanelPath,
@@ -47,7 +47,6 @@ from spacearm.proof.polynomial_bounds import (
     on_ellipses,
     outer_eigenvalues,
 )
-from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
