@@ -148,8 +148,16 @@ class Finder {
         const Body &a = tables_.bodies[first], &b = tables_.bodies[other];
         const Vec3 between = motion_.center(first) - motion_.center(other);
         const double apart = b.half_space ? dot(b.axis, between) : length(between) - around(b);
-        const double tube = motion_.tube_at_most(first, tables_.pairs.motion(a.frame, b.frame));
-        return apart - around(a) - held_at(first, other, u_).clearance - tube;
+        return apart - around(a) - needed(first, other);
+    }
+    // What two bodies are held to, and what a tracking error takes at most.
+    double needed(int first, int other) {
+        const int motion = tables_.pairs.motion(tables_.bodies[first].frame, tables_.bodies[other].frame);
+        return held_at(first, other, u_).clearance + motion_.tube_at_most(first, motion);
+    }
+    // The same by the ball around the first body alone, which tells more of a large obstacle.
+    double bundle_excess(int first, int other) {
+        return nearest_points(motion_.placed(first), motion_.placed(other)).clearance - needed(first, other);
     }
 
     // Measure the pairs of shapes within a pair that may have the least excess of their phase.
@@ -159,7 +167,9 @@ class Finder {
             if (at_least < least_[held_at(first, other, u_).phase]) measure(first, other, nullptr);
             return;
         }
-        if (at_least >= least_of_any(first, other)) return;
+        const double least = least_of_any(first, other);
+        if (at_least >= least) return;
+        if (b.points > 1 && bundle_excess(first, other) >= least) return;
         const bool own = opens_first(a, b);
         const Body& bundle = own ? a : b;
         for (int i = bundle.first_member; i < bundle.first_member + bundle.members; ++i) {

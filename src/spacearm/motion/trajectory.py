@@ -278,7 +278,7 @@ class Trajectory(OnABase):
         share = time / self.duration
         law = self.time_law
         s = share if law is None else law.sample(share)
-        q, first, second = (rows.reshape(*time.shape, -1) for rows in self.motion.derivatives(s.ravel(), 2))
+        q, first, second = (rows.reshape(*time.shape, self.robot.dof) for rows in self.motion.derivatives(s.ravel(), 2))
         if law is None:
             return JointState(q, first / self.duration, second / self.duration**2)
         v, a = (law.sample(share, k)[..., None] / self.duration**k for k in (1, 2))

@@ -44,7 +44,8 @@ def _require_within(problem: Problem, room: TrackingRoom, rows: Array, what: str
         unit = "m" if robot.is_prismatic(joint) else "rad"
         raise ProblemError(
             f"the {what} of joint '{robot.dof_names[joint]}' is {max(has[row, joint], 0.0):.4g} {unit} from its limit, "
-            f"expected at least its tracking error, {room.tracking[joint]:.4g} {unit}; make that smaller, or move the {what}"
+            f"expected at least its tracking error, {room.tracking[joint]:.4g} {unit}; give it a smaller one by its name, or "
+            f"move the {what}"
         )
 
 

@@ -24,15 +24,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
 from spacearm.core.errors import ProblemError
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.rotations import conjugate, matrix_by_parts, product_by_parts, quaternion_of, running_products
 from spacearm.motion import Curve
-from spacearm.motion.piecewise import weights
 from spacearm.proof.base_momentum import masses_of
+from spacearm.proof.gauss_points import gauss, in_points
 from spacearm.proof.mechanism import free_base_data, free_base_model, joints_of, pinocchio
 from spacearm.proof.polynomial_bounds import (
     Growth,
@@ -40,10 +39,8 @@ from spacearm.proof.polynomial_bounds import (
     ellipses_of,
     error_factors,
     error_factors_by_flow,
-    fall,
     flow_of,
     greatest_norm,
-    integrated,
     on_ellipses,
     outer_eigenvalues,
 )
@@ -196,13 +193,12 @@ class BaseAttitude:
         far += self._spin * np.diff(path.ends, axis=1)[:, 0] / self._presumed
         halvings = [np.ceil(np.log2(np.maximum(far / rule.travel, 1.0)) - _ALMOST) for rule in _RULES]
         costs = [(rule.points + rule.overhead) * np.exp2(h).sum() for rule, h in zip(_RULES, halvings, strict=True)]
-        best = int(np.argmin(costs))
-        self._use(_RULES[best].points)
-        self._halvings = halvings[best].astype(np.intp)
+        self._halvings = {rule.points: np.minimum(h, _HALVINGS_AHEAD) for rule, h in zip(_RULES, halvings, strict=True)}
+        self._use(_RULES[int(np.argmin(costs))].points)
 
     def _use(self, points: int) -> None:
         self._count = points
-        self._weight, self._to_legendre, self._to_chebyshev, self._to_integral, self._integrals, self._fall = _gauss(points)
+        self._weight, self._to_legendre, self._to_chebyshev, self._to_integral, self._integrals, self._fall = gauss(points)
 
     def at(self, u: Array) -> Array:
         """Return R_w_b (r, 3, 3) at parameters u (r,)."""
@@ -269,7 +265,7 @@ class BaseAttitude:
     def _integrate(self, own: PanelPath) -> None:
         cut = self._first_cut(own)
         panels = self._sampled(cut.path)
-        while True:
+        while self._spin:
             turned = self._tumbles(panels, cut.path)
             if turned.sum() > _MOST_TUMBLE:
                 raise ProblemError(
@@ -305,14 +301,11 @@ class BaseAttitude:
 
     def _first_cut(self, own: PanelPath) -> _Cut:
         """Cut the path by a guess of the residual, before any evaluation. Take more points if that gives many panels."""
-        levels = np.minimum(self._halvings, _HALVINGS_AHEAD)
-        while np.exp2(levels).sum() * self._count > _MOST_EVALUATIONS and levels.any():
-            levels = np.maximum(levels - 1, 0)
-        cut = whole = self._grown(own.cut(levels))
+        cut = self._cut_ahead(own)
         for _ in range(_HALVINGS):
             if len(cut.path.ends) > _MANY_PANELS * len(own.ends) and self._count < _RULES[-1].points:
                 self._use(_RULES[-1].points)
-                cut = whole
+                cut = self._cut_ahead(own)
             tumble = self._spin * np.diff(cut.path.ends, axis=1) / 2
             missed = 4 * self._least_of(_PRESUMED_RESIDUAL * (cut.growth.carried + tumble)) / self._presumed
             coarse = missed > self._allowed(cut.path.ends)
@@ -320,6 +313,13 @@ class BaseAttitude:
                 break
             cut = _joined(cut, self._grown(_some_path(cut.path, coarse).halves()), coarse)
         return cut
+
+    def _cut_ahead(self, own: PanelPath) -> _Cut:
+        """Cut the path by how far the joints travel on its pieces."""
+        levels = self._halvings[self._count].astype(np.intp)
+        while np.exp2(levels).sum() * self._count > _MOST_EVALUATIONS and levels.any():
+            levels = np.maximum(levels - 1, 0)
+        return self._grown(own.cut(levels))
 
     def _grown(self, path: PanelPath) -> _Cut:
         return _Cut(path, self._ellipses.growth(path))
@@ -330,7 +330,7 @@ class BaseAttitude:
 
     def _sampled(self, path: PanelPath) -> _Panels:
         """Compute the centroidal map in all Gauss points."""
-        values, rates = (_in_points(of.shape[1] - 1, self._count) @ of for of in (path.values, path.rates))
+        values, rates = (in_points(of.shape[1] - 1, self._count) @ of for of in (path.values, path.rates))
         return self._sampled_at(values, rates)
 
     def _sampled_at(self, values: Array, rates: Array) -> _Panels:
@@ -533,47 +533,7 @@ def _joined(old: _Cut, halves: _Cut, halved: NDArray[np.bool_]) -> _Cut:
     return _Cut(PanelPath(*_merged(old.path, halves.path, halved)), Growth(*_merged(old.growth, halves.growth, halved)))
 
 
-# ---- Gauss points ----------------------------------------------------------------------------------------------------
-
-
-class _Gauss(NamedTuple):
-    """g Gauss points on [-1, 1].
-
-    Attributes:
-        weight: (g,) of the points.
-        to_legendre, to_chebyshev: (g, g) from values in the points to the coefficients of the polynomials of that name.
-        to_integral: (g, g) from values in the points to the integral's Chebyshev coefficients 1 to g.
-        integrals: (g, g) from values in the points to the integrals from -1 to each point.
-        fall: (r,) the error of interpolation on each ellipse, over the greatest value there.
-    """
-
-    weight: Array
-    to_legendre: Array
-    to_chebyshev: Array
-    to_integral: Array
-    integrals: Array
-    fall: Array
-
-
-@lru_cache(maxsize=8)
-def _gauss(points: int) -> _Gauss:
-    xi, weight = _points(points)
-    to_legendre: Array = np.linalg.inv(legendre.legvander(xi, points - 1)).astype(np.float64)
-    to_chebyshev: Array = np.linalg.inv(chebyshev.chebvander(xi, points - 1)).astype(np.float64)
-    to_integral, integrals = integrated(to_chebyshev[None])[0], _integrals(xi, points) @ to_legendre
-    return _Gauss(weight, to_legendre, to_chebyshev, to_integral, integrals, fall(points))
-
-
-def _points(count: int) -> tuple[Array, Array]:
-    """Return the Gauss points and their weights, (g,) each."""
-    xi, weight = (np.asarray(column, dtype=np.float64) for column in legendre.leggauss(count))
-    return xi, weight
-
-
-@lru_cache(maxsize=64)
-def _in_points(degree: int, count: int) -> Array:
-    """Return the Bernstein polynomials in the Gauss points, (g, d + 1)."""
-    return weights(degree, (1 + _points(count)[0]) / 2)
+# ---- Products of quaternions -----------------------------------------------------------------------------------------
 
 
 def _left_matrix(p: Array) -> Array:
@@ -586,13 +546,3 @@ def _left() -> Array:
     """Return the map (4, 16) from a quaternion to its matrix of `_left_matrix`."""
     columns = [product_by_parts(np.eye(4), one) for one in np.eye(4)]  # [part of q][part of p][row]
     return np.moveaxis(np.array(columns), 0, -1).reshape(4, 16)
-
-
-def _integrals(xi: Array, count: int) -> Array:
-    """Return the integrals of the Legendre polynomials 0 to count - 1 from -1 to xi (r,), (r, count)."""
-    values = legendre.legvander(xi, count)
-    out = np.empty((len(xi), count))
-    out[:, 0] = xi + 1.0
-    k = np.arange(1, count)
-    out[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2 * k + 1)
-    return out

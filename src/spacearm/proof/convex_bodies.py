@@ -256,8 +256,9 @@ def _enclosed(vertices: Array, count: Indices, disc: Array) -> tuple[Array, Arra
 def outermost(bodies: ConvexBodies) -> Indices:
     """Return the bodies of a table that are in no bundle."""
     inside = np.zeros(len(bodies), dtype=bool)
-    for first, count in zip(bodies.first_member.tolist(), bodies.members.tolist(), strict=True):
-        inside[first : first + count] = True
+    for bundle in np.flatnonzero(bodies.members).tolist():
+        first = bodies.first_member[bundle]
+        inside[first : first + bodies.members[bundle]] = True
     return np.flatnonzero(~inside)
 
 
