@@ -37,7 +37,6 @@ from spacearm.proof.base_proofs import (
     broken_base_limits,
     time_at,
 )
-from spacearm.proof.bodies import bodies_in_space_of
 from spacearm.robot import Robot, forward_kinematics
 from spacearm.robot.unchecked_pairs import lacks_masses
 from support.floating_arms import lander
@@ -104,9 +103,6 @@ class AttitudeHeldProof(BaseProof):
     def __init__(self, robot: Robot, trajectory: AnyTrajectory, setup: BaseSetup) -> None:
         self.robot, self.trajectory, self.setup = robot, trajectory, setup
         self.curve = trajectory.curve
-
-    def bodies(self) -> Any:
-        return bodies_in_space_of(self.robot)
 
     def begin(self, frames: np.ndarray) -> None:
         self.masses, none = masses_of(self.robot), np.zeros(3)

@@ -15,9 +15,8 @@ from spacearm.core.native_finder import native_finder
 from spacearm.geometry import Box, HalfSpace, Scene, Sphere, SphereSet, pose
 from spacearm.motion import AnyTrajectory, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.proof.checker import check_proof
-from spacearm.proof.claim import Claim
+from spacearm.proof.claim import Claim, NearEnd
 from spacearm.proof.finder import Found, Suspect, find_proof
-from spacearm.proof.pair_requirements import NearEnd
 from support.dense_samples import planar, swing
 from support.drawn_claims import Drawn, claim_about, drawn_claim
 from support.oracles.coal_shapes import least_distances

@@ -21,7 +21,8 @@ from spacearm.planner.clearance import KernelClearance
 from spacearm.planner.kernel_model import self_shape_pairs
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem
-from spacearm.proof.convex_bodies import chain, robot_bodies
+from spacearm.proof.convex_bodies import robot_bodies
+from spacearm.proof.mechanism import chain
 from spacearm.proof.tracking import TubeReach, require_bounded, tracking_of
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import tree_model

@@ -31,8 +31,8 @@ from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.rotations import conjugate, matrix_by_parts, product_by_parts, quaternion_of, running_products
 from spacearm.motion import Curve
 from spacearm.proof.base_momentum import masses_of
-from spacearm.proof.bodies import joints_of
 from spacearm.proof.gauss_points import gauss, in_points
+from spacearm.proof.mechanism import free_base_data, free_base_model, joints_of, pinocchio
 from spacearm.proof.polynomial_bounds import (
     Growth,
     PanelPath,
@@ -44,7 +44,6 @@ from spacearm.proof.polynomial_bounds import (
     on_ellipses,
     outer_eigenvalues,
 )
-from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]

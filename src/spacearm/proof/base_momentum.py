@@ -20,8 +20,7 @@ from spacearm.core.exact import cross
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.rotations import matrix_by_parts
 from spacearm.motion import AnyTrajectory
-from spacearm.proof.bodies import ancestors, joints_of
-from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
+from spacearm.proof.mechanism import ancestors, free_base_data, free_base_model, joints_of, pinocchio
 from spacearm.robot import Robot
 from spacearm.robot.model import inertia_fault
 from spacearm.robot.unchecked_pairs import require_all_masses

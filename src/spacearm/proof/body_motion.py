@@ -14,23 +14,16 @@ from numpy.typing import NDArray
 from spacearm.core.exact import cross, dot
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.proof.base_momentum import BaseMotionBounds
-from spacearm.proof.bodies import JointMap
 from spacearm.proof.claim import Claim
 from spacearm.proof.convex_bodies import BodyPairs
+from spacearm.proof.mechanism import joints_of, kinematics_of
 from spacearm.proof.path_intervals import Intervals
-from spacearm.proof.witness import Witness
-from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _VALUE_ROUNDING = 1e-15  # times a joint's value at the midpoint: the rounding of multiplier and offset
 _DISTANCE_ROUNDING = 1e-14  # times a squared distance, which is added to rho^2, a difference of squares
-
-
-@cached_by_identity
-def _joint_map(robot: Robot) -> JointMap:
-    return JointMap(robot)
 
 
 @cached_by_identity
@@ -57,9 +50,9 @@ class Midpoints:
     """
 
     def __init__(self, claim: Claim, stretches: Intervals) -> None:
-        joints, line = _joint_map(claim.robot), claim.path.linear_bounds(stretches)
+        joints, line = joints_of(claim.robot), claim.path.linear_bounds(stretches)
         values = joints.values(line.q)
-        placed = claim.base.placed(line.u, Witness(claim.robot, claim.base.bodies()[0]).frames(values))
+        placed = claim.base.placed(line.u, kinematics_of(claim.robot).frames(values))
         rate = line.rate[:, joints.dof] * joints.multiplier
         deviation = line.deviation[:, joints.dof] * np.abs(joints.multiplier) + _VALUE_ROUNDING * np.abs(values)
         self._tube: Array = claim.tracking[joints.dof] * np.abs(joints.multiplier)  # (j,)

@@ -31,6 +31,7 @@ from spacearm.geometry import (
     SphereSet,
     core_of,
 )
+from spacearm.proof.mechanism import chain
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -364,15 +365,6 @@ def _motions(robot: Robot) -> _Motions:
         before[k, chain(robot, k)] = 2.0
     in_world = np.array([seen_from == WORLD for _, seen_from in listed], dtype=bool)
     return _Motions(of, sign, order, in_world, (before - np.eye(joints)) * revolute)
-
-
-def chain(robot: Robot, joint: int) -> list[int]:
-    """Return the joints from the base to a joint, this one included; none for the base and the world."""
-    out: list[int] = []
-    while joint >= 0:
-        out.append(joint)
-        joint = robot.joints[joint].parent
-    return out[::-1]
 
 
 def _relative_motion(robot: Robot, moved: int, seen_from: int, revolute: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from spacearm.core.native_finder import native_finder
 from spacearm.proof.base_proofs import BaseProof, link_frames
-from spacearm.proof.claim import Claim
+from spacearm.proof.claim import Claim, NearEnd
 from spacearm.proof.convex_bodies import WORLD, BodyPairs, ConvexBodies
 from spacearm.proof.finder import native_motion
-from spacearm.proof.pair_requirements import NearEnd
 from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.witness import CoalBodies
 

@@ -17,7 +17,7 @@ from spacearm.core.identity_cache import cached_by_identity
 from spacearm.motion import Curve
 from spacearm.motion.piecewise import halvings, weights
 from spacearm.proof.base_momentum import masses_of
-from spacearm.proof.bodies import JointMap, ancestors
+from spacearm.proof.mechanism import JointMap, ancestors
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
