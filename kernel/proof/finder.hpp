@@ -19,11 +19,12 @@
 #include "proof/bodies.hpp"
 #include "proof/motion_bounds.hpp"
 #include "proof/nearest_points.hpp"
+#include "proof/overlap.hpp"
 #include "proof/path_tree.hpp"
 
 namespace spacearm_proof {
 
-enum Step : std::uint8_t { settled = 0, halves = 1, members_of_first = 2, members_of_other = 3 };
+enum Step : std::uint8_t { is_settled = 0, halves = 1, members_of_first = 2, members_of_other = 3 };
 enum class Status { holds = 0, fails = 1, undecided = 2 };
 
 struct Suspect {
@@ -54,7 +55,7 @@ class Finder {
         if (!tables_.pairs.first.empty()) {
             measure_instants(path_.whole(), instant_halvings);
             if (!ended()) search();
-            if (found_.status == Status::fails) measure_instants(path_.whole(), instants_of_failure);
+            if (found_.status == Status::fails) measure_failure();
         }
         found_.nodes = static_cast<std::int64_t>(nodes_.size());
         if (found_.status == Status::holds) write_tree();
@@ -67,12 +68,16 @@ class Finder {
     static constexpr double relative_guard = 4e-13;  // and by this times the coordinates, more than the checker does
     static constexpr double margin = 2e-9;      // [m] to be proven more than is asked for: the checker rounds otherwise
     static constexpr int instant_halvings = 4;  // 2^4 instants are measured first
-    static constexpr int instants_of_failure = 7;  // and 2^7 to find the worst one of a motion that fails
+    static constexpr int instants_of_failure = 7;        // and 2^7 to find the worst one of a motion that fails
+    static constexpr int closer_looks = 4, between = 8;  // then around it, so many times closer each time
     static constexpr std::int64_t most_stretches = 100'000, most_nodes = 3'000'000;
     // When a bundle is opened, and its stretch not halved; numbers tried on motions of five robots.
     static constexpr double spare = 1.5;    // times a bundle's radius: so much more clearance its members may have
     static constexpr double nearly = 0.15;  // times the loss: with less than this above the target, halves do not help
     static constexpr double little = 0.5;   // times a bundle's radius: such a loss is not what is in the way
+    static constexpr int few_members = 4;   // such a bundle is opened if that settles all of them
+    // Fewer settled nodes than this do not pay for a stretch whose halves are needed, by the checker's times.
+    static constexpr std::size_t worth_fixed = 6, worth_floating = 10;
 
     struct Node {
         int first, other, child, direction;  // -1: none
@@ -82,6 +87,10 @@ class Finder {
     struct Open {
         int node;
         bool guessed;
+        Vec3 n;
+    };
+    struct Settled {
+        int node;
         Vec3 n;
     };
     struct Level {
@@ -105,8 +114,7 @@ class Finder {
 
     bool ended() const { return found_.status != Status::holds; }
 
-    // ---- measurements
-    // --------------------------------------------------------------------------------------------------
+    // ---- measurements -----------------------------------------------------------------------------------------------
 
     // Measure the closest pairs of every phase at the midpoints of all stretches that are `halvings` below one.
     void measure_instants(const Stretch& stretch, int halvings) {
@@ -117,8 +125,24 @@ class Finder {
             if (other.last > other.first) measure_instants(other, halvings - 1);
             return;
         }
-        u_ = stretch.middle();
-        motion_.place(u_);
+        measure_at(stretch.middle());
+    }
+
+    // Measure a motion that fails at more instants, and around the worst one.
+    void measure_failure() {
+        const Stretch whole = path_.whole();
+        measure_instants(whole, instants_of_failure);
+        double apart = (whole.end - whole.begin) / (1 << instants_of_failure);
+        for (int turn = 0; turn < closer_looks; ++turn, apart /= between) {
+            const double u = least_suspect_.u;
+            for (int i = -between; i <= between; ++i)
+                measure_at(std::clamp(u + i * apart / between, whole.begin, whole.end));
+        }
+    }
+
+    void measure_at(double u) {
+        u_ = u;
+        motion_.place(u);
         const Pairs& pairs = tables_.pairs;
         const std::size_t count = pairs.first.size();
         at_least_.resize(count);
@@ -142,8 +166,17 @@ class Finder {
         const Body &a = tables_.bodies[first], &b = tables_.bodies[other];
         const Vec3 between = motion_.center(first) - motion_.center(other);
         const double apart = b.half_space ? dot(b.axis, between) : length(between) - around(b);
-        const double tube = motion_.tube_at_most(first, tables_.pairs.motion(a.frame, b.frame));
-        return apart - around(a) - held_at(first, other, u_).clearance - tube;
+        return apart - around(a) - needed(first, other);
+    }
+    // What two bodies are held to, and what a tracking error takes at most.
+    double needed(int first, int other) {
+        const int motion = tables_.pairs.motion(tables_.bodies[first].frame, tables_.bodies[other].frame);
+        return held_at(first, other, u_).clearance + motion_.tube_at_most(first, motion);
+    }
+    // The same by the ball around the first body alone, which tells more of a large obstacle.
+    double bundle_excess(int first, int other) {
+        const Nearest near = nearest_points(motion_.placed(first), motion_.placed(other));
+        return near.apart ? near.clearance - needed(first, other) : -infinite;
     }
 
     // Measure the pairs of shapes within a pair that may have the least excess of their phase.
@@ -153,8 +186,10 @@ class Finder {
             if (at_least < least_[held_at(first, other, u_).phase]) measure(first, other, nullptr);
             return;
         }
-        if (at_least >= least_of_any(first, other)) return;
-        const bool own = a.members > 0 && (b.members == 0 || a.radius >= b.radius);
+        const double least = least_of_any(first, other);
+        if (at_least >= least) return;
+        if (b.points > 1 && bundle_excess(first, other) >= least) return;
+        const bool own = opens_first(a, b);
         const Body& bundle = own ? a : b;
         for (int i = bundle.first_member; i < bundle.first_member + bundle.members; ++i) {
             const int one = own ? i : first, another = own ? other : i;
@@ -169,7 +204,10 @@ class Finder {
     }
 
     Nearest measure(int first, int other, const double* guess) {
-        const Nearest near = nearest_points(motion_.placed(first), motion_.placed(other), guess);
+        const PlacedBody a = motion_.placed(first), b = motion_.placed(other);
+        Nearest near = nearest_points(a, b, guess);
+        if (!near.apart && !b.half_space)
+            near.clearance = clearance_of_overlap(a, b, motion_.center(first) - motion_.center(other));
         remember(first, other, near.clearance, vec3(near.n));
         return near;
     }
@@ -189,8 +227,7 @@ class Finder {
         }
     }
 
-    // ---- the search, level by level
-    // ------------------------------------------------------------------------------------
+    // ---- the search, level by level ---------------------------------------------------------------------------------
 
     void search() {
         const Pairs& pairs = tables_.pairs;
@@ -214,8 +251,23 @@ class Finder {
     }
 
     int add_node(int first, int other) {
-        nodes_.push_back({first, other, -1, -1, settled});
+        nodes_.push_back({first, other, -1, -1, is_settled});
         return static_cast<int>(nodes_.size()) - 1;
+    }
+
+    void write_settled() {
+        for (const Settled& one : settled_) {
+            nodes_[one.node].direction = static_cast<int>(directions_.size());
+            directions_.push_back(one.n);
+        }
+    }
+
+    // Planes on a stretch cost the checker as much as some more nodes. The halves are looked at anyway.
+    void halve_settled() {
+        for (const Settled& one : settled_) {
+            const Frame& frame = motion_.frame(tables_.bodies[nodes_[one.node].other].frame);
+            halved_.push_back({one.node, true, frame.turned_back(one.n)});
+        }
     }
 
     void give_up(const Suspect& at) {
@@ -229,12 +281,17 @@ class Finder {
         stretch_ = stretch;
         u_ = stretch.middle();
         motion_.begin(stretch);
-        divisible_ = stretch.share / 2 >= resolution_ && u_ > stretch.begin && u_ < stretch.end;
-        halved_.clear();
-        for (std::size_t i = 0; i < work_.size() && !ended(); ++i) deal_with(work_[i]);
-        if (halved_.empty() || ended()) return;
         Stretch half[2];
         path_.halve(stretch, half[0], half[1]);
+        divisible_ = stretch.share / 2 >= resolution_ && half[0].begin < half[0].end && half[1].begin < half[1].end;
+        halved_.clear();
+        settled_.clear();
+        for (std::size_t i = 0; i < work_.size() && !ended(); ++i) deal_with(work_[i]);
+        if (ended()) return;
+        const std::size_t worth = motion_.floating() ? worth_floating : worth_fixed;
+        if (halved_.empty() || settled_.size() >= worth) write_settled();
+        else halve_settled();
+        if (halved_.empty()) return;
         for (const Open& open : halved_) {
             Node& node = nodes_[open.node];
             node.step = halves;
@@ -252,13 +309,13 @@ class Finder {
     }
 
     void deal_with(Open open) {
-        const Pair pair = pair_of(nodes_[open.node]);
+        const Pair pair = pair_of(nodes_[open.node].first, nodes_[open.node].other);
         const Body &a = tables_.bodies[pair.first], &b = tables_.bodies[pair.other];
         const bool bundles = a.members > 0 || b.members > 0;
-        Plane plane = pair.balls ? plane_of_balls(pair) : plane_of_shapes(pair, open);
-        if (!bundles && pair.balls) remember(pair.first, pair.other, plane.gap + pair.guard, plane.n);
-        if (plane.gap - plane.loss > pair.target) return settle(open.node, plane.n);
+        const Plane plane = plane_of(pair, open);
+        if (settles(pair, plane)) return settled_.push_back({open.node, plane.n});
         if (bundles && (!divisible_ || must_open(pair, plane))) return open_members(open.node, a, b);
+        if (bundles && open_if_settled(open.node, a, b)) return;
         if (!divisible_) return give_up({pair.first, pair.other, u_, plane.gap + pair.guard});
         halved_.push_back(open);
     }
@@ -271,13 +328,36 @@ class Finder {
         return left < nearly * loss && (left + spare * radii > loss || loss < little * radii);
     }
 
-    void settle(int node, Vec3 n) {
-        nodes_[node].direction = static_cast<int>(directions_.size());
-        directions_.push_back(n);
+    static bool settles(const Pair& pair, const Plane& plane) { return plane.gap - plane.loss > pair.target; }
+
+    // Whether the members of the first body take its place, if a pair is opened; else those of the other one.
+    static bool opens_first(const Body& a, const Body& b) {
+        return a.members > 0 && (b.members == 0 || a.radius >= b.radius);
+    }
+
+    // Open a bundle with few members if that settles them all; this takes fewer nodes than two halves, and no stretch.
+    bool open_if_settled(int node, const Body& a, const Body& b) {
+        const bool own = opens_first(a, b);
+        const Body& bundle = own ? a : b;
+        if (bundle.members > few_members) return false;
+        Vec3 n[few_members];
+        for (int i = 0; i < bundle.members; ++i) {
+            const int member = bundle.first_member + i;
+            const Pair pair = pair_of(own ? member : nodes_[node].first, own ? nodes_[node].other : member);
+            Open open{-1, false, {0, 0, 0}};
+            const Plane plane = plane_of(pair, open);
+            if (!settles(pair, plane)) return false;
+            n[i] = plane.n;
+        }
+        const std::size_t first = work_.size();
+        open_members(node, a, b);
+        for (int i = 0; i < bundle.members; ++i) settled_.push_back({work_[first + i].node, n[i]});
+        work_.resize(first);
+        return true;
     }
 
     void open_members(int node, const Body& a, const Body& b) {
-        const bool own = a.members > 0 && (b.members == 0 || a.radius >= b.radius);
+        const bool own = opens_first(a, b);
         const Body& bundle = own ? a : b;
         const int first = nodes_[node].first, other = nodes_[node].other;
         nodes_[node].step = own ? members_of_first : members_of_other;
@@ -286,20 +366,19 @@ class Finder {
             work_.push_back({own ? add_node(i, other) : add_node(first, i), false, {0, 0, 0}});
     }
 
-    // ---- planes
-    // --------------------------------------------------------------------------------------------------------
+    // ---- planes -----------------------------------------------------------------------------------------------------
 
-    Pair pair_of(const Node& node) {
-        const Body &a = tables_.bodies[node.first], &b = tables_.bodies[node.other];
+    Pair pair_of(int first, int other) {
+        const Body &a = tables_.bodies[first], &b = tables_.bodies[other];
         Pair out;
-        out.first = node.first;
-        out.other = node.other;
+        out.first = first;
+        out.other = other;
         out.motion = tables_.pairs.motion(a.frame, b.frame);
         out.balls = a.points == 1 && a.disc == 0 && (b.half_space || (b.points == 1 && b.disc == 0));
         out.radii = a.radius + (b.half_space ? 0.0 : b.radius);
-        const double size = length(motion_.center(node.first)) + a.reach + length(motion_.center(node.other)) + b.reach;
+        const double size = length(motion_.center(first)) + a.reach + length(motion_.center(other)) + b.reach;
         out.guard = guard + relative_guard * size;
-        out.held = held_.on(a.owner, node.other, stretch_.begin, stretch_.end);
+        out.held = held_.on(a.owner, other, stretch_.begin, stretch_.end);
         const double excess = least_[out.held.phase];  // infinite: no pair of this phase was measured
         const bool known = excess > 0 && excess < infinite;
         out.target = out.held.clearance + margin + (known ? held_.share[out.held.phase] * excess : 0.0);
@@ -313,6 +392,14 @@ class Finder {
         const Vec3 between = motion_.center(pair.first) - motion_.center(pair.other);
         const double apart = length(between);
         return apart > 0 ? (1 / apart) * between : Vec3{0, 0, 1};
+    }
+
+    Plane plane_of(const Pair& pair, Open& open) {
+        const Plane out = pair.balls ? plane_of_balls(pair) : plane_of_shapes(pair, open);
+        const Body &a = tables_.bodies[pair.first], &b = tables_.bodies[pair.other];
+        if (a.members == 0 && b.members == 0 && pair.balls)
+            remember(pair.first, pair.other, out.gap + pair.guard, out.n);
+        return out;
     }
 
     Plane plane_of_balls(const Pair& pair) {
@@ -400,11 +487,10 @@ class Finder {
         return std::sqrt(std::max(squared - along * along, 0.0));
     }
 
-    // ---- the result
-    // ----------------------------------------------------------------------------------------------------
+    // ---- the result -------------------------------------------------------------------------------------------------
 
     int children(const Node& node) const {
-        if (node.step == settled) return 0;
+        if (node.step == is_settled) return 0;
         if (node.step == halves) return 2;
         return tables_.bodies[node.step == members_of_first ? node.first : node.other].members;
     }
@@ -419,7 +505,7 @@ class Finder {
         for (std::size_t i = 0; i < order.size(); ++i) {
             const Node& node = nodes_[order[i]];
             found_.steps.push_back(node.step);
-            if (node.step == settled) {
+            if (node.step == is_settled) {
                 const Vec3 n = directions_[node.direction];
                 found_.directions.insert(found_.directions.end(), {n.x, n.y, n.z});
             }
@@ -440,6 +526,7 @@ class Finder {
     std::vector<Node> nodes_;
     std::vector<Vec3> directions_;
     std::vector<Open> work_, halved_;
+    std::vector<Settled> settled_;
     Stretch stretch_{};
     double u_ = 0;
     bool divisible_ = true;

@@ -222,7 +222,7 @@ class FloatingBase {
             moved += joint_[k].A * step[k];
             deviating += joint_[k].W_size * deviation[k];
         }
-        moved = crude + least_inverse * moved;
+        moved = crude + least_inverse * moved + attitude_error_;
         out.rotation_second_order = (deviating + second + own * moved) * outward + crude * rounding;
         out.rotation = std::min(crude, length(omega) * half + out.rotation_second_order) * outward;
         put(omega, out.omega);

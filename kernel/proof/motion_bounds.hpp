@@ -73,6 +73,7 @@ class MotionBounds {
                               step_.data(), half_, base_);
     }
 
+    bool floating() const { return floating_ != nullptr; }
     double half() const { return half_; }
     const Frame& frame(int f) const { return frames_[f]; }
 

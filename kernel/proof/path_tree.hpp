@@ -141,8 +141,7 @@ class Path {
         for (int k = 0; k < n; ++k) rate[k] *= scale;
     }
 
-    // ---- the range of the rates on a run of pieces, by a tree of ranges
-    // ----------------------------------------------
+    // ---- the range of the rates on a run of pieces, by a tree of ranges ---------------------------------------------
 
     void merge(const double* least, const double* most) {
         for (int k = 0; k < in_.dofs; ++k) {

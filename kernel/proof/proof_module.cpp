@@ -6,6 +6,8 @@
 #include "python/arrays.hpp"
 #include "python/threads.hpp"
 
+#include <optional>
+
 namespace spacearm_proof {
 namespace {
 
@@ -207,9 +209,11 @@ Found find_proof(const Tables& tables, const PathArrays& path_arrays, const Held
     const Held held = held_arrays.input(tables.bodies);
     Frame base;
     std::copy(start.data(), start.data() + 12, base.T);
+    std::optional<FloatingBase> own;  // its scratch is not for two threads
+    if (floating) own.emplace(*floating);
     nb::gil_scoped_release free;
     signal_listener signals;
-    MotionBounds motion(tables, path, tracking.data(), base, floating);
+    MotionBounds motion(tables, path, tracking.data(), base, own ? &*own : nullptr);
     return Finder(tables, path, motion, held, resolution, [&] { signals.ask(); }).find();
 }
 

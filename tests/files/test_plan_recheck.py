@@ -12,7 +12,7 @@ import pytest
 
 from spacearm.core.errors import FileFormatError, ProblemError
 from spacearm.files import load_trajectory, save_plan, save_trajectory
-from spacearm.files.plan_file import problem_hash, recheck_plan, recheck_trajectory
+from spacearm.files.plan_file import load_saved_plan, problem_hash, recheck_plan, recheck_trajectory
 from spacearm.geometry import Sphere, SphereSet, pose
 from spacearm.motion import PiecewisePath, RecordedTrajectory
 from spacearm.planner import BaseLimits, Plan, PlannerSettings, PositionGoal, Problem, plan, report_base
@@ -40,6 +40,52 @@ def test_an_untouched_plan_holds_again_and_nothing_is_odd(found: Plan, saved: Pa
     assert again.certificate.as_dict() == found.certificate.as_dict()
     assert (again.agrees, again.notes) == (True, ())
     assert recheck_plan(saved, PROBLEM).notes == ()
+
+
+def with_proof(saved: Path, proof: object) -> Path:
+    """Write the plan with another proof."""
+    content = json.loads(saved.read_text())
+    content["proof"] = proof
+    out = saved.with_name("other.json")
+    out.write_text(json.dumps(content))
+    return out
+
+
+def test_the_proof_in_the_file_is_the_one_that_is_checked(found: Plan, saved: Path) -> None:
+    assert found.certificate is not None
+    assert found.certificate.proof is not None
+    proof = load_saved_plan(saved).proof
+    assert proof is not None
+    np.testing.assert_array_equal(proof.steps, found.certificate.proof.steps)
+    np.testing.assert_array_equal(proof.directions, found.certificate.proof.directions)
+    assert recheck_plan(saved).proof_checked is True
+
+
+def test_a_proof_that_shows_nothing_is_replaced_and_that_is_said(found: Plan, saved: Path) -> None:
+    assert found.certificate is not None
+    assert found.certificate.proof is not None
+    proof = found.certificate.proof
+    turned = replace(proof, directions=-proof.directions)
+    short = replace(proof, steps=proof.steps[:-1])
+    for wrong in (turned, short):
+        again = recheck_plan(with_proof(saved, wrong.as_dict()))
+        assert again.certificate.holds
+        assert again.proof_checked is False
+        assert "the proof given does not show it" in again.certificate.message
+
+
+def test_a_file_without_a_proof_is_proven_anew(saved: Path) -> None:
+    again = recheck_plan(with_proof(saved, None))
+    assert again.certificate.holds
+    assert again.proof_checked is None
+
+
+@pytest.mark.parametrize(
+    "proof", [{}, {"spacearm-proof": 9}, {"spacearm-proof": 1}, {"spacearm-proof": 1, "nodes": 1, "planes": 1, "steps": "?"}]
+)
+def test_what_is_no_proof_is_refused(proof: dict[str, Any], saved: Path) -> None:
+    with pytest.raises(FileFormatError, match=r"other\.json.*proof"):
+        recheck_plan(with_proof(saved, proof))
 
 
 def test_notes_on_a_mesh_are_in_the_file_and_no_part_of_a_hash(tmp_path: Path) -> None:

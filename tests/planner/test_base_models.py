@@ -27,7 +27,7 @@ from spacearm.motion.trajectory_values import trajectory_as_dict, trajectory_fro
 from spacearm.planner import BaseLimits, PlannerSettings, Problem, plan
 from spacearm.proof import BaseFindings, certify
 from spacearm.proof.base_attitude import BaseAttitude
-from spacearm.proof.base_momentum import BaseMotionBounds, Reaction, masses_of, stated_elsewhere
+from spacearm.proof.base_momentum import BaseMotionBounds, FloatingBaseArrays, Reaction, masses_of, stated_elsewhere
 from spacearm.proof.base_proofs import (
     BASE_PROOFS,
     BaseFigures,
@@ -37,7 +37,6 @@ from spacearm.proof.base_proofs import (
     broken_base_limits,
     time_at,
 )
-from spacearm.proof.bodies import bodies_in_space_of
 from spacearm.robot import Robot, forward_kinematics
 from spacearm.robot.unchecked_pairs import lacks_masses
 from support.floating_arms import lander
@@ -105,9 +104,6 @@ class AttitudeHeldProof(BaseProof):
         self.robot, self.trajectory, self.setup = robot, trajectory, setup
         self.curve = trajectory.curve
 
-    def bodies(self) -> Any:
-        return bodies_in_space_of(self.robot)
-
     def begin(self, frames: np.ndarray) -> None:
         self.masses, none = masses_of(self.robot), np.zeros(3)
         self.reaction = Reaction(self.robot, linear=none, angular=none, time_rate=0.0, attitude_error=0.0)
@@ -123,6 +119,31 @@ class AttitudeHeldProof(BaseProof):
         floating = self.reaction.bounds_on(frames, rate, deviation, step, half)
         none = np.zeros(len(half))
         return replace(floating, omega=np.zeros((len(half), 3)), rotation=none, rotation_second_order=none)
+
+    def for_finder(self) -> FloatingBaseArrays:
+        """A base that holds its attitude is one that floats and has an infinite inertia; here a very large one."""
+        masses, joints = self.masses, self.robot.joints
+        base = masses.joint < 0
+        begin, end = self.curve.domain
+        return FloatingBaseArrays(
+            parent=np.array([joint.parent for joint in joints], np.int32),
+            revolute=np.array([joint.kind == "revolute" for joint in joints]),
+            joint_of_body=masses.joint.astype(np.int32),
+            mass=masses.mass,
+            com=masses.com,
+            inertia=np.where(base[:, None, None], 1e25 * np.eye(3), masses.inertia),
+            greatest=masses.greatest,
+            spread=masses.spread,
+            base_least=1e25,
+            ends=np.array([[begin, end]]),
+            start=quaternion_of(self.setup.start[:3, :3])[None],
+            coefficients=np.zeros((1, 1, 4)),
+            begin=begin,
+            center=self.center,
+            velocity=np.zeros(3),
+            angular=np.zeros(3),
+            attitude_error=0.0,
+        )
 
     def findings(self, limits: Any, frames_at: Any) -> BaseFindings:
         u, figures = np.linspace(*self.curve.domain, 65), self.figures()

@@ -14,7 +14,7 @@ from spacearm.geometry import Scene
 from spacearm.motion import Motion, RecordedTrajectory, Trajectory
 from spacearm.planner import PoseGoal, Problem, report_base
 from spacearm.proof.base_proofs import base_setup_of, begun_base_proof
-from spacearm.proof.bodies import JointMap
+from spacearm.proof.mechanism import JointMap
 from spacearm.proof.polynomial_bounds import PanelPath, outer_eigenvalues
 from spacearm.robot import forward_kinematics
 from support.drawn_spacecraft import motion_of, spacecraft

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.proof.checker import check_proof
-from spacearm.proof.claim import Claim
-from spacearm.proof.pair_requirements import FROM_START, OUT, UP_TO_GOAL, NearEnd
+from spacearm.proof.claim import FROM_START, OUT, UP_TO_GOAL, Claim, NearEnd
 from spacearm.proof.path_intervals import Intervals
 from spacearm.proof.proof_tree import HALVES, MEMBERS_OF_FIRST, MEMBERS_OF_OTHER, SETTLED, ProofTree
 from spacearm.robot import Body

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import comb
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,13 +16,9 @@ from spacearm.motion import Curve, Motion, PiecewisePath, Trajectory
 from spacearm.proof.base_attitude import TOLERANCE, BaseAttitude
 from spacearm.proof.base_momentum import _PlacedMasses, _rates, tree_of
 from spacearm.proof.base_proofs import LOST, BaseSetup, FloatingBaseProof
-from spacearm.proof.bodies import JointMap, bodies_in_space_of, bodies_of
-from spacearm.proof.displacement import IntervalMidpoints
-from spacearm.proof.path_intervals import PathIntervals
+from spacearm.proof.mechanism import JointMap, kinematics_of
 from spacearm.proof.polynomial_bounds import RHO, PanelPath, ellipses_of, greatest_norm
-from spacearm.proof.witness import Witness
 from spacearm.robot import Robot
-from support.bounded_paths import curves, parabola
 from support.floating_arms import Adrift, body, brute_force, floating_arms, frames_of, lander, momentum_map, wheel
 from support.floating_checker import moving
 from support.oracles.servicer import ROWS, servicer
@@ -215,153 +209,7 @@ def test_a_path_that_cannot_be_followed_is_said_to_be_so(monkeypatch: pytest.Mon
     assert found.error > LOST
 
 
-# ---- how far it gets -------------------------------------------------------------------------------------------------
-
-
-@settings(max_examples=30)
-@given(st.data())
-def test_no_end_of_a_drifting_robot_gets_further_than_its_two_bounds_allow(
-    data: st.DataObject,
-) -> None:
-    robot = data.draw(floating_arms())
-    curve = data.draw(curves(robot))
-    pushed, tumbling = Momentum(linear=(0.5, -1, 0.2)), Momentum(linear=(0, 0, 0.3), angular=(0.2, -0.5, 0.3))
-    pushes = data.draw(st.sampled_from([NONE, pushed, tumbling]))
-    duration = data.draw(st.sampled_from([0.1, 5.0]))
-    base = FloatingBaseProof(robot, SimpleNamespace(curve=curve, duration=duration), setup_of(pushes))  # type: ignore[arg-type]
-    bodies, relative_bodies = bodies_in_space_of(robot)
-    witness, joints = Witness(robot, bodies), JointMap(robot)
-    base.begin(witness.frames(joints.values(curve.sample(np.array(curve.domain[:1]))))[0])
-    path = PathIntervals(curve)
-    intervals = path.first()
-    for _ in range(data.draw(st.integers(0, 7))):
-        half = path.halved(intervals.select(np.array([data.draw(st.integers(0, len(intervals) - 1))])))
-        intervals = half.select(np.array([data.draw(st.integers(0, 1))]))
-    intervals = intervals.select(np.array([data.draw(st.integers(0, len(intervals) - 1))]))
-    frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    midpoints = IntervalMidpoints(bodies, relative_bodies, joints, frames, path.linear_bounds(intervals), base.motion_bounds)
-    midpoints.bound(np.arange(len(relative_bodies.body)))
-    u = np.concatenate([midpoints.u, intervals.ends[0], np.random.default_rng(0).uniform(*intervals.ends[0], 30)])
-    at = frames(u, joints.values(curve.sample(u)))[:, bodies.joint]
-    ends = bodies.groups[0].points @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3]
-    free = relative_bodies.free[relative_bodies.motion]
-    ends = ends[:, relative_bodies.body[free]]
-    moved = ends[1:] - ends[:1]
-    assert (np.linalg.norm(moved, axis=-1) <= midpoints.groups[0].displacement_bound[0, free] + 1e-9).all()
-    n = np.array(data.draw(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)))
-    n /= np.linalg.norm(n)
-    speed = np.abs(midpoints.groups[0].velocity[0, free] @ n) * midpoints.half[0]
-    assert (np.abs(moved @ n) <= speed + midpoints.groups[0].second_order_bound[0, free] + 1e-9).all()
-
-
-@pytest.mark.parametrize("share", [0.2, 1.0])
-def test_a_panel_that_turns_falls_towards_the_centre_and_the_bound_is_just_above(share: float) -> None:
-    """A flywheel at a constant rate: the panel, 1 m out, falls by 1 - cos of the angle, and goes sideways by its sine."""
-    robot, curve = wheel(), PiecewisePath.from_linear([0, 1], [[0.0], [share]])
-    base = FloatingBaseProof(robot, SimpleNamespace(curve=curve, duration=1.0), setup_of())  # type: ignore[arg-type]
-    bodies, relative_bodies = bodies_in_space_of(robot)
-    witness, joints = Witness(robot, bodies), JointMap(robot)
-    base.begin(witness.frames(np.zeros((1, 1)))[0])
-    frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    intervals = PathIntervals(curve).first().select(np.array([3]))
-    midpoints = IntervalMidpoints(
-        bodies, relative_bodies, joints, frames, PathIntervals(curve).linear_bounds(intervals), base.motion_bounds
-    )
-    midpoints.bound(np.arange(len(relative_bodies.body)))
-    angle = share * np.diff(intervals.ends[0])[0] / 2 / 4
-    assert 1 - np.cos(angle) <= midpoints.groups[0].second_order_bound[0, 1, 0] <= 1.2 * (1 - np.cos(angle)) + 1e-9
-    assert 2 * np.sin(angle / 2) <= midpoints.groups[0].displacement_bound[0, 1, 0] <= 1.01 * angle + 1e-9
-    assert np.linalg.norm(midpoints.groups[0].velocity[0, 1, 0]) == pytest.approx(share / 4, rel=1e-12)
-
-
-def skewed() -> Robot:
-    """The lander with its shoulder off the middle and turned: how much the base gives way depends on the shoulder's angle."""
-    at = np.eye(4)
-    at[:2, :2], at[0, 3] = [[0.6, -0.8], [0.8, 0.6]], 0.7
-    return lander(moment=100.0, joints=(replace(lander().joints[0], T_parent_joint=at), lander().joints[1]))
-
-
-STRAIGHT = [PiecewisePath.from_linear([0, 1], [[0, 0], [way, 0]]) for way in (-0.3, 0.3)]
-
-
-@pytest.mark.parametrize("curve", [*STRAIGHT, parabola(-0.03), parabola(0.03)])
-def test_the_second_order_bound_of_the_rotation_is_needed_and_just_above_it(curve: PiecewisePath) -> None:
-    """In the plane the turn is one integral: it differs from the middle's rate by no more than the bound, nor much less."""
-    robot = skewed()
-    base = FloatingBaseProof(robot, SimpleNamespace(curve=curve, duration=1.0), setup_of())  # type: ignore[arg-type]
-    bodies, relative_bodies = bodies_in_space_of(robot)
-    witness, joints = Witness(robot, bodies), JointMap(robot)
-    base.begin(witness.frames(curve.sample(np.zeros(1)))[0])
-    frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    intervals = PathIntervals(curve).first().select(np.array([0]))
-    midpoints = IntervalMidpoints(
-        bodies, relative_bodies, joints, frames, PathIntervals(curve).linear_bounds(intervals), base.motion_bounds
-    )
-    base_bounds = midpoints._base_bounds
-    assert base_bounds is not None
-    assert base.attitude is not None
-    beyond = []
-    for end in intervals.ends[0]:
-        R = base.attitude.at(np.array([midpoints.u[0], end]))
-        turn = R[0].T @ R[1]
-        beyond.append(abs(np.arctan2(turn[1, 0], turn[0, 0]) - base_bounds.omega[0, 2] * (end - midpoints.u[0])))
-    assert 0.7 * base_bounds.rotation_second_order[0] < max(beyond) <= base_bounds.rotation_second_order[0]
-
-
-def test_the_rate_of_a_tumbling_base_changes_no_more_than_its_bound() -> None:
-    """An arm at rest on a long body: nothing moves but by momentum, and yet the rate in base axes does not stay."""
-    moments = np.array([1.0, 3.0, 3.5])
-    robot, curve = wheel(bodies=(body("base", -1, 5.0, (0, 0, 0), moments),)), Motion([[0.0], [0.0]])
-    tumbling = Momentum(angular=(1.0, 1.0, 0.2))
-    base = FloatingBaseProof(robot, SimpleNamespace(curve=curve, duration=6.0), setup_of(tumbling))  # type: ignore[arg-type]
-    bodies, relative_bodies = bodies_in_space_of(robot)
-    witness, joints = Witness(robot, bodies), JointMap(robot)
-    base.begin(witness.frames(np.zeros((1, 1)))[0])
-    frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    intervals = PathIntervals(curve).halved(PathIntervals(curve).first())
-    midpoints = IntervalMidpoints(
-        bodies, relative_bodies, joints, frames, PathIntervals(curve).linear_bounds(intervals), base.motion_bounds
-    )
-    base_bounds = midpoints._base_bounds
-    assert base.attitude is not None
-    assert base_bounds is not None
-    shares = []
-    for i, (middle, (_, end)) in enumerate(zip(midpoints.u, intervals.ends, strict=True)):
-        u = np.linspace(middle, end, 201)
-        local = np.swapaxes(base.attitude.at(u), 1, 2) @ tumbling.angular * 6.0 / moments  # omega, base axes
-        turned = (local[1:] + local[:-1]).sum(axis=0) / 2 * (u[1] - u[0])
-        beyond = np.linalg.norm(turned - local[0] * (end - middle))
-        assert np.linalg.norm(base_bounds.omega[i]) == pytest.approx(np.linalg.norm(local[0]))
-        shares.append(beyond / base_bounds.rotation_second_order[i])
-    assert 0.03 < max(shares) < 1
-
-
-def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:
-    """What is lost beside the speed goes with the square of a interval; its bound is no more than 8 times the worst of it."""
-    robot, curve = servicer(), Motion([np.zeros(7), ROWS[0][0]])
-    robot = Robot(**{**{n: getattr(robot, n) for n in robot.__dataclass_fields__}, "capsules": lander().capsules[:1]})
-    base = FloatingBaseProof(robot, Trajectory(robot, curve), setup_of())
-    bodies, relative_bodies = bodies_in_space_of(robot)
-    witness, joints = Witness(robot, bodies), JointMap(robot)
-    base.begin(witness.frames(joints.values(curve.sample(np.zeros(1))))[0])
-    frames = lambda u, values: base.placed(u, witness.frames(values))  # noqa: E731
-    intervals = PathIntervals(curve).first()
-    for _ in range(4):
-        intervals = PathIntervals(curve).halved(intervals)
-    midpoints = IntervalMidpoints(
-        bodies, relative_bodies, joints, frames, PathIntervals(curve).linear_bounds(intervals), base.motion_bounds
-    )
-    midpoints.bound(np.arange(len(relative_bodies.body)))
-    shares = []
-    for side in (0, 1):
-        ends = []
-        for u in (midpoints.u, intervals.ends[:, side]):
-            at = frames(u, joints.values(curve.sample(u)))[:, bodies.joint]
-            ends.append(bodies.groups[0].points @ np.swapaxes(at[..., :3, :3], -1, -2) + at[..., None, :3, 3])
-        way = midpoints.groups[0].velocity * (intervals.ends[:, side] - midpoints.u)[:, None, None, None]
-        beyond = np.linalg.norm((ends[1] - ends[0])[:, relative_bodies.body] - way, axis=-1)
-        shares.append((beyond / midpoints.groups[0].second_order_bound).max())
-    assert 1 / 8 < max(shares) < 1
+# ---- how its rate changes --------------------------------------------------------------------------------------------
 
 
 @settings(max_examples=25)
@@ -369,13 +217,12 @@ def test_the_bounds_are_close_to_the_truth_on_short_stretches() -> None:
 def test_the_rates_and_their_derivatives_are_those_of_the_momentum_form(robot: Robot, seed: int) -> None:
     robot = Robot(**{**{n: getattr(robot, n) for n in robot.__dataclass_fields__}})
     q = np.random.default_rng(seed).uniform(-2, 2, (3, robot.dof))
-    bodies, _ = bodies_of(robot)
-    witness, joints = Witness(robot, bodies), JointMap(robot)
+    kinematics, joints = kinematics_of(robot), JointMap(robot)
     scale = np.zeros((len(robot.joints), robot.dof))
     scale[np.arange(len(robot.joints)), joints.dof] = joints.multiplier
 
     def rates(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        W, D = _rates(tree_of(robot), _PlacedMasses(tree_of(robot), witness.frames(joints.values(q))))
+        W, D = _rates(tree_of(robot), _PlacedMasses(tree_of(robot), kinematics.frames(joints.values(q))))
         return W, np.moveaxis(D.reshape(len(q), 3, len(robot.joints), -1), 1, -1)
 
     def of_oracle(q: np.ndarray) -> np.ndarray:
@@ -396,8 +243,8 @@ def test_frames_of_the_brute_force_are_the_proofs() -> None:
     """Guards the other tests: both say where every joint is."""
     robot, curve = lander(), Motion([[0, 0], [1, -2]])
     base = FloatingBaseProof(robot, Trajectory(robot, curve), setup_of())
-    witness, joints = Witness(robot, bodies_in_space_of(robot)[0]), JointMap(robot)
-    base.begin(witness.frames(joints.values(curve.sample(np.zeros(1))))[0])
+    kinematics, joints = kinematics_of(robot), JointMap(robot)
+    base.begin(kinematics.frames(joints.values(curve.sample(np.zeros(1))))[0])
     way = brute_force(Adrift(robot, Scene([])), curve)
-    mine = base.placed(way.u, witness.frames(joints.values(way.q)))
+    mine = base.placed(way.u, kinematics.frames(joints.values(way.q)))
     np.testing.assert_allclose(mine, frames_of(robot, way.q, way.T_w_b), atol=1e-9)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +15,10 @@ from spacearm.core.native_finder import native_finder
 from spacearm.geometry import HalfSpace, Scene, Sphere, SphereSet
 from spacearm.motion import AnyTrajectory, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.proof.checker import check_proof
-from spacearm.proof.claim import Claim
+from spacearm.proof.claim import Claim, NearEnd
 from spacearm.proof.finder import Found, Suspect, find_proof
-from spacearm.proof.pair_requirements import NearEnd
 from support.dense_samples import planar, swing
-from support.drawn_claims import claim_about, drawn_claim
+from support.drawn_claims import Drawn, claim_about, drawn_claim
 from support.oracles.coal_shapes import least_distances
 from support.oracles.pinocchio_points import joint_frames
 from support.reference_finder import Measure
@@ -117,12 +118,36 @@ def test_nothing_in_the_way_is_proven_without_a_plane() -> None:
     assert found.closest == (None, None)
 
 
+def test_a_robot_without_shapes_needs_no_plane() -> None:
+    robot = planar(capsules=())
+    claim = claim_about(robot, Scene([Sphere([0.0, 0.0, 3.0], 1.0)]), Trajectory(robot, SWING))
+    found = find_proof(claim)
+    assert found.status == "holds"
+    assert found.proof is not None
+    assert not len(found.proof.steps)
+    assert not check_proof(claim, found.proof).fault
+
+
 def test_the_same_claim_has_the_same_proof_to_the_last_bit() -> None:
     for seed in (1, 4, 14, 25):
         one, other = (look_at(drawn_claim(seed, reach=0.05).claim) for _ in range(2))
         assert (one.proof is None) == (other.proof is None)
         if one.proof is not None and other.proof is not None:
             assert one.proof.as_dict() == other.proof.as_dict()
+
+
+def test_threads_may_search_the_same_claim_at_once() -> None:
+    claim = next(drawn.claim for drawn in drawn_floating() if find_proof(drawn.claim).proof is not None)
+    alone = find_proof(claim).proof
+    with ThreadPoolExecutor(4) as pool:
+        for found in pool.map(lambda _: find_proof(claim), range(40)):
+            assert found.proof is not None
+            assert alone is not None
+            assert found.proof.as_dict() == alone.as_dict()
+
+
+def drawn_floating() -> Iterator[Drawn]:
+    return (drawn_claim(seed, floating=True, reach=0.1) for seed in range(100))
 
 
 def test_a_half_space_is_kept_clear_of() -> None:

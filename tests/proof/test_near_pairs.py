@@ -199,7 +199,7 @@ def test_contact_at_an_end_fails_as_ever() -> None:
     assert "penetrate by 50 mm" in certificate.message
 
 
-@pytest.mark.parametrize("above", [1e-4, 1e-6, 1e-7, 0.0, -1e-7, -1e-5])
+@pytest.mark.parametrize("above", [1e-4, 1.1e-6, 1e-7, 0.0, -1e-7, -1e-5])
 def test_a_start_at_the_required_clearance_can_be_proven(above: float) -> None:
     certificate = proven(path((0, 0.11 + above), (0, 1)), FLOOR)
     assert certificate.holds

@@ -295,3 +295,15 @@ def test_a_box_of_an_obstacle_is_recognised() -> None:
     assert nearest(hull([3, 3, 3]), body_of(box))[0] == pytest.approx(
         distance(placed_shape(Sphere((3, 3, 3), 1e-9)), placed_shape(box)), abs=1e-8
     )
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf, 1e308, 1e200])
+def test_numbers_that_are_none_come_to_an_end(number: float) -> None:
+    rng = np.random.default_rng(0)
+    for one, other in product(KINDS, KINDS):
+        a, b = body_of(drawn(one, rng, 1.0)), body_of(drawn(other, rng, 1.0))
+        a["points"] = np.array(a["points"])
+        a["points"][-1, 1] = number  # type: ignore[index]
+        made = [native_finder.PlacedBody(**body) for body in (a, b)]  # type: ignore[arg-type]
+        clearance, n, apart = native_finder.nearest_points(*made)
+        assert not apart or np.isfinite(n).all(), clearance

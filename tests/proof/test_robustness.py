@@ -113,11 +113,16 @@ def test_a_pair_near_at_the_start_is_held_to_what_it_has_in_the_tube(has: float,
     assert "within the tracking error at the start" in certificate.message
 
 
-def test_a_pair_that_the_tube_touches_at_the_start_is_undecided() -> None:
-    setting, trajectory = passing(clearance=0.01, begin=0.0)
-    certificate = certify(setting, trajectory, tracking={"z": 0.012})
+def test_a_pair_of_which_the_tube_takes_all_at_the_start_is_undecided() -> None:
+    setting, trajectory = passing(gap=0.008, clearance=0.01, begin=0.0)
+    assert certify(setting, trajectory).near_pairs
+    certificate = certify(setting, trajectory, tracking={"z": 0.01})
     assert certificate.status == "undecided"
-    assert "ask for less than" in certificate.message or "too close" in certificate.message
+    assert "come within 8 mm, of which a tracking error of 0.01 m ('x' 0 m) may take 10 mm" in certificate.message
+    assert "too close to be told from contact; ask for less than 0.8 of that error" in certificate.message
+    assert certify(setting, trajectory, tracking={"z": 0.007}).holds
+    exact = certify(passing(gap=0.008, clearance=0.01)[0], passing(gap=0.008, clearance=0.01)[1], tracking={"z": 0.001})
+    assert exact.status == "fails"
 
 
 # ---- The widest tube -------------------------------------------------------------------------------------------------

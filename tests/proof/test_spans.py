@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from spacearm.motion import Motion, PiecewisePath
 from spacearm.proof.path_intervals import PathIntervals
-from support.bounded_paths import curves
+from support.bounded_paths import curves, parts
 from support.dense_samples import planar
 
 
@@ -18,7 +18,7 @@ from support.dense_samples import planar
 def test_the_deviation_bounds_how_far_a_curve_is_from_its_lines(data: st.DataObject, seed: int) -> None:
     curve = data.draw(curves(planar()))
     path = PathIntervals(curve)
-    intervals = path.first()
+    intervals = parts(path)
     for _ in range(data.draw(st.integers(0, 5))):
         intervals = path.halved(intervals)
     lines = path.linear_bounds(intervals)
@@ -33,7 +33,7 @@ def test_the_deviation_bounds_how_far_a_curve_is_from_its_lines(data: st.DataObj
 def test_intervals_cover_the_curve_however_often_they_are_halved(data: st.DataObject) -> None:
     curve = data.draw(curves(planar()))
     path = PathIntervals(curve)
-    intervals = path.first()
+    intervals = parts(path)
     for _ in range(6):
         order = np.argsort(intervals.ends[:, 0])
         ends = intervals.ends[order]
@@ -44,29 +44,28 @@ def test_intervals_cover_the_curve_however_often_they_are_halved(data: st.DataOb
         intervals = path.halved(intervals)
 
 
-def test_a_run_of_many_pieces_begins_as_few_intervals() -> None:
+def test_a_run_of_many_pieces_is_bounded_by_few_intervals_and_in_the_end_each_piece_by_its_own() -> None:
     t = np.linspace(0, 1, 10_001)
     path = PathIntervals(PiecewisePath.from_linear(t, np.column_stack([np.sin(t), t])))
-    intervals = path.first()
-    assert len(intervals) <= 32
+    intervals = parts(path, 5)
     assert path.linear_bounds(intervals).deviation.max() < 0.001
-    for _ in range(12):
+    for _ in range(9):
         intervals = path.halved(intervals)
     assert (intervals.last - intervals.first == 1).all()
 
 
 def test_a_straight_piece_does_not_deviate_and_a_motion_at_rest_does_not_move() -> None:
     path = PathIntervals(PiecewisePath.from_linear([0, 1], [[0, 0], [1, 2]]))
-    assert path.linear_bounds(path.first()).deviation.max() < 1e-13
+    assert path.linear_bounds(parts(path)).deviation.max() < 1e-13
     still = PathIntervals(Motion([[0.3, -2.0]] * 4))
-    lines = still.linear_bounds(still.first())
+    lines = still.linear_bounds(parts(still))
     assert np.abs(lines.rate).max() == 0
     assert lines.deviation.max() < 1e-13
 
 
 def test_samples_of_large_values_are_allowed_their_rounding() -> None:
     path = PathIntervals(PiecewisePath.from_linear([0, 1], [[1e6], [1e6]]))
-    assert path.linear_bounds(path.first()).deviation.min() > 1e-9
+    assert path.linear_bounds(parts(path)).deviation.min() > 1e-9
 
 
 def test_a_piece_that_is_over_in_an_instant_is_bounded_though_it_has_no_middle() -> None:
@@ -74,7 +73,7 @@ def test_a_piece_that_is_over_in_an_instant_is_bounded_though_it_has_no_middle()
     begin = 1.0
     end = float(np.nextafter(begin, 2.0))
     path = PathIntervals(PiecewisePath.from_linear([0.0, begin, end, 2.0], [[0.0], [0.0], [0.3], [0.3]]))
-    intervals = path.first()
+    intervals = parts(path)
     for _ in range(4):
         intervals = path.halved(intervals)
     lines = path.linear_bounds(intervals)

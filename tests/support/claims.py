@@ -7,8 +7,7 @@ from typing import Any
 
 from spacearm.motion import AnyTrajectory
 from spacearm.proof.base_proofs import base_setup_of, begun_base_proof
-from spacearm.proof.claim import Claim, claim_of
-from spacearm.proof.pair_requirements import NearEnd
+from spacearm.proof.claim import Claim, NearEnd, claim_of
 from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.required_clearance import required_clearance
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.proof.bodies import JointMap
 from spacearm.proof.claim import Claim
+from spacearm.proof.mechanism import JointMap, kinematics_of
 from spacearm.proof.proof_tree import HALVES, MEMBERS_OF_FIRST, MEMBERS_OF_OTHER, SETTLED, ProofTree
-from spacearm.proof.witness import Witness, coal, coal_box, coal_cylinder, coal_polytope
+from spacearm.proof.witness import coal, coal_box, coal_cylinder, coal_polytope
 
 Array = np.ndarray
 
@@ -36,8 +36,7 @@ class Stretch:
     def __init__(self, claim: Claim, interval: Any) -> None:
         joints, line = JointMap(claim.robot), claim.path.linear_bounds(interval)
         values = joints.values(line.q)
-        frames = Witness(claim.robot, claim.base.bodies()[0]).frames(values)
-        T = claim.base.placed(line.u, frames)
+        T = claim.base.placed(line.u, kinematics_of(claim.robot).frames(values))
         self.claim, self.interval, self.half, self.u = claim, interval, float(line.half[0]), float(line.u[0])
         scale = np.abs(joints.multiplier)
         self.w = (line.rate[:, joints.dof] * joints.multiplier)[0]

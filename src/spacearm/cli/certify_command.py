@@ -78,7 +78,7 @@ def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
     options = parsed(Options, arguments, command="certify")
     from spacearm.files import load_problem
-    from spacearm.files.plan_file import save_json
+    from spacearm.files.plan_file import proof_as_dict, save_json
 
     if options.output is not None:
         require_new(options.output, advice="choose another name with -o")
@@ -97,7 +97,7 @@ def run(arguments: Sequence[str]) -> int:
         **found.certificate.as_dict(),
     }
     if options.output is not None:
-        save_json(values, options.output)
+        save_json({**values, "proof": proof_as_dict(found.certificate)}, options.output)
     if options.json:
         print(json.dumps(values, indent=2, allow_nan=False))
     else:
@@ -168,12 +168,22 @@ def _summary(found: Recheck) -> list[tuple[str, str]]:
         rows += base_rows(found.base)
     if found.agrees is not None:
         rows.append(("file's certificate", "says the same" if found.agrees else "says otherwise"))
+    rows.append(("proof", _proof(found)))
     rows += [
         ("problem", f"SHA-256 {certificate.problem_hash}"),
         ("trajectory", f"SHA-256 {certificate.trajectory_hash}"),
         ("looked at", f"{certificate.evaluations} configurations, {certificate.seconds * 1e3:.0f} ms, {certificate.witness}"),
     ]
     return rows
+
+
+def _proof(found: Recheck) -> str:
+    """Say whose proof it is, and how large."""
+    proof = found.certificate.proof
+    if proof is None:
+        return "none"
+    whose = "the file's, checked" if found.proof_checked else "found and checked"
+    return f"{whose}: {len(proof.steps)} nodes, {len(proof.directions)} planes"
 
 
 def _clearance(certificate: Certificate) -> str:

@@ -92,8 +92,8 @@ def solved3(A: Array, b: Array) -> Array:
     """Solve A x = b for matrices (..., 3, 3) that are far from singular and vectors (..., 3), by Cramer's rule."""
     c0, c1, c2 = A[..., :, 0], A[..., :, 1], A[..., :, 2]
     across = cross(c1, c2)
-    determinant = _dot(c0, across)
-    parts = [_dot(b, across), _dot(c0, cross(b, c2)), _dot(c0, cross(c1, b))]
+    determinant = dot(c0, across)
+    parts = [dot(b, across), dot(c0, cross(b, c2)), dot(c0, cross(c1, b))]
     return np.stack(parts, axis=-1) / determinant[..., None]
 
 
@@ -102,5 +102,6 @@ def inverse3(A: Array) -> Array:
     return np.stack([solved3(A, np.broadcast_to(axis, A.shape[:-1])) for axis in np.eye(3)], axis=-1)
 
 
-def _dot(a: Array, b: Array) -> Array:
+def dot(a: Array, b: Array) -> Array:
+    """Return a . b of vectors (..., 3)."""
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]

@@ -164,6 +164,14 @@ class BaseMotion:
         velocity, omega = (np.concatenate(values).reshape(*at.shape, 3) for values in zip(*parts, strict=True))
         return velocity, omega
 
+    def state(self, u: ArrayLike) -> tuple[Array, Array, Array, Array]:
+        """Return what `pose` and `twist` return, in one go."""
+        at = as_numbers("u", u, ProblemError)
+        parts = [self._state(part) for part in _chunks(self._within(at.ravel()))]
+        position, attitude, velocity, omega = (np.concatenate(values) for values in zip(*parts, strict=True))
+        position, velocity, omega = (values.reshape(*at.shape, 3) for values in (position, velocity, omega))
+        return position, attitude.reshape(*at.shape, 4), velocity, omega
+
     def placed(self, u: ArrayLike, T_b_x: Array) -> Array:
         """Return frames of the base in the inertial frame, T_w_x (..., 4, 4).
 
@@ -217,11 +225,16 @@ class BaseMotion:
 
     def _pose(self, u: Array) -> tuple[Array, Array]:
         attitude = attitude_within(self._field, self._steps, u, self.momentum.angular)
+        return self._position(u, attitude, moving(self.robot, *self._moved(u)).center), attitude
+
+    def _position(self, u: Array, attitude: Array, center: Array) -> Array:
         time = (u - self._steps.nodes[0]) * self._time_scale
-        center = moving(self.robot, *self._moved(u)).center
-        return self._center + self._drift * time[:, None] - rotated(attitude, center), attitude
+        return self._center + self._drift * time[:, None] - rotated(attitude, center)
 
     def _twist(self, u: Array) -> tuple[Array, Array]:
+        return self._state(u)[2:]
+
+    def _state(self, u: Array) -> tuple[Array, Array, Array, Array]:
         found = moving(self.robot, *self._moved(u))
         attitude = attitude_within(self._field, self._steps, u, self.momentum.angular)
         omega = found.free_rate
@@ -231,7 +244,8 @@ class BaseMotion:
             omega = omega + spin * self._time_scale
         # Velocity of the centre of mass relative to the base's origin, base axes
         center = found.center_rate + cross(omega, found.center)
-        return self._drift * self._time_scale - rotated(attitude, center), omega
+        velocity = self._drift * self._time_scale - rotated(attitude, center)
+        return self._position(u, attitude, found.center), attitude, velocity, omega
 
 
 class Steps(NamedTuple):

@@ -8,8 +8,10 @@ values; and a SHA-256 `hash` of them), `seed`, `settings`, `motion` (`control_po
 `duration_s`, `time_law`, and of a base that is not fixed at the origin `base`, `base_start`, `momentum`), `base` (what the
 motion does to a floating one), `fitness`, `searched` (`clearance_m` that the search asked for, and `near`: the pairs that
 begin or end nearer than is required of them), `achievable` (where the clearance required was not met: with what `share` of it,
-that is with what `clearance_m`, a motion is found and proven), `goals`, `goal_search`, `ends`, `history`, `certificate`. What
-is infinite, as a clearance without obstacles, is null. Timings are left out: the same search gives the same bytes.
+that is with what `clearance_m`, a motion is found and proven), `goals`, `goal_search`, `ends`, `history`, `certificate`, and
+`proof` (that pairs of bodies keep apart, as `ProofTree.as_dict` has it: `recheck_plan` checks it, and looks for another one
+only if it is wrong). What is infinite, as a clearance without obstacles, is null. Timings are left out: the same search gives
+the same bytes.
 
 A problem without the key `clearance` is one of a file that was written before there was one: it was proven for 0.
 """
@@ -44,6 +46,7 @@ from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.proof import Certificate, certify
 from spacearm.proof.base_proofs import base_setup_of, require_same
 from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION, canonical, digest, trajectory_digest
+from spacearm.proof.proof_tree import ProofTree
 from spacearm.proof.required_clearance import pair_clearance_as_dict
 from spacearm.robot import Robot
 from spacearm.robot.model import robot_as_dict, robot_from_dict
@@ -89,8 +92,14 @@ def plan_as_dict(plan: Plan) -> dict[str, Any]:
             "proofs": plan.proofs,
             "interrupted": plan.interrupted,
             "certificate": None if plan.certificate is None else plan.certificate.as_dict(),
+            "proof": None if plan.certificate is None else proof_as_dict(plan.certificate),
         }
     )
+
+
+def proof_as_dict(certificate: Certificate) -> dict[str, Any] | None:
+    """Return the proof of a certificate as plain values; None if it has none."""
+    return None if certificate.proof is None else certificate.proof.as_dict()
 
 
 def _without_infinite(value: Any) -> Any:
@@ -231,6 +240,7 @@ class _PlanValues:
     problem: dict[str, Any]
     motion: dict[str, Any] | None = None
     certificate: dict[str, Any] | None = None
+    proof: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -264,6 +274,7 @@ class SavedPlan:
         status: how planning ended, says the file.
         problem_hash: of the problem, says the file; `problem_hash(problem)` is the true one.
         certificate: the file's, as plain values; None if it has none.
+        proof: the file's; None if it has none.
         is_old: whether the file states no clearance, which is taken as 0: it was written before there was one.
     """
 
@@ -272,6 +283,7 @@ class SavedPlan:
     status: str
     problem_hash: str
     certificate: dict[str, Any] | None
+    proof: ProofTree | None = None
     is_old: bool = False
 
 
@@ -307,12 +319,15 @@ def load_saved_plan(path: str | os.PathLike[str]) -> SavedPlan:
     """
     saved = _read(path)
     problem = _problem(path, saved)
+    with located(path):
+        proof = None if saved.proof is None else ProofTree.from_dict(saved.proof)
     return SavedPlan(
         problem=problem,
         trajectory=_motion(path, saved, problem.robot, within_limits=False),
         status=saved.status,
         problem_hash=saved.problem["hash"],
         certificate=saved.certificate,
+        proof=proof,
         is_old="clearance" not in saved.problem,
     )
 
@@ -380,12 +395,14 @@ class Recheck:
         certificate: the new one.
         notes: what is odd about the file, a sentence each: edited, of another problem, not from start to goal.
         agrees: whether the file's own certificate says the same; None if it has none.
+        proof_checked: whether the certificate rests on the file's own proof; None if it has none.
         base: of a floating base: how the trajectory turns it; None for a fixed one.
     """
 
     certificate: Certificate
     notes: tuple[str, ...]
     agrees: bool | None
+    proof_checked: bool | None = None
     base: BaseReport | None = None
 
 
@@ -405,7 +422,8 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     with located(path):
         _require_same_base(against, saved.trajectory)
         trajectory, other = _for_problem_robot(saved.trajectory, against)
-    certificate = certify(against, trajectory, **{**_claimed(saved), **options})
+    proof = saved.proof if trajectory is saved.trajectory else None
+    certificate = certify(against, trajectory, proof=proof, **{**_claimed(saved), **options})
     said = None if saved.certificate is None else saved.certificate.get("status")
     base = _base(against, trajectory, certificate)
     notes = [*saved.trajectory.notes, *other, *_edited(saved), *([_NO_CLEARANCE] if problem is None and saved.is_old else [])]
@@ -413,7 +431,8 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     agrees = None if said is None else said == certificate.status
     if agrees is False:
         notes.append(f"the file's certificate says '{said}', the new one '{certificate.status}'")
-    return Recheck(certificate=certificate, notes=tuple(notes), agrees=agrees, base=base)
+    checked = None if saved.proof is None else certificate.proof is saved.proof
+    return Recheck(certificate=certificate, notes=tuple(notes), agrees=agrees, proof_checked=checked, base=base)
 
 
 def _claimed(saved: SavedPlan) -> dict[str, Any]:

@@ -126,6 +126,16 @@ class OnABase(Frozen):
         velocity, omega = self.base_track.twist(u)
         return velocity * speed, omega * speed
 
+    def base_state(self, t: ArrayLike) -> tuple[Array, Array, Array, Array]:
+        """Return what `base_pose` and `base_rate` return, in one go if the base's motion is integrated."""
+        time, motion, own = as_numbers("t", t, ProblemError), self.base_motion, type(self)
+        if motion is None or own.base_pose is not OnABase.base_pose or own.base_rate is not OnABase.base_rate:
+            return *self.base_pose(time), *self.base_rate(time)
+        u, speed = self._along(time)
+        speed = np.where((time >= 0) & (time <= self._span()), speed, 0.0)[..., None]
+        position, attitude, velocity, omega = motion.state(u)
+        return position, attitude, velocity * speed, omega * speed
+
     def tip(self, t: ArrayLike, *, frame: str | None = None) -> Array:
         """Return where a frame is, the end effector unless named: T_w_tip (..., 4, 4), inertial frame [m]."""
         time = as_numbers("t", t, ProblemError)
@@ -268,7 +278,7 @@ class Trajectory(OnABase):
         share = time / self.duration
         law = self.time_law
         s = share if law is None else law.sample(share)
-        q, first, second = (rows.reshape(*time.shape, -1) for rows in self.motion.derivatives(s.ravel(), 2))
+        q, first, second = (rows.reshape(*time.shape, self.robot.dof) for rows in self.motion.derivatives(s.ravel(), 2))
         if law is None:
             return JointState(q, first / self.duration, second / self.duration**2)
         v, a = (law.sample(share, k)[..., None] / self.duration**k for k in (1, 2))

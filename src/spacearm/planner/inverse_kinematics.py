@@ -96,9 +96,9 @@ def find_goal_configurations(
     in_joint_space = isinstance(goal, (ConfigurationGoal, ConfigurationsGoal))
     clearance = problem.at_goal if in_joint_space else problem.at_start
     tube = tracking_room(problem, settings)
-    taken = None if tube is None else tube.guessed(start[None], len(clearance.scene.obstacles))
     asked = bool(problem.clearance or problem.clearances or tube)
     looked_for = not in_joint_space or bool(np.any(goal.tolerance))
+    taken = tube.guessed(start[None], len(clearance.scene.obstacles)) if tube is not None and looked_for else None
     plain = SearchedClearance(asked=usual_clearance(problem))
     search = _Search(
         robot=robot,

@@ -29,7 +29,7 @@ from spacearm.planner.motion_search import Islands
 from spacearm.planner.plan_result import BaseReport, Plan, report_base, within_base_limits
 from spacearm.planner.planner_settings import PlannerSettings, Weights, as_planner_settings
 from spacearm.planner.problem import Problem, as_searchable
-from spacearm.planner.tracking_ends import check_tube_at_ends, require_room_at_ends, with_tube_explained
+from spacearm.planner.tracking_ends import check_tube_at_ends, with_tube_explained
 from spacearm.planner.tracking_room import tracking_room
 from spacearm.proof import Certificate
 from spacearm.proof import certify as certify
@@ -138,7 +138,6 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     ends = check_ends(problem.local)
     tube = tracking_room(problem.local, settings)
     if tube is not None and ends.status == "free":
-        require_room_at_ends(problem.local, tube)
         ends = check_tube_at_ends(problem.local, tube)
     if ends.status != "free":
         return without_search(ends.status, ends)
@@ -179,7 +178,7 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
         fitness={} if proof is None else _fitness(proof.trajectory, islands, settings.weights),
         history=islands.history(),
         proofs=search.proofs,
-        evaluations=search.evaluations,
+        evaluations=search.evaluated + islands.evaluations,
         interrupted=search.interrupted,
         timings=clock.total(),
         searched=islands.searched,
@@ -248,6 +247,7 @@ class _Search:
         proof: the last one that was tried.
         proofs: how many were.
         interrupted: whether Ctrl-C ended the search.
+        evaluated: candidate motions that islands before these looked at.
     """
 
     problem: Problem
@@ -260,7 +260,7 @@ class _Search:
     proofs: int = field(default=0, init=False)
     interrupted: bool = field(default=False, init=False)
     _fallback: _Proof | None = field(default=None, init=False)
-    _evaluated: int = field(default=0, init=False)
+    evaluated: int = field(default=0, init=False)
 
     def run(self) -> Status:
         """Search until the budget is spent, and prove the best motion; where that fails, look for another."""
@@ -332,14 +332,9 @@ class _Search:
     def _widen(self) -> None:
         """Search anew, with more room for the tracking error."""
         assert self.wider is not None
-        self._evaluated += self.islands.evaluations
+        self.evaluated += self.islands.evaluations
         self.islands, self.wider = self.wider(), None
         self._go_on_after_failure()
-
-    @property
-    def evaluations(self) -> int:
-        """Candidate motions looked at."""
-        return self._evaluated + self.islands.evaluations
 
     def _prove_earlier(self) -> Status:
         """Prove motions that were found earlier: what is not as good yet mostly has more clearance."""
@@ -580,12 +575,7 @@ def _fitness(trajectory: Trajectory, islands: Islands, weights: Weights) -> dict
 def _advice(status: Status, proof: _Proof | None, on_less: str, *, spent: bool, tube: bool) -> str:
     """Return what to do if there is no motion.
 
-    Args:
-        status: of the plan.
-        proof: the last one, or that of the best motion.
-        on_less: what is found with less clearance.
-        spent: whether the time is.
-        tube: whether a tracking error is asked for.
+    `on_less` says what is found with less clearance, `spent` that the time is, `tube` that there is a tracking error.
     """
     if status == "found":
         return ""

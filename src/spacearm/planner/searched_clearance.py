@@ -60,6 +60,8 @@ class NearAtEnd:
         return min(self.out, self.at_start, *self.at_goals)
 
 
+_SURELY_OUT = 1e-4  # [m] a pair that has so much more than is required at an end is not near there
+
 Row = tuple[int, int, int]
 """A pair of the kernel's: a body, and an obstacle or -1 and another body."""
 
@@ -174,8 +176,13 @@ def between_ends(clear: float, required: float) -> float:
     """Return what is asked of a pair [m] that has a clearance at the nearest end, and of which one is required."""
     if clear <= 0:
         return 0.0
-    held = float(held_to(clear, required))
+    held = held_at_end(clear, required)
     return held + min(SEARCH_ROOM, (clear - held) / 2)
+
+
+def held_at_end(clear: float, required: float) -> float:
+    """Return what a pair is held to [m] that has a clearance at the nearest end, and of which one is required."""
+    return required if clear > required + _SURELY_OUT else float(held_to(clear, required))
 
 
 class _Pairs:
@@ -218,7 +225,7 @@ class _Pairs:
             bodies = self._bodies[link]
             least, asked = float(at_ends[:, bodies, obstacle].min()), float(required[bodies[0], obstacle])
             self._put([(i, obstacle, -1) for i in bodies], least, asked)
-            if held_to(least, asked) < asked:
+            if held_at_end(least, asked) < asked:
                 near.setdefault((link, int(self._model.obstacle_of[obstacle])), asked)
         for (link, obstacle), asked in near.items():
             bodies, parts = self._bodies[link], np.flatnonzero(self._model.obstacle_of == obstacle).tolist()
@@ -241,7 +248,7 @@ class _Pairs:
             least, asked = float(of_ends.min()), float(required[some[0]])
             rows: list[Row] = [(i, -1, k) for i, k in pairs[some].tolist()]
             self._put(rows, least, asked)
-            if held_to(least, asked) < asked:
+            if held_at_end(least, asked) < asked:
                 link, other = (self._names[int(i)] for i in pairs[some[0]])
                 self._add_near(link, f"link '{other}'", of_ends, asked, rows)
 

@@ -26,12 +26,8 @@ Array = NDArray[np.float64]
 _FAR = 1e9  # [m] no clearance is larger
 
 
-def require_room_at_ends(problem: Problem, room: TrackingRoom) -> None:
-    """Refuse a start, or goal configurations, whose tube goes beyond the joints' limits.
-
-    Raises:
-        ProblemError: the first such joint is named, with the tracking error that it has room for.
-    """
+def _require_room_at_ends(problem: Problem, room: TrackingRoom) -> None:
+    """Refuse a start, or goal configurations, whose tube goes beyond the joints' limits."""
     _require_within(problem, room, problem.start[None], "start")
     goal = problem.goal
     if isinstance(goal, (ConfigurationGoal, ConfigurationsGoal)) and not np.any(goal.tolerance):
@@ -48,7 +44,8 @@ def _require_within(problem: Problem, room: TrackingRoom, rows: Array, what: str
         unit = "m" if robot.is_prismatic(joint) else "rad"
         raise ProblemError(
             f"the {what} of joint '{robot.dof_names[joint]}' is {max(has[row, joint], 0.0):.4g} {unit} from its limit, "
-            f"expected at least its tracking error, {room.tracking[joint]:.4g} {unit}; make that smaller, or move the {what}"
+            f"expected at least its tracking error, {room.tracking[joint]:.4g} {unit}; give it a smaller one by its name, or "
+            f"move the {what}"
         )
 
 
@@ -61,7 +58,12 @@ def check_tube_at_ends(problem: Problem, room: TrackingRoom) -> EndReport:
 
     Returns:
         "start_in_collision", "goal_in_collision" or "free".
+
+    Raises:
+        ProblemError: the tube goes beyond a joint's limits at the start or all goal configurations; the joint is named, with
+            the room that it has.
     """
+    _require_room_at_ends(problem, room)
     message = _met_by_tube(problem.at_start, problem.start[None], room, "at the start")
     if message:
         return EndReport(status="start_in_collision", q=problem.start, message=message)

@@ -21,14 +21,15 @@ from spacearm.planner.clearance import KernelClearance
 from spacearm.planner.kernel_model import self_shape_pairs
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.planner.problem import Problem
-from spacearm.proof.convex_bodies import chain, robot_bodies
+from spacearm.proof.convex_bodies import robot_bodies
+from spacearm.proof.mechanism import chain
 from spacearm.proof.tracking import TubeReach, require_bounded, tracking_of
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import tree_model
 
 Array = NDArray[np.float64]
 
-_INSTANTS = 9  # of each straight motion, at which it is looked how much the tube takes
+_INSTANTS = 5  # of each straight motion, at which it is looked how much the tube takes
 _SHARE = 0.6  # of what the tube takes there: on 40 motions of a Panda it took 0.35 to 0.7 toward the nearest obstacle
 _ALL = 1.05  # likewise, where a proof has failed: other motions bend
 _MOST_PAIRS = 20_000  # of shapes and obstacles; of more, all pairs are asked for the most that the tube takes of any
@@ -74,10 +75,11 @@ class TrackingRoom:
         base = np.broadcast_to(np.eye(4), (len(T), 1, 4, 4))
         at = np.concatenate([T, base], axis=1)[:, shapes.joint]
         center = np.einsum("bscd,sd->bsc", at[..., :3, :3], shapes.center) + at[..., :3, 3]
-        to_obstacles = self._reach.of(T, center, shapes.reach, shapes.moved)
-        first = shapes.first
-        between = self._reach.of(T, center[:, first], shapes.reach[first], shapes.moved_of_pair)
-        return Taken(to_obstacles, between)
+        by_joint = self._reach.of_joints(T, center, shapes.reach)  # (b, c, j)
+        return Taken(
+            np.einsum("bcj,cj->bc", by_joint, shapes.moved),
+            np.einsum("bpj,pj->bp", by_joint[:, shapes.first], shapes.moved_of_pair),
+        )
 
     def likely_taken(self, q: Array) -> Taken:
         """Return how much it is likely to take toward what is near, in configurations (b, n): (b, c) and (b, p) [m]."""
@@ -102,8 +104,10 @@ class TrackingRoom:
         return self._wide(Taken(*((_ALL if wide else _SHARE) * part for part in most)), obstacles)
 
     def _wide(self, taken: Taken, obstacles: int) -> Taken:
+        """Return the most of all shapes of a link, and of two links; or of any, for very many pairs."""
         if len(taken.to_obstacles) * obstacles <= _MOST_PAIRS:
-            return taken
+            shapes = _shapes_of(self.robot)
+            return Taken(_most_of(taken.to_obstacles, shapes.link), _most_of(taken.between_links, shapes.links))
         most = max(float(part.max(initial=0.0)) for part in taken)
         return Taken(*(np.full_like(part, most) for part in taken))
 
@@ -114,9 +118,11 @@ class _Shapes(NamedTuple):
     joint: NDArray[np.intp]
     center: Array
     reach: Array
-    moved: NDArray[np.bool_]
+    moved: Array
     first: NDArray[np.intp]
-    moved_of_pair: NDArray[np.bool_]
+    moved_of_pair: Array
+    link: NDArray[np.intp]
+    links: NDArray[np.intp]
 
 
 @cached_by_identity
@@ -133,7 +139,18 @@ def _shapes_of(robot: Robot) -> _Shapes:
     swapped = joint[pairs[:, 0]] < joint[pairs[:, 1]]
     first, other = np.where(swapped, pairs[:, 1], pairs[:, 0]), np.where(swapped, pairs[:, 0], pairs[:, 1])
     moved = carried[joint]
-    return _Shapes(joint, bodies.center[row], bodies.reach[row], moved, first, moved[first] ^ moved[other])
+    between = (moved[first] ^ moved[other]).astype(np.float64)
+    number = {name: i for i, name in enumerate(dict.fromkeys(part.name for part in robot.shapes))}
+    link = np.array([number[part.name] for part in robot.shapes], dtype=np.intp)
+    links = link[pairs[:, 0]] * len(number) + link[pairs[:, 1]]
+    return _Shapes(joint, bodies.center[row], bodies.reach[row], moved.astype(np.float64), first, between, link, links)
+
+
+def _most_of(values: Array, group: NDArray[np.intp]) -> Array:
+    """Return the greatest value of each value's group, all (s,)."""
+    most = np.zeros(int(group.max(initial=-1)) + 1)
+    np.maximum.at(most, group, values)
+    return most[group]
 
 
 def tracking_room(problem: Problem, settings: PlannerSettings) -> TrackingRoom | None:

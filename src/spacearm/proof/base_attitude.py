@@ -24,29 +24,26 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
 from spacearm.core.errors import ProblemError
+from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.rotations import conjugate, matrix_by_parts, product_by_parts, quaternion_of, running_products
 from spacearm.motion import Curve
-from spacearm.motion.piecewise import weights
 from spacearm.proof.base_momentum import masses_of
-from spacearm.proof.bodies import joints_of
+from spacearm.proof.gauss_points import gauss, in_points
+from spacearm.proof.mechanism import free_base_data, free_base_model, joints_of, pinocchio
 from spacearm.proof.polynomial_bounds import (
     Growth,
     PanelPath,
     ellipses_of,
     error_factors,
     error_factors_by_flow,
-    fall,
     flow_of,
     greatest_norm,
-    integrated,
     on_ellipses,
     outer_eigenvalues,
 )
-from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -88,12 +85,6 @@ _MOST_BENT = 0.5  # by which |Q|^2 may differ from 1 on a panel; beyond it the p
 _MANY_PANELS = 4  # for each piece of the path: with more, a rule with more points is better
 _PRESUMED_RESIDUAL = 3.0  # times |h v'| and the tumble: a guess of |F| before H is known, to cut the path in advance
 _LITTLE_GROWTH = 1.0  # exponent: errors of a tumbling base that grow by less than e need no flow
-
-_LEFT = np.zeros((4, 4, 4))  # w, x, y or z of a quaternion to the matrix of products with it from the left
-for _row, _entries in enumerate(((0, -1, -2, -3), (1, 0, -3, 2), (2, 3, 0, -1), (3, -2, 1, 0))):
-    for _column, _part in enumerate(_entries):
-        _LEFT[abs(_part), _row, _column] = -1.0 if _part < 0 else 1.0
-_LEFT = _LEFT.reshape(4, 16)
 
 
 class _Cut(NamedTuple):
@@ -191,8 +182,7 @@ class BaseAttitude:
         self._begin = quaternion_of(start[:3, :3])
         self._length = max(float(own.ends[-1, 1] - own.ends[0, 0]), _SHORTEST)
         self.evaluations = 0
-        first = self._sampled_at(own.values[:1, :1], own.rates[:1, :1]).inertia[0, 0]
-        self._presumed = max(self._masses.base_least, float(np.linalg.eigvalsh(first)[0]) / 2)  # a guess of H's least moment
+        self._presumed = _presumed_moment(robot)
         self._choose_points(own)
         self._integrate(own)
 
@@ -203,13 +193,12 @@ class BaseAttitude:
         far += self._spin * np.diff(path.ends, axis=1)[:, 0] / self._presumed
         halvings = [np.ceil(np.log2(np.maximum(far / rule.travel, 1.0)) - _ALMOST) for rule in _RULES]
         costs = [(rule.points + rule.overhead) * np.exp2(h).sum() for rule, h in zip(_RULES, halvings, strict=True)]
-        best = int(np.argmin(costs))
-        self._use(_RULES[best].points)
-        self._halvings = halvings[best].astype(np.intp)
+        self._halvings = {rule.points: np.minimum(h, _HALVINGS_AHEAD) for rule, h in zip(_RULES, halvings, strict=True)}
+        self._use(_RULES[int(np.argmin(costs))].points)
 
     def _use(self, points: int) -> None:
         self._count = points
-        self._xi, self._weight, self._to_legendre, self._to_chebyshev, self._integrals, self._fall = _gauss(points)
+        self._weight, self._to_legendre, self._to_chebyshev, self._to_integral, self._integrals, self._fall = gauss(points)
 
     def at(self, u: Array) -> Array:
         """Return R_w_b (r, 3, 3) at parameters u (r,)."""
@@ -222,7 +211,7 @@ class BaseAttitude:
         On a panel the attitude is that at its beginning times Q / |Q|, with Q = 1 plus the sum of the coefficients times the
         integrals of Legendre's polynomials 0 to g - 1 from -1 to xi.
         """
-        return self._ends, self._start, self._coefficients
+        return self._ends, self._turns.start[:-1], self._to_legendre @ self._turns.slope
 
     # ---- bounds for every u --------------------------------------------------------------------------------------------
 
@@ -276,7 +265,7 @@ class BaseAttitude:
     def _integrate(self, own: PanelPath) -> None:
         cut = self._first_cut(own)
         panels = self._sampled(cut.path)
-        while True:
+        while self._spin:
             turned = self._tumbles(panels, cut.path)
             if turned.sum() > _MOST_TUMBLE:
                 raise ProblemError(
@@ -303,8 +292,8 @@ class BaseAttitude:
                 panels = self._sampled(cut.path)
             else:
                 cut, panels = self._halved(cut, panels, coarse)
-        self._ends, self._start = self._cut.path.ends, self._turns.start[:-1]
-        self._coefficients = self._to_legendre @ self._turns.slope
+        self._ends, start = self._cut.path.ends, self._turns.start[:-1]
+        self._chebyshev = self._chebyshev_of_turn() @ np.swapaxes(_left_matrix(start), -1, -2)  # of Q_start o Q, (p, g + 1, 4)
 
     def _allowed(self, ends: Array) -> Array:
         """Return the error that each panel may make, (p,) [rad]: half by the panels' lengths, half by their number."""
@@ -312,14 +301,11 @@ class BaseAttitude:
 
     def _first_cut(self, own: PanelPath) -> _Cut:
         """Cut the path by a guess of the residual, before any evaluation. Take more points if that gives many panels."""
-        levels = np.minimum(self._halvings, _HALVINGS_AHEAD)
-        while np.exp2(levels).sum() * self._count > _MOST_EVALUATIONS and levels.any():
-            levels = np.maximum(levels - 1, 0)
-        cut = whole = self._grown(own.cut(levels))
+        cut = self._cut_ahead(own)
         for _ in range(_HALVINGS):
             if len(cut.path.ends) > _MANY_PANELS * len(own.ends) and self._count < _RULES[-1].points:
                 self._use(_RULES[-1].points)
-                cut = whole
+                cut = self._cut_ahead(own)
             tumble = self._spin * np.diff(cut.path.ends, axis=1) / 2
             missed = 4 * self._least_of(_PRESUMED_RESIDUAL * (cut.growth.carried + tumble)) / self._presumed
             coarse = missed > self._allowed(cut.path.ends)
@@ -327,6 +313,13 @@ class BaseAttitude:
                 break
             cut = _joined(cut, self._grown(_some_path(cut.path, coarse).halves()), coarse)
         return cut
+
+    def _cut_ahead(self, own: PanelPath) -> _Cut:
+        """Cut the path by how far the joints travel on its pieces."""
+        levels = self._halvings[self._count].astype(np.intp)
+        while np.exp2(levels).sum() * self._count > _MOST_EVALUATIONS and levels.any():
+            levels = np.maximum(levels - 1, 0)
+        return self._grown(own.cut(levels))
 
     def _grown(self, path: PanelPath) -> _Cut:
         return _Cut(path, self._ellipses.growth(path))
@@ -337,8 +330,7 @@ class BaseAttitude:
 
     def _sampled(self, path: PanelPath) -> _Panels:
         """Compute the centroidal map in all Gauss points."""
-        share = (1 + self._xi) / 2
-        values, rates = (weights(points.shape[1] - 1, share) @ points for points in (path.values, path.rates))
+        values, rates = (in_points(of.shape[1] - 1, self._count) @ of for of in (path.values, path.rates))
         return self._sampled_at(values, rates)
 
     def _sampled_at(self, values: Array, rates: Array) -> _Panels:
@@ -499,16 +491,24 @@ class BaseAttitude:
 
     def _integral_coefficients(self, slope: Array) -> Array:
         """Return the Chebyshev coefficients 1 to g of Q (p, g, 4), from dQ/dxi in the points."""
-        return integrated(self._to_chebyshev @ slope)
+        return self._to_integral @ slope
 
     def _quaternions(self, u: Array) -> Array:
-        panel = np.clip(np.searchsorted(self._ends[:, 0], u, side="right") - 1, 0, len(self._ends) - 1)
+        panel = np.minimum(np.maximum(np.searchsorted(self._ends[:, 0], u, side="right") - 1, 0), len(self._ends) - 1)
         low, high = self._ends[panel].T
-        xi = np.clip((2 * u - low - high) / np.maximum(high - low, _SHORTEST), -1.0, 1.0)
-        turned = np.einsum("rg,rgc->rc", _integrals(xi, self._count), self._coefficients[panel])
-        turned[:, 0] += 1.0
-        turned = product_by_parts(self._start[panel], turned)
-        return turned / np.linalg.norm(turned, axis=1)[:, None]
+        xi = np.minimum(np.maximum((2 * u - low - high) / np.maximum(high - low, _SHORTEST), -1.0), 1.0)
+        terms = np.cos(np.arccos(xi)[:, None] * np.arange(self._count + 1.0))
+        turned = (terms[:, None] @ self._chebyshev[panel])[:, 0]
+        return turned / np.sqrt(np.einsum("rc,rc->r", turned, turned))[:, None]
+
+
+@cached_by_identity
+def _presumed_moment(robot: Robot) -> float:
+    """Return a guess of H's least moment [kg m^2]: half of it where all joint values are 0."""
+    model = free_base_model(robot)[0]
+    library = pinocchio()
+    H = library.computeCentroidalMap(model, free_base_data(robot), library.neutral(model))[3:, 3:6]
+    return max(masses_of(robot).base_least, float(np.linalg.eigvalsh(H)[0]) / 2)
 
 
 # ---- Panels replaced by their halves ---------------------------------------------------------------------------------
@@ -533,45 +533,16 @@ def _joined(old: _Cut, halves: _Cut, halved: NDArray[np.bool_]) -> _Cut:
     return _Cut(PanelPath(*_merged(old.path, halves.path, halved)), Growth(*_merged(old.growth, halves.growth, halved)))
 
 
-# ---- Gauss points ----------------------------------------------------------------------------------------------------
-
-
-class _Gauss(NamedTuple):
-    """g Gauss points on [-1, 1].
-
-    Attributes:
-        xi, weight: (g,) the points and their weights.
-        to_legendre, to_chebyshev: (g, g) from values in the points to the coefficients of the polynomials of that name.
-        integrals: (g, g) from values in the points to the integrals from -1 to each point.
-        fall: (r,) the error of interpolation on each ellipse, over the greatest value there.
-    """
-
-    xi: Array
-    weight: Array
-    to_legendre: Array
-    to_chebyshev: Array
-    integrals: Array
-    fall: Array
-
-
-@lru_cache(maxsize=8)
-def _gauss(points: int) -> _Gauss:
-    xi, weight = (np.asarray(column, dtype=np.float64) for column in legendre.leggauss(points))
-    to_legendre: Array = np.linalg.inv(legendre.legvander(xi, points - 1)).astype(np.float64)
-    to_chebyshev: Array = np.linalg.inv(chebyshev.chebvander(xi, points - 1)).astype(np.float64)
-    return _Gauss(xi, weight, to_legendre, to_chebyshev, _integrals(xi, points) @ to_legendre, fall(points))
+# ---- Products of quaternions -----------------------------------------------------------------------------------------
 
 
 def _left_matrix(p: Array) -> Array:
     """Return the matrices (..., 4, 4) that map a quaternion q to the product p o q."""
-    return (p @ _LEFT).reshape(*p.shape, 4)
+    return (p @ _left()).reshape(*p.shape, 4)
 
 
-def _integrals(xi: Array, count: int) -> Array:
-    """Return the integrals of the Legendre polynomials 0 to count - 1 from -1 to xi (r,), (r, count)."""
-    values = legendre.legvander(xi, count)
-    out = np.empty((len(xi), count))
-    out[:, 0] = xi + 1.0
-    k = np.arange(1, count)
-    out[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2 * k + 1)
-    return out
+@lru_cache(maxsize=1)
+def _left() -> Array:
+    """Return the map (4, 16) from a quaternion to its matrix of `_left_matrix`."""
+    columns = [product_by_parts(np.eye(4), one) for one in np.eye(4)]  # [part of q][part of p][row]
+    return np.moveaxis(np.array(columns), 0, -1).reshape(4, 16)

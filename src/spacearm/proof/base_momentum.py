@@ -20,8 +20,7 @@ from spacearm.core.exact import cross
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.rotations import matrix_by_parts
 from spacearm.motion import AnyTrajectory
-from spacearm.proof.bodies import ancestors, joints_of
-from spacearm.proof.witness import free_base_data, free_base_model, pinocchio
+from spacearm.proof.mechanism import ancestors, free_base_data, free_base_model, joints_of, pinocchio
 from spacearm.robot import Robot
 from spacearm.robot.model import inertia_fault
 from spacearm.robot.unchecked_pairs import require_all_masses
@@ -247,7 +246,8 @@ class Reaction:
         second = np.minimum(second, bound.second)
         own = np.sqrt(self._angular @ self._angular) * bound.inverse * half  # the rotation by the angular momentum, at most
         crude = bound.moved + own
-        second_order = _dot(W_size, deviation) + second + own * (crude + bound.inverse * bound.lost)
+        turned = crude + bound.inverse * bound.lost + self._attitude_error  # by which H^-1 R^T L may be turned, or changed
+        second_order = _dot(W_size, deviation) + second + own * turned
         second_order = second_order * _OUTWARD + crude * _ROUNDING
         rotation = np.minimum(crude, np.sqrt(_dot(omega, omega)) * half + second_order) * _OUTWARD
         return BaseMotionBounds(
@@ -274,7 +274,9 @@ class _Tree:
         own, above: (j, j) [k, i]: 1 if joint i moves what joint k moves; the same for i other than k.
         greatest, spread: (j,) the sums of the moments of what a joint moves; the spread of a prismatic one is 0.
         related, outer: (j, j) 1 if two joints are on one chain from the base; and the outer one of the two.
-        triples: (3, t) all k >= i >= n.
+        triples: (3 t,) all k >= i >= n: the t numbers k, then i, then n.
+        pairs: (6 t,) the places of [k, i], [k, n], [i, n], [i, k], [n, k] and [n, i] in an array (j j,).
+        greatest_of_first: (t,) `greatest` of k.
         weight: (t,) how many permutations such a triple has, over 6.
         chain: (t,) 1 if the three are on one chain.
     """
@@ -295,7 +297,9 @@ class _Tree:
         number = np.arange(count)
         self.outer = np.maximum.outer(number, number)
         k, i, n = np.nonzero((number[:, None, None] >= number[:, None]) & (number[:, None] >= number))
-        self.triples = np.stack([k, i, n])
+        self.triples = np.concatenate([k, i, n])
+        self.pairs = np.concatenate([k, k, i, i, n, n]) * count + np.concatenate([i, n, n, k, k, i])
+        self.greatest_of_first = self.greatest[k]
         self.weight = np.where(k == i, np.where(i == n, 1 / 6, 1 / 2), np.where(i == n, 1 / 2, 1.0))
         self.chain = (related[k, i] & related[k, n] & related[i, n]) * 1.0
 
@@ -434,14 +438,19 @@ def _bounds(tree: _Tree, placed: _PlacedMasses, W_size: Array, steps: Array) -> 
     slope = y * (B_2 + A * rate[:, None])  # |dW_k / dv_i| at most
     moved = (rate * step).sum(axis=0)
     second = np.einsum("kir,kr,ir->r", np.maximum(slope, np.swapaxes(slope, 0, 1)), step, step) / 2
-    k, i, n = tree.triples
-    alike = tree.chain[:, None] * (2 * greatest[k] + r * G[k]) + G_2[i, n] * G[k] + G_2[k, n] * G[i] + G_2[k, i] * G[n]
-    A_k, A_i, A_n = A[k], A[i], A[n]
-    of_k = A_2[i, n] * rate[k] + A_i * slope[k, n] + A_n * slope[k, i]
-    of_i = A_2[k, n] * rate[i] + A_k * slope[i, n] + A_n * slope[i, k]
-    of_n = A_2[k, i] * rate[n] + A_k * slope[n, i] + A_i * slope[n, k]
-    curve = alike + np.maximum(np.maximum(of_k, of_i), of_n)  # |d2W_k / dv_i dv_l| at most, over y
-    third = y * (tree.weight @ (curve * step[k] * step[i] * step[n]))
+    # Of triples k >= i >= n: values of each of the three, and of pairs of them.
+    count = len(tree.weight)
+    of_each = np.stack([G, A, rate, step]).take(tree.triples, axis=1).reshape(4, 3, count, -1)
+    (G_k, G_i, G_n), (A_k, A_i, A_n), (rate_k, rate_i, rate_n), (step_k, step_i, step_n) = of_each
+    of_pairs = np.stack([G_2, A_2, slope]).reshape(3, -1, len(y)).take(tree.pairs, axis=1).reshape(3, 6, count, -1)
+    (G_ki, G_kn, G_in), (A_ki, A_kn, A_in) = of_pairs[:2, :3]
+    ki, kn, within, ik, nk, ni = of_pairs[2]
+    alike = tree.chain[:, None] * (2 * tree.greatest_of_first[:, None] + r * G_k) + G_in * G_k + G_kn * G_i + G_ki * G_n
+    of_k = A_in * rate_k + A_i * kn + A_n * ki
+    of_i = A_kn * rate_i + A_k * within + A_n * ik
+    of_n = A_ki * rate_n + A_k * ni + A_i * nk
+    curve = alike + np.maximum(np.maximum(of_k, of_i), of_n)  # |d2W_k / dv_i dv_n| at most, over y
+    third = y * (tree.weight @ (curve * step_k * step_i * step_n))
     return _Bounds(moved=moved, lost=lost, inverse=y, second=second, third=third)
 
 
@@ -496,11 +505,11 @@ def stated_base_errors(
         frames: (r, 4, 4) T_w_b of the proof there.
         linear, angular: (3,) the momentum that is conserved [N s, N m s].
     """
-    position, wxyz = trajectory.base_pose(t)
-    elsewhere = stated_elsewhere(position, wxyz, frames)
+    stated = trajectory.base_state(t)
+    elsewhere = stated_elsewhere(stated[0], stated[1], frames)
     some = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOMENTUM_INSTANTS)).astype(np.intp))
-    conserved = np.array([linear, angular])
-    return StatedBaseErrors(_residual(robot, trajectory, conserved, t[some], position[some], wxyz[some]), elsewhere)
+    conserved, stated = np.array([linear, angular]), [column[some] for column in stated]
+    return StatedBaseErrors(_residual(robot, trajectory, conserved, t[some], stated), elsewhere)
 
 
 def stated_elsewhere(position: Array, wxyz: Array, frames: Array) -> float:
@@ -511,12 +520,12 @@ def stated_elsewhere(position: Array, wxyz: Array, frames: Array) -> float:
     return float((turned + np.linalg.norm(position - frames[:, :3, 3], axis=1)).max())
 
 
-def _residual(robot: Robot, trajectory: AnyTrajectory, conserved: Array, t: Array, position: Array, wxyz: Array) -> float:
-    """Compute the momentum of all links with Pinocchio, at times (r,), with the base where the trajectory says."""
+def _residual(robot: Robot, trajectory: AnyTrajectory, conserved: Array, t: Array, stated: list[Array]) -> float:
+    """Compute the momentum of all links with Pinocchio, at times (r,), with the base as `base_state` says."""
+    position, wxyz, velocity, omega = stated
     library, (model, at_q, at_v) = pinocchio(), free_base_model(robot)
     state, joints = free_base_data(robot), tree_of(robot).joints
     joint_state = trajectory.sample(t)
-    velocity, omega = trajectory.base_rate(t)
     q, v = np.zeros((len(t), model.nq)), np.zeros((len(t), model.nv))
     q[:, :3], q[:, 3:7], q[:, at_q] = position, wxyz[:, [1, 2, 3, 0]], joints.values(joint_state.q)
     R = matrix_by_parts(wxyz / np.linalg.norm(wxyz, axis=1)[:, None])

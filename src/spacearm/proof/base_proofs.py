@@ -25,8 +25,7 @@ from spacearm.motion import AnyTrajectory, Curve, Motion, PiecewisePath, TimeLaw
 from spacearm.motion.time_laws import over_time
 from spacearm.proof.base_attitude import BaseAttitude
 from spacearm.proof.base_momentum import BaseMotionBounds, FloatingBaseArrays, Reaction, masses_of, some_of, stated_base_errors
-from spacearm.proof.bodies import Bodies, RelativeBodies, bodies_in_space_of, bodies_of, joints_of
-from spacearm.proof.witness import kinematics_of
+from spacearm.proof.mechanism import joints_of, kinematics_of
 from spacearm.robot import Frame, Robot
 
 Array = NDArray[np.float64]
@@ -268,12 +267,8 @@ class BaseProof(ABC):
     curve: Curve
 
     @abstractmethod
-    def bodies(self) -> tuple[Bodies, RelativeBodies]:
-        """Return the robot's bodies, and its relative bodies; see `RelativeBodies.free`."""
-
-    @abstractmethod
     def begin(self, frames: Array) -> None:
-        """Compute where the base goes. The other methods, but for `bodies`, need this first.
+        """Compute where the base goes. The other methods need this first.
 
         Args:
             frames: (j + 1, 4, 4) T_b_joint at the start, the last for the base itself.
@@ -307,6 +302,10 @@ class BaseProof(ABC):
         """
 
     @abstractmethod
+    def for_finder(self) -> FloatingBaseArrays | None:
+        """Return what the native finder needs of a base that the arm moves; None: the base is at rest."""
+
+    @abstractmethod
     def findings(self, limits: HasBaseLimits | None, frames_at: FramesAt) -> BaseFindings | None:
         """Return what is found about the base, and the limits that are not kept; None: the base is at rest."""
 
@@ -336,10 +335,6 @@ class FixedBaseProof(BaseProof):
         self.curve = trajectory.curve
         self._start = None if setup.at_origin else setup.start
 
-    def bodies(self) -> tuple[Bodies, RelativeBodies]:
-        """Return bodies that move in the frame of the base."""
-        return bodies_of(self.robot)
-
     def begin(self, frames: Array) -> None:
         """Do nothing: the base is where it starts."""
 
@@ -348,6 +343,9 @@ class FixedBaseProof(BaseProof):
         return frames if self._start is None else self._start @ frames
 
     def motion_bounds(self, frames: Array, rate: Array, deviation: Array, step: Array, half: Array) -> None:
+        """Return None: the base is at rest."""
+
+    def for_finder(self) -> None:
         """Return None: the base is at rest."""
 
     def findings(self, limits: HasBaseLimits | None, frames_at: FramesAt) -> None:
@@ -384,10 +382,6 @@ class FloatingBaseProof(BaseProof):
         law = trajectory.time_law if isinstance(trajectory, Trajectory) else None
         if setup.drifting and law is not None and trajectory.duration > 0:
             self.curve = trajectory.path
-
-    def bodies(self) -> tuple[Bodies, RelativeBodies]:
-        """Return bodies that move in the inertial frame."""
-        return bodies_in_space_of(self.robot)
 
     def begin(self, frames: Array) -> None:
         """Integrate the base's attitude."""

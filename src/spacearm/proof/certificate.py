@@ -282,12 +282,18 @@ class Certificate:
             known = "" if error < _NOTABLE_ERROR else f" (the base's attitude is known to {error:.2g} rad)"
             within = f"{where} come within {near.clearance * 1e3:.3g} mm"
             if near.tube > 0:
-                within = f"{within}, of which a tracking error of {self._error_in_words} may take {near.tube * 1e3:.3g} mm"
-                share = (near.clearance - near.required) / near.tube
-                known = f"{known}; ask for less than {share:.3g} of that error" if share < 1 else known
+                return f"{within}, {self._taken_from(near)}"
             return f"{within}, too close to be told from {than}{known}{self._why_held(near)}"
         measured = f"measured closest {_mm(near.clearance)}{' without that error' if self._in_tube else ''}: {where}"
         return f"clearance proven at least {_mm(self.clearance or 0)} for all t{self._in_tube}, {measured}"
+
+    def _taken_from(self, near: ClosestApproach) -> str:
+        """Say what a tracking error may take from a pair that is not proven, and which error would leave enough."""
+        held = near.required if near.clearance > near.required else 0.0  # near at an end: all that it has there is taken
+        share, than = (near.clearance - held) / near.tube, _mm(held) if held else "contact"
+        less = f"; ask for less than {share:.3g} of that error" if share < 1 else ""
+        taken = f"of which a tracking error of {self._error_in_words} may take {near.tube * 1e3:.3g} mm"
+        return f"{taken}, too close to be told from {than}{less}{self._why_held(near)}"
 
     @property
     def _error_in_words(self) -> str:

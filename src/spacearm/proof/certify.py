@@ -250,7 +250,7 @@ class _Clearances:
         checked = None if given is None else check_proof(self.claim, given)
         found = find_proof(self.claim, resolution=finest)
         if checked is not None and checked.fault:
-            self.notes = (f"the proof given does not show it ({checked.fault})",)
+            self.notes = (f"the proof given does not show it ({checked.fault}), so another one was looked for",)
             given = checked = None
         proof = found.proof if given is None else given
         if proof is not None and checked is None:
@@ -284,7 +284,7 @@ class _Clearances:
 
     @property
     def closest(self) -> ClosestApproach | None:
-        """The closest approach of what `proven_in_full` is about, or else the pair that lacks most; None: nothing was measured."""
+        """The closest approach of what `proven_in_full` is about, or else the pair that lacks most; None: none was measured."""
         found = self._approaches
         if found is None:
             return None

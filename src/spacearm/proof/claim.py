@@ -12,21 +12,108 @@ out. The last phase is of links that cannot meet within the limits: they only mu
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.geometry import Scene
-from spacearm.proof.base_proofs import BaseProof, FloatingBaseProof
+from spacearm.proof.base_proofs import BaseProof
 from spacearm.proof.convex_bodies import WORLD, BodyPairs, ConvexBodies, body_pairs, robot_bodies, scene_bodies
-from spacearm.proof.pair_requirements import FROM_START, OUT, UP_TO_GOAL, NearEnd
 from spacearm.proof.path_intervals import PathIntervals
-from spacearm.proof.required_clearance import PairClearance, RequiredClearance
+from spacearm.proof.required_clearance import PairClearance, RequiredClearance, held_to
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+FROM_START, UP_TO_GOAL, OUT = 1, 2, 3
+"""The phases of a pair near at an end; those of pair i are 3 i more."""
+
+
+class NearPart(NamedTuple):
+    """A part of a motion on which a pair is held to less than the required clearance.
+
+    Attributes:
+        phase: FROM_START or UP_TO_GOAL.
+        ends: "start", "goal" or "both": where the pair is near.
+        has: what it has there, at both the lesser [m].
+        begin, end: from where to where on the curve; may be infinite.
+    """
+
+    phase: int
+    ends: Literal["start", "goal", "both"]
+    has: float
+    begin: float
+    end: float
+
+
+class NearEnd(NamedTuple):
+    """A pair that is near at the start or the goal.
+
+    Attributes:
+        link: index of the link in `RequiredClearance.links`.
+        other: the other body: k obstacles of the scene come first, then the links.
+        required: the clearance that is asked for [m].
+        at_start, at_goal: what it has there [m].
+        until: it is held to what it has at the start up to here on the curve; infinite: all the time.
+        since: it is held to what it has at the goal from here on; minus infinity: all the time.
+        room: the clearance above the required one at which it counts as out [m].
+    """
+
+    link: int
+    other: int
+    required: float
+    at_start: float
+    at_goal: float
+    until: float
+    since: float
+    room: float
+
+    @property
+    def held_at_start(self) -> float:
+        """What it is held to from the start on [m]."""
+        return float(held_to(self.at_start, self.required))
+
+    @property
+    def held_at_goal(self) -> float:
+        """What it is held to up to the goal [m]."""
+        return float(held_to(self.at_goal, self.required))
+
+    @property
+    def parts(self) -> tuple[NearPart, ...]:
+        """The parts of the motion on which it is held to less: one for each end, or one for all the time."""
+        at_start, at_goal = self.held_at_start < self.required, self.held_at_goal < self.required
+        if self.always:
+            ends = "both" if at_start and at_goal else "start" if at_start else "goal"
+            phase = UP_TO_GOAL if ends == "goal" else FROM_START
+            has = self.at_goal if ends == "goal" else self.at_start if ends == "start" else min(self.at_start, self.at_goal)
+            return (NearPart(phase, ends, has, -np.inf, np.inf),)
+        from_start = NearPart(FROM_START, "start", self.at_start, -np.inf, self.until)
+        up_to_goal = NearPart(UP_TO_GOAL, "goal", self.at_goal, self.since, np.inf)
+        return (*((from_start,) if at_start else ()), *((up_to_goal,) if at_goal else ()))
+
+    @property
+    def always(self) -> bool:
+        """Whether it is held to the lesser of both all the time."""
+        return self.until == np.inf or self.since == -np.inf
+
+    @property
+    def known_excess(self) -> tuple[float, float, float]:
+        """What is known of the least excess in the three phases: by what it has at the ends, and where it gets out [m]."""
+        if self.always:
+            least = min(self.at_start, self.at_goal) - self.held(FROM_START)
+            return least, least, self.room
+        from_start = self.at_start - self.held_at_start if self.until > -np.inf else np.inf
+        up_to_goal = self.at_goal - self.held_at_goal if self.since < np.inf else np.inf
+        return from_start, up_to_goal, self.room
+
+    def held(self, phase: int) -> float:
+        """Return what it is held to in a phase [m]."""
+        if self.always:
+            return min(self.held_at_start, self.held_at_goal)
+        return (self.held_at_start, self.held_at_goal, self.required)[phase - 1]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -121,7 +208,7 @@ def claim_of(
         near: the pairs that are near at an end.
         tracking: (n,) how far each joint may be from the path [rad or m]; None: not at all.
     """
-    floating = isinstance(base, FloatingBaseProof)
+    floating = base.setup.model.follows_arm
     bodies, pairs = _kept_apart(robot, scene, floating=floating)
     claim = Claim(
         robot=robot,

@@ -31,6 +31,7 @@ from spacearm.geometry import (
     SphereSet,
     core_of,
 )
+from spacearm.proof.mechanism import chain
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -255,8 +256,9 @@ def _enclosed(vertices: Array, count: Indices, disc: Array) -> tuple[Array, Arra
 def outermost(bodies: ConvexBodies) -> Indices:
     """Return the bodies of a table that are in no bundle."""
     inside = np.zeros(len(bodies), dtype=bool)
-    for first, count in zip(bodies.first_member.tolist(), bodies.members.tolist(), strict=True):
-        inside[first : first + count] = True
+    for bundle in np.flatnonzero(bodies.members).tolist():
+        first = bodies.first_member[bundle]
+        inside[first : first + bodies.members[bundle]] = True
     return np.flatnonzero(~inside)
 
 
@@ -363,15 +365,6 @@ def _motions(robot: Robot) -> _Motions:
         before[k, chain(robot, k)] = 2.0
     in_world = np.array([seen_from == WORLD for _, seen_from in listed], dtype=bool)
     return _Motions(of, sign, order, in_world, (before - np.eye(joints)) * revolute)
-
-
-def chain(robot: Robot, joint: int) -> list[int]:
-    """Return the joints from the base to a joint, this one included; none for the base and the world."""
-    out: list[int] = []
-    while joint >= 0:
-        out.append(joint)
-        joint = robot.joints[joint].parent
-    return out[::-1]
 
 
 def _relative_motion(robot: Robot, moved: int, seen_from: int, revolute: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native_finder import native_finder
-from spacearm.proof.base_proofs import BaseProof, FloatingBaseProof
+from spacearm.proof.base_proofs import BaseProof
 from spacearm.proof.claim import Claim
 from spacearm.proof.convex_bodies import BodyPairs, ConvexBodies
 from spacearm.proof.path_intervals import PathIntervals
@@ -205,9 +205,8 @@ def _held(claim: Claim, proven_share: float) -> native_finder.Held:
 
 @cached_by_identity
 def _floating(base: BaseProof) -> native_finder.FloatingBase | None:
-    if not isinstance(base, FloatingBaseProof):
-        return None
-    return native_finder.FloatingBase(**base.for_finder()._asdict())
+    arrays = base.for_finder()
+    return None if arrays is None else native_finder.FloatingBase(**arrays._asdict())
 
 
 def _whole(values: Sequence[int] | NDArray[Any]) -> NDArray[np.int64]:

@@ -15,17 +15,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native_finder import native_finder
-from spacearm.proof.base_proofs import BaseProof
-from spacearm.proof.bodies import JointMap
-from spacearm.proof.claim import Claim
+from spacearm.proof.base_proofs import BaseProof, link_frames
+from spacearm.proof.claim import Claim, NearEnd
 from spacearm.proof.convex_bodies import WORLD, BodyPairs, ConvexBodies
 from spacearm.proof.finder import native_motion
-from spacearm.proof.pair_requirements import NearEnd
 from spacearm.proof.path_intervals import PathIntervals
-from spacearm.proof.witness import CoalBodies, Witness
-from spacearm.robot import Robot
+from spacearm.proof.witness import CoalBodies
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -50,17 +46,11 @@ def frames_at(claim: Claim, u: Array) -> Array:
 
     The inertial frame comes first, then the base's and the joints' frames.
     """
-    witness, joints = _kinematics(claim.robot)
-    placed = claim.base.placed(u, witness.frames(joints.values(claim.base.curve.sample(u))))
+    placed = claim.base.placed(u, link_frames(claim.base, u))
     out = np.empty((len(u), placed.shape[1] + 1, 3, 4))
     out[:, WORLD] = np.eye(4)[:3]
     out[:, 1], out[:, 2:] = placed[:, -1, :3], placed[:, :-1, :3]
     return out
-
-
-@cached_by_identity
-def _kinematics(robot: Robot) -> tuple[Witness, JointMap]:
-    return Witness(robot), JointMap(robot)
 
 
 def _clearances(claim: Claim) -> native_finder.Clearances:
@@ -212,8 +202,15 @@ class MeasuredApproaches:
 
     @property
     def fails(self) -> bool:
-        """Whether a pair is measured to have at most what it is held to."""
-        return self.worst is not None and self.worst.clearance <= self.worst.required
+        """Whether a pair is measured to have at most what it is held to.
+
+        A pair near at an end that may have nothing within a tracking error is held to all that is required, and not measured
+        to have less than it could.
+        """
+        near = self.worst
+        if near is None or near.clearance > near.required:
+            return False
+        return near.clearance <= 0 or near.clearance > near.tube
 
     def contradict(self, proven: Array) -> bool:
         """Return whether a measurement by Coal is below what is proven, or natively measured, by more than DISAGREEMENT.

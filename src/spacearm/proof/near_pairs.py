@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.proof.claim import Claim
+from spacearm.proof.claim import Claim, NearEnd
 from spacearm.proof.measured import least_clearances, limit_of, required_by_owner
-from spacearm.proof.pair_requirements import NearEnd
 from spacearm.proof.required_clearance import held_to, out_level
 
 Array = NDArray[np.float64]

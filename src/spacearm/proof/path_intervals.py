@@ -21,7 +21,7 @@ from spacearm.motion import Curve
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-_FIRST_INTERVALS = 12  # intervals to begin with, at least
+_LEAST_PIECES = 12  # pieces that a curve is cut into, at least
 _EPS = float(np.finfo(np.float64).eps)
 _SAMPLE_ROUNDING = 64 * _EPS  # times the greatest coefficient of a joint: the rounding of its samples and rates
 _ROUNDING_PER_DEGREE = 4 * _EPS  # likewise, in addition for every degree of the polynomials
@@ -80,7 +80,7 @@ class LinearBounds:
 
 
 class PathIntervals:
-    """A curve's pieces, cut until there are enough intervals to begin with, and bounds of the joints' motion on intervals.
+    """A curve's pieces, cut until there are a few, and bounds of the joints' motion on intervals.
 
     Attributes:
         curve: the path.
@@ -94,7 +94,7 @@ class PathIntervals:
     def __init__(self, curve: Curve) -> None:
         self.curve = curve
         bisections = 0
-        while curve.pieces << bisections < _FIRST_INTERVALS:
+        while curve.pieces << bisections < _LEAST_PIECES:
             bisections += 1
         self.ends, self.least_rate, self.greatest_rate = curve.hulls(1, bisections=bisections)
         _, low, high = curve.hulls(2, bisections=bisections)
@@ -109,14 +109,6 @@ class PathIntervals:
         count = len(self.ends)
         ends = np.array([[self.ends[0, 0], self.ends[-1, 1]]])
         return Intervals(first=np.zeros(1, np.intp), last=np.full(1, count), ends=ends, share=np.ones(1))
-
-    def first(self) -> Intervals:
-        """Return the intervals to begin with, which make up the whole curve."""
-        pieces = len(self.ends)
-        cuts = np.unique(np.linspace(0, pieces, min(pieces, 2 * _FIRST_INTERVALS) + 1).astype(np.intp))
-        first, last = cuts[:-1], cuts[1:]
-        ends = np.stack([self.ends[first, 0], self.ends[last - 1, 1]], axis=1)
-        return Intervals(first=first, last=last, ends=ends, share=(last - first) / pieces)
 
     def halved(self, of: Intervals) -> Intervals:
         """Return two for each: a run of pieces is divided between two of them, a part of a piece at its midpoint."""

@@ -17,7 +17,7 @@ from spacearm.core.identity_cache import cached_by_identity
 from spacearm.motion import Curve
 from spacearm.motion.piecewise import halvings, weights
 from spacearm.proof.base_momentum import masses_of
-from spacearm.proof.bodies import JointMap, ancestors
+from spacearm.proof.mechanism import JointMap, ancestors
 from spacearm.robot import Robot
 
 Array = NDArray[np.float64]
@@ -181,8 +181,8 @@ class PanelPath(NamedTuple):
 
     def cut(self, halvings: NDArray[np.intp]) -> PanelPath:
         """Return each panel cut into 2^halvings equal ones, (p,), in order along the path."""
-        if not halvings.any():
-            return self
+        if (halvings == halvings[0]).all():
+            return self._cut(int(halvings[0])) if halvings[0] else self
         parts = [self._select(halvings == count)._cut(int(count)) for count in np.unique(halvings)]
         order = np.argsort(np.concatenate([part.ends[:, 0] for part in parts]), kind="stable")
         return PanelPath(*(np.concatenate(column)[order] for column in zip(*parts, strict=True)))

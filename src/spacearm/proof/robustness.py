@@ -5,7 +5,8 @@ resolution is not; its certificate says what is in the way. All revolute joints 
 joint has as many metres as they have radians.
 
 A certificate with a tracking error lets a pair of bodies have less than is required at the start and the goal, if it has no
-more within the tube. Here that is only for pairs that have less on the planned trajectory: all others keep what is required of them.
+more within the tube. Here that is only for pairs that have less on the planned trajectory: all others keep what is required
+of them.
 """
 
 from __future__ import annotations

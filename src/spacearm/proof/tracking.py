@@ -177,19 +177,19 @@ class TubeReach:
         self._step = np.array([tracking[joint.dof] * abs(joint.multiplier) for joint in joints], dtype=np.float64)  # (j,)
         self._revolute = np.array([joint.kind == "revolute" for joint in joints], dtype=bool)
 
-    def of(self, T_joints: Array, center: Array, reach: Array, moves: NDArray[np.bool_]) -> Array:
-        """Return how far s bodies get at r instants, (r, s) [m].
+    def of_joints(self, T_joints: Array, center: Array, reach: Array) -> Array:
+        """Return how far each joint alone moves s bodies at r instants, (r, s, j) [m].
 
         Args:
             T_joints: (r, j, 4, 4) the moving frames of the joints [m].
             center: (r, s, 3) the middles of the bodies' cores, in the same frame as those [m].
             reach: (s,) how far a core gets from its middle [m].
-            moves: (s, j) which joints move a body in the frame of the other one.
         """
         away = center[:, :, None] - T_joints[:, None, :, :3, 3]  # (r, s, j, 3)
-        along = np.einsum("rsjc,rjc->rsj", away, T_joints[:, :, :3, 2])
-        squared = np.einsum("rsjc,rsjc->rsj", away, away)
-        rho = np.where(self._revolute, np.sqrt(np.maximum(squared - along**2, 0.0) + 1e-14 * squared), 1.0)
-        turned: Array = moves @ (self._step * self._revolute)  # (s,)
-        steps: Array = moves * self._step  # (s, j)
-        return (rho * steps).sum(axis=2) + reach * turned
+        across = away - (away * T_joints[:, None, :, :3, 2]).sum(axis=-1, keepdims=True) * T_joints[:, None, :, :3, 2]
+        rho = np.sqrt((across**2).sum(axis=-1)) + reach[:, None]
+        return np.where(self._revolute, rho, 1.0) * self._step
+
+    def of(self, T_joints: Array, center: Array, reach: Array, moves: NDArray[np.bool_]) -> Array:
+        """Return how far s bodies get, (r, s) [m]; `moves` (s, j) says which joints move a body in the frame of the other."""
+        return np.einsum("rsj,sj->rs", self.of_joints(T_joints, center, reach), moves.astype(np.float64))

@@ -17,8 +17,7 @@ from spacearm.core.rotations import conjugate, multiplied
 from spacearm.dynamics import center_of_mass
 from spacearm.motion import AnyTrajectory
 from spacearm.planner.problem import BaseLimits
-from spacearm.proof.bodies import JointMap
-from spacearm.proof.witness import free_base_model, pinocchio
+from spacearm.proof.mechanism import JointMap, free_base_model, pinocchio
 from spacearm.show.drawing import RED, base_frames
 from spacearm.show.figure_style import (
     BLACK,
