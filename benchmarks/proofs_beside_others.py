@@ -27,7 +27,8 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -106,10 +107,15 @@ def main() -> None:
     contestants = _contestants(fcl=not args.no_fcl)
     motions = [motion for folder in args.data for motion in of_collection(folder, args.problems)]
     motions += of_problem_file(args.servicer, "Servicer", args.servicer_motions)
-    begun, results = time.perf_counter(), Results()
-    judge(motions, contestants, args.rounds, results)
-    look_for_balls(with_balls(motions, args.seed), contestants, results)
-    come_close(motions, args.tight, args.rounds, results)
+    begun, results, tight = time.perf_counter(), Results(), Counter[str]()
+    for i, motion in enumerate(motions):
+        _say(f"{motion.robot}, {motion.name} ({i + 1} of {len(motions)})")
+        judge(motion, contestants, args.rounds, results)
+        look_for_balls(with_balls(motion, (args.seed, i)), contestants, results)
+        if tight[motion.robot] < args.tight:
+            come_close(motion, args.rounds, results)
+            tight[motion.robot] += 1
+        motion.forget()
     lines = report(results, args, time.perf_counter() - begun)
     print("\n".join(lines))
     if args.page:
@@ -133,46 +139,40 @@ def _contestants(*, fcl: bool) -> dict[str, methods.Method]:
 # ---- measurements ----------------------------------------------------------------------------------------------------
 
 
-def judge(motions: Sequence[AMotion], contestants: dict[str, methods.Method], rounds: int, into: Results) -> None:
-    """Let all methods look at all motions, in turns."""
-    for i, motion in enumerate(motions):
-        _say(f"{motion.robot}, {motion.name} ({i + 1} of {len(motions)})")
-        into.robots.append(motion.robot)
-        into.loads.append(load_now())
-        seen: dict[str, list[methods.Verdict]] = {name: [] for name in contestants}
-        for round_ in range(rounds + 1):  # the first one warms up
-            for name, method in contestants.items():
-                if round_ < 2 or name not in (COAL, ADVANCED):
-                    seen[name].append(method(motion))
-        for name, verdicts in seen.items():
-            into.verdicts.setdefault(name, []).append(min(verdicts[1:], key=lambda one: one.seconds))
-        if ADVANCED in contestants:
-            into.away.append(methods.interpolation_error(motion))
+def judge(motion: AMotion, contestants: dict[str, methods.Method], rounds: int, into: Results) -> None:
+    """Let all methods look at a motion, in turns."""
+    into.robots.append(motion.robot)
+    into.loads.append(load_now())
+    seen: dict[str, list[methods.Verdict]] = {name: [] for name in contestants}
+    for round_ in range(rounds + 1):  # the first one warms up
+        for name, method in contestants.items():
+            if round_ < 2 or name not in (COAL, ADVANCED):
+                seen[name].append(method(motion))
+    for name, verdicts in seen.items():
+        into.verdicts.setdefault(name, []).append(min(verdicts[1:], key=lambda one: one.seconds))
+    if ADVANCED in contestants:
+        into.away.append(methods.interpolation_error(motion))
 
 
-def look_for_balls(motions: Sequence[AMotion], contestants: dict[str, methods.Method], into: Results) -> None:
+def look_for_balls(motions: Iterable[AMotion], contestants: dict[str, methods.Method], into: Results) -> None:
     """Let all methods look at motions that touch a ball for an instant."""
-    for i, motion in enumerate(motions):
-        _say(f"{motion.robot}, {motion.name}, {1e6 * motion.depth:g} um ({i + 1} of {len(motions)})")
+    for motion in motions:
         for name, method in contestants.items():
             by_depth = into.found.setdefault(name, {depth: [] for depth in DEPTHS})
             by_depth[motion.depth].append(method(motion).free is not True)
 
 
-def come_close(motions: Sequence[AMotion], most: int, rounds: int, into: Results) -> None:
+def come_close(motion: AMotion, rounds: int, into: Results) -> None:
     """Require almost as much as there is."""
     native = methods.bisected_natively(ENVIRONMENT)
-    chosen = [one for robot in dict.fromkeys(into.robots) for one in [m for m in motions if m.robot == robot][:most]]
-    for i, motion in enumerate(chosen):
-        _say(f"{motion.robot}, {motion.name}, close ({i + 1} of {len(chosen)})")
-        for margin in MARGINS:
-            if motion.least <= margin:
-                continue
-            claim = motion.claim(motion.least - margin)
-            for name, method in ((PROOF, methods.proved), (NATIVE, native)):
-                seen = [method(motion, claim) for _ in range(rounds)]  # type: ignore[call-arg]
-                best = min(seen, key=lambda one: one.seconds)
-                into.margins.setdefault(margin, {}).setdefault(name, []).append(best)
+    for margin in MARGINS:
+        if motion.least <= margin:
+            continue
+        claim = motion.claim(motion.least - margin)
+        for name, method in ((PROOF, methods.proved), (NATIVE, native)):
+            seen = [method(motion, claim) for _ in range(rounds)]  # type: ignore[call-arg]
+            best = min(seen, key=lambda one: one.seconds)
+            into.margins.setdefault(margin, {}).setdefault(name, []).append(best)
 
 
 def _say(what: str) -> None:

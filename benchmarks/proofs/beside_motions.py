@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +20,6 @@ from spacearm.proof.base_proofs import base_setup_of, begun_base_proof
 from spacearm.proof.claim import Claim, claim_of
 from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.required_clearance import required_clearance
-from spacearm.study.other_checker import dense_configurations
 
 Array = NDArray[np.float64]
 
@@ -58,10 +57,9 @@ class AMotion:
     def oracle(self) -> CoalOracle:
         return CoalOracle(self.problem.robot, self.problem.scene)
 
-    @cached_property
-    def steps(self) -> Array:
-        """Configurations (m, n) at most `STEP` apart."""
-        return dense_configurations(self.trajectory.motion, STEP)
+    def forget(self) -> None:
+        """Forget the oracle, which may be large."""
+        self.__dict__.pop("oracle", None)
 
     def instants(self, step: float) -> tuple[Array, Array]:
         """Return parameters (m,) and configurations (m, n) at most a step apart."""
@@ -128,18 +126,16 @@ def of_problem_file(path: Path, name: str, count: int) -> list[AMotion]:
 # ---- A ball in the way -----------------------------------------------------------------------------------------------
 
 
-def with_balls(motions: Sequence[AMotion], seed: int) -> list[AMotion]:
-    """Put a ball into the way of each motion, one for each depth.
+def with_balls(motion: AMotion, seed: Sequence[int]) -> Iterator[AMotion]:
+    """Put a ball into the way of a motion, one for each depth.
 
     The centre of the ball is drawn beside the swept volume, and the ball is as large as its least clearance along the motion,
     and the depth more. So the motion is in collision for an instant, by that depth, and free otherwise.
     """
-    out: list[AMotion] = []
-    for i, motion in enumerate(motions):
-        for k, depth in enumerate(DEPTHS):
-            made = _with_ball(motion, depth, np.random.default_rng((seed, i, k)))
-            out += [] if made is None else [made]
-    return out
+    for k, depth in enumerate(DEPTHS):
+        made = _with_ball(motion, depth, np.random.default_rng((*seed, k)))
+        if made is not None:
+            yield made
 
 
 def _with_ball(motion: AMotion, depth: float, rng: np.random.Generator) -> AMotion | None:

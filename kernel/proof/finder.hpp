@@ -19,6 +19,7 @@
 #include "proof/bodies.hpp"
 #include "proof/motion_bounds.hpp"
 #include "proof/nearest_points.hpp"
+#include "proof/overlap.hpp"
 #include "proof/path_tree.hpp"
 
 namespace spacearm_proof {
@@ -54,7 +55,7 @@ class Finder {
         if (!tables_.pairs.first.empty()) {
             measure_instants(path_.whole(), instant_halvings);
             if (!ended()) search();
-            if (found_.status == Status::fails) measure_instants(path_.whole(), instants_of_failure);
+            if (found_.status == Status::fails) measure_failure();
         }
         found_.nodes = static_cast<std::int64_t>(nodes_.size());
         if (found_.status == Status::holds) write_tree();
@@ -67,7 +68,8 @@ class Finder {
     static constexpr double relative_guard = 4e-13;  // and by this times the coordinates, more than the checker does
     static constexpr double margin = 2e-9;      // [m] to be proven more than is asked for: the checker rounds otherwise
     static constexpr int instant_halvings = 4;  // 2^4 instants are measured first
-    static constexpr int instants_of_failure = 7;  // and 2^7 to find the worst one of a motion that fails
+    static constexpr int instants_of_failure = 7;        // and 2^7 to find the worst one of a motion that fails
+    static constexpr int closer_looks = 4, between = 8;  // then around it, so many times closer each time
     static constexpr std::int64_t most_stretches = 100'000, most_nodes = 3'000'000;
     // When a bundle is opened, and its stretch not halved; numbers tried on motions of five robots.
     static constexpr double spare = 1.5;    // times a bundle's radius: so much more clearance its members may have
@@ -123,8 +125,24 @@ class Finder {
             if (other.last > other.first) measure_instants(other, halvings - 1);
             return;
         }
-        u_ = stretch.middle();
-        motion_.place(u_);
+        measure_at(stretch.middle());
+    }
+
+    // Measure a motion that fails at more instants, and around the worst one.
+    void measure_failure() {
+        const Stretch whole = path_.whole();
+        measure_instants(whole, instants_of_failure);
+        double apart = (whole.end - whole.begin) / (1 << instants_of_failure);
+        for (int turn = 0; turn < closer_looks; ++turn, apart /= between) {
+            const double u = least_suspect_.u;
+            for (int i = -between; i <= between; ++i)
+                measure_at(std::clamp(u + i * apart / between, whole.begin, whole.end));
+        }
+    }
+
+    void measure_at(double u) {
+        u_ = u;
+        motion_.place(u);
         const Pairs& pairs = tables_.pairs;
         const std::size_t count = pairs.first.size();
         at_least_.resize(count);
@@ -157,7 +175,8 @@ class Finder {
     }
     // The same by the ball around the first body alone, which tells more of a large obstacle.
     double bundle_excess(int first, int other) {
-        return nearest_points(motion_.placed(first), motion_.placed(other)).clearance - needed(first, other);
+        const Nearest near = nearest_points(motion_.placed(first), motion_.placed(other));
+        return near.apart ? near.clearance - needed(first, other) : -infinite;
     }
 
     // Measure the pairs of shapes within a pair that may have the least excess of their phase.
@@ -185,7 +204,10 @@ class Finder {
     }
 
     Nearest measure(int first, int other, const double* guess) {
-        const Nearest near = nearest_points(motion_.placed(first), motion_.placed(other), guess);
+        const PlacedBody a = motion_.placed(first), b = motion_.placed(other);
+        Nearest near = nearest_points(a, b, guess);
+        if (!near.apart && !b.half_space)
+            near.clearance = clearance_of_overlap(a, b, motion_.center(first) - motion_.center(other));
         remember(first, other, near.clearance, vec3(near.n));
         return near;
     }

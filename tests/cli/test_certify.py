@@ -35,6 +35,7 @@ def test_its_certificate_is_written_and_printed_as_json(told: Told, planned: Pat
     code, out, _ = told(["certify", planned / "plan.json", "--json", "-o", tmp_path / "certificate.json"])
     assert code == 0
     printed, written = json.loads(out), json.loads((tmp_path / "certificate.json").read_text())
+    assert written.pop("proof")["spacearm-proof"] == 1
     assert printed == written
     planned_values = json.loads((planned / "plan.json").read_text())
     assert {key: written[key] for key in planned_values["certificate"]} == planned_values["certificate"]

@@ -61,7 +61,7 @@ def test_a_clearance_that_cannot_be_met_exits_with_1_and_says_what_can(told: Tol
     assert code == 1
     (said,) = re.findall(r"no motion with a clearance of 150 mm was found; with clearance ([0-9.]+) a motion is found", err)
     assert 0.1 < float(said) < 0.15
-    assert f"found and proven with {1e3 * float(said):.3g}" in out
+    assert f"found and proven with {1e3 * float(said):.4g}" in out
     saved = json.loads((output / "plan.json").read_text())
     assert saved["status"] == "not_found"
     assert saved["achievable"]["clearance_m"] == pytest.approx(float(said), abs=1e-4)

@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from spacearm.core.native_finder import native_finder
-from spacearm.geometry import HalfSpace, Scene, Sphere, SphereSet
+from spacearm.geometry import Box, HalfSpace, Scene, Sphere, SphereSet, pose
 from spacearm.motion import AnyTrajectory, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.proof.checker import check_proof
 from spacearm.proof.claim import Claim, NearEnd
@@ -195,6 +195,18 @@ def test_a_micrometre_is_proven_and_a_thousandth_of_it_undecided() -> None:
     assert 0 < measured(touching(1e-9), found.worst) < 1e-8
     assert found.proof is None
     assert look_at(touching(-1e-6)).status == "fails"
+
+
+def test_the_worst_of_a_motion_that_fails_is_about_the_deepest() -> None:
+    for size in (0.1, 0.4, 0.8):
+        scene = Scene([Box([size, size, size], pose([0.9, 0.9, 0.03], [1.0, 0.2, 0.1, 0.4]))])
+        claim = swinging(scene)
+        found = find_proof(claim)
+        assert found.status == "fails"
+        assert found.worst is not None
+        u = np.linspace(0, 1, 2000)
+        deepest = least_distances(claim.robot, scene, joint_frames(claim.robot, claim.path.curve.sample(u))).min()
+        assert measured(claim, found.worst) < 0.95 * deepest < 0
 
 
 def test_what_would_need_shorter_stretches_is_undecided() -> None:

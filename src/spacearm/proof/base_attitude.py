@@ -191,6 +191,7 @@ class BaseAttitude:
         travel = 2 * self._ellipses.coefficients(path).sum(axis=1)  # for high degrees far less than the hull says
         far = (travel @ self._masses.beyond).max(axis=1, initial=0.0)
         far += self._spin * np.diff(path.ends, axis=1)[:, 0] / self._presumed
+        far = np.where(np.isfinite(far), far, np.inf)
         halvings = [np.ceil(np.log2(np.maximum(far / rule.travel, 1.0)) - _ALMOST) for rule in _RULES]
         costs = [(rule.points + rule.overhead) * np.exp2(h).sum() for rule, h in zip(_RULES, halvings, strict=True)]
         self._halvings = {rule.points: np.minimum(h, _HALVINGS_AHEAD) for rule, h in zip(_RULES, halvings, strict=True)}

@@ -295,8 +295,9 @@ class Ellipses:
         away = path.share[:, None] * (_WIDER - 1 / _WIDER) / 2  # (p, s)
         wide: Array = 1 + away + np.sqrt(2 * away + away**2)
         j = np.arange(degree + 1.0)[:, None]
-        power = 2 * np.power(wide[:, None], degree) * np.power(_WIDER, -j)
-        return np.minimum(found, power.min(axis=-1)[..., None] * path.coarse[:, None])
+        with np.errstate(over="ignore", invalid="ignore"):
+            power = 2 * np.power(wide[:, None], degree) * np.power(_WIDER, -j)
+            return np.fmin(found, power.min(axis=-1)[..., None] * path.coarse[:, None])
 
 
 def fall(points: int) -> Array:

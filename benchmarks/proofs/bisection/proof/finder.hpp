@@ -1,9 +1,9 @@
 // Adaptive bisection with first-order bounds, in the place of the finder of proofs: kernel/proof/proof_module.cpp is
 // compiled with this file instead of its own, so that all but the search is the same program.
 //
-// A pair of bodies on a stretch is settled if its distance at the midpoint is more than the displacement bound (Schwarzer,
-// Saha and Latombe 2005); else the stretch is halved, or a bundle gives way to its members. `nodes` counts distance
-// queries, `stretches` configurations. The distances are believed.
+// A pair of bodies on a stretch is settled if its distance at the midpoint is more than the displacement bound
+// (Schwarzer, Saha and Latombe 2005); else the stretch is halved, or a bundle gives way to its members. `nodes` counts
+// distance queries, `stretches` configurations. The distances are believed.
 #pragma once
 
 #include <cstdint>
