@@ -26,9 +26,9 @@ from support.drawn_claims import (
     claim_about,
     cleared_claim,
     drawn_claim,
+    frames_at,
     least_clearance,
     only,
-    placed_frames,
     tree,
 )
 from support.oracles.pinocchio_points import joint_frames
@@ -37,12 +37,6 @@ from support.reference_finder import Measure, Stretch, bound, find_proof
 COAL = 1e-6  # [m] the rounding of a distance that Coal measures, of bodies a few metres large
 DEPTH = 1e-4  # [m] of a penetration
 SEEDS = st.integers(0, 2**32 - 1)
-
-
-def frames_at(claim: Claim, u: np.ndarray, off: np.ndarray | float = 0.0) -> np.ndarray:
-    """All frames (r, j + 2, 4, 4) at parameters (r,), inertial one first, with joints that deviate."""
-    placed, world = placed_frames(claim, u, off), np.broadcast_to(np.eye(4), (len(u), 1, 4, 4))
-    return np.concatenate([world, placed[:, -1:], placed[:, :-1]], axis=1)
 
 
 def least_measured(claim: Claim, first: int, other: int, interval: Intervals, seed: int, instants: int = 12) -> float:

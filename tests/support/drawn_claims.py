@@ -100,6 +100,12 @@ def placed_frames(claim: Claim, u: Array, off: Array | float = 0.0) -> Array:
     return claim.base.placed(u, np.concatenate([own, np.broadcast_to(np.eye(4), (len(u), 1, 4, 4))], axis=1))
 
 
+def frames_at(claim: Claim, u: Array, off: Array | float = 0.0) -> Array:
+    """All frames (r, j + 2, 4, 4) at parameters (r,), inertial one first, with joints that deviate."""
+    placed, world = placed_frames(claim, u, off), np.broadcast_to(np.eye(4), (len(u), 1, 4, 4))
+    return np.concatenate([world, placed[:, -1:], placed[:, :-1]], axis=1)
+
+
 def least_clearance(drawn: Drawn, seed: int, instants: int = 60) -> float:
     """The least clearance of all pairs at many instants, by Pinocchio and Coal, of joints that deviate as they may [m]."""
     claim, rng, robot = drawn.claim, np.random.default_rng(seed), drawn.claim.robot
