@@ -24,6 +24,7 @@ from spacearm.cli.certify_command import Options as CertifyOptions
 from spacearm.cli.doctor_command import Options as DoctorOptions
 from spacearm.cli.paper_command import Options as PaperOptions
 from spacearm.cli.plan_command import Options as PlanOptions
+from spacearm.cli.robustness_command import Options as RobustnessOptions
 from spacearm.core.errors import SettingsError
 from spacearm.study.paper_problem import PaperSettings
 from spacearm.swarm import NAMED_SETTINGS
@@ -35,6 +36,7 @@ RECORDS: dict[str, Any] = {
     "doctor": DoctorOptions,
     "paper": PaperOptions,
     "plan": PlanOptions,
+    "robustness": RobustnessOptions,
 }
 UNITS = {"--radii": "[m]", "--tolerance": "[m]", "--link-radius": "[m]", "--search": "[ms]", "--budget": "[ms]"}
 

@@ -274,9 +274,7 @@ class _Tree:
         own, above: (j, j) [k, i]: 1 if joint i moves what joint k moves; the same for i other than k.
         greatest, spread: (j,) the sums of the moments of what a joint moves; the spread of a prismatic one is 0.
         related, outer: (j, j) 1 if two joints are on one chain from the base; and the outer one of the two.
-        triples: (3 t,) all k >= i >= n: the t numbers k, then i, then n.
-        pairs: (6 t,) the places of [k, i], [k, n], [i, n], [i, k], [n, k] and [n, i] in an array (j j,).
-        greatest_of_first: (t,) `greatest` of k.
+        triples: (3, t) all k >= i >= n.
         weight: (t,) how many permutations such a triple has, over 6.
         chain: (t,) 1 if the three are on one chain.
     """
@@ -297,9 +295,7 @@ class _Tree:
         number = np.arange(count)
         self.outer = np.maximum.outer(number, number)
         k, i, n = np.nonzero((number[:, None, None] >= number[:, None]) & (number[:, None] >= number))
-        self.triples = np.concatenate([k, i, n])
-        self.pairs = np.concatenate([k, k, i, i, n, n]) * count + np.concatenate([i, n, n, k, k, i])
-        self.greatest_of_first = self.greatest[k]
+        self.triples = np.stack([k, i, n])
         self.weight = np.where(k == i, np.where(i == n, 1 / 6, 1 / 2), np.where(i == n, 1 / 2, 1.0))
         self.chain = (related[k, i] & related[k, n] & related[i, n]) * 1.0
 
@@ -438,19 +434,14 @@ def _bounds(tree: _Tree, placed: _PlacedMasses, W_size: Array, steps: Array) -> 
     slope = y * (B_2 + A * rate[:, None])  # |dW_k / dv_i| at most
     moved = (rate * step).sum(axis=0)
     second = np.einsum("kir,kr,ir->r", np.maximum(slope, np.swapaxes(slope, 0, 1)), step, step) / 2
-    # Of triples k >= i >= n: values of each of the three, and of pairs of them.
-    count = len(tree.weight)
-    of_each = np.stack([G, A, rate, step]).take(tree.triples, axis=1).reshape(4, 3, count, -1)
-    (G_k, G_i, G_n), (A_k, A_i, A_n), (rate_k, rate_i, rate_n), (step_k, step_i, step_n) = of_each
-    of_pairs = np.stack([G_2, A_2, slope]).reshape(3, -1, len(y)).take(tree.pairs, axis=1).reshape(3, 6, count, -1)
-    (G_ki, G_kn, G_in), (A_ki, A_kn, A_in) = of_pairs[:2, :3]
-    ki, kn, within, ik, nk, ni = of_pairs[2]
-    alike = tree.chain[:, None] * (2 * tree.greatest_of_first[:, None] + r * G_k) + G_in * G_k + G_kn * G_i + G_ki * G_n
-    of_k = A_in * rate_k + A_i * kn + A_n * ki
-    of_i = A_kn * rate_i + A_k * within + A_n * ik
-    of_n = A_ki * rate_n + A_k * ni + A_i * nk
-    curve = alike + np.maximum(np.maximum(of_k, of_i), of_n)  # |d2W_k / dv_i dv_n| at most, over y
-    third = y * (tree.weight @ (curve * step_k * step_i * step_n))
+    k, i, n = tree.triples
+    alike = tree.chain[:, None] * (2 * greatest[k] + r * G[k]) + G_2[i, n] * G[k] + G_2[k, n] * G[i] + G_2[k, i] * G[n]
+    A_k, A_i, A_n = A[k], A[i], A[n]
+    of_k = A_2[i, n] * rate[k] + A_i * slope[k, n] + A_n * slope[k, i]
+    of_i = A_2[k, n] * rate[i] + A_k * slope[i, n] + A_n * slope[i, k]
+    of_n = A_2[k, i] * rate[n] + A_k * slope[n, i] + A_i * slope[n, k]
+    curve = alike + np.maximum(np.maximum(of_k, of_i), of_n)  # |d2W_k / dv_i dv_l| at most, over y
+    third = y * (tree.weight @ (curve * step[k] * step[i] * step[n]))
     return _Bounds(moved=moved, lost=lost, inverse=y, second=second, third=third)
 
 
