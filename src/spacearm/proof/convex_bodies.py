@@ -10,14 +10,15 @@ motion of a body is described in the frame of the other body of its pair, and th
 
 from __future__ import annotations
 
+import itertools
 from collections import defaultdict
 from dataclasses import dataclass, fields
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.exact import product
 from spacearm.core.identity_cache import cached_by_identity
 from spacearm.geometry import (
     Capsule,
@@ -44,7 +45,7 @@ _OUTWARD = 1 + 1e-12  # times the size of an enclosing ball, which covers its ro
 _MEMBERS = 16  # of a bundle of a scene
 _FEW = 64  # up to this number of balls a scene has no bundles
 
-_CORNERS = {"box": np.array(list(product((-1.0, 1.0), repeat=3)))}  # times half the edges
+_CORNERS = {"box": np.array(list(itertools.product((-1.0, 1.0), repeat=3)))}  # times half the edges
 _ENDS = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])  # likewise of what is along z
 
 
@@ -187,8 +188,8 @@ def _points(shape: ConvexShape, core: Core) -> Array:
     if isinstance(shape, Capsule):
         return np.stack([shape.a, shape.b])
     if core.kind == "polytope":
-        return core.vertices @ core.T[:3, :3].T + core.T[:3, 3]
-    return (_CORNERS.get(core.kind, _ENDS) * core.half) @ core.T[:3, :3].T + core.T[:3, 3]
+        return product(core.vertices, core.T[:3, :3].T) + core.T[:3, 3]
+    return product(_CORNERS.get(core.kind, _ENDS) * core.half, core.T[:3, :3].T) + core.T[:3, 3]
 
 
 def _bundle(members: list[_Body], first: int) -> _Body:
