@@ -39,7 +39,7 @@ def test_wrong_input_is_a_spacearm_error(soak: Any, tmp_path: Path, monkeypatch:
 def test_the_good_calls_are_good_and_of_every_public_function(soak: Any, tmp_path: Path) -> None:
     called = {call.name.partition(".")[0] for call in soak.calls(tmp_path)}
     results = {"BaseReport", "Certificate", "Diagnosis", "Finding", "KernelInfo", "LinkEnvelope", "ParetoFront", "Plan"}
-    results |= {"SavedPlan", "SelfPairs", "SpacearmError", "SwarmResult"}
+    results |= {"Robustness", "SavedPlan", "SelfPairs", "SpacearmError", "SwarmResult"}
     assert set(sa.__all__) - called == results | {"builtin_robots", "kernel_info"}
     refused = {"Swarm.load", "load_moveit"}  # for want of a good file
     for call in soak.calls(tmp_path):

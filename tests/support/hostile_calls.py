@@ -33,6 +33,7 @@ START, GOAL = np.radians([-25, 63, 0, 41, 0, 0, 0]), np.radians([60, 40, 10, 60,
 POST = sa.Capsule((0.82, 0.15, -0.6), (0.82, 0.15, 1.2), 0.04)
 PROBLEM = sa.Problem(ROBOT, [POST], start=START, goal=GOAL, base="fixed")
 MOTION = sa.Motion([START, GOAL])
+SHORT = sa.Motion([START, START + 0.05])
 TRAJECTORY = sa.Trajectory(ROBOT, MOTION, base="floating")
 FEW = sa.PlannerSettings(evaluations=30)
 CHEAP = 20_000  # evaluations of a swarm that is tried out
@@ -149,7 +150,11 @@ CALLS: dict[str, Call] = {
     "Trajectory.margins": (lambda **k: TRAJECTORY.margins(**k), {"jerk_limit": 9.0}),
     "certify": (
         lambda **k: sa.certify(PROBLEM, sa.Trajectory(ROBOT, MOTION, base="fixed"), **k),
-        {"jerk_limit": 9.0, "clearance": 0.0},
+        {"jerk_limit": 9.0, "clearance": 0.0, "tracking": 1e-4, "proof": None},
+    ),
+    "robustness": (
+        lambda **k: sa.robustness(PROBLEM, sa.Trajectory(ROBOT, SHORT, base="fixed"), singly=False, **k),
+        {"joints": "all", "resolution": 0.5},
     ),
     "clearance": (lambda **k: sa.clearance(PROBLEM, **k), {"q": START}),
     "forward_kinematics": (lambda **k: sa.forward_kinematics(ROBOT, **k), {"q": START}),
