@@ -65,7 +65,9 @@ class ProofTree:
         if given.get("spacearm-proof") != VERSION:
             raise FileFormatError(f"the proof is {shown(values)}, expected a mapping with spacearm-proof: {VERSION}")
         try:
-            nodes, planes = (as_whole(name, given[name], ValueError, at_least=0) for name in ("nodes", "planes"))
+            nodes, planes = (
+                as_whole(f"the proof's {name}", given[name], FileFormatError, at_least=0) for name in ("nodes", "planes")
+            )
             packed = np.frombuffer(b64decode(given["steps"], validate=True), np.uint8)
             if len(packed) != -(-2 * nodes // 8):  # before room is made for them
                 raise ValueError(f"{len(packed)} bytes hold no {nodes} nodes")
