@@ -114,7 +114,7 @@ def certify(
 
     Raises:
         ProblemError: no trajectory, one of another robot (other joints, or joints elsewhere) or for another base, a setting
-            out of its range, or numbers so large that their rounding is larger than any clearance.
+            out of its range, a proof that is none, or numbers so large that their rounding is larger than any clearance.
         RobotError: a floating base of a robot whose masses are impossible.
     """
     if not isinstance(trajectory, (Trajectory, RecordedTrajectory)):  # pyright: ignore[reportUnnecessaryIsInstance]
@@ -135,6 +135,7 @@ def certify(
     finest = as_number("resolution", resolution, ProblemError, above=0)
     tube = tracking_of(robot, tracking)
     require_bounded(setup.model, tube)
+    _require_proof(proof)
     begun = time.perf_counter()
     margins = _within_tube(trajectory.margins(robot, jerk_limit=jerk_limit), tube)  # of the problem's limits
     checked = checked if jerk_limit is None else (*checked, "jerk")
@@ -171,6 +172,19 @@ def certify(
         bare=bare_links(robot),
         notes=(*notes, *found.notes),
     )
+
+
+def _require_proof(given: object) -> None:
+    """Refuse what is no proof, or one with something else than arrays; what they hold is the checker's to judge.
+
+    Raises:
+        ProblemError: it is none.
+    """
+    if given is None:
+        return
+    arrays = (given.steps, given.directions) if isinstance(given, ProofTree) else ()
+    if not arrays or any(type(array) is not np.ndarray for array in arrays):
+        raise ProblemError(f"proof is {shown(given)}, expected a ProofTree of two NumPy arrays, as Certificate.proof is one")
 
 
 def _asked(problem: HasScene, clearance: float | None) -> tuple[float, tuple[PairClearance, ...]]:

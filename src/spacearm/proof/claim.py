@@ -258,12 +258,13 @@ def _kept_apart(robot: Robot, scene: Scene, *, floating: bool) -> tuple[ConvexBo
     """Return the table of all bodies and the pairs; the same objects for a robot and a scene seen lately."""
     made = _made_for(robot)
     key = id(scene), floating
-    if key not in made:
+    found = made.get(key)  # other threads may clear `made` at any time
+    if found is None:
         if len(made) >= 8:
             made.clear()
         bodies = robot_bodies(robot).followed_by(scene_bodies(scene))
-        made[key] = scene, bodies, body_pairs(robot, bodies, floating=floating)
-    return made[key][1:]
+        found = made[key] = scene, bodies, body_pairs(robot, bodies, floating=floating)
+    return found[1:]
 
 
 def _held(

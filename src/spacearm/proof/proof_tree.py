@@ -20,7 +20,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.checks import shown
+from spacearm.core.checks import as_whole, shown
 from spacearm.core.errors import FileFormatError
 
 Array = NDArray[np.float64]
@@ -65,8 +65,12 @@ class ProofTree:
         if given.get("spacearm-proof") != VERSION:
             raise FileFormatError(f"the proof is {shown(values)}, expected a mapping with spacearm-proof: {VERSION}")
         try:
-            nodes, planes = int(given["nodes"]), int(given["planes"])
+            nodes, planes = (
+                as_whole(f"the proof's {name}", given[name], FileFormatError, at_least=0) for name in ("nodes", "planes")
+            )
             packed = np.frombuffer(b64decode(given["steps"], validate=True), np.uint8)
+            if len(packed) != -(-2 * nodes // 8):  # before room is made for them
+                raise ValueError(f"{len(packed)} bytes hold no {nodes} nodes")
             bits = np.unpackbits(packed, count=2 * nodes).reshape(nodes, 2)
             directions = np.frombuffer(b64decode(given["directions"], validate=True), "<f8").reshape(planes, 3)
         except (KeyError, TypeError, ValueError) as fault:
