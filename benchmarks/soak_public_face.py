@@ -239,8 +239,9 @@ def calls(folder: Path) -> list[Call]:
         Call("load_moveit_scene", sa.load_moveit_scene, (folder / "scene.yaml",)),
         Call("load_moveit", sa.load_moveit, (robot, folder / "scene.yaml", folder / "scene.yaml")),
         Call("certify", sa.certify, (problem, trajectory), {
-            "limits": ("position",), "jerk_limit": 99.0, "clearance": 0.0, "resolution": 1e-3,
+            "limits": ("position",), "jerk_limit": 99.0, "clearance": 0.0, "resolution": 1e-3, "tracking": 1e-4, "proof": None,
         }),
+        Call("robustness", sa.robustness, (plan,), {"joints": "all", "singly": False, "resolution": 0.5}),
         Call("MotionSwarm", asking, (), {"problem": problem, "goal": goal, "settings": quick, "rng": 0}),
         Call("MotionSwarm.judge", judging.judge, (asked,)),
         Call("PSO", sa.PSO, (), {"particles": 5, "iterations": 3, "neighbours": 2, "inertia": 0.7}),

@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.checks import as_number, shown
+from spacearm.core.checks import as_number, is_a_row, shown
 from spacearm.core.errors import ProblemError, nearest
+from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory
 from spacearm.proof.certificate import Certificate, Limit
 from spacearm.proof.certify import LIMITS, HasScene, certify
@@ -281,6 +282,8 @@ def _planned(planned: Any, trajectory: AnyTrajectory | None) -> tuple[HasScene, 
         ProblemError: there is none.
     """
     if trajectory is not None:
+        if not (isinstance(getattr(planned, "robot", None), Robot) and isinstance(getattr(planned, "scene", None), Scene)):
+            raise ProblemError(f"problem is {shown(planned)}, expected a Problem, or what else has a robot and a scene")
         return planned, trajectory
     if not (hasattr(planned, "problem") and hasattr(planned, "trajectory")):
         raise ProblemError(
@@ -299,7 +302,7 @@ def _joints(robot: Robot, given: str | Iterable[str]) -> tuple[str, ...]:
     """
     if isinstance(given, str):
         given = robot.dof_names if given == ALL and ALL not in robot.dof_names else (given,)
-    if not isinstance(given, Iterable):  # pyright: ignore[reportUnnecessaryIsInstance]
+    if not is_a_row(given):
         raise ProblemError(f"joints is {shown(given)}, expected 'all', or names of joints")
     names = tuple(given)
     for name in names:
