@@ -75,6 +75,27 @@ def test_flat_hulls_become_only_a_little_thicker(count: int, size: float) -> Non
     assert 0.3 - 2e-9 * max(np.abs(vertices).max(), 1e-3) - 1e-8 <= measured <= 0.3 + 1e-8
 
 
+NEARLY_FLAT = (  # of these Qhull makes a hull without some corners, and does not complain
+    (-0.018858677394479946, -0.008630816174826972, 0.01615129332749103),
+    (-0.010104211477703955, -0.004624268713624868, 0.018719910532640785),
+    (0.002941790613610819, 0.0013463326976657086, -0.005835181216443713),
+    (-0.010782436868797464, -0.004934663687417684, -0.024107692581192525),
+    (0.0027033787515869396, 0.0012372217079610337, -0.009488262170928024),
+)
+
+
+@pytest.mark.parametrize("corner", range(5))
+def test_a_hull_that_is_flat_but_for_rounding_has_all_its_corners(corner: int) -> None:
+    vertices = np.array(NEARLY_FLAT)
+    away = vertices[corner] - vertices.mean(axis=0)
+    at = coal.Transform3s(np.eye(3), vertices[corner] + away / np.linalg.norm(away))
+    request = coal.DistanceRequest()
+    request.gjk_tolerance = 1e-9
+    shape, ball = coal_polytope(vertices, 0.0), coal.Sphere(0.0)
+    measured = coal.distance(shape, coal.Transform3s(), ball, at, request, coal.DistanceResult())
+    assert measured <= 1 + 1e-9
+
+
 # ---- certificates ----------------------------------------------------------------------------------------------------
 
 

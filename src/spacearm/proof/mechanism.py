@@ -26,7 +26,6 @@ class JointMap:
     Attributes:
         dof: (j,) which degree of freedom a joint follows.
         multiplier, offset: (j,) its value is multiplier times that, plus offset [rad or m].
-        parent_offset: (j, 3) the joint's origin in the frame of the joint before it [m].
         revolute: (j,) whether it is revolute; the others are prismatic.
     """
 
@@ -34,7 +33,6 @@ class JointMap:
         self.dof = np.array([joint.dof for joint in robot.joints])
         self.multiplier = np.array([joint.multiplier for joint in robot.joints])
         self.offset = np.array([joint.offset for joint in robot.joints])
-        self.parent_offset = np.array([joint.T_parent_joint[:3, 3] for joint in robot.joints])
         self.revolute = np.array([joint.kind == "revolute" for joint in robot.joints])
 
     def values(self, q: Array) -> Array:

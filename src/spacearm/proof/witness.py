@@ -115,7 +115,9 @@ def _hull(vertices: Array) -> ConvexHull:
 
     corners = np.array(list(product((-1.0, 1.0), repeat=3)))
     size = max(float(np.abs(vertices).max()), _SMALLEST)
-    for thicker in (0.0, _THICKER, 1e2 * _THICKER):
+    spread = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
+    flat = len(spread) < 3 or float(spread[2]) <= _THICKER * size  # of rounding alone Qhull makes a hull without some corners
+    for thicker in (0.0, _THICKER, 1e2 * _THICKER)[flat:]:
         try:
             return ConvexHull((vertices[:, None] + thicker * size * corners).reshape(-1, 3) if thicker else vertices)
         except QhullError:  # no volume, or less than rounding
