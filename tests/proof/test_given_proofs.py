@@ -36,7 +36,7 @@ def test_a_wrong_number_of_nodes_is_refused_before_room_is_made(nodes: Any) -> N
 
 @pytest.mark.parametrize("planes", [-1, 10**30, float("inf")])
 def test_a_wrong_number_of_planes_is_refused(planes: Any) -> None:
-    with pytest.raises(FileFormatError, match="planes|cannot be read"):
+    with pytest.raises(FileFormatError, match=r"planes|cannot be read"):
         ProofTree.from_dict(proven()[2].as_dict() | {"planes": planes})
 
 
