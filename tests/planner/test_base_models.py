@@ -35,6 +35,7 @@ from spacearm.proof.base_proofs import (
     BaseSetup,
     asked_limits,
     broken_base_limits,
+    link_frames,
     time_at,
 )
 from spacearm.robot import Robot, forward_kinematics
@@ -104,11 +105,11 @@ class AttitudeHeldProof(BaseProof):
         self.robot, self.trajectory, self.setup = robot, trajectory, setup
         self.curve = trajectory.curve
 
-    def begin(self, frames: np.ndarray) -> None:
+    def begin(self) -> None:
         self.masses, none = masses_of(self.robot), np.zeros(3)
         self.reaction = Reaction(self.robot, linear=none, angular=none, time_rate=0.0, attitude_error=0.0)
         start = self.setup.start
-        self.center = start[:3, :3] @ self.center_of(frames[None])[0] + start[:3, 3]
+        self.center = start[:3, :3] @ self.center_of(link_frames(self, np.array(self.curve.domain[:1])))[0] + start[:3, 3]
 
     def placed(self, u: np.ndarray, frames: np.ndarray) -> np.ndarray:
         T = np.tile(self.setup.start, (len(u), 1, 1, 1))

@@ -244,7 +244,7 @@ def test_frames_of_the_brute_force_are_the_proofs() -> None:
     robot, curve = lander(), Motion([[0, 0], [1, -2]])
     base = FloatingBaseProof(robot, Trajectory(robot, curve), setup_of())
     kinematics, joints = kinematics_of(robot), JointMap(robot)
-    base.begin(kinematics.frames(joints.values(curve.sample(np.zeros(1))))[0])
+    base.begin()
     way = brute_force(Adrift(robot, Scene([])), curve)
     mine = base.placed(way.u, kinematics.frames(joints.values(way.q)))
     np.testing.assert_allclose(mine, frames_of(robot, way.q, way.T_w_b), atol=1e-9)

@@ -15,6 +15,7 @@ from spacearm.proof import PairClearance
 from spacearm.proof.claim import Claim
 from spacearm.proof.measured import MeasuredApproaches, frames_at, least_clearances, measure_approaches
 from spacearm.proof.near_pairs import find_near
+from spacearm.proof.required_clearance import held_to, out_level
 from spacearm.proof.witness import CoalBodies
 from support.claims import claim_about
 from support.dense_samples import Setting, arms
@@ -153,6 +154,34 @@ def test_near_pairs_are_held_to_what_they_have_until_they_are_out() -> None:
     y = claim.base.curve.sample(np.array([floor.until]))[0, 1]
     assert 10.1 * MM <= y - 0.1 <= 10.3 * MM
     assert floor.since == np.inf
+
+
+def walked(clearances: list[float], required: float) -> list[float]:
+    """What a pair is held to, instant by instant, by the rule in words."""
+    level = float(out_level(max(clearances), required))
+    at_start, at_goal = (float(held_to(clearances[end], required)) for end in (0, -1))
+    held = []
+    for k in range(len(clearances)):
+        been_out = any(c >= level for c in clearances[: k + 1])
+        will_be_out = any(c >= level for c in clearances[k:])
+        held.append(min(required if been_out else at_start, required if will_be_out else at_goal))
+    return held
+
+
+HEIGHTS = st.floats(-0.02, 0.03).map(lambda height: round(height, 6) + 3e-7)
+
+
+@settings(max_examples=60)
+@given(st.sampled_from([2, 3, 5, 9]).flatmap(lambda count: st.lists(HEIGHTS, min_size=count, max_size=count)))
+def test_a_pair_is_held_to_less_until_it_is_first_out_and_from_when_it_is_last_out(heights: list[float]) -> None:
+    trajectory = hand_path(*[(0.0, 0.1 + height) for height in heights], smooth=False)
+    claim = about(trajectory, FLOOR)
+    u = np.linspace(*claim.base.curve.domain, 129)
+    clearances = claim.base.curve.sample(u)[:, 1] - 0.1
+    (floor,) = np.flatnonzero((claim.bodies.frame == 0) & (claim.bodies.members == 0))
+    held, _ = claim.held.on(np.full(129, HAND), np.full(129, floor), u, u)
+    sure = np.abs(clearances - float(out_level(clearances.max(), 10 * MM))) > 1e-9
+    np.testing.assert_allclose(held[sure], np.array(walked(clearances.tolist(), 10 * MM))[sure], rtol=0, atol=1e-9)
 
 
 def test_what_touches_at_an_end_is_not_near() -> None:

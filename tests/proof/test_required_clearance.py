@@ -17,10 +17,8 @@ from spacearm.proof import DEFAULT_CLEARANCE, PairClearance
 from spacearm.proof.required_clearance import (
     HELD_BACK,
     held_to,
-    out_between,
     out_level,
     pair_clearance_as_dict,
-    required_along,
     required_clearance,
 )
 from spacearm.robot import LinkCapsule
@@ -118,27 +116,6 @@ def test_what_a_pair_is_held_to_is_a_little_less_than_it_has_or_what_is_required
         assert held < has
         assert has - held <= HELD_BACK + 1e-15
         assert held >= has / 2
-
-
-def walked(clearances: list[float], r: float) -> list[float]:
-    """The rule in words, instant by instant."""
-    level = float(out_level(max(clearances), r))
-    held = []
-    for k in range(len(clearances)):
-        been_out = any(c >= level for c in clearances[: k + 1])
-        will_be_out = any(c >= level for c in clearances[k:])
-        at_start, at_goal = (float(held_to(clearances[end], r)) for end in (0, -1))
-        held.append(min(r if been_out else at_start, r if will_be_out else at_goal))
-    return held
-
-
-@given(st.lists(lengths, min_size=2, max_size=8), st.sampled_from([0.0, 1e-3, 0.01]))
-def test_a_pair_is_held_to_less_until_it_is_first_out_and_from_when_it_is_last_out(clearances: list[float], r: float) -> None:
-    assert required_along(np.array(clearances), r).tolist() == walked(clearances, r)
-    many = np.array([clearances, clearances[::-1]]).T
-    assert required_along(many, [r, r]).T.tolist() == [walked(clearances, r), walked(clearances[::-1], r)]
-    first, last = out_between(many, r)
-    assert first.tolist()[::-1] == [len(clearances) - 1 - k if k >= 0 else len(clearances) for k in last.tolist()]
 
 
 def test_a_pair_is_out_where_there_is_room_for_a_proof() -> None:

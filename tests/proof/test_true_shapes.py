@@ -1,4 +1,4 @@
-"""Bodies of every shape: what is bounded and proven of boxes, cylinders and polytopes is true, by Coal and by their points."""
+"""Bodies of every shape: what is proven of boxes, cylinders and polytopes is true, by Coal and by their points."""
 
 from __future__ import annotations
 

@@ -267,11 +267,8 @@ class BaseProof(ABC):
     curve: Curve
 
     @abstractmethod
-    def begin(self, frames: Array) -> None:
+    def begin(self) -> None:
         """Compute where the base goes. The other methods need this first.
-
-        Args:
-            frames: (j + 1, 4, 4) T_b_joint at the start, the last for the base itself.
 
         Raises:
             RobotError: the robot's masses are impossible.
@@ -335,7 +332,7 @@ class FixedBaseProof(BaseProof):
         self.curve = trajectory.curve
         self._start = None if setup.at_origin else setup.start
 
-    def begin(self, frames: Array) -> None:
+    def begin(self) -> None:
         """Do nothing: the base is where it starts."""
 
     def placed(self, u: Array, frames: Array) -> Array:
@@ -383,7 +380,7 @@ class FloatingBaseProof(BaseProof):
         if setup.drifting and law is not None and trajectory.duration > 0:
             self.curve = trajectory.path
 
-    def begin(self, frames: Array) -> None:
+    def begin(self) -> None:
         """Integrate the base's attitude."""
         begin, end = self.curve.domain
         time_rate = self.trajectory.duration / (end - begin)
@@ -395,7 +392,8 @@ class FloatingBaseProof(BaseProof):
         )
         self._velocity = linear * time_rate / self._masses.total
         start = self.setup.start
-        self._center = start[:3, :3] @ self._center_of(frames[None])[0] + start[:3, 3]
+        at_start = link_frames(self, np.array([begin]))
+        self._center = start[:3, :3] @ self._center_of(at_start)[0] + start[:3, 3]
 
     def placed(self, u: Array, frames: Array) -> Array:
         """Place links in the inertial frame."""
@@ -523,8 +521,7 @@ def begun_base_proof(robot: Robot, trajectory: AnyTrajectory, setup: BaseSetup) 
         ProblemError: the base tumbles too often.
     """
     base = base_proof(robot, trajectory, setup)
-    if isinstance(base, FloatingBaseProof):  # a fixed one has nothing to compute
-        base.begin(link_frames(base, np.array(base.curve.domain[:1]))[0])
+    base.begin()
     return base
 
 

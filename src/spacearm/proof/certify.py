@@ -252,7 +252,7 @@ class _Clearances:
         self._approaches: MeasuredApproaches | None = None
         if claim.base.setup.model.lacking(claim.robot):
             return
-        claim.base.begin(link_frames(claim.base, np.array(claim.base.curve.domain[:1]))[0])
+        claim.base.begin()
         self.base = claim.base.findings(getattr(problem, "base_limits", None), lambda u: _placed(claim, u))
         if self.base is None or self.base.followed:
             self._prove(given, finest)

@@ -229,39 +229,3 @@ def out_level(greatest: ArrayLike, required: ArrayLike) -> Array:
     r = np.asarray(required, np.float64)
     room = np.minimum(_OUT, (np.asarray(greatest, np.float64) - r) / 2)
     return np.where(room >= _LEAST_OUT, r + room, np.inf)
-
-
-def out_between(clearances: Array, required: ArrayLike) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return when pairs are out: first, and last.
-
-    Args:
-        clearances: (m, ...) of the pairs at m instants, in order [m].
-        required: (...) their required clearances [m].
-
-    Returns:
-        The first and the last instant at which each pair is out, (...) each; m and -1 for one that never is.
-    """
-    out = clearances >= out_level(clearances.max(axis=0), required)
-    never, count = ~out.any(axis=0), len(clearances)
-    first = np.where(never, count, np.argmax(out, axis=0))
-    last = np.where(never, -1, count - 1 - np.argmax(out[::-1], axis=0))
-    return first, last
-
-
-def required_along(clearances: Array, required: ArrayLike) -> Array:
-    """Return what pairs are held to at instants of a motion, by what they have at these instants.
-
-    Args:
-        clearances: (m, ...) of the pairs at m instants, in order; the first is the start, the last the goal [m].
-        required: (...) their required clearances r [m].
-
-    Returns:
-        (m, ...) [m].
-    """
-    r = np.asarray(required, np.float64)
-    at_start, at_goal = held_to(clearances[0], r), held_to(clearances[-1], r)
-    first, last = out_between(clearances, r)
-    instant = np.arange(len(clearances)).reshape(-1, *([1] * (clearances.ndim - 1)))
-    held = np.where(instant < first, at_start, r)
-    held = np.minimum(held, np.where(instant > last, at_goal, r))
-    return held
