@@ -325,6 +325,12 @@ def test_arrays_of_another_kind_or_size_are_faults() -> None:
     refused(claim, steps, directions.astype(np.float32))
     refused(claim, np.full_like(steps, 4), directions)
     refused(claim, np.full_like(steps, 255), directions)
+    for none in (None, 7, steps.tolist(), np.ma.masked_array(steps), memoryview(steps)):
+        assert "the steps of the proof" in refused(claim, none, directions)
+    for none in (None, "x", directions.tolist(), np.ma.masked_array(directions, mask=True)):
+        assert "the directions of the proof" in refused(claim, steps, none)
+    for kind in (">f8", object, complex):
+        refused(claim, steps, directions.astype(kind))
 
 
 @pytest.mark.parametrize("step", [MEMBERS_OF_FIRST, MEMBERS_OF_OTHER])

@@ -163,8 +163,10 @@ def ancestors_of(claim: Claim, joint: int) -> set[int]:
 
 def test_many_balls_are_in_bundles_of_bundles_and_few_are_not() -> None:
     rng = np.random.default_rng(0)
-    few = scene_bodies(Scene([SphereSet(rng.normal(size=(60, 3)), np.full(60, 0.01))]))
+    few = scene_bodies(Scene([SphereSet(rng.normal(size=(16, 3)), np.full(16, 0.01))]))
     assert not few.members.any()
+    more = scene_bodies(Scene([SphereSet(rng.normal(size=(58, 3)), np.full(58, 0.01))]))
+    assert more.members[more.members > 0].tolist() == [16, 16, 16, 10]
     many = scene_bodies(Scene([SphereSet(rng.normal(size=(3000, 3)), np.full(3000, 0.01))]))
     bundles = np.flatnonzero(many.members)
     assert sum(len(shapes_in(many, int(body))) for body in bundles[-1:]) > 16

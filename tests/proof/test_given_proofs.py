@@ -40,6 +40,14 @@ def test_a_wrong_number_of_planes_is_refused(planes: Any) -> None:
         ProofTree.from_dict(proven()[2].as_dict() | {"planes": planes})
 
 
+@pytest.mark.parametrize("name", ["nodes", "planes", "steps", "directions", "spacearm-proof"])
+@pytest.mark.parametrize("value", [True, 1.0, "é", "AAAA", [1], {}, 2**63, np.array([1, 2])])
+def test_a_wrong_value_is_a_fault_of_the_file(name: str, value: Any) -> None:
+    with pytest.raises(FileFormatError) as refused:
+        ProofTree.from_dict(proven()[2].as_dict() | {name: value})
+    assert "\n" not in str(refused.value)
+
+
 def test_what_is_no_proof_is_refused_in_a_sentence() -> None:
     problem, trajectory, proof = proven()
     wrong: list[Any] = [

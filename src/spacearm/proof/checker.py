@@ -160,6 +160,9 @@ def _require_arrays(proof: ProofTree, roots: int) -> None:
         _Fault: they are of another kind or size.
     """
     steps, directions = proof.steps, proof.directions
+    for name, array in (("steps", steps), ("directions", directions)):
+        if type(array) is not np.ndarray:  # a matrix or a masked array computes otherwise
+            raise _Fault(f"the {name} of the proof are a {type(array).__name__}, expected a NumPy array")
     if steps.ndim != 1 or steps.dtype != np.uint8 or not roots <= len(steps) <= _MOST_NODES:
         raise _Fault(f"the proof has {steps.shape} nodes of {steps.dtype}, expected {roots} to {_MOST_NODES} of uint8")
     if directions.ndim != 2 or directions.shape[1] != 3 or directions.dtype != np.float64:

@@ -43,7 +43,7 @@ WORLD, BASE, FIRST_JOINT = 0, 1, 2
 
 _OUTWARD = 1 + 1e-12  # times the size of an enclosing ball, which covers its rounding
 _MEMBERS = 16  # of a bundle of a scene
-_FEW = 64  # up to this number of balls a scene has no bundles
+_FEW = 16  # up to this number of balls a scene has no bundles of them
 
 _CORNERS = {"box": np.array(list(itertools.product((-1.0, 1.0), repeat=3)))}  # times half the edges
 _ENDS = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])  # likewise of what is along z
@@ -139,8 +139,8 @@ def robot_bodies(robot: Robot) -> ConvexBodies:
 def scene_bodies(scene: Scene) -> ConvexBodies:
     """Return a scene's bodies: the convex parts of its obstacles, and then bundles of them.
 
-    There is a bundle around every polytope, and around every sixteen neighbours of many balls; and around those again, until
-    there are few.
+    There is a bundle around every polytope, and around every sixteen neighbours of more than sixteen balls; and
+    around those again, until there are as few.
     """
     bodies: list[_Body] = []
     polytopes: list[int] = []

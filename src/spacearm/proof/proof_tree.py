@@ -62,7 +62,8 @@ class ProofTree:
             FileFormatError: they are none.
         """
         given = cast(dict[str, Any], values) if isinstance(values, dict) else {}
-        if given.get("spacearm-proof") != VERSION:
+        version = given.get("spacearm-proof")
+        if type(version) is not int or version != VERSION:
             raise FileFormatError(f"the proof is {shown(values)}, expected a mapping with spacearm-proof: {VERSION}")
         try:
             nodes, planes = (
