@@ -105,6 +105,7 @@ def calls(folder: Path) -> list[Call]:
     law = sa.TimeLaw([0.0, 1.0], [[0.0, 0.0, 1.0, 1.0]])
     floating = sa.Problem(robot, [], start=home, goal=goal, base="floating")
     held = sa.Problem(robot, [box], start=home, goal=goal, base="fixed")
+    of_held = sa.Trajectory(robot, motion, base="fixed")
     body = robot.bodies[0]
     sa.save_plan(plan, folder / "plan.json")
     (folder / "problem.yaml").write_text("spacearm: 1\nrobot: srs7\nstart: home\ngoal: {position: [0.5, 0.2, 0.3]}\n")
@@ -242,7 +243,7 @@ def calls(folder: Path) -> list[Call]:
         Call("certify", sa.certify, (problem, trajectory), {
             "limits": ("position",), "jerk_limit": 99.0, "clearance": 0.0, "resolution": 1e-3, "tracking": 0.0, "proof": None,
         }),
-        Call("robustness", sa.robustness, (held, sa.Trajectory(robot, motion, base="fixed")), {"joints": "all", "singly": False, "resolution": 0.5}),
+        Call("robustness", sa.robustness, (held, of_held), {"joints": "all", "singly": False, "resolution": 0.5}),
         Call("MotionSwarm", asking, (), {"problem": problem, "goal": goal, "settings": quick, "rng": 0}),
         Call("MotionSwarm.judge", judging.judge, (asked,)),
         Call("PSO", sa.PSO, (), {"particles": 5, "iterations": 3, "neighbours": 2, "inertia": 0.7}),
