@@ -334,7 +334,7 @@ class _Clearances:
                     clearance=part.has,
                     required=near.required,
                     held_to=near.held(part.phase),
-                    proven=float(self.proven[phase]) if holds else None,
+                    proven=min(float(self.proven[phase]), near.required) if holds else None,  # a bundle may have more
                     measured=part.has if measured is None else min(part.has, measured.clearance),
                     begin=float(times[0]),
                     end=float(times[1]),
