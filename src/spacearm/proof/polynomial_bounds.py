@@ -40,7 +40,7 @@ _SECOND_ORDER = 3.0  # times |phi|^2 and the tumble: the terms of second order o
 _SMALL_ERROR = 1e-3  # [rad]
 _FIRST_ORDER = 1.01  # times the sum of errors, which covers what is neglected for rotation vectors below _SMALL_ERROR
 _FLOW_ROUNDING = 1e-12  # of the flow over a panel
-_MOST_PANELS = 1500  # whose flows are multiplied, which takes the square of their number; for more, exponents are added
+_MOST_FLOWS = 600  # that are multiplied, which takes the square of their number; more panels are taken in groups
 _STEEPEST = 300.0  # exponent of the factor by which errors grow, at most: e^300 is hopeless, and still a number
 
 # ---- The greatest norm of a polynomial -------------------------------------------------------------------------------
@@ -412,17 +412,53 @@ def error_factors_by_flow(flow: Flow, *, off: Array, grows: Array, made: Array, 
         made: (p,) errors that are made on them [rad].
         tumble: (p,) how far the momentum turns the base on them, at most [rad].
     """
-    crude, count = error_factors(grows), len(grows)
-    if count > _MOST_PANELS:
-        return crude
-    until, worst = np.zeros((count, 3, 3)), np.ones(count)
-    for n, X in enumerate(flow.end):
-        until[:n] = X @ until[:n]
-        until[n] = np.eye(3)
-        worst[: n + 1] = np.maximum(worst[: n + 1], np.linalg.norm(until[: n + 1], axis=(1, 2)))
-    later = _FIRST_ORDER * worst * np.exp(grows + grows.max())
+    crude = error_factors(grows)
+    later = _FIRST_ORDER * longest_products(flow.end) * np.exp(grows + grows.max())
     whole = float((later * made).sum())
     small = float((later * (off + _FLOW_ROUNDING)).sum()) + float((later * tumble).sum()) * _SECOND_ORDER * 2 * whole
     if not (small <= 0.5 and 2 * whole <= _SMALL_ERROR):
         return crude
     return np.minimum(crude, later / (1 - small))
+
+
+def longest_products(X: Array, *, most: int = _MOST_FLOWS) -> Array:
+    """Bound the norms of X_q ... X_(p + 1) for every q from p to the last, (p,), for matrices X (p, 3, 3).
+
+    More than `most` matrices are taken in groups. A product that begins in one group and ends in another is the rest of the
+    first group, whole groups, and the head of the last one. Its norm is at most the product of their norms.
+    """
+    count = len(X)
+    size = -(-count // most)
+    if size <= 1:
+        return _products_of(X[None])[1][0]
+    groups = np.concatenate([X, np.tile(np.eye(3), (-count % size, 1, 1))]).reshape(-1, size, 3, 3)
+    rest, within = _products_of(groups)
+    head, longest_head = np.tile(np.eye(3), (len(groups), 1, 1)), np.ones(len(groups))
+    for n in range(size):
+        head = groups[:, n] @ head
+        longest_head = np.maximum(longest_head, _spectral_norm(head))
+    between, beyond = np.zeros((len(groups), 3, 3)), np.zeros(len(groups))
+    for n, whole in enumerate(head):
+        beyond[:n] = np.maximum(beyond[:n], _norm(between[:n]) * longest_head[n])
+        between[:n] = whole @ between[:n]
+        between[n] = np.eye(3)
+    return np.maximum(within, _spectral_norm(rest) * beyond[:, None]).ravel()[:count]
+
+
+def _products_of(X: Array) -> tuple[Array, Array]:
+    """Return the products of all matrices after each one, (g, n, 3, 3), and the greatest norm on the way, (g, n)."""
+    until, worst = np.zeros_like(X), np.ones(X.shape[:2])
+    for n in range(X.shape[1]):
+        until[:, :n] = X[:, n, None] @ until[:, :n]
+        until[:, n] = np.eye(3)
+        worst[:, : n + 1] = np.maximum(worst[:, : n + 1], _norm(until[:, : n + 1]))
+    return until, worst
+
+
+def _norm(X: Array) -> Array:
+    return np.sqrt(np.einsum("...cd,...cd->...", X, X))
+
+
+def _spectral_norm(X: Array) -> Array:
+    """Return an upper bound of the greatest singular value of matrices (..., 3, 3)."""
+    return np.sqrt(outer_eigenvalues(np.swapaxes(X, -1, -2) @ X)[1])
