@@ -97,7 +97,7 @@ def _guarantees(ax: Any, names: Sequence[str]) -> None:
         )
         begin += count
     low, high = ax.get_xlim()
-    ax.set_xlim(low, high * (high / low) ** 0.55)
+    ax.set_xlim(low, high * (high / low) ** 0.9)
 
 
 def _margins(ax: Any, results: Results) -> None:
@@ -114,7 +114,7 @@ def _margins(ax: Any, results: Results) -> None:
         ax.fill_between(
             x, *(1e3 * np.array([np.percentile(of, q) for of in seconds]) for q in (25, 75)), color=color, alpha=0.13, lw=0
         )
-    ax.set(xscale="log", yscale="log", xlabel="room above the required [mm]", ylabel="processor time [ms]")
+    ax.set(xscale="log", yscale="log", xlabel="room [mm]", ylabel="processor time [ms]")
     ax.invert_xaxis()
     tidy(ax)
     legend_below(ax, 1)
@@ -138,6 +138,6 @@ def _found(ax: Any, results: Results) -> None:
             markerfacecolor="none",
             label=name,
         )
-    ax.set(xscale="log", xlabel="depth of the collision [mm]", ylabel="collisions found [%]", ylim=(-4, 104))
+    ax.set(xscale="log", xlabel="depth [mm]", ylabel="collisions found [%]", ylim=(-4, 104))
     tidy(ax)
     legend_below(ax, 1)
