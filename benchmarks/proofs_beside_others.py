@@ -234,8 +234,8 @@ def _missed(results: Results) -> list[str]:
     depths = [f"{1e6 * depth:g} um" if depth < 1e-3 else f"{1e3 * depth:g} mm" for depth in DEPTHS]
     count = len(next(iter(results.found.values()))[DEPTHS[0]])
     lines = [
-        "**What is missed.** A ball of 1 to 5 mm touches each motion for an instant, this deep. The numbers are of those that are "
-        f"not called free, of about {count} each.",
+        "**What is missed.** A ball of 1 to 5 mm touches each motion for an instant, this deep. The numbers are of those that "
+        f"are not called free, of about {count} each.",
         "",
         _row("method", *depths),
         "|" + "---|" * (len(depths) + 1),
