@@ -15,6 +15,7 @@ PACKAGE = REPOSITORY / "src" / "spacearm"
 
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("cli",),
+    ("view",),
     ("study",),
     ("files",),
     ("show",),
