@@ -25,9 +25,9 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo 'PYTHON=/path/to/python3 chooses the interpreter when .venv is made; rm -rf .venv starts afresh.'
 
-demo: $(STAMPS)/package ## everything from nothing: environment, build, the paper's experiment into out/
+demo: $(STAMPS)/package ## everything from nothing: environment, build, the paper's experiment and its report into out/
 	@out=$$(sh tools/fresh_folder.sh out/paper) && echo "Running the paper's experiment into $$out." && \
-	  $(VENV)/bin/spacearm paper -o "$$out"
+	  $(VENV)/bin/spacearm paper -o "$$out" && sh tools/open_page.sh "$$out/report.html"
 
 # With compiled modules kept, whatever the user's shell says of them: many tests start programs.
 test: $(STAMPS)/package $(STAMPS)/test ## environment, build, and all tests
