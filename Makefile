@@ -46,6 +46,13 @@ lint: $(STAMPS)/package $(STAMPS)/lint ## format check, lint, and types
 format: $(STAMPS)/lint ## rewrite the Python and C++ files in the house's format
 	@$(PY) -m ruff check --fix --exit-zero --quiet . ; $(PY) -m ruff format . ; $(CLANG_FORMAT) -i $(CXX_FILES)
 
+# Reads docs/ and the docstrings; needs no network. Warnings are errors.
+docs: $(STAMPS)/package $(STAMPS)/docs ## the site, into build/site
+	@echo 'Building the site.'
+	@$(PY) -m sphinx --quiet --fail-on-warning --keep-going --fresh-env --write-all \
+	  --builder html --doctree-dir build/site-pages docs build/site
+	@echo 'The site is in build/site/index.html.'
+
 bench: $(STAMPS)/package ## the swarm beside other libraries (BENCH="--quick --install"), one environment each
 	@$(PY) benchmarks/paper_numpy.py
 	@$(PY) benchmarks/compare_swarms.py $(BENCH)
@@ -82,7 +89,7 @@ $(STAMPS)/package: $(STAMPS)/tools $(STAMPS)/modules $(BUILD_FILES)
 	@$(PIP) install --no-build-isolation --config-settings=cmake.define.SPACEARM_WERROR=ON --editable .
 	@touch $@
 
-$(STAMPS)/test $(STAMPS)/lint $(STAMPS)/wheel: $(STAMPS)/%: $(STAMPS)/tools pyproject.toml
+$(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/wheel: $(STAMPS)/%: $(STAMPS)/tools pyproject.toml
 	@echo 'Installing what make $* needs: about half a minute.'
 	@$(PY) tools/requirements.py run $* > $(STAMPS)/$*.txt && $(PIP) install -r $(STAMPS)/$*.txt
 	@touch $@
@@ -92,4 +99,4 @@ $(STAMPS)/modules: $(STAMPS)/tools ALWAYS
 	@find src -type f ! -path '*/__pycache__/*' | LC_ALL=C sort > $@.new
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 
-.PHONY: help demo test lint format bench wheel clean ALWAYS
+.PHONY: help demo test lint format docs bench wheel clean ALWAYS
