@@ -8,6 +8,34 @@ import { intervalAt, matrixOf, Motion, type Placement, unpack, unpackShares } fr
 import { SCENE, scaleColor, type SceneColors, type Theme, toneColor } from "./palette";
 import { fadedDisc, gridLines, manySpheres, merged, type Solid, Solids, triad, vector } from "./solids";
 
+const VEIL_VERTEX = `
+varying vec3 vNormal;
+varying vec3 vToEye;
+void main() {
+  vec4 at = vec4(position, 1.0);
+  vec3 turned = normal;
+  #ifdef USE_INSTANCING
+    at = instanceMatrix * at;
+    turned = mat3(instanceMatrix) * turned;
+  #endif
+  vec4 seen = modelViewMatrix * at;
+  vNormal = normalMatrix * turned;
+  vToEye = -seen.xyz;
+  gl_Position = projectionMatrix * seen;
+}`;
+const VEIL_FRAGMENT = `
+uniform vec3 color;
+uniform float face;
+uniform float rim;
+varying vec3 vNormal;
+varying vec3 vToEye;
+void main() {
+  float square = abs(dot(normalize(vNormal), normalize(vToEye)));
+  float away = 1.0 - square;
+  gl_FragColor = vec4(color * (0.7 + 0.3 * square), face + rim * away * away);
+  #include <colorspace_fragment>
+}`;
+
 /** The materials of a scene; they are made anew for another theme. */
 export class Materials {
   readonly colors: SceneColors;
@@ -16,7 +44,8 @@ export class Materials {
   readonly faded: THREE.MeshBasicMaterial;
   readonly fadedLines: THREE.LineBasicMaterial;
   readonly triad: THREE.Material;
-  readonly depth = new THREE.MeshBasicMaterial({ colorWrite: false, transparent: true });
+  readonly inner: THREE.Material; // of a triad that is seen through what is around it
+  readonly depth: THREE.Material; // draws the depth of a veil, so that only its outer face is seen
   private readonly made: THREE.Material[] = [];
 
   constructor(readonly theme: Theme) {
@@ -26,6 +55,9 @@ export class Materials {
     this.edges = this.keep(new THREE.LineBasicMaterial({ color: this.colors.edge, transparent: true, opacity: this.colors.edgeOpacity, depthWrite: false }));
     this.faded = this.keep(new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, side: THREE.DoubleSide, depthWrite: false }));
     this.fadedLines = this.keep(new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
+    this.depth = this.veil("#000000", 1, 0);
+    Object.assign(this.depth, { colorWrite: false, depthWrite: true });
+    this.inner = this.keep(new THREE.MeshLambertMaterial({ vertexColors: true, transparent: true, opacity: 0.75, depthTest: false }));
     this.triad = this.keep(new THREE.MeshLambertMaterial({ vertexColors: true }));
   }
 
@@ -39,9 +71,10 @@ export class Materials {
     return this.keep(new THREE.MeshStandardMaterial({ color, roughness: 0.62, metalness: 0 }));
   }
 
-  /** Seen through; with `depth` drawn before it, only its outer face is. */
-  veil(color: string, opacity: number): THREE.Material {
-    return this.keep(new THREE.MeshLambertMaterial({ color, transparent: true, opacity, depthWrite: false, emissive: color, emissiveIntensity: 0.25 }));
+  /** Seen through, denser towards the rim: `face` is the opacity where it is looked at squarely, `rim` what is added at its outline. */
+  veil(color: string, face: number, rim: number): THREE.Material {
+    const uniforms = { color: { value: new THREE.Color(color) }, face: { value: face }, rim: { value: rim } };
+    return this.keep(new THREE.ShaderMaterial({ uniforms, vertexShader: VEIL_VERTEX, fragmentShader: VEIL_FRAGMENT, transparent: true, depthWrite: false }));
   }
 
   lines(color: string, opacity: number): THREE.Material {
@@ -49,7 +82,7 @@ export class Materials {
   }
 
   dispose(): void {
-    for (const material of [...this.made, this.depth]) material.dispose();
+    for (const material of this.made) material.dispose();
   }
 }
 
@@ -139,14 +172,14 @@ export class Body {
     this.addLayer(this.layers.visuals, robot.visuals, solids, { kind: "solid" });
     this.addLayer(this.layers.shapes, robot.shapes, solids, { kind: "solid" });
     if (!robot.visuals.length) return;
-    const veil = materials.veil(colors.envelope, theme === "light" ? 0.16 : 0.2);
+    const veil = materials.veil(colors.envelope, theme === "light" ? 0.1 : 0.12, 0.5);
     this.addLayer(this.layers.veil, robot.shapes, solids, { kind: "veil", material: veil, edges: materials.lines(colors.envelope, 0.35), order: 20 });
   }
 
   private addGhost(solids: Solids): void {
     const { materials, robot } = this;
     const tone = toneColor(this.actor.tone, materials.theme);
-    const look: Look = { kind: "veil", material: materials.veil(tone, 0.26), edges: materials.lines(tone, 0.6), order: 10 };
+    const look: Look = { kind: "veil", material: materials.veil(tone, 0.2, 0.55), edges: materials.lines(tone, 0.6), order: 10 };
     this.addLayer(this.layers.visuals, robot.visuals, solids, look);
     this.addLayer(this.layers.shapes, robot.shapes, solids, look);
   }
@@ -349,7 +382,7 @@ export function targetMark(target: Target, size: number, materials: Materials): 
     group.add(axes);
   }
   const radius = Math.max(target.radius, 0.007 * size);
-  group.add(ordered(new THREE.Mesh(new THREE.SphereGeometry(radius, 24, 16), materials.veil(tone, 0.45)), 8));
+  group.add(ordered(new THREE.Mesh(new THREE.SphereGeometry(radius, 24, 16), materials.veil(tone, 0.4, 0.3)), 8));
   for (const turn of [[0, 0], [Math.PI / 2, 0], [0, Math.PI / 2]]) {
     const ring = new THREE.EllipseCurve(0, 0, 0.03 * size, 0.03 * size).getPoints(48).flatMap((p) => [p.x, p.y, 0]);
     const line = wideLine(new Float32Array(ring), null, tone, 1.6);

@@ -8,6 +8,7 @@ export interface Label {
   at: THREE.Vector3;
   rank: number; // smaller ones keep their place where labels overlap
   shown: boolean; // whether it is wanted
+  hidden: boolean; // whether it has no place now
   width: number; // 0 until it has been measured
   height: number;
   centred: boolean; // over its place; else above it
@@ -87,7 +88,7 @@ export class Overlay {
     if (kind === "mark") element.style.opacity = "0.6";
     else Object.assign(element.style, { padding: "0 4px", borderRadius: "3px", background: SCENE[this.theme].halo });
     this.root.append(element);
-    const label = { element, at: new THREE.Vector3(), rank, shown: true, width: 0, height: 0, centred };
+    const label = { element, at: new THREE.Vector3(), rank, shown: true, hidden: false, width: 0, height: 0, centred };
     this.labels.push(label);
     return label;
   }
@@ -117,8 +118,8 @@ export class Overlay {
   place(camera: THREE.PerspectiveCamera, width: number, height: number): void {
     const taken: number[][] = [[width - GIZMO - 8, height - GIZMO - 6, width, height]];
     if (this.legend.style.display !== "none") taken.push([0, height - 52, 160, height]);
-    const seen = this.labels.filter((label) => label.shown);
-    for (const label of this.labels) if (!label.shown) label.element.style.visibility = "hidden";
+    const seen = this.labels.filter((label) => label.shown && !label.hidden);
+    for (const label of this.labels) if (!label.shown || label.hidden) label.element.style.visibility = "hidden";
     for (const label of seen) {
       if (label.width) continue;
       label.width = label.element.offsetWidth;

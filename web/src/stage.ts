@@ -223,7 +223,9 @@ export class Stage {
     clear(this.renderer, SCENE[this.theme].top, SCENE[this.theme].bottom);
     this.renderer.render(this.scene, camera);
     for (const { label, follow } of content.labels) {
-      const at = label.shown && follow?.();
+      if (!label.shown || !follow) continue;
+      const at = follow();
+      label.hidden = !at;
       if (at) label.at.copy(at);
     }
     this.overlay.place(camera, this.canvas.clientWidth, this.canvas.clientHeight);
@@ -270,7 +272,7 @@ export class Stage {
       view, bodies, things, cloud, points, sphere, closest, paths, //
       motions: bodies.map((body) => body.motion),
       basePath: drifting ? new Path(drifting, this.theme, false, "base") : null,
-      triads: solidBodies.map((body) => ({ tip: this.newTriad(), base: this.newTriad(), body })),
+      triads: solidBodies.map((body) => ({ tip: this.newTriad(true), base: this.newTriad(false), body })),
       targets: new THREE.Group(),
       grid: new THREE.Group(),
       everything: whole.getBoundingSphere(new THREE.Sphere()),
@@ -289,8 +291,9 @@ export class Stage {
     this.switch();
   }
 
-  private newTriad(): THREE.Mesh {
-    const mesh = new THREE.Mesh(triad(this.materials.colors.axes), this.materials.triad);
+  /** Axes; those of a base are seen through it. */
+  private newTriad(behind: boolean): THREE.Mesh {
+    const mesh = new THREE.Mesh(triad(this.materials.colors.axes), behind ? this.materials.triad : this.materials.inner);
     mesh.matrixAutoUpdate = false;
     return mesh;
   }
@@ -327,29 +330,58 @@ export class Stage {
     const floors = things.flatMap(({ planes }) => planes.filter(({ normal }) => normal.z > 0.9999).map(({ offset }) => offset));
     const floor = floors.find((z) => Math.abs(z - box.min.z) < 0.6 * sphere.radius);
     const level = floor ?? Math.floor(box.min.z / step - 0.25) * step;
-    const every = Math.round(step / 10 ** Math.floor(Math.log10(step) + 1e-9)) === 1 ? 5 : Math.round(step * 10 ** -Math.floor(Math.log10(step) + 1e-9)) === 2 ? 5 : 2;
+    const every = Math.round(step * 10 ** -Math.floor(Math.log10(step) + 1e-9)) === 5 ? 2 : 5;
     const colors = SCENE[this.theme];
     const { x, y } = sphere.center;
-    const lines = gridLines(x, y, 1.7 * sphere.radius, step, new THREE.Color(colors.grid), colors.gridOpacity, every);
+    const radius = 1.7 * sphere.radius;
+    const lines = gridLines(x, y, radius, step, new THREE.Color(colors.grid), colors.gridOpacity, every);
     grid.add(new THREE.LineSegments(lines, this.materials.fadedLines));
     grid.position.z = level + (floor === undefined ? 0 : 0.001 * sphere.radius);
-    this.addMarks(content, box, step, level);
+    this.addMarks(content, step, level, radius);
   }
 
-  /** Metre marks along two sides of the grid, and its height. */
-  private addMarks(content: Content, box: THREE.Box3, step: number, level: number): void {
+  /** Marks of the grid's lines: each follows the place where its line leaves the picture, nearest to the eye. */
+  private addMarks(content: Content, step: number, level: number, radius: number): void {
+    const { center } = content.sphere;
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    const [x0, y0] = [Math.floor(box.min.x / step), Math.floor(box.min.y / step)];
-    const [x1, y1] = [Math.ceil(box.max.x / step), Math.ceil(box.max.y / step)];
-    const mark = (text: string, x: number, y: number, rank: number) => {
-      const label = this.overlay.label(text.replace("-", "\u2212"), "mark", rank, true);
-      label.at.set(x, y, level);
-      content.labels.push({ label, toggles: ["grid"] });
+    const count = Math.floor((0.62 * radius) / step);
+    for (const along of [0, 1]) {
+      const nearest = Math.round(center.getComponent(1 - along) / step);
+      for (let i = nearest - count; i <= nearest + count; i++) {
+        const text = `${"yx"[along]} ${(i * step).toFixed(digits)}`.replace("-", "\u2212").replace(/\u2212(0(\.0*)?)$/, "$1");
+        const label = this.overlay.label(text, "mark", 80 + (i % 2 ? 1 : 0), true);
+        const ends = [-1, 1].map((sign) => {
+          const at = new THREE.Vector3(0, 0, level).setComponent(1 - along, i * step);
+          const half = Math.sqrt(Math.max(0, (0.7 * radius) ** 2 - (i * step - center.getComponent(1 - along)) ** 2));
+          return at.setComponent(along, center.getComponent(along) + sign * half);
+        });
+        content.labels.push({ label, toggles: ["grid"], follow: () => this.leaving(ends[0], ends[1]) });
+      }
+    }
+  }
+
+  /** The place of a line that is seen and lies lowest in the picture, a little inside it. */
+  private leaving(a: THREE.Vector3, b: THREE.Vector3): THREE.Vector3 | undefined {
+    const { camera } = this;
+    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    const at = (share: number) => a.clone().lerp(b, share);
+    const low = (share: number) => {
+      const p = at(share).project(camera);
+      return Math.abs(p.z) < 1 && Math.abs(p.x) < 1 - 36 / width && Math.abs(p.y) < 1 - 18 / height ? p.y : Infinity;
     };
-    for (let i = x0; i <= x1; i++) mark((i * step).toFixed(digits), i * step, (y0 - 0.6) * step, 80 + (i % 2 ? 1 : 0));
-    for (let j = y0; j <= y1; j++) mark((j * step).toFixed(digits), (x1 + 0.6) * step, j * step, 80 + (j % 2 ? 1 : 0));
-    mark("x [m]", ((x0 + x1) / 2) * step, (y0 - 1.5) * step, 70);
-    mark("y [m]", (x1 + 1.6) * step, ((y0 + y1) / 2) * step, 70);
+    let [best, least] = [-1, Infinity];
+    for (let i = 0; i <= 32; i++) {
+      const y = low(i / 32);
+      if (y < least) [best, least] = [i / 32, y];
+    }
+    if (best < 0) return undefined;
+    for (let reach = 1 / 64; reach > 1e-3; reach /= 2) {
+      for (const share of [best - reach, best + reach]) {
+        const y = share >= 0 && share <= 1 ? low(share) : Infinity;
+        if (y < least) [best, least] = [share, y];
+      }
+    }
+    return at(best);
   }
 
   private addLabels(content: Content): void {
@@ -500,7 +532,9 @@ function seen(bodies: Body[], things: Thing[], cloud: Particles | null, view: Vi
     const { start, end } = body.motion;
     return Array.from({ length: end > start ? 13 : 1 }, (_, i) => body.corners(start + ((end - start) * i) / 12)).flat();
   });
-  for (const { T } of view.targets) points.push(new THREE.Vector3(T[3], T[7], T[11]));
+  const { min, max } = new THREE.Box3().setFromPoints(points);
+  const room = points.length ? 0.07 * min.distanceTo(max) : 0.1;
+  for (const { T } of view.targets) points.push(...cornersOf(new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(T[3], T[7], T[11]), new THREE.Vector3().setScalar(room))));
   if (cloud) points.push(...cornersOf(cloud.box));
   const near = new THREE.Box3();
   if (points.length) {
