@@ -5,7 +5,7 @@ import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import type { Actor, Closest, Cloud, Geometry, Obstacle, Part, Robot, Target } from "./data";
 import { intervalAt, matrixOf, Motion, type Placement, unpack, unpackShares } from "./kinematics";
-import { SCENE, scaleColor, type SceneColors, type Theme, toneColor } from "./palette";
+import { costColor, SCENE, scaleColor, type SceneColors, type Theme, toneColor } from "./palette";
 import { fadedDisc, gridLines, manySpheres, merged, type Solid, Solids, triad, vector } from "./solids";
 
 const VEIL_VERTEX = `
@@ -36,6 +36,15 @@ void main() {
   #include <colorspace_fragment>
 }`;
 
+/** Darkens a material towards its outline, so that round shapes stand out from a ground of their own colour. */
+function rimmed<M extends THREE.Material>(material: M): M {
+  const rim = "outgoingLight *= mix(0.58, 1.0, smoothstep(0.0, 0.42, abs(dot(normalize(normal), normalize(vViewPosition)))));\n";
+  material.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace("#include <opaque_fragment>", rim + "#include <opaque_fragment>");
+  };
+  return material;
+}
+
 /** The materials of a scene; they are made anew for another theme. */
 export class Materials {
   readonly colors: SceneColors;
@@ -51,7 +60,7 @@ export class Materials {
   constructor(readonly theme: Theme) {
     this.colors = SCENE[theme];
     const offset = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
-    this.solid = this.keep(new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0, ...offset }));
+    this.solid = this.keep(rimmed(new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0, ...offset })));
     this.edges = this.keep(new THREE.LineBasicMaterial({ color: this.colors.edge, transparent: true, opacity: this.colors.edgeOpacity, depthWrite: false }));
     this.faded = this.keep(new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, side: THREE.DoubleSide, depthWrite: false }));
     this.fadedLines = this.keep(new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
@@ -68,7 +77,7 @@ export class Materials {
 
   /** Opaque, of one colour, for instanced spheres. */
   plain(color: THREE.Color): THREE.Material {
-    return this.keep(new THREE.MeshStandardMaterial({ color, roughness: 0.62, metalness: 0 }));
+    return this.keep(rimmed(new THREE.MeshStandardMaterial({ color, roughness: 0.62, metalness: 0 })));
   }
 
   /** Seen through, denser towards the rim: `face` is the opacity where it is looked at squarely, `rim` what is added at its outline. */
@@ -90,28 +99,39 @@ export class Materials {
 type Look = { kind: "solid" } | { kind: "veil"; material: THREE.Material; edges: THREE.Material | null; order: number };
 
 interface Coloured {
+  name: string; // what the pointer tells
   geometry: Geometry;
   color: THREE.Color;
   own: boolean; // whether a mesh's own colours are taken
 }
 
+/** Of a drawn mesh: the names of its triangles, as the number of the first one that is no more of it. */
+export interface Named {
+  names: { name: string; before: number }[];
+}
+
 /** Draws shapes into a group: one mesh and one set of edges for all solids, one instanced mesh for each sphere set. */
 function addShapes(group: THREE.Object3D, shapes: Coloured[], solids: Solids, materials: Materials, look: Look): void {
   const pieces: { solid: Solid; color: THREE.Color; own: boolean }[] = [];
+  const named: Named = { names: [] };
+  let triangles = 0;
   for (const shape of shapes) {
     const solid = solids.of(shape.geometry);
-    if (solid) pieces.push({ ...shape, solid });
-    else if (shape.geometry.kind === "spheres") {
+    if (solid) {
+      pieces.push({ ...shape, solid });
+      triangles += solid.positions.length / 9;
+      named.names.push({ name: shape.name, before: triangles });
+    } else if (shape.geometry.kind === "spheres") {
       const [centers, radii] = [unpack(shape.geometry.centers), unpack(shape.geometry.radii)];
       if (radii.length === 0) continue;
-      if (look.kind === "solid") group.add(cast(manySpheres(centers, radii, materials.plain(shape.color))));
+      if (look.kind === "solid") group.add(cast(manySpheres(centers, radii, materials.plain(shape.color)), { names: [{ name: shape.name, before: Infinity }] }));
       else group.add(...[materials.depth, look.material].map((material, i) => ordered(manySpheres(centers, radii, material), look.order + i)));
     }
   }
   if (pieces.length === 0) return;
   const { faces, edges } = merged(pieces);
   if (look.kind === "solid") {
-    group.add(cast(new THREE.Mesh(faces, materials.solid)));
+    group.add(cast(new THREE.Mesh(faces, materials.solid), named));
     if (edges.getAttribute("position").count) group.add(new THREE.LineSegments(edges, materials.edges));
     return;
   }
@@ -119,8 +139,9 @@ function addShapes(group: THREE.Object3D, shapes: Coloured[], solids: Solids, ma
   if (look.edges && edges.getAttribute("position").count) group.add(ordered(new THREE.LineSegments(edges, look.edges), look.order + 2));
 }
 
-function cast<T extends THREE.Object3D>(object: T): T {
+function cast<T extends THREE.Object3D>(object: T, named: Named): T {
   object.castShadow = object.receiveShadow = true;
+  object.userData = named;
   return object;
 }
 
@@ -172,16 +193,19 @@ export class Body {
     this.addLayer(this.layers.visuals, robot.visuals, solids, { kind: "solid" });
     this.addLayer(this.layers.shapes, robot.shapes, solids, { kind: "solid" });
     if (!robot.visuals.length) return;
-    const veil = materials.veil(colors.envelope, theme === "light" ? 0.1 : 0.12, 0.5);
+    const veil = materials.veil(colors.envelope, theme === "light" ? 0.06 : 0.08, 0.55);
     this.addLayer(this.layers.veil, robot.shapes, solids, { kind: "veil", material: veil, edges: materials.lines(colors.envelope, 0.35), order: 20 });
   }
 
   private addGhost(solids: Solids): void {
     const { materials, robot } = this;
     const tone = toneColor(this.actor.tone, materials.theme);
-    const look: Look = { kind: "veil", material: materials.veil(tone, 0.2, 0.55), edges: materials.lines(tone, 0.6), order: 10 };
-    this.addLayer(this.layers.visuals, robot.visuals, solids, look);
-    this.addLayer(this.layers.shapes, robot.shapes, solids, look);
+    const arm: Look = { kind: "veil", material: materials.veil(tone, 0.24, 0.6), edges: materials.lines(tone, 0.6), order: 10 };
+    const base: Look = { kind: "veil", material: materials.veil(tone, 0.07, 0.25), edges: materials.lines(tone, 0.55), order: 10 };
+    for (const [layer, parts] of [[this.layers.visuals, robot.visuals], [this.layers.shapes, robot.shapes]] as const) {
+      this.addLayer(layer, parts.filter((part) => part.joint >= 0), solids, arm);
+      this.addLayer(layer, parts.filter((part) => part.joint < 0), solids, base);
+    }
   }
 
   private addLayer(layer: THREE.Object3D[], parts: Part[], solids: Solids, look: Look): void {
@@ -190,7 +214,7 @@ export class Body {
       const own = parts.filter((part) => part.joint === i - 1);
       if (!own.length) return;
       const group = new THREE.Group();
-      const shapes = own.map((part) => ({ geometry: part.geometry, color: stated(part.color) ?? linkColor(part, names, this.materials.colors), own: !part.color }));
+      const shapes = own.map((part) => ({ name: `link ${part.name}`, geometry: part.geometry, color: stated(part.color) ?? linkColor(part, names, this.materials.colors), own: !part.color }));
       addShapes(group, shapes, solids, this.materials, look);
       node.add(group);
       layer.push(group);
@@ -209,6 +233,15 @@ export class Body {
     this.nodes.forEach((node, i) => {
       node.matrix.fromArray(i ? this.placement.joints[i - 1] : this.placement.base);
       node.matrixWorldNeedsUpdate = true;
+    });
+  }
+
+  /** Hides what stands where the other body has the same part: a ghost would only tint it. */
+  hideWhere(other: Body, near: number): void {
+    this.nodes.forEach((node, i) => {
+      const [a, b] = [node.matrix.elements, other.nodes[i]?.matrix.elements];
+      const same = b && a.every((value, k) => Math.abs(value - b[k]) < (k >= 12 ? near : 2e-3));
+      node.visible = !(same && this.robot === other.robot);
     });
   }
 
@@ -282,7 +315,7 @@ export class Thing {
   constructor(readonly obstacle: Obstacle, solids: Solids, materials: Materials) {
     const { colors } = materials;
     const color = new THREE.Color(PANEL.test(obstacle.name) ? colors.panel : colors.obstacle);
-    addShapes(this.root, obstacle.parts.map((geometry) => ({ geometry, color, own: true })), solids, materials, { kind: "solid" });
+    addShapes(this.root, obstacle.parts.map((geometry) => ({ name: obstacle.name, geometry, color, own: true })), solids, materials, { kind: "solid" });
     for (const part of obstacle.parts) {
       this.box.union(boxOf(part, solids));
       if (part.kind === "halfspace") this.planes.push(plane(part.normal, part.offset));
@@ -336,7 +369,7 @@ export class Path {
 
   constructor(body: Body, theme: Theme, bySpeed: boolean, of: "tip" | "base") {
     const { motion } = body;
-    const count = Math.max(2, Math.min(480, 24 * (motion.q.t.length - 1) + 1));
+    const count = Math.max(161, Math.min(481, 24 * (motion.q.t.length - 1) + 1));
     this.t = Float64Array.from({ length: count }, (_, i) => motion.start + ((motion.end - motion.start) * i) / (count - 1));
     const points = new Float32Array(3 * count);
     this.t.forEach((t, i) => points.set((of === "tip" ? motion.tip(t) : motion.base(t)).slice(12, 15), 3 * i));
@@ -347,6 +380,7 @@ export class Path {
     this.root.add(ordered(wideLine(points, colors, tone, ghost ? 1.2 : 1.6, ghost ? 0.55 : 0.45), 5));
     this.passed = ordered(wideLine(points, colors, tone, ghost ? 1.8 : 3), 6);
     this.root.add(this.passed);
+    if (of === "base") for (const line of this.root.children as Line2[]) Object.assign(line.material, { depthTest: false, transparent: true });
     this.seek(motion.start);
   }
 
@@ -426,7 +460,7 @@ export class Particles {
     for (let back = Math.min(now, Particles.TAIL); back >= 0; back--) {
       for (let i = (now - back) * this.perIteration; i < (now - back + 1) * this.perIteration; i++) {
         positions.setXYZ(at, this.places[3 * i], this.places[3 * i + 1], this.places[3 * i + 2]);
-        color.setRGB(...scaleColor(this.values ? this.values[i] / 255 : 0, this.theme), THREE.SRGBColorSpace);
+        color.setRGB(...costColor(this.values ? this.values[i] / 255 : 0, this.theme), THREE.SRGBColorSpace);
         colors.setXYZW(at++, color.r, color.g, color.b, back ? 0.34 / back : 1);
       }
     }

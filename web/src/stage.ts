@@ -2,10 +2,10 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Page, View } from "./data";
-import { Body, ClosestPair, cornersOf, lengthText, Materials, niceStep, Particles, Path, targetMark, Thing } from "./figures";
+import { Body, ClosestPair, cornersOf, lengthText, Materials, type Named, niceStep, Particles, Path, targetMark, Thing } from "./figures";
 import { Motion } from "./kinematics";
 import { type Label, Overlay } from "./overlay";
-import { SCENE, SIGNALS, type Theme } from "./palette";
+import { costColor, scaleColor, SCENE, SIGNALS, type Theme } from "./palette";
 import { gridLines, Solids, triad } from "./solids";
 
 export type Toggle = "visuals" | "shapes" | "path" | "basePath" | "axes" | "names" | "closest" | "ghosts" | "targets" | "cloud" | "grid";
@@ -20,7 +20,7 @@ const FROM: Record<Exclude<Viewpoint, "tool">, [number, number, number]> = {
 };
 const FOV = 28;
 const TOOL_FOV = 60;
-const MOST_NAMES = 12; // more are shown only when asked for
+const MOST_NAMES = 16; // more are shown only when asked for
 
 /** What a view has in the scene. */
 interface Content {
@@ -40,6 +40,7 @@ interface Content {
   everything: THREE.Sphere;
   labels: { label: Label; toggles: Toggle[]; follow?: () => THREE.Vector3 | undefined }[];
   distanceLabel: Label | null;
+  gridNote: string;
 }
 
 export class Stage {
@@ -59,6 +60,8 @@ export class Stage {
   private frame = 0;
   private from: Viewpoint | null = "corner"; // null once the user has moved the camera
   private toolUp = new THREE.Vector3();
+  private hovering = 0;
+  private readonly ray = new THREE.Raycaster();
   private readonly resized: ResizeObserver;
 
   /** Whether the browser has what the picture needs. */
@@ -91,6 +94,9 @@ export class Stage {
     this.resized = new ResizeObserver(() => this.resize());
     this.resized.observe(canvas);
     canvas.addEventListener("webglcontextrestored", () => this.request());
+    canvas.addEventListener("pointermove", this.hover);
+    canvas.addEventListener("pointerleave", this.hover);
+    canvas.addEventListener("dblclick", this.centre);
   }
 
   get closest(): { name: string; distance: number } | null {
@@ -111,6 +117,8 @@ export class Stage {
     const { content } = this;
     if (!content) return;
     for (const body of content.bodies) body.place(t);
+    const [first] = content.bodies;
+    for (const body of content.bodies) if (body.actor.ghost) body.hideWhere(first, 2e-3 * this.size);
     for (const { path } of content.paths) path.seek(t);
     content.basePath?.seek(t);
     content.cloud?.seek(t);
@@ -197,6 +205,10 @@ export class Stage {
 
   dispose(): void {
     cancelAnimationFrame(this.frame);
+    cancelAnimationFrame(this.hovering);
+    this.canvas.removeEventListener("pointermove", this.hover);
+    this.canvas.removeEventListener("pointerleave", this.hover);
+    this.canvas.removeEventListener("dblclick", this.centre);
     this.resized.disconnect();
     this.controls.dispose();
     this.overlay.dispose();
@@ -278,6 +290,7 @@ export class Stage {
       everything: whole.getBoundingSphere(new THREE.Sphere()),
       labels: [],
       distanceLabel: null,
+      gridNote: "",
     };
     this.content = content;
     for (const thing of things) thing.addPlanes(sphere.center, sphere.radius, materials);
@@ -337,6 +350,8 @@ export class Stage {
     const lines = gridLines(x, y, radius, step, new THREE.Color(colors.grid), colors.gridOpacity, every);
     grid.add(new THREE.LineSegments(lines, this.materials.fadedLines));
     grid.position.z = level + (floor === undefined ? 0 : 0.001 * sphere.radius);
+    const tell = (x: number) => Number(x.toPrecision(6)).toString().replace("-", "\u2212");
+    content.gridNote = `grid ${tell(step)} m at z = ${tell(level)} m`;
     this.addMarks(content, step, level, radius);
   }
 
@@ -349,7 +364,7 @@ export class Stage {
       const nearest = Math.round(center.getComponent(1 - along) / step);
       for (let i = nearest - count; i <= nearest + count; i++) {
         const text = `${"yx"[along]} ${(i * step).toFixed(digits)}`.replace("-", "\u2212").replace(/\u2212(0(\.0*)?)$/, "$1");
-        const label = this.overlay.label(text, "mark", 80 + (i % 2 ? 1 : 0), true);
+        const label = this.overlay.label(text, "mark", 80 + (i % 2 ? 1 : 0), "centred");
         const ends = [-1, 1].map((sign) => {
           const at = new THREE.Vector3(0, 0, level).setComponent(1 - along, i * step);
           const half = Math.sqrt(Math.max(0, (0.7 * radius) ** 2 - (i * step - center.getComponent(1 - along)) ** 2));
@@ -388,11 +403,11 @@ export class Stage {
     const { overlay } = this;
     const { view } = content;
     const add = (text: string, kind: "name" | "value", rank: number, toggles: Toggle[], follow: () => THREE.Vector3 | undefined) => {
-      const label = overlay.label(text, kind, rank, rank === 40);
+      const label = overlay.label(text, kind, rank, rank === 40 ? "beside" : "above");
       content.labels.push({ label, toggles, follow });
       return label;
     };
-    content.targets.children.forEach((mark, i) => add(view.targets[i].name, "name", 10, ["targets"], () => mark.position));
+    content.targets.children.forEach((mark, i) => add(view.targets[i].name, "name", 10, ["targets"], () => this.above(mark.position, 0.03 * this.size)));
     for (const thing of content.things) {
       const at = anchor(thing, content.sphere);
       add(thing.obstacle.name, "name", 30, ["names"], () => at);
@@ -405,6 +420,11 @@ export class Stage {
       for (const name of body.middles().keys()) add(name, "name", 40, ["names"], () => body.middles().get(name));
     }
     if (content.closest) content.distanceLabel = add("", "value", 0, ["closest"], () => content.closest!.middle);
+  }
+
+  /** A place higher in the picture. */
+  private above(place: THREE.Vector3, by: number): THREE.Vector3 {
+    return place.clone().addScaledVector(new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1), by);
   }
 
   /** Makes visible what is wanted. */
@@ -447,18 +467,54 @@ export class Stage {
     const { content, state } = this;
     const cloud = content?.view.cloud;
     const single = content?.paths.length === 1 ? content.paths[0].path : null;
-    if (content?.cloud && state.cloud && cloud?.value) this.overlay.setLegend(cloud.legend ?? cloud.name, "best", "worst");
-    else if (single?.fastest && state.path) this.overlay.setLegend(speedTitle(content!.view.clock.unit), "0", single.fastest.toPrecision(2));
+    if (content?.cloud && state.cloud && cloud?.value) this.overlay.setLegend(cloud.legend ?? cloud.name, "best", "worst", costColor);
+    else if (single?.fastest && state.path) this.overlay.setLegend(speedTitle(content!.view.clock.unit), "0", single.fastest.toPrecision(2), scaleColor);
     else this.overlay.hideLegend();
+    this.overlay.setNote(state.grid ? content!.gridNote : "");
   }
 
   // ---------------------------------------------------------------- camera
 
+  /** What is under the pointer: its name and place. */
+  private under(event: MouseEvent): { name: string; point: THREE.Vector3 } | null {
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    const place = new THREE.Vector2((2 * (event.clientX - left)) / width - 1, 1 - (2 * (event.clientY - top)) / height);
+    this.ray.setFromCamera(place, this.camera);
+    const meshes: THREE.Object3D[] = [];
+    this.scene.traverseVisible((object) => void ((object.userData as Named).names && meshes.push(object)));
+    const hit = this.ray.intersectObjects(meshes, false)[0];
+    if (!hit) return null;
+    const { names } = hit.object.userData as Named;
+    return { name: names.find(({ before }) => (hit.faceIndex ?? 0) < before)?.name ?? "", point: hit.point };
+  }
+
+  private readonly hover = (event: PointerEvent): void => {
+    cancelAnimationFrame(this.hovering);
+    if (event.type === "pointerleave" || event.buttons || event.pointerType !== "mouse") return this.overlay.tell("", 0, 0);
+    this.hovering = requestAnimationFrame(() => {
+      const { left, top } = this.canvas.getBoundingClientRect();
+      this.overlay.tell(this.under(event)?.name ?? "", event.clientX - left, event.clientY - top);
+    });
+  };
+
+  /** Turns the picture about what was clicked twice. */
+  private readonly centre = (event: MouseEvent): void => {
+    const hit = this.under(event);
+    if (!hit) return;
+    this.leave();
+    const shift = hit.point.clone().sub(this.controls.target);
+    this.controls.target.add(shift);
+    this.camera.position.add(shift);
+    this.controls.update();
+    this.request();
+  };
+
   private leave(): void {
     if (this.from === "tool") {
-      this.camera.fov = FOV;
+      const ahead = new THREE.Vector3();
+      this.camera.getWorldDirection(ahead);
       this.camera.up.set(0, 0, 1);
-      this.controls.target.copy(this.content?.sphere.center ?? new THREE.Vector3());
+      this.controls.target.copy(this.camera.position).addScaledVector(ahead, 0.9 * this.size);
     }
     this.from = null;
   }
@@ -472,7 +528,7 @@ export class Stage {
     const direction = new THREE.Vector3(...FROM[from]).normalize();
     camera.position.copy(content.sphere.center).add(direction);
     camera.lookAt(content.sphere.center);
-    frame(camera, content.points, 1.1);
+    frame(camera, content.points, 1.07);
     const depth = camera.position.clone().sub(content.sphere.center).dot(direction);
     controls.target.copy(camera.position).addScaledVector(direction, -depth);
     controls.minDistance = 0.02 * content.sphere.radius;
