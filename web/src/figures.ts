@@ -170,7 +170,7 @@ export class Body {
   placement: Placement;
   private readonly nodes: THREE.Object3D[] = []; // the base's, then the joints'
   private readonly layers: { visuals: THREE.Object3D[]; shapes: THREE.Object3D[]; veil: THREE.Object3D[] } = { visuals: [], shapes: [], veil: [] };
-  private readonly boxes: { node: number; box: THREE.Box3 }[] = [];
+  private readonly boxes: { part: Part; box: THREE.Box3 }[] = [];
 
   constructor(readonly actor: Actor, readonly robot: Robot, solids: Solids, private readonly materials: Materials) {
     this.motion = new Motion(robot, actor.knots);
@@ -224,7 +224,7 @@ export class Body {
   private measure(solids: Solids): void {
     for (const part of this.robot.visuals.length ? this.robot.visuals : this.robot.shapes) {
       const box = boxOf(part.geometry, solids);
-      if (!box.isEmpty()) this.boxes.push({ node: part.joint + 1, box });
+      if (!box.isEmpty()) this.boxes.push({ part, box });
     }
   }
 
@@ -252,34 +252,36 @@ export class Body {
   /** Shows visuals and shapes; the shapes are a veil over visuals. */
   show(visuals: boolean, shapes: boolean): void {
     const drawn = this.robot.visuals.length > 0;
-    const plain = !drawn || (shapes && !visuals) || (this.actor.ghost && !visuals);
+    const plain = drawn ? shapes && !visuals : shapes || visuals; // a robot without visuals has its shapes for them
     for (const group of this.layers.visuals) group.visible = visuals;
-    for (const group of this.layers.shapes) group.visible = shapes && plain;
+    for (const group of this.layers.shapes) group.visible = plain;
     for (const group of this.layers.veil) group.visible = shapes && visuals;
   }
 
   /** Corners of the links' boxes at an instant, in the world. */
   corners(t: number): THREE.Vector3[] {
     const placement = this.motion.at(t);
-    const points = this.boxes.flatMap(({ node, box }) => {
-      const matrix = new THREE.Matrix4().fromArray(node ? placement.joints[node - 1] : placement.base);
+    const points = this.boxes.flatMap(({ part, box }) => {
+      const matrix = new THREE.Matrix4().fromArray(part.joint < 0 ? placement.base : placement.joints[part.joint]);
       return cornersOf(box).map((point) => point.applyMatrix4(matrix));
     });
     return [...points, new THREE.Vector3().setFromMatrixPosition(this.tip(t))];
   }
 
-  /** Middles of the links by name, now. */
-  middles(): Map<string, THREE.Vector3> {
-    const parts = this.robot.visuals.length ? this.robot.visuals : this.robot.shapes;
-    const found = new Map<string, THREE.Vector3>();
-    let at = 0;
-    for (const part of parts) {
-      const entry = this.boxes[at];
-      if (!entry || entry.node !== part.joint + 1) continue;
-      at++;
-      if (!found.has(part.name)) found.set(part.name, entry.box.getCenter(new THREE.Vector3()).applyMatrix4(this.nodes[entry.node].matrix));
+  /** The links by name: the frame that each rides on, the middle of its first shape there, and its size. */
+  links(): { name: string; joint: number; middle: THREE.Vector3; size: number }[] {
+    const found = new Map<string, { name: string; joint: number; middle: THREE.Vector3; size: number }>();
+    for (const { part, box } of this.boxes) {
+      const size = box.getSize(new THREE.Vector3()).length();
+      const known = found.get(part.name);
+      if (!known || known.size < size) found.set(part.name, { name: part.name, joint: part.joint, middle: box.getCenter(new THREE.Vector3()), size });
     }
-    return found;
+    return [...found.values()];
+  }
+
+  /** A point of a joint's moving frame (-1: the base's), now, in the world. */
+  point(joint: number, at: THREE.Vector3): THREE.Vector3 {
+    return at.clone().applyMatrix4(this.nodes[joint + 1].matrix);
   }
 }
 

@@ -13,11 +13,13 @@ export interface Label {
   height: number;
   way: "above" | "centred" | "beside"; // how it stands by its place; beside: with a line to it
   leader: SVGElement | null;
+  extent: number; // of what it names [m]: the name is left out where that is seen small; 0: never
 }
 
 const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif";
 const SVG = "http://www.w3.org/2000/svg";
 const GIZMO = 74;
+const SMALLEST = 72; // px: links that are seen smaller are not named
 
 export class Overlay {
   readonly root = document.createElement("div");
@@ -99,7 +101,7 @@ export class Overlay {
     if (kind === "mark") element.style.opacity = "0.6";
     else Object.assign(element.style, { padding: "0 4px", borderRadius: "3px", background: SCENE[this.theme].halo });
     this.root.append(element);
-    const label = { element, at: new THREE.Vector3(), rank, shown: true, hidden: false, width: 0, height: 0, way, leader: way === "beside" ? this.leader() : null };
+    const label = { element, at: new THREE.Vector3(), rank, shown: true, hidden: false, width: 0, height: 0, way, leader: way === "beside" ? this.leader() : null, extent: 0 };
     this.labels.push(label);
     return label;
   }
@@ -146,11 +148,13 @@ export class Overlay {
       label.width = label.element.offsetWidth;
       label.height = label.element.offsetHeight;
     }
+    const focal = height / 2 / Math.tan((camera.fov * Math.PI) / 360);
     const projected = seen.map((label) => ({ label, p: label.at.clone().project(camera) }));
     projected.sort((a, b) => a.label.rank - b.label.rank || a.p.z - b.p.z);
     for (const { label, p } of projected) {
       const [x, y] = [((p.x + 1) / 2) * width, ((1 - p.y) / 2) * height];
-      const found = Math.abs(p.z) < 1 ? places(label, x, y).find((box) => isFree(box, taken, width, height)) : undefined;
+      const large = label.extent === 0 || label.extent * focal > SMALLEST * label.at.distanceTo(camera.position);
+      const found = large && Math.abs(p.z) < 1 ? places(label, x, y).find((box) => isFree(box, taken, width, height)) : undefined;
       label.element.style.visibility = found ? "visible" : "hidden";
       label.leader?.setAttribute("visibility", found ? "visible" : "hidden");
       if (!found) continue;

@@ -72,8 +72,8 @@ export const SCENE: Record<Theme, SceneColors> = {
     sky: "#ffffff",
     ground: "#a9b3be",
     skyIntensity: 1.55,
-    keyIntensity: 1.9,
-    fillIntensity: 0.35,
+    keyIntensity: 1.65,
+    fillIntensity: 0.6,
   },
   dark: {
     top: "#1c2430",
@@ -99,8 +99,8 @@ export const SCENE: Record<Theme, SceneColors> = {
     sky: "#dfeaf7",
     ground: "#2a3340",
     skyIntensity: 1.15,
-    keyIntensity: 2.2,
-    fillIntensity: 0.5,
+    keyIntensity: 1.85,
+    fillIntensity: 0.85,
   },
 };
 

@@ -5,7 +5,7 @@ import type { Page, View } from "./data";
 import { Body, ClosestPair, cornersOf, lengthText, Materials, type Named, niceStep, Particles, Path, targetMark, Thing } from "./figures";
 import { Motion } from "./kinematics";
 import { type Label, Overlay } from "./overlay";
-import { costColor, scaleColor, SCENE, SIGNALS, type Theme } from "./palette";
+import { costColor, scaleColor, SCENE, SIGNALS, type Theme, toneColor } from "./palette";
 import { gridLines, Solids, triad } from "./solids";
 
 export type Toggle = "visuals" | "shapes" | "path" | "basePath" | "axes" | "names" | "closest" | "ghosts" | "targets" | "cloud" | "grid";
@@ -20,7 +20,7 @@ const FROM: Record<Exclude<Viewpoint, "tool">, [number, number, number]> = {
 };
 const FOV = 28;
 const TOOL_FOV = 60;
-const MOST_NAMES = 16; // more are shown only when asked for
+const MOST_NAMES = 12; // of obstacles: more are shown only when asked for
 
 /** What a view has in the scene. */
 interface Content {
@@ -415,9 +415,12 @@ export class Stage {
     const several = content.bodies.length > 1;
     for (const body of content.bodies) {
       const where = () => new THREE.Vector3().setFromMatrixPosition(body.tip(this.time));
-      if (several) add(body.actor.name, "name", 12, body.actor.ghost ? ["names", "ghosts"] : ["names"], where);
+      if (several) {
+        const label = add(body.actor.name, "name", 12, [view.actors.some((actor) => actor.ghost) ? "ghosts" : "names"], where);
+        label.element.style.color = toneColor(body.actor.tone, this.theme);
+      }
       if (body.actor.ghost) continue;
-      for (const name of body.middles().keys()) add(name, "name", 40, ["names"], () => body.middles().get(name));
+      for (const { name, joint, middle, size } of body.links()) add(name, "name", 40, ["names"], () => body.point(joint, middle)).extent = size;
     }
     if (content.closest) content.distanceLabel = add("", "value", 0, ["closest"], () => content.closest!.middle);
   }
@@ -450,7 +453,7 @@ export class Stage {
 
   private byDefault(toggle: Toggle): boolean {
     if (toggle === "shapes") return !this.has("visuals");
-    if (toggle === "names") return this.content!.labels.filter(({ toggles }) => toggles[0] === "names").length <= MOST_NAMES;
+    if (toggle === "names") return this.content!.things.length <= MOST_NAMES;
     return true;
   }
 
