@@ -17,7 +17,8 @@ from spacearm.geometry.mesh_decimation import Surface, decimated, welded
 from spacearm.geometry.meshes import read_mesh
 from spacearm.robot import LinkVisual, Robot
 from spacearm.robot.collision_shapes import listed
-from spacearm.show.report_page import packed, quantised, transform
+from spacearm.show.report_meshes import Meshes
+from spacearm.show.report_page import transform
 
 Array = NDArray[np.float64]
 
@@ -28,31 +29,30 @@ _SMALLEST = 1e-9  # [m] the least size of a mesh
 _WITHOUT_COLOR = (0.72, 0.73, 0.75)  # of triangles whose mesh colours others
 
 
-def visual_parts(robot: Robot, most: int = TRIANGLES) -> tuple[list[dict[str, Any]], list[dict[str, Any]], list[str]]:
-    """Return what a robot is drawn with.
+def visual_parts(robot: Robot, meshes: Meshes, most: int = TRIANGLES) -> list[dict[str, Any]]:
+    """Return what a robot is drawn with, as the page's data have it, without what cannot be drawn; [] of one without visuals.
 
     Args:
-        robot: with its visuals; without any, all three are empty.
-        most: triangles of all its meshes together.
-
-    Returns:
-        Parts, as the page's data have them, without those that cannot be drawn; the meshes that they name by index; and notes:
-        what is missing, and how many triangles are drawn of how many.
+        robot: with its visuals.
+        meshes: of the report; it gets those that are drawn, and notes: what is missing, how many triangles of how many are drawn.
+        most: triangles of the robot's meshes together.
     """
     drawn = _Drawn()
     for visual in robot.visuals:
         if visual.lack:
             drawn.say(visual.lack, visual.name)
+        if visual.color is not None and visual.color[3] < 1:
+            drawn.say("it is drawn opaque, which its file does not ask for", visual.name)
         if visual.kind == "mesh":
             drawn.read(visual, robot.source)
         elif visual.kind != "nothing":
             drawn.parts.append((visual, None))
     surfaces = list(drawn.surfaces.values())
     fewer, cell = decimated(surfaces, most)
-    meshes = [_mesh(surface) for surface in fewer]
-    index = {key: i for i, key in enumerate(drawn.surfaces)}
-    parts = [_part(visual, None if key is None else (index[key], fewer[index[key]])) for visual, key in drawn.parts]
-    return parts, meshes, [*_notes(drawn.said), *_note_on_triangles(surfaces, fewer, cell)]
+    places = {key: (_added(surface, meshes), surface) for key, surface in zip(drawn.surfaces, fewer, strict=True)}
+    notes = [*_notes(drawn.said), *_note_on_triangles(surfaces, fewer, cell)]
+    meshes.notes.extend(note for note in notes if note not in meshes.notes)
+    return [_part(visual, None if key is None else places[key]) for visual, key in drawn.parts]
 
 
 _Key = tuple[str, tuple[float, ...], "tuple[float, ...] | None"]
@@ -119,14 +119,10 @@ def _scaled(surface: Surface, visual: LinkVisual) -> Surface:
     return Surface(surface.points * visual.scale, surface.faces[:, ::-1] if mirrored else surface.faces, colors)
 
 
-def _mesh(surface: Surface) -> dict[str, Any]:
-    """Return a mesh as the page reads it, with the triangles' colours if there are several."""
-    positions, low, high = quantised(surface.points)
-    kind = "u16" if len(surface.points) < 2**16 else "u32"
-    made: dict[str, Any] = {"low": low, "high": high, "positions": positions, "indices": packed(surface.faces, kind)}
-    if surface.colors is not None and _only_color(surface) is None:
-        made["colors"] = packed(_bytes(surface.colors)[:, :3], "u8")
-    return made
+def _added(surface: Surface, meshes: Meshes) -> int:
+    """Add a mesh to a report's, with the triangles' colours if there are several, and return its place."""
+    several = None if surface.colors is None or _only_color(surface) is not None else _bytes(surface.colors[:, :3])
+    return meshes.add(surface.points, surface.faces, several)
 
 
 def _bytes(colors: Array) -> NDArray[np.uint8]:
@@ -145,8 +141,6 @@ def _part(visual: LinkVisual, mesh: tuple[int, Surface] | None) -> dict[str, Any
     color = visual.color if mesh is None or mesh[1].colors is None else _only_color(mesh[1])
     if color is not None:
         part["color"] = "#" + "".join(f"{value:02x}" for value in _bytes(np.array(color[:3])))
-        if 0 < color[3] < 1:
-            part["opacity"] = color[3]
     return part
 
 
@@ -165,13 +159,13 @@ def _geometry(visual: LinkVisual, mesh: int | None) -> dict[str, Any]:
 
 
 def _notes(said: dict[str, list[str]]) -> Iterable[str]:
-    return (f"how links look: {what}: {listed(dict.fromkeys(links))}" for what, links in said.items())
+    return (f"visuals: {what}: {listed(dict.fromkeys(links))}" for what, links in said.items())
 
 
 def _note_on_triangles(surfaces: Sequence[Surface], fewer: Sequence[Surface], cell: float) -> Iterable[str]:
     if cell:
         total, kept = (sum(len(surface.faces) for surface in some) for some in (surfaces, fewer))
         yield (
-            f"how links look: {kept:,} triangles are drawn of the {total:,} that the meshes have; details below "
+            f"visuals: {kept:,} triangles are drawn of the {total:,} that the meshes have; details below "
             f"{1000 * cell:.2g} mm are merged. The envelope, which plans and proofs use, is not touched by that"
         )
