@@ -25,9 +25,9 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo 'PYTHON=/path/to/python3 chooses the interpreter when .venv is made; rm -rf .venv starts afresh.'
 
-demo: $(STAMPS)/package ## everything from nothing: environment, build, the paper's experiment into out/
+demo: $(STAMPS)/package ## everything from nothing: environment, build, the paper's experiment and its report into out/
 	@out=$$(sh tools/fresh_folder.sh out/paper) && echo "Running the paper's experiment into $$out." && \
-	  $(VENV)/bin/spacearm paper -o "$$out"
+	  $(VENV)/bin/spacearm paper -o "$$out" && sh tools/open_page.sh "$$out/report.html"
 
 # With compiled modules kept, whatever the user's shell says of them: many tests start programs.
 test: $(STAMPS)/package $(STAMPS)/test ## environment, build, and all tests
@@ -57,6 +57,14 @@ bench: $(STAMPS)/package ## the swarm beside other libraries (BENCH="--quick --i
 	@$(PY) benchmarks/paper_numpy.py
 	@$(PY) benchmarks/compare_swarms.py $(BENCH)
 
+# Repaired on Linux, so that the wheel runs on other distributions; what it was built with decides how old they may be.
+wheel: $(STAMPS)/package $(STAMPS)/wheel ## a wheel into dist/, tried in a fresh environment without a compiler
+	@rm -rf build/wheel && mkdir -p build/wheel dist
+	@$(PIP) wheel --no-deps --no-build-isolation --config-settings=cmake.define.SPACEARM_WERROR=ON -w build/wheel .
+	@if [ "$$(uname)" = Linux ]; then PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(PY) -m auditwheel --quiet repair -w build/wheel/repaired build/wheel/*.whl; \
+	  else mkdir -p build/wheel/repaired && cp build/wheel/*.whl build/wheel/repaired; fi
+	@wheel=$$(ls build/wheel/repaired/*.whl) && $(PY) tools/check_wheel.py "$$wheel" && cp "$$wheel" dist/ && echo "dist/$$(basename "$$wheel")"
+
 clean: ## remove what was built or cached; .venv and out/ stay
 	rm -rf build dist .pytest_cache .ruff_cache .hypothesis
 	find . -path './.venv*' -prune -o -path ./.git -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -81,7 +89,7 @@ $(STAMPS)/package: $(STAMPS)/tools $(STAMPS)/modules $(BUILD_FILES)
 	@$(PIP) install --no-build-isolation --config-settings=cmake.define.SPACEARM_WERROR=ON --editable .
 	@touch $@
 
-$(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs: $(STAMPS)/%: $(STAMPS)/tools pyproject.toml
+$(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/wheel: $(STAMPS)/%: $(STAMPS)/tools pyproject.toml
 	@echo 'Installing what make $* needs: about half a minute.'
 	@$(PY) tools/requirements.py run $* > $(STAMPS)/$*.txt && $(PIP) install -r $(STAMPS)/$*.txt
 	@touch $@
@@ -91,4 +99,4 @@ $(STAMPS)/modules: $(STAMPS)/tools ALWAYS
 	@find src -type f ! -path '*/__pycache__/*' | LC_ALL=C sort > $@.new
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 
-.PHONY: help demo test lint format docs bench clean ALWAYS
+.PHONY: help demo test lint format docs bench wheel clean ALWAYS
