@@ -97,7 +97,9 @@ class Visit:
 
     def rect(self, selector: str) -> dict[str, float]:
         """Return the box of the first element that a selector finds, in the window's pixels."""
-        script = "(s) => { const {x, y, width, height} = document.querySelector(s).getBoundingClientRect(); return {x, y, width, height}; }"
+        script = """(s) => {
+            const {x, y, width, height} = document.querySelector(s).getBoundingClientRect();
+            return {x, y, width, height}; }"""
         return self.page.evaluate(script, selector)
 
     def values(self, plot: str) -> dict[str, str]:

@@ -16,7 +16,8 @@ from support.small_report import CLEARANCE, FLOOR, T
 Windows = Callable[..., Visit]
 
 WITHOUT_WEBGL = """const get = HTMLCanvasElement.prototype.getContext;
-HTMLCanvasElement.prototype.getContext = function (kind, ...more) { return /webgl/.test(kind) ? null : get.call(this, kind, ...more); };"""
+HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+    return /webgl/.test(kind) ? null : get.call(this, kind, ...more); };"""
 
 
 @pytest.fixture
