@@ -66,8 +66,8 @@ export class Materials {
     this.fadedLines = this.keep(new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
     this.depth = this.veil("#000000", 1, 0);
     Object.assign(this.depth, { colorWrite: false, depthWrite: true });
-    this.inner = this.keep(new THREE.MeshLambertMaterial({ vertexColors: true, transparent: true, opacity: 0.75, depthTest: false }));
-    this.triad = this.keep(new THREE.MeshLambertMaterial({ vertexColors: true }));
+    this.inner = this.keep(new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, opacity: 0.75, depthTest: false }));
+    this.triad = this.keep(new THREE.MeshBasicMaterial({ vertexColors: true }));
   }
 
   private keep<M extends THREE.Material>(material: M): M {
@@ -325,13 +325,13 @@ export class Thing {
   }
 
   /** Draws the half-spaces' faces near a place. */
-  addPlanes(center: THREE.Vector3, radius: number, materials: Materials): void {
+  addPlanes(center: THREE.Vector3, radius: number, materials: Materials, floor: number | undefined): void {
     const color = new THREE.Color(materials.colors.obstacle);
     for (const { normal, offset } of this.planes) {
       const group = new THREE.Group();
       group.add(ordered(new THREE.Mesh(fadedDisc(2.4 * radius, color, 0.34), materials.faded), -2));
       const lines = gridLines(0, 0, 2.4 * radius, niceStep(radius / 4), new THREE.Color(materials.colors.grid), 0.4, 1);
-      group.add(ordered(new THREE.LineSegments(lines, materials.fadedLines), -1));
+      if (offset !== floor) group.add(ordered(new THREE.LineSegments(lines, materials.fadedLines), -1)); // the floor has the grid
       group.position.copy(center).addScaledVector(normal, offset - normal.dot(center));
       group.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), normal);
       this.root.add(group);

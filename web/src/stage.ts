@@ -293,9 +293,9 @@ export class Stage {
       gridNote: "",
     };
     this.content = content;
-    for (const thing of things) thing.addPlanes(sphere.center, sphere.radius, materials);
     for (const target of view.targets) content.targets.add(targetMark(target, sphere.radius, materials));
-    this.addGrid(content);
+    const floor = this.addGrid(content);
+    for (const thing of things) thing.addPlanes(sphere.center, sphere.radius, materials, floor);
     scene.add(...bodies.map((body) => body.root), ...things.map((thing) => thing.root), ...paths.map(({ path }) => path.root));
     scene.add(content.targets, content.grid, ...content.triads.flatMap(({ tip, base }) => [tip, base]));
     for (const object of [content.basePath?.root, closest?.root, cloud?.points]) if (object) scene.add(object);
@@ -336,7 +336,8 @@ export class Stage {
     scene.add(hemisphere, key, key.target, camera);
   }
 
-  private addGrid(content: Content): void {
+  /** Draws the grid, below everything or on a floor; returns the floor's height where there is one. */
+  private addGrid(content: Content): number | undefined {
     const { sphere, things, grid } = content;
     const box = new THREE.Box3().setFromPoints(content.points);
     const step = niceStep(sphere.radius / 7);
@@ -353,6 +354,7 @@ export class Stage {
     const tell = (x: number) => Number(x.toPrecision(6)).toString().replace("-", "\u2212");
     content.gridNote = `grid ${tell(step)} m at z = ${tell(level)} m`;
     this.addMarks(content, step, level, radius);
+    return floor;
   }
 
   /** Marks of the grid's lines: each follows the place where its line leaves the picture, nearest to the eye. */
@@ -416,7 +418,7 @@ export class Stage {
     for (const body of content.bodies) {
       const where = () => new THREE.Vector3().setFromMatrixPosition(body.tip(this.time));
       if (several) {
-        const label = add(body.actor.name, "name", 12, [view.actors.some((actor) => actor.ghost) ? "ghosts" : "names"], where);
+        const label = add(body.actor.name, "name", body.actor.ghost ? 12 : 11, [view.actors.some((actor) => actor.ghost) ? "ghosts" : "names"], where);
         label.element.style.color = toneColor(body.actor.tone, this.theme);
       }
       if (body.actor.ghost) continue;
