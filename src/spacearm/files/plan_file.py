@@ -10,8 +10,8 @@ motion does to a floating one), `fitness`, `searched` (`clearance_m` that the se
 begin or end nearer than is required of them), `achievable` (where the clearance required was not met: with what `share` of it,
 that is with what `clearance_m`, a motion is found and proven), `goals`, `goal_search`, `ends`, `history`, `certificate`, and
 `proof` (that pairs of bodies keep apart, as `ProofTree.as_dict` has it: `recheck_plan` checks it, and looks for another one
-only if it is wrong). What is infinite, as a clearance without obstacles, is null. Timings are left out: the same search gives
-the same bytes.
+only if it is wrong), and `visuals` (how the robot's links look, for pictures; mesh files by their paths, which need not be
+there). What is infinite, as a clearance without obstacles, is null. Timings are left out: the same search gives the same bytes.
 
 A problem without the key `clearance` is one of a file that was written before there was one: it was proven for 0.
 """
@@ -28,8 +28,10 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief, Rows, counted, in_short
 from spacearm.core.checks import as_transform, require_kind, shown
 from spacearm.core.errors import FileFormatError, ProblemError
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.output import require_writable, write_new, write_out
 from spacearm.core.reading import located, read_bytes, require_version
 from spacearm.core.records import as_dict, record_as_dict, record_from_dict
@@ -48,7 +50,7 @@ from spacearm.proof.base_proofs import base_setup_of, require_same
 from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION, canonical, digest, trajectory_digest
 from spacearm.proof.proof_tree import ProofTree
 from spacearm.proof.required_clearance import pair_clearance_as_dict
-from spacearm.robot import Robot
+from spacearm.robot import LinkVisual, Robot
 from spacearm.robot.model import robot_as_dict, robot_from_dict
 
 Array = NDArray[np.float64]
@@ -93,6 +95,7 @@ def plan_as_dict(plan: Plan) -> dict[str, Any]:
             "interrupted": plan.interrupted,
             "certificate": None if plan.certificate is None else plan.certificate.as_dict(),
             "proof": None if plan.certificate is None else proof_as_dict(plan.certificate),
+            **_visuals_as_dict(plan.problem.robot),
         }
     )
 
@@ -124,6 +127,11 @@ def _searched_as_dict(searched: SearchedClearance) -> dict[str, Any]:
         for pair in searched.near
     ]
     return {"clearance_m": searched.asked, "near": near}
+
+
+def _visuals_as_dict(robot: Robot) -> dict[str, Any]:
+    """Return how a robot looks, which is no part of its value, nor of a hash; nothing of one without visuals."""
+    return {"visuals": [record_as_dict(visual) for visual in robot.visuals]} if robot.visuals else {}
 
 
 def _achievable_as_dict(plan: Plan) -> dict[str, Any]:
@@ -241,6 +249,7 @@ class _PlanValues:
     motion: dict[str, Any] | None = None
     certificate: dict[str, Any] | None = None
     proof: dict[str, Any] | None = None
+    visuals: tuple[LinkVisual, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -264,8 +273,8 @@ class _ProblemValues:
     obstacles: list[Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SavedPlan:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SavedPlan(Brief, InNotebooks):
     """What a plan file has.
 
     Attributes:
@@ -285,6 +294,18 @@ class SavedPlan:
     certificate: dict[str, Any] | None
     proof: ProofTree | None = None
     is_old: bool = False
+
+    def _in_short(self) -> tuple[str, Rows]:
+        said = self.certificate or {}
+        rows = [("outcome", f"{self.status}, says the file; certify(saved.problem, saved.trajectory) proves it anew")]
+        rows.append(("certificate", f"{said.get('status')}: {said.get('message')}" if said else "none"))
+        rows += [("motion", in_short(self.trajectory)[0].partition(": ")[2])]
+        rows += [row for row in in_short(self.problem)[1] if row[0] in ("goal", "clearance", "base")]
+        rows.append(("proof", "none" if self.proof is None else f"{counted(len(self.proof.steps), 'node')}"))
+        return (
+            f"SavedPlan: robot '{self.problem.robot.name[:40]}', {in_short(self.problem.scene)[0].removeprefix('Scene: ')}",
+            rows,
+        )
 
 
 def load_plan(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajectory:
@@ -379,7 +400,11 @@ def problem_from_dict(values: dict[str, Any]) -> Problem:
 
 def _problem(path: object, saved: _PlanValues) -> Problem:
     with located(f"{path}: problem"):
-        return problem_from_dict(saved.problem)
+        problem = problem_from_dict(saved.problem)
+    if not saved.visuals:
+        return problem
+    with located(f"{path}: visuals"):
+        return replace(problem, robot=replace(problem.robot, visuals=saved.visuals))
 
 
 def _motion(path: object, saved: _PlanValues, robot: Robot, *, within_limits: bool) -> AnyTrajectory:
@@ -387,8 +412,8 @@ def _motion(path: object, saved: _PlanValues, robot: Robot, *, within_limits: bo
         return trajectory_from_dict(robot, saved.motion, within_limits=within_limits)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Recheck:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Recheck(Brief):
     """What a second proof found.
 
     Attributes:

@@ -16,11 +16,13 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.errors import RobotError, nearest
 from spacearm.geometry.shapes import ConvexShape
 
 if TYPE_CHECKING:
     from spacearm.robot.envelope import LinkEnclosure
+    from spacearm.robot.link_visuals import LinkVisual
 
 Array = NDArray[np.float64]
 
@@ -28,8 +30,8 @@ LONGEST = 1e6
 """Lengths of a robot beyond this are taken for a mistake [m]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Mimic:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Mimic(Brief):
     """A joint's value follows another's: ``multiplier * leader + offset``."""
 
     leader: str
@@ -37,8 +39,8 @@ class Mimic:
     offset: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LinkJoint:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class LinkJoint(Brief):
     """A joint between two links, as a file states it; limits that the file leaves out are None.
 
     Attributes:
@@ -65,8 +67,8 @@ class LinkJoint:
     mimic: Mimic | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LinkMass:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class LinkMass(Brief):
     """The mass of a link [kg], its centre (3,) [m], and its inertia (3, 3) about that [kg m^2], all in the link's frame."""
 
     link: str
@@ -75,8 +77,8 @@ class LinkMass:
     inertia: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LinkTree:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class LinkTree(Brief):
     """Links and the joints between them.
 
     Attributes:
@@ -85,6 +87,7 @@ class LinkTree:
         shapes: the envelope, each as the link's name and a convex shape in the link's frame [m].
         envelopes: what these stand for, of links with collision shapes.
         masses: of the links that have one.
+        visuals: how links look, in the link's frame; their joint is not known yet.
         shaped: links of a URDF with a shape, drawn or for collision.
         unreadable: links whose mass the file states so that it cannot be used, each with what is wrong.
         base: "fixed" or "floating".
@@ -102,6 +105,7 @@ class LinkTree:
     shapes: tuple[tuple[str, ConvexShape], ...] = ()
     envelopes: tuple[LinkEnclosure, ...] = ()
     masses: tuple[LinkMass, ...] = ()
+    visuals: tuple[LinkVisual, ...] = ()
     shaped: tuple[str, ...] = ()
     unreadable: tuple[tuple[str, str], ...] = ()
     base: Literal["fixed", "floating"] = "fixed"
@@ -146,8 +150,8 @@ _OTHERS = frozenset(
 _LISTED = 8
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ends:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Ends(Brief):
     """Where a tree's chains end.
 
     Attributes:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Rows
 from spacearm.core.checks import (
     Frozen,
     as_name,
@@ -31,6 +32,7 @@ from spacearm.core.checks import (
 )
 from spacearm.core.errors import RobotError, nearest
 from spacearm.core.identity_cache import cached_by_identity
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.records import plain, record_from_dict
 from spacearm.robot.link_shapes import (
     LinkCapsule,
@@ -41,6 +43,8 @@ from spacearm.robot.link_shapes import (
     part_from_dict,
     part_of_capsule,
 )
+from spacearm.robot.link_visuals import LinkVisual
+from spacearm.robot.robot_in_short import robot_in_short
 from spacearm.robot.unchecked_pairs import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
 
 Array = NDArray[np.float64]
@@ -53,7 +57,7 @@ INERTIA_ROUNDING = 1e-9
 more, and the moments of a matrix (3, 3) are computed to 1e-15."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Body(Frozen):
     """The mass of one link; links that are fixed to each other are bodies of their own on the same joint.
 
@@ -127,7 +131,7 @@ JOINT_KINDS = ("revolute", "prismatic")
 BASE_KINDS = ("fixed", "floating")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Joint(Frozen):
     """A moving joint; its value is ``multiplier * q[dof] + offset``.
 
@@ -168,7 +172,7 @@ class Joint(Frozen):
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Frame(Frozen):
     """A named place on the robot; every link of a URDF is one.
 
@@ -199,7 +203,7 @@ class Frame(Frozen):
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class NamedConfiguration(Frozen):
     """A configuration with a name, as "ready" or "home".
 
@@ -238,8 +242,8 @@ def _taking_capsules(cls: type[RobotType]) -> type[RobotType]:
 
 
 @_taking_capsules
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Robot(Frozen):
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Robot(Frozen, InNotebooks):
     """An arm, or a tree of them, on a base.
 
     Attributes:
@@ -267,6 +271,7 @@ class Robot(Frozen):
         configurations: named ones.
         source: the file or built-in name it came from.
         notes: what was assumed in reading it, a sentence each.
+        visuals: how its links look, for pictures; no part of its value. Meshes are named, not read.
         origin: of a robot from a file, what it was put together from, so that joints can be locked elsewhere afterwards; no
             part of its value, and kept neither by pickle nor in files.
 
@@ -295,6 +300,7 @@ class Robot(Frozen):
     configurations: tuple[NamedConfiguration, ...] = ()
     source: str = ""
     notes: tuple[str, ...] = ()
+    visuals: tuple[LinkVisual, ...] = field(default=(), repr=False, compare=False)
     origin: Any = field(default=None, repr=False, compare=False, metadata={"stays_here": True})
 
     if TYPE_CHECKING:  # the constructor takes `capsules` as well
@@ -324,6 +330,7 @@ class Robot(Frozen):
             configurations: Iterable[NamedConfiguration] = (),
             source: str = "",
             notes: Iterable[str] = (),
+            visuals: Iterable[LinkVisual] = (),
             origin: Any = None,
         ) -> None: ...
 
@@ -334,22 +341,26 @@ class Robot(Frozen):
         frames = _members("frames", self.frames, Frame)
         shapes = _members("shapes", self.shapes, LinkShape)
         bodies = _members("bodies", self.bodies, Body)
+        visuals = _members("visuals", self.visuals, LinkVisual)
         if not joints:
             raise RobotError(f"robot '{self.name}' has no moving joint, expected at least one; nothing can be planned")
         _require_unique("joint", [joint.name for joint in joints])
         _require_unique("frame", [frame.name for frame in frames])
         _require_unique("body", [body.name for body in bodies])
-        _require_tree(joints, (*frames, *shapes, *bodies))
+        _require_tree(joints, (*frames, *shapes, *bodies, *visuals))
         names = _members("dof_names", self.dof_names, str) or _own_names(joints)
         _require_unique("dof", [as_name("a dof's name", name, RobotError) for name in names])
         _require_dofs_used(joints, names)
         pairs = _checked_pairs(self.self_pairs, {part.name for part in shapes})
-        keep(self, joints=joints, frames=frames, shapes=shapes, bodies=bodies, dof_names=names)
+        keep(self, joints=joints, frames=frames, shapes=shapes, bodies=bodies, dof_names=names, visuals=visuals)
         keep(self, notes=_members("notes", self.notes, str), self_pairs=pairs)
         keep(self, **_checked_limits(self))
         keep(self, **_checked_coverage(self))
         keep(self, configurations=_checked_configurations(self))
         self.frame(self.tip)
+
+    def _in_short(self) -> tuple[str, Rows]:
+        return robot_in_short(self)
 
     @property
     def capsules(self) -> tuple[LinkCapsule, ...]:
@@ -467,7 +478,7 @@ def _require_unique(what: str, names: list[str]) -> None:
         raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
 
 
-def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkShape | Body, ...]) -> None:
+def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkShape | Body | LinkVisual, ...]) -> None:
     for i, joint in enumerate(joints):
         if joint.parent >= i:
             raise RobotError(
@@ -476,7 +487,7 @@ def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkShape | Bo
             )
     for part in parts:
         if part.joint >= len(joints):
-            what = {Frame: "frame", LinkShape: "shape", Body: "body"}[type(part)]
+            what = {Frame: "frame", LinkShape: "shape", Body: "body", LinkVisual: "visual"}[type(part)]
             raise RobotError(f"{what} '{part.name}' rides on joint {part.joint}, expected -1 (base) to {len(joints) - 1}")
 
 
