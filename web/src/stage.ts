@@ -302,8 +302,8 @@ export class Stage {
     for (const target of view.targets) content.targets.add(targetMark(target, sphere.radius, materials));
     const floor = this.addGrid(content);
     for (const thing of things) thing.addPlanes(sphere.center, sphere.radius, materials, floor);
-    scene.add(...bodies.map((body) => body.root), ...things.map((thing) => thing.root), ...paths.map(({ path }) => path.root));
     scene.add(content.targets, content.grid, ...content.triads.flatMap(({ tip, base }) => [tip, base]));
+    for (const { root } of [...bodies, ...things, ...paths.map(({ path }) => path)]) scene.add(root);
     for (const object of [content.basePath?.root, closest?.root, cloud?.points]) if (object) scene.add(object);
     this.addLight(sphere);
     this.addLabels(content);
