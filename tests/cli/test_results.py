@@ -58,7 +58,7 @@ def test_a_plan_is_told_in_two_columns_and_written(told: Told, problem: Path, tm
 def test_the_same_seed_writes_the_same_bytes(told: Told, problem: Path, tmp_path: Path) -> None:
     for name in ("a", "b"):
         assert told(["plan", problem, "-o", tmp_path / name, "--seed", 5])[0] == 0
-    for file in ("plan.json", "trajectory.csv"):
+    for file in ("plan.json", "trajectory.csv", "report.html"):
         assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
 
 
@@ -107,7 +107,7 @@ def test_no_plan_is_exit_code_1_a_sentence_and_no_trajectory(
 
 
 def test_a_plans_figures_are_drawn(told: Told, problem: Path, tmp_path: Path) -> None:
-    code, out, _ = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0])
+    code, out, _ = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--figures"])
     assert code == 0
     drawn = sorted(path.name for path in (tmp_path / "out").glob("*.png"))
     assert drawn

@@ -145,9 +145,9 @@ def test_an_interrupt_while_a_figure_is_drawn_waits_for_it(
 
     monkeypatch.setattr(Figure, "savefig", savefig)
     out = tmp_path / "out"
-    code, _, err = told(["plan", problem, "-o", out])
+    code, _, err = told(["plan", problem, "-o", out, "--figures"])
     assert code == 130
-    assert err.startswith(f"spacearm: interrupted; {out} keeps what was finished: plan.json, trajectory.csv")
+    assert err.startswith(f"spacearm: interrupted; {out} keeps what was finished: plan.json, report.html, trajectory.csv")
     assert drawn == ["png", "pdf"]
     assert not [path.name for path in out.iterdir() if path.name.startswith(".")]
 
