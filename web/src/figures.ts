@@ -367,12 +367,14 @@ export class Particles {
   private readonly places: Float32Array;
   private readonly values: ArrayLike<number> | null;
   private readonly perIteration: number;
-  private readonly iterations: number;
+  private readonly iterations: number; // sets of points
+  private readonly at: ArrayLike<number> | null; // the instants of the sets
 
   constructor(cloud: Cloud, private readonly clock: { duration: number; step?: number }, private readonly theme: Theme) {
     this.places = unpackShares(cloud.points, cloud.low, cloud.high);
     this.values = cloud.value ? unpack(cloud.value) : null;
-    this.iterations = Math.max(1, Math.round(clock.duration / (clock.step || 1)) + 1);
+    this.at = cloud.at ? unpack(cloud.at) : null;
+    this.iterations = this.at?.length ?? Math.max(1, Math.round(clock.duration / (clock.step || 1)) + 1);
     this.perIteration = Math.floor(this.places.length / 3 / this.iterations);
     this.box = new THREE.Box3(vector(cloud.low), vector(cloud.high));
     const geometry = new THREE.BufferGeometry();
@@ -386,7 +388,7 @@ export class Particles {
   }
 
   seek(t: number): void {
-    const now = Math.min(this.iterations - 1, Math.max(0, Math.round(t / (this.clock.step || 1))));
+    const now = this.at ? lastAt(this.at, t) : Math.min(this.iterations - 1, Math.max(0, Math.round(t / (this.clock.step || 1))));
     const [positions, colors] = [this.points.geometry.getAttribute("position"), this.points.geometry.getAttribute("color")];
     const color = new THREE.Color();
     let at = 0;
@@ -400,6 +402,17 @@ export class Particles {
     this.points.geometry.setDrawRange(0, at);
     positions.needsUpdate = colors.needsUpdate = true;
   }
+}
+
+/** The last of ascending instants that is not after t; 0 before the first. */
+function lastAt(instants: ArrayLike<number>, t: number): number {
+  let [low, high] = [0, instants.length];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (instants[middle] <= t + 1e-9) low = middle;
+    else high = middle;
+  }
+  return low;
 }
 
 /** Round points of a size in pixels with colours. */

@@ -75,6 +75,7 @@ export class Stage {
   constructor(readonly canvas: HTMLCanvasElement, readonly page: Page, private theme: Theme) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true, powerPreference: "low-power" });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+    this.renderer.autoClear = false;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.solids = new Solids(page);
@@ -219,6 +220,7 @@ export class Stage {
     camera.far = distance + 1.05 * content.everything.radius + 3 * this.size;
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
+    clear(this.renderer, SCENE[this.theme].top, SCENE[this.theme].bottom);
     this.renderer.render(this.scene, camera);
     for (const { label, follow } of content.labels) {
       const at = label.shown && follow?.();
@@ -242,7 +244,6 @@ export class Stage {
       geometry?.dispose();
       if (material) for (const one of Array.isArray(material) ? material : [material]) one.dispose();
     });
-    (this.scene.background as THREE.Texture | null)?.dispose();
     this.scene = new THREE.Scene();
   }
 
@@ -317,7 +318,6 @@ export class Stage {
     camera.clear();
     camera.add(fill, fill.target);
     scene.add(hemisphere, key, key.target, camera);
-    scene.background = gradient(colors.top, colors.bottom);
   }
 
   private addGrid(content: Content): void {
@@ -530,17 +530,18 @@ function frame(camera: THREE.PerspectiveCamera, points: THREE.Vector3[], margin:
   camera.position.set(0, 0, 0).addScaledVector(x, (right - left) / 2).addScaledVector(y, (top - bottom) / 2).addScaledVector(z, depth);
 }
 
-/** A background from top to bottom. */
-function gradient(top: string, bottom: string): THREE.Texture {
-  const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [4, 256];
-  const context = canvas.getContext("2d")!;
-  const ramp = context.createLinearGradient(0, 0, 0, 256);
-  ramp.addColorStop(0, top);
-  ramp.addColorStop(1, bottom);
-  context.fillStyle = ramp;
-  context.fillRect(0, 0, 4, 256);
-  const texture = new THREE.CanvasTexture(canvas);
-  texture.colorSpace = THREE.SRGBColorSpace;
-  return texture;
+/** Clears the picture with a gradient from top to bottom, in as many bands as it has shades: cheaper than a textured square. */
+function clear(renderer: THREE.WebGLRenderer, top: string, bottom: string): void {
+  const size = renderer.getSize(new THREE.Vector2());
+  const [from, to] = [new THREE.Color(top), new THREE.Color(bottom)];
+  const bands = Math.min(48, Math.ceil(size.y / 4));
+  renderer.setScissorTest(true);
+  for (let i = 0; i < bands; i++) {
+    const [y0, y1] = [Math.round((size.y * i) / bands), Math.round((size.y * (i + 1)) / bands)];
+    renderer.setScissor(0, y0, size.x, y1 - y0);
+    renderer.setClearColor(to.clone().lerp(from, bands > 1 ? i / (bands - 1) : 0), 1);
+    renderer.clear(true, false, false);
+  }
+  renderer.setScissorTest(false);
+  renderer.clear(false, true, true);
 }
