@@ -245,7 +245,7 @@ export function merged(solids: { solid: Solid; color: THREE.Color; own: boolean 
 /** Many spheres of one material: an instanced mesh, coarser where they are many. */
 export function manySpheres(centers: ArrayLike<number>, radii: ArrayLike<number>, material: THREE.Material): THREE.InstancedMesh {
   const count = radii.length;
-  const detail = count <= 60 ? 5 : count <= 400 ? 3 : count <= 3000 ? 2 : 1;
+  const detail = count <= 12 ? 6 : count <= 60 ? 4 : count <= 250 ? 2 : 1; // 980, 500, 180, 80 triangles each
   const mesh = new THREE.InstancedMesh(new THREE.IcosahedronGeometry(1, detail), material, count);
   const matrix = new THREE.Matrix4();
   for (let i = 0; i < count; i++) {
