@@ -22,6 +22,7 @@ from spacearm.core.output import write_new
 from spacearm.core.version import version
 from spacearm.show.figure_style import BLACK, BLUE, CYCLE, GREY, PAGE, SKY, VERMILION, look, new_figure, tidy
 from spacearm.show.report_page import write_report
+from spacearm.show.report_views import verdict
 from spacearm.study.bench_pages import Progress, mbm_page
 from spacearm.study.motionbenchmaker import Item
 from spacearm.study.motionbenchmaker_runs import LIMIT, Benchmark, Run
@@ -433,8 +434,8 @@ def save_report(
     page, report, text = target / "report.html", target / "report.json", target / "tables.md"
     write_new(report, json.dumps(report_as_dict(benchmark), allow_nan=False) + "\n")
     write_new(text, as_markdown(benchmark))
-    made = mbm_page(benchmark, tables(benchmark), notes(benchmark), _lengths_by_seed(benchmark), items, progress=progress)
-    write_report(made, page)
+    known = tables(benchmark), notes(benchmark), _verdict(benchmark), _lengths_by_seed(benchmark)
+    write_report(mbm_page(benchmark, *known, items, progress=progress), page)
     if not figures:
         return [page, report, text]
     from spacearm.show.figure_style import save_figure
@@ -443,6 +444,18 @@ def save_report(
     with unbroken():
         drawn = figure_benchmark(benchmark)
     return [page, report, text, *save_figure(drawn, target / "benchmark", provenance=provenance)]
+
+
+def _verdict(benchmark: Benchmark) -> dict[str, Any]:
+    s = summary_of(benchmark.runs)
+    text = (
+        f"The search holds a first motion free after {milliseconds(s.first.median, 2)} ms in the median, and after at "
+        f"most {milliseconds(s.first.p95, 2)} ms in 95 of 100 runs, on the reference core. Another checker finds a collision "
+        f"in {s.collisions} of the plans."
+    )
+    good = s.certified == s.runs and not s.collisions
+    headline = f"{s.certified} of {s.runs} runs found and certified within {LIMIT:g} s"
+    return verdict("good" if good else "bad" if s.collisions else "plain", headline, text)
 
 
 def _lengths_by_seed(benchmark: Benchmark) -> tuple[Array, dict[str, Array]]:

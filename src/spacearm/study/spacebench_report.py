@@ -18,6 +18,7 @@ from spacearm.core.output import write_new
 from spacearm.core.version import version
 from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PAGE, PURPLE, VERMILION, look, new_figure, tidy
 from spacearm.show.report_page import write_report
+from spacearm.show.report_views import verdict
 from spacearm.study.bench_pages import Progress, space_page
 from spacearm.study.reference_core import REFERENCE, load_note, machine, machine_note, speed_note
 from spacearm.study.spacebench import PUBLISHED_ROTATION, SpaceProblem
@@ -349,7 +350,7 @@ def save_report(
     page, report, text = target / "report.html", target / "report.json", target / "tables.md"
     write_new(report, json.dumps(report_as_dict(bench), allow_nan=False) + "\n")
     write_new(text, as_markdown(bench))
-    write_report(space_page(bench, tables(bench), notes(bench), items, progress=progress), page)
+    write_report(space_page(bench, tables(bench), notes(bench), _verdict(bench), items, progress=progress), page)
     if not figures or not bench.runs:
         return [page, report, text]
     from spacearm.show.figure_style import save_figure
@@ -363,6 +364,21 @@ def save_report(
             drawn = figure_families(items)
         written += save_figure(drawn, target / "families", provenance=provenance)
     return written
+
+
+def _verdict(bench: SpaceBench) -> dict[str, Any]:
+    if not bench.runs:
+        met = sum(target.met for target in targets_of(bench))
+        return verdict("plain", f"{met} of {len(targets_of(bench))} targets of the published problems are met")
+    s = summary_of(bench.runs, bench.protocol.limit)
+    text = (
+        f"The first certified motion takes {milliseconds(s.first.median)} ms in the median, and at most "
+        f"{milliseconds(s.first.p95)} ms in 95 of 100 runs, on the reference core."
+    )
+    if s.fixed:
+        text += f" Of {s.fixed} motions planned for a fixed base, {percent(s.let_go['collides'])} collide when the base floats."
+    headline = f"{s.solved} of {s.runs} runs solved within {bench.protocol.limit:g} s"
+    return verdict("good" if s.solved == s.runs else "plain", headline, text)
 
 
 def as_markdown(bench: SpaceBench) -> str:
