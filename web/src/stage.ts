@@ -602,7 +602,7 @@ function seen(bodies: Body[], things: Thing[], cloud: Particles | null, view: Vi
   const { min, max } = new THREE.Box3().setFromPoints(points);
   const room = points.length ? 0.07 * min.distanceTo(max) : 0.1;
   for (const { T } of view.targets) points.push(...cornersOf(new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(T[3], T[7], T[11]), new THREE.Vector3().setScalar(room))));
-  if (cloud) points.push(...cornersOf(cloud.box));
+  if (cloud) points.push(...cloud.some());
   const near = new THREE.Box3();
   if (points.length) {
     const { center, radius } = new THREE.Box3().setFromPoints(points).getBoundingSphere(new THREE.Sphere());
