@@ -388,7 +388,7 @@ void run(shared_search<T>& s, std::int64_t evaluations, double seconds, bool unt
 
 template <class T, class Take> auto taken(shared_search<T>& s, Take&& take) {
     decltype(take(s.search)) out{};
-    s.turn([&] { out = take(s.search); });
+    s.turn.look([&] { out = take(s.search); });
     return out;
 }
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "python/arrays.hpp"
 
@@ -26,7 +27,7 @@ class signal_listener {
 };
 
 // An object that several Python threads may share does one thing at a time. Who waits does so without the GIL, which
-// the one at work may want for its callback; the callback itself must not come back.
+// the one at work may want for its callback; the callback itself may only look.
 class one_at_a_time {
   public:
     template <class Work> void operator()(Work&& work) {
@@ -37,6 +38,11 @@ class one_at_a_time {
         const std::lock_guard<std::timed_mutex> hold(lock_, std::adopt_lock);
         const mine here(owner_);
         work();
+    }
+    // The same for what only looks: the one at work may look at itself from its own callback, where it stands still.
+    template <class Work> void look(Work&& work) {
+        if (owner_.load() == std::this_thread::get_id()) work();
+        else (*this)(std::forward<Work>(work));
     }
 
   private:

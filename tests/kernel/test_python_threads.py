@@ -99,6 +99,21 @@ def test_a_callback_that_comes_back_is_refused() -> None:
     assert said == ["called by its own callback"]
 
 
+def test_a_callback_may_look_at_what_was_found() -> None:
+    alone, watched, seen = search(), search(), list[tuple[int, float]]()
+
+    def progress(_: int) -> bool:
+        best, history = watched.best, watched.history
+        assert (best is None) == (not history)
+        seen.append((watched.evaluations, np.inf if best is None else best.fitness))
+        return True
+
+    for one, told in ((alone, None), (watched, progress)):
+        one.run(evaluations=40_000, seconds=0.0, until_first=False, stall=0, progress=told)
+    assert seen == sorted(seen, key=lambda row: (row[0], -row[1]))
+    np.testing.assert_array_equal(watched.best.points, alone.best.points)
+
+
 def test_guesses_looked_at_by_many_threads_are_those_of_one(often: None) -> None:
     arm = objectives.thick_arm()
     pose = forward_kinematics(arm, objectives.AROUND[1])

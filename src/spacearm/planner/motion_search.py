@@ -28,7 +28,7 @@ from spacearm.motion.limit_margins import as_jerk_limit
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, PoseGoal, PositionGoal
 from spacearm.planner.inverse_kinematics import FAR, kernel_goal
 from spacearm.planner.kernel_model import KernelModel, kernel_model, make_kernel_model
-from spacearm.planner.plan_result import Improvement
+from spacearm.planner.plan_result import Improvement, SearchState
 from spacearm.planner.planner_settings import PlannerSettings, as_planner_settings
 from spacearm.planner.problem import Problem, as_searchable
 from spacearm.planner.searched_clearance import SearchedClearance, searched_clearance
@@ -139,20 +139,34 @@ class Islands:
         until_first: bool,
         stall: int,
         progress: Callable[[int], object] | None = None,
+        watch: Callable[[SearchState], object] | None = None,
     ) -> None:
         """Go on searching; 0 is no limit. Interrupted by Ctrl-C, all islands stop and keep what they have.
 
         Where the system starts no more threads, those that run do all the work.
-        """
-        stopped = False
 
-        def go_on(done: int) -> bool:
-            if progress is not None:
-                progress(done)
-            return not stopped
+        Args:
+            evaluations, seconds: of each island, at most.
+            until_first: be content with the first motion.
+            stall: evaluations without an improvement after which an island ends.
+            progress: called with an island's evaluations some 25 times a second; what it raises ends the search.
+            watch: likewise, with what has been found so far. Neither changes what is found.
+        """
+        stopped, watching = False, None if watch is None else _Watching(watch, self._motion)
+
+        def asked_by(island: native.MotionSearch32) -> Callable[[int], bool]:
+            def go_on(done: int) -> bool:
+                if progress is not None:
+                    progress(done)
+                if watching is not None:
+                    watching.look(island)
+                return not stopped
+
+            return go_on
 
         if len(self._all) == 1:  # no threads to be prepared, which takes a good part of an easy search
-            self._all[0].run(evaluations=evaluations, seconds=seconds, until_first=until_first, stall=stall, progress=go_on)
+            only, go_on = self._all[0], asked_by(self._all[0])
+            only.run(evaluations=evaluations, seconds=seconds, until_first=until_first, stall=stall, progress=go_on)
             return
         waiting, failures = deque(self._all), list[BaseException]()
         begin = threading.Event()
@@ -163,6 +177,7 @@ class Islands:
                     island = waiting.popleft()
                 except IndexError:
                     return
+                go_on = asked_by(island)
                 island.run(evaluations=evaluations, seconds=share, until_first=until_first, stall=stall, progress=go_on)
 
         def help_out() -> None:
@@ -286,6 +301,24 @@ class Islands:
         inside = np.clip(points, lower, upper)  # float32 may round a bound outwards
         ends = [] if self._free_end else [self._goals[goal]]
         return Motion(np.vstack([self._problem.start, inside.reshape(-1, len(lower)), *ends]))
+
+
+class _Watching:
+    """Tells somebody the best motion of several islands while they search, each in a thread of its own."""
+
+    def __init__(self, tell: Callable[[SearchState], object], motion_of: Callable[[native.FoundMotion32], Motion]) -> None:
+        self._tell, self._motion_of = tell, motion_of
+        self._lock = threading.Lock()
+        self._motion: Motion | None = None
+        self._fitness = math.inf
+
+    def look(self, island: native.MotionSearch32) -> None:
+        """Tell what there is; called by the island itself, which stands still."""
+        best, evaluations = island.best, island.evaluations
+        with self._lock:
+            if best is not None and best.fitness < self._fitness:
+                self._motion, self._fitness = self._motion_of(best), best.fitness
+            self._tell(SearchState(evaluations=evaluations, motion=self._motion, fitness=self._fitness))
 
 
 def _searched(problem: Problem, goals: Array, room: TrackingRoom | None, *, wide: bool) -> SearchedClearance:

@@ -15,7 +15,7 @@ from spacearm.core.brief import Brief, Rows
 from spacearm.core.errors import ProblemError
 from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.rotations import angle, conjugate, multiplied, quaternion_of
-from spacearm.motion import AnyTrajectory, Trajectory
+from spacearm.motion import AnyTrajectory, Motion, Trajectory
 from spacearm.planner.explanations import EndReport
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.inverse_kinematics import GoalConfigurations, pose_errors
@@ -126,6 +126,22 @@ STATUSES = {
     "not_proven": "a motion was found, but its proof does not hold",
 }
 """How planning ends."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SearchState(Brief):
+    """What a search has found while it goes on.
+
+    Attributes:
+        evaluations: candidate motions that the island has looked at which tells it.
+        motion: the best motion of all islands so far, free where the search looks at it, and not proven; the same object until
+            there is a better one. None: there is none yet.
+        fitness: of the motion; infinite without one.
+    """
+
+    evaluations: int
+    motion: Motion | None
+    fitness: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)

@@ -7,7 +7,6 @@ turn until a proof holds; `_prove` makes a trajectory of a motion, and its certi
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -27,7 +26,8 @@ from spacearm.motion import Motion, Trajectory, fastest_duration, time_optimal
 from spacearm.planner.explanations import EndReport, check_ends, explain_goal
 from spacearm.planner.inverse_kinematics import GoalConfigurations, find_goal_configurations
 from spacearm.planner.motion_search import Islands
-from spacearm.planner.plan_result import BaseReport, Plan, report_base, within_base_limits
+from spacearm.planner.plan_clock import PlanClock
+from spacearm.planner.plan_result import BaseReport, Plan, SearchState, report_base, within_base_limits
 from spacearm.planner.planner_settings import PlannerSettings, Weights, as_planner_settings
 from spacearm.planner.problem import Problem, as_searchable
 from spacearm.planner.tracking_ends import check_tube_at_ends, with_tube_explained
@@ -46,7 +46,6 @@ _SECONDS_AGAIN = 0.25  # share of `time_budget` for the same
 _LEAST_EVALUATIONS_AGAIN = 500  # however small the share is
 _LEAST_SECONDS_AGAIN = 0.02  # [s] likewise
 _SECONDS_FOR_PROOFS = 0.2  # share of `time_budget` that the first search leaves for proofs and what follows them
-_ALWAYS_AGAIN = 0.15  # [s] from the beginning: so long another motion may be tried, however short `time_budget` is
 _LEAST_SEARCH = 1e-3  # [s] for a first motion, however little time there is: most problems need less
 _LEAST_SECONDS = 1e-6  # [s] a search for so long looks at the straight motions and ends; 0 would be no limit
 _EARLIER = (0.5, 1.0)  # which of the motions found, from the best to the first, are proven where nothing else is left
@@ -64,6 +63,7 @@ def plan(
     *,
     rng: Rng = None,
     progress: Callable[[str], object] | None = None,
+    watch: Callable[[SearchState], object] | None = None,
 ) -> Plan:
     """Plan a motion: collision-free and within the limits at every instant, with a proof.
 
@@ -82,6 +82,9 @@ def plan(
         settings: of the search.
         rng: random seed, generator or None; the plan records the seed.
         progress: called with a word on each stage that begins.
+        watch: called with what has been found, some 25 times a second while motions are searched for, and never twice at once;
+            with several islands from their threads. It changes nothing. If it raises KeyboardInterrupt, the search ends as by
+            Ctrl-C.
 
     Returns:
         The plan; `status` says whether there is a motion, `message` what is in the way and what to do if not.
@@ -96,7 +99,7 @@ def plan(
     require_timing(problem.duration, settings)
     require_known(problem.base_model, problem.robot)
     try:
-        return _planned(problem, settings, seed_of(rng), progress or (lambda _: None))
+        return _planned(problem, settings, seed_of(rng), _Listeners(progress or _untold, watch))
     except MemoryError:
         raise SettingsError(
             "planning takes more memory than there is; ask for fewer islands, threads, goal_candidates or particles"
@@ -118,9 +121,25 @@ def require_timing(duration: float | None, settings: PlannerSettings) -> None:
         )
 
 
-def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Callable[[str], object]) -> Plan:
+def _untold(_: str) -> None:
+    """Nobody is told."""
+
+
+class _Listeners(NamedTuple):
+    """Who is told what goes on.
+
+    Attributes:
+        tell: a word on each stage.
+        watch: what has been found; None: nobody is.
+    """
+
+    tell: Callable[[str], object]
+    watch: Callable[[SearchState], object] | None
+
+
+def _planned(problem: Problem, settings: PlannerSettings, seed: int, listeners: _Listeners) -> Plan:
     """Go through the stages: the ends, the goal configurations, the search with its proofs. The first that fails ends it."""
-    clock = _Clock(settings.time_budget)
+    clock, tell = PlanClock(settings.time_budget), listeners.tell
 
     def without_search(status: Status, ends: EndReport, found: GoalConfigurations | None = None) -> Plan:
         goals = np.zeros((0, len(problem.start))) if found is None else found.q
@@ -158,7 +177,7 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     clock.lap("prepare")
     tell(f"motions to {len(found.q)} goal configuration{'s' if len(found.q) != 1 else ''}")
     wider = None if tube is None else partial(Islands, problem, found.q, settings, seed=seed, wide=True)
-    search = _Search(problem=problem, settings=settings, islands=islands, clock=clock, tell=tell, wider=wider)
+    search = _Search(problem=problem, settings=settings, islands=islands, clock=clock, listeners=listeners, wider=wider)
     status = search.run()
     islands = search.islands
     proof = search.proof or search.of_fallback()
@@ -190,39 +209,6 @@ def _planned(problem: Problem, settings: PlannerSettings, seed: int, tell: Calla
     )
 
 
-class _Clock:
-    """The time of one call of `plan`: by stage, and what is left of the budget.
-
-    Attributes:
-        budget: of all of it [s]; None: no limit.
-        timings: seconds by stage.
-    """
-
-    def __init__(self, budget: float | None) -> None:
-        self.budget, self.timings = budget, dict[str, float]()
-        self._begun = self._last = time.perf_counter()
-
-    def lap(self, stage: str) -> None:
-        """Book the time since the last call on a stage."""
-        now = time.perf_counter()
-        self.timings[stage] = self.timings.get(stage, 0.0) + now - self._last
-        self._last = now
-
-    @property
-    def left(self) -> float:
-        """The time that is left [s]; infinite without a budget."""
-        return math.inf if self.budget is None else self._begun + self.budget - time.perf_counter()
-
-    @property
-    def left_again(self) -> float:
-        """The time that is left for other motions where a proof failed [s]."""
-        return math.inf if self.budget is None else self._begun + max(self.budget, _ALWAYS_AGAIN) - time.perf_counter()
-
-    def total(self) -> dict[str, float]:
-        """Return the timings, with the total."""
-        return {**self.timings, "total": time.perf_counter() - self._begun}
-
-
 # ---- Search and proof in turn ----------------------------------------------------------------------------------------
 
 
@@ -244,7 +230,7 @@ class _Search:
         settings: of the planner.
         islands: that search for motions; they take instants where a proof failed.
         clock: of this call.
-        tell: called with a word when a proof begins.
+        listeners: told when a proof begins, and what has been found.
         wider: makes islands with more room for a tracking error, for where the search cannot see what the proof does; None if
             there is none, or they are at work already.
         proof: the last one that was tried.
@@ -256,8 +242,8 @@ class _Search:
     problem: Problem
     settings: PlannerSettings
     islands: Islands
-    clock: _Clock
-    tell: Callable[[str], object]
+    clock: PlanClock
+    listeners: _Listeners
     wider: Callable[[], Islands] | None
     proof: _Proof | None = field(default=None, init=False)
     proofs: int = field(default=0, init=False)
@@ -292,6 +278,7 @@ class _Search:
             seconds=budget.seconds,
             until_first=budget.until_first or self.settings.stop_at_first,
             stall=self.settings.convergence or 0,
+            watch=self.listeners.watch,
         )
         self.clock.lap("search")
 
@@ -374,7 +361,7 @@ class _Search:
         return self._fallback
 
     def _prove(self, motion: Motion) -> _Proof:
-        self.tell("proof")
+        self.listeners.tell("proof")
         self.proofs += 1
         self.proof = _prove(self.problem, self.settings, self.islands.projected(motion))
         self.clock.lap("certify")
@@ -495,7 +482,7 @@ def _with_less(search: _Search, failed: _Proof | None, goals: Array, seed: int) 
     problem, settings, clock = search.problem, search.settings, search.clock
     share, most = None, 1.0
     try:
-        search.tell("a motion with less clearance")
+        search.listeners.tell("a motion with less clearance")
         share = _share_kept(problem, settings, failed)
         for number in range(1 + _BISECTIONS):
             if clock.left_again <= 0:
@@ -531,7 +518,7 @@ def with_less_clearance(problem: Problem, share: float) -> Problem:
     return replace(problem, clearance=share * problem.clearance, clearances=tuple(pairs))
 
 
-def _is_met(problem: Problem, goals: Array, settings: PlannerSettings, seed: int, clock: _Clock) -> bool:
+def _is_met(problem: Problem, goals: Array, settings: PlannerSettings, seed: int, clock: PlanClock) -> bool:
     """Search for a first motion for a while, and return whether one is proven."""
     islands = Islands(problem, goals, settings, seed=seed)
     evaluations, stall = (

@@ -43,6 +43,7 @@ from spacearm.robot.link_shapes import (
     part_from_dict,
     part_of_capsule,
 )
+from spacearm.robot.link_visuals import LinkVisual
 from spacearm.robot.robot_in_short import robot_in_short
 from spacearm.robot.unchecked_pairs import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
 
@@ -50,10 +51,6 @@ Array = NDArray[np.float64]
 RobotType = TypeVar("RobotType", bound="Robot")
 
 _SKEW = 1e-9  # share of its largest entry by which an inertia may miss symmetry
-
-INERTIA_ROUNDING = 1e-9
-"""Share of the largest principal moment by which the moments may miss what those of a body satisfy. Files state six digits or
-more, and the moments of a matrix (3, 3) are computed to 1e-15."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -89,40 +86,6 @@ class Body(Frozen):
             mass=as_number(f"{where}: mass", self.mass, RobotError, at_least=0, unit="kg"),
             com=as_readonly(f"{where}: com", self.com, (3,), RobotError),
             inertia=as_readonly(f"{where}: inertia", half + half.T, (3, 3), RobotError),
-        )
-
-
-def inertia_fault(inertia: Array, *, rounding: float = INERTIA_ROUNDING, scale: float = 0.0) -> str:
-    """Say why no body can have an inertia.
-
-    A body's principal moments are integrals over its mass: none is below 0, and none is above the sum of the other two.
-
-    Args:
-        inertia: (3, 3), symmetric [kg m^2].
-        rounding: by which share of the largest moment the others may miss that.
-        scale: a number that the inertia was computed from and whose rounding it has, if that is larger [kg m^2].
-
-    Returns:
-        "" for an inertia that a body can have, else "negative" or "triangle".
-    """
-    moments = np.linalg.eigvalsh(inertia)  # ascending
-    slack = rounding * max(float(np.abs(moments).max()), scale)
-    if moments[0] < -slack:
-        return "negative"
-    return "triangle" if moments[2] - moments[1] - moments[0] > slack else ""
-
-
-def require_possible_inertia(where: str, inertia: Array) -> None:
-    """Refuse an inertia (3, 3) that no body can have.
-
-    Raises:
-        RobotError: it is one.
-    """
-    if inertia_fault(inertia):
-        least, middle, largest = np.linalg.eigvalsh(inertia)
-        raise RobotError(
-            f"{where}: inertia has the principal moments {least:g}, {middle:g} and {largest:g}, expected none below 0 and none "
-            "above the sum of the other two; correct it"
         )
 
 
@@ -270,6 +233,7 @@ class Robot(Frozen, InNotebooks):
         configurations: named ones.
         source: the file or built-in name it came from.
         notes: what was assumed in reading it, a sentence each.
+        visuals: how its links look, for pictures; no part of its value. Meshes are named, not read.
         origin: of a robot from a file, what it was put together from, so that joints can be locked elsewhere afterwards; no
             part of its value, and kept neither by pickle nor in files.
 
@@ -298,6 +262,7 @@ class Robot(Frozen, InNotebooks):
     configurations: tuple[NamedConfiguration, ...] = ()
     source: str = ""
     notes: tuple[str, ...] = ()
+    visuals: tuple[LinkVisual, ...] = field(default=(), repr=False, compare=False)
     origin: Any = field(default=None, repr=False, compare=False, metadata={"stays_here": True})
 
     if TYPE_CHECKING:  # the constructor takes `capsules` as well
@@ -327,6 +292,7 @@ class Robot(Frozen, InNotebooks):
             configurations: Iterable[NamedConfiguration] = (),
             source: str = "",
             notes: Iterable[str] = (),
+            visuals: Iterable[LinkVisual] = (),
             origin: Any = None,
         ) -> None: ...
 
@@ -337,17 +303,18 @@ class Robot(Frozen, InNotebooks):
         frames = _members("frames", self.frames, Frame)
         shapes = _members("shapes", self.shapes, LinkShape)
         bodies = _members("bodies", self.bodies, Body)
+        visuals = _members("visuals", self.visuals, LinkVisual)
         if not joints:
             raise RobotError(f"robot '{self.name}' has no moving joint, expected at least one; nothing can be planned")
         _require_unique("joint", [joint.name for joint in joints])
         _require_unique("frame", [frame.name for frame in frames])
         _require_unique("body", [body.name for body in bodies])
-        _require_tree(joints, (*frames, *shapes, *bodies))
+        _require_tree(joints, (*frames, *shapes, *bodies, *visuals))
         names = _members("dof_names", self.dof_names, str) or _own_names(joints)
         _require_unique("dof", [as_name("a dof's name", name, RobotError) for name in names])
         _require_dofs_used(joints, names)
         pairs = _checked_pairs(self.self_pairs, {part.name for part in shapes})
-        keep(self, joints=joints, frames=frames, shapes=shapes, bodies=bodies, dof_names=names)
+        keep(self, joints=joints, frames=frames, shapes=shapes, bodies=bodies, dof_names=names, visuals=visuals)
         keep(self, notes=_members("notes", self.notes, str), self_pairs=pairs)
         keep(self, **_checked_limits(self))
         keep(self, **_checked_coverage(self))
@@ -473,7 +440,7 @@ def _require_unique(what: str, names: list[str]) -> None:
         raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
 
 
-def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkShape | Body, ...]) -> None:
+def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkShape | Body | LinkVisual, ...]) -> None:
     for i, joint in enumerate(joints):
         if joint.parent >= i:
             raise RobotError(
@@ -482,7 +449,7 @@ def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkShape | Bo
             )
     for part in parts:
         if part.joint >= len(joints):
-            what = {Frame: "frame", LinkShape: "shape", Body: "body"}[type(part)]
+            what = {Frame: "frame", LinkShape: "shape", Body: "body", LinkVisual: "visual"}[type(part)]
             raise RobotError(f"{what} '{part.name}' rides on joint {part.joint}, expected -1 (base) to {len(joints) - 1}")
 
 
