@@ -25,9 +25,9 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo 'PYTHON=/path/to/python3 chooses the interpreter when .venv is made; rm -rf .venv starts afresh.'
 
-demo: $(STAMPS)/package ## everything from nothing: environment, build, the paper's experiment into out/
+demo: $(STAMPS)/package ## everything from nothing: environment, build, the paper's experiment and its report into out/
 	@out=$$(sh tools/fresh_folder.sh out/paper) && echo "Running the paper's experiment into $$out." && \
-	  $(VENV)/bin/spacearm paper -o "$$out"
+	  $(VENV)/bin/spacearm paper -o "$$out" && sh tools/open_page.sh "$$out/report.html"
 
 # With compiled modules kept, whatever the user's shell says of them: many tests start programs.
 test: $(STAMPS)/package $(STAMPS)/test ## environment, build, and all tests
@@ -46,9 +46,24 @@ lint: $(STAMPS)/package $(STAMPS)/lint ## format check, lint, and types
 format: $(STAMPS)/lint ## rewrite the Python and C++ files in the house's format
 	@$(PY) -m ruff check --fix --exit-zero --quiet . ; $(PY) -m ruff format . ; $(CLANG_FORMAT) -i $(CXX_FILES)
 
+# Reads docs/ and the docstrings; needs no network. Warnings are errors.
+docs: $(STAMPS)/package $(STAMPS)/docs ## the site, into build/site
+	@echo 'Building the site.'
+	@$(PY) -m sphinx --quiet --fail-on-warning --keep-going --fresh-env --write-all \
+	  --builder html --doctree-dir build/site-pages docs build/site
+	@echo 'The site is in build/site/index.html.'
+
 bench: $(STAMPS)/package ## the swarm beside other libraries (BENCH="--quick --install"), one environment each
 	@$(PY) benchmarks/paper_numpy.py
 	@$(PY) benchmarks/compare_swarms.py $(BENCH)
+
+# Repaired on Linux, so that the wheel runs on other distributions; what it was built with decides how old they may be.
+wheel: $(STAMPS)/package $(STAMPS)/wheel ## a wheel into dist/, tried in a fresh environment without a compiler
+	@rm -rf build/wheel && mkdir -p build/wheel dist
+	@$(PIP) wheel --no-deps --no-build-isolation --config-settings=cmake.define.SPACEARM_WERROR=ON -w build/wheel .
+	@if [ "$$(uname)" = Linux ]; then PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(PY) -m auditwheel --quiet repair -w build/wheel/repaired build/wheel/*.whl; \
+	  else mkdir -p build/wheel/repaired && cp build/wheel/*.whl build/wheel/repaired; fi
+	@wheel=$$(ls build/wheel/repaired/*.whl) && $(PY) tools/check_wheel.py "$$wheel" && cp "$$wheel" dist/ && echo "dist/$$(basename "$$wheel")"
 
 clean: ## remove what was built or cached; .venv and out/ stay
 	rm -rf build dist .pytest_cache .ruff_cache .hypothesis
@@ -74,7 +89,7 @@ $(STAMPS)/package: $(STAMPS)/tools $(STAMPS)/modules $(BUILD_FILES)
 	@$(PIP) install --no-build-isolation --config-settings=cmake.define.SPACEARM_WERROR=ON --editable .
 	@touch $@
 
-$(STAMPS)/test $(STAMPS)/lint: $(STAMPS)/%: $(STAMPS)/tools pyproject.toml
+$(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/wheel: $(STAMPS)/%: $(STAMPS)/tools pyproject.toml
 	@echo 'Installing what make $* needs: about half a minute.'
 	@$(PY) tools/requirements.py run $* > $(STAMPS)/$*.txt && $(PIP) install -r $(STAMPS)/$*.txt
 	@touch $@
@@ -84,4 +99,4 @@ $(STAMPS)/modules: $(STAMPS)/tools ALWAYS
 	@find src -type f ! -path '*/__pycache__/*' | LC_ALL=C sort > $@.new
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 
-.PHONY: help demo test lint format bench clean ALWAYS
+.PHONY: help demo test lint format docs bench wheel clean ALWAYS

@@ -102,6 +102,7 @@ export interface Cloud {
   low: number[];
   high: number[];
   points: Packed; // u16 (k, p, 3), shares of the box
+  at?: Packed; // f32 (k,) the clock's instants of the k sets, ascending: one is shown until the next; absent: 0, 1, 2, ...
   value?: Packed; // u8 (k, p): 0 best .. 255 worst, for the colour
   legend?: string;
 }

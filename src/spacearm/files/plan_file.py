@@ -10,8 +10,8 @@ motion does to a floating one), `fitness`, `searched` (`clearance_m` that the se
 begin or end nearer than is required of them), `achievable` (where the clearance required was not met: with what `share` of it,
 that is with what `clearance_m`, a motion is found and proven), `goals`, `goal_search`, `ends`, `history`, `certificate`, and
 `proof` (that pairs of bodies keep apart, as `ProofTree.as_dict` has it: `recheck_plan` checks it, and looks for another one
-only if it is wrong). What is infinite, as a clearance without obstacles, is null. Timings are left out: the same search gives
-the same bytes.
+only if it is wrong), and `visuals` (how the robot's links look, for pictures; mesh files by their paths, which need not be
+there). What is infinite, as a clearance without obstacles, is null. Timings are left out: the same search gives the same bytes.
 
 A problem without the key `clearance` is one of a file that was written before there was one: it was proven for 0.
 """
@@ -48,7 +48,7 @@ from spacearm.proof.base_proofs import base_setup_of, require_same
 from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION, canonical, digest, trajectory_digest
 from spacearm.proof.proof_tree import ProofTree
 from spacearm.proof.required_clearance import pair_clearance_as_dict
-from spacearm.robot import Robot
+from spacearm.robot import LinkVisual, Robot
 from spacearm.robot.model import robot_as_dict, robot_from_dict
 
 Array = NDArray[np.float64]
@@ -93,6 +93,7 @@ def plan_as_dict(plan: Plan) -> dict[str, Any]:
             "interrupted": plan.interrupted,
             "certificate": None if plan.certificate is None else plan.certificate.as_dict(),
             "proof": None if plan.certificate is None else proof_as_dict(plan.certificate),
+            **_visuals_as_dict(plan.problem.robot),
         }
     )
 
@@ -124,6 +125,11 @@ def _searched_as_dict(searched: SearchedClearance) -> dict[str, Any]:
         for pair in searched.near
     ]
     return {"clearance_m": searched.asked, "near": near}
+
+
+def _visuals_as_dict(robot: Robot) -> dict[str, Any]:
+    """Return how a robot looks, which is no part of its value, nor of a hash; nothing of one without visuals."""
+    return {"visuals": [record_as_dict(visual) for visual in robot.visuals]} if robot.visuals else {}
 
 
 def _achievable_as_dict(plan: Plan) -> dict[str, Any]:
@@ -246,6 +252,7 @@ class _PlanValues:
     motion: dict[str, Any] | None = None
     certificate: dict[str, Any] | None = None
     proof: dict[str, Any] | None = None
+    visuals: tuple[LinkVisual, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -384,7 +391,11 @@ def problem_from_dict(values: dict[str, Any]) -> Problem:
 
 def _problem(path: object, saved: _PlanValues) -> Problem:
     with located(f"{path}: problem"):
-        return problem_from_dict(saved.problem)
+        problem = problem_from_dict(saved.problem)
+    if not saved.visuals:
+        return problem
+    with located(f"{path}: visuals"):
+        return replace(problem, robot=replace(problem.robot, visuals=saved.visuals))
 
 
 def _motion(path: object, saved: _PlanValues, robot: Robot, *, within_limits: bool) -> AnyTrajectory:

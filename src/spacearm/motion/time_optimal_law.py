@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import require_kind
 from spacearm.core.errors import ProblemError
 from spacearm.core.exact import power, product, sines
+from spacearm.core.extras import require_extra
 from spacearm.core.records import whole
 from spacearm.dynamics import Momentum
 from spacearm.dynamics.base_models import Base
@@ -89,8 +90,9 @@ def time_optimal(
     Raises:
         ProblemError: the motion does not fit the robot, a jerk limit that is no positive number, or a base that cannot be.
         RobotError: a floating base of a robot whose masses cannot be.
-        SettingsError: a number of grid points or pieces that is none.
+        SettingsError: a number of grid points or pieces that is none; or toppra is not installed.
     """
+    require_extra("toppra", "the time-optimal law")
     whole("gridpoints", gridpoints, at_least=8, at_most=_MOST)
     whole("pieces", pieces, at_least=8, at_most=_MOST)
     require_kind("motion", motion, Motion, ProblemError, advice="make one with Motion([start, ..., goal])")

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import shown
 from spacearm.core.errors import SettingsError
+from spacearm.core.extras import require_extra
 from spacearm.core.interrupts import interrupt_taken
 from spacearm.core.random_seed import Rng, seed_of
 from spacearm.core.records import setting_names
@@ -109,8 +110,10 @@ def require_timing(duration: float | None, settings: PlannerSettings) -> None:
     """Check that the duration that a problem states, if it does, and the settings go together.
 
     Raises:
-        SettingsError: they do not.
+        SettingsError: they do not; or a library that a time law needs is not installed.
     """
+    if settings.time_law == "time_optimal":
+        require_extra("toppra", "the time law 'time_optimal'", instead="use the time law 'uniform'")
     if duration is not None and settings.time_law != "uniform":
         raise SettingsError(
             f"time_law is {shown(settings.time_law)} and the problem states its duration, expected 'uniform' with it; leave "

@@ -219,12 +219,23 @@ def _check(claim: Claim, settled: _Settled, stretches: Intervals, proven: Array)
         required, phase = claim.held.on(claim.bodies.owner.take(some.first), some.other, begins, ends)
         short = np.flatnonzero(~(clearance > required))
         if short.size:
-            i = short[0]
+            i = int(short[0])
+            pair = " and ".join(_called(claim, int(bodies[i])) for bodies in (some.first, some.other))
             raise _Fault(
-                f"a direction proves {clearance[i]:.6g} m for bodies {some.first[i]} and {some.other[i]} of the table, "
+                f"a direction proves {clearance[i]:.6g} m for {pair}, "
                 f"from {begins[i]:.6g} to {ends[i]:.6g} on the curve, expected more than {required[i]:.6g}"
             )
         np.minimum.at(proven, phase, clearance)
+
+
+def _called(claim: Claim, body: int) -> str:
+    """Name what a body of the table belongs to."""
+    bodies, owner = claim.bodies, int(claim.bodies.owner[body])
+    if owner < 0:
+        return "several obstacles in one ball"
+    if bodies.frame[body] == WORLD:
+        return f"obstacle {claim.scene.called(owner)}"
+    return f"link '{list(dict.fromkeys(part.name for part in claim.robot.shapes))[owner]}'"
 
 
 def _clearances(claim: Claim, midpoints: Midpoints, some: _Settled) -> Array:

@@ -2,6 +2,7 @@
 
 from spacearm.robot.envelope import LinkEnvelope
 from spacearm.robot.kinematics import forward_kinematics, joint_centres, joint_frames
+from spacearm.robot.link_visuals import LinkVisual
 from spacearm.robot.load_robot import builtin_robots, envelope_report, load_robot
 from spacearm.robot.model import Body, Frame, Joint, LinkCapsule, LinkShape, NamedConfiguration, Robot
 from spacearm.robot.self_collision import LinkPair, SelfPairs, find_self_pairs
@@ -17,6 +18,7 @@ __all__ = [
     "LinkEnvelope",
     "LinkPair",
     "LinkShape",
+    "LinkVisual",
     "NamedConfiguration",
     "Robot",
     "SelfPairs",

@@ -82,6 +82,7 @@ def build_robot(tree: LinkTree, *, velocity_limit: Any = None, acceleration_limi
         unweighed=_unweighed(tree, places),
         source=tree.source,
         notes=(*tree.notes, *notes),
+        visuals=tuple(one.carried(*places[one.name]) for one in tree.visuals if one.name in places),
     )
 
 

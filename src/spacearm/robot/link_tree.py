@@ -21,6 +21,7 @@ from spacearm.geometry.shapes import ConvexShape
 
 if TYPE_CHECKING:
     from spacearm.robot.envelope import LinkEnclosure
+    from spacearm.robot.link_visuals import LinkVisual
 
 Array = NDArray[np.float64]
 
@@ -85,6 +86,7 @@ class LinkTree:
         shapes: the envelope, each as the link's name and a convex shape in the link's frame [m].
         envelopes: what these stand for, of links with collision shapes.
         masses: of the links that have one.
+        visuals: how links look, in the link's frame; their joint is not known yet.
         shaped: links of a URDF with a shape, drawn or for collision.
         unreadable: links whose mass the file states so that it cannot be used, each with what is wrong.
         base: "fixed" or "floating".
@@ -102,6 +104,7 @@ class LinkTree:
     shapes: tuple[tuple[str, ConvexShape], ...] = ()
     envelopes: tuple[LinkEnclosure, ...] = ()
     masses: tuple[LinkMass, ...] = ()
+    visuals: tuple[LinkVisual, ...] = ()
     shaped: tuple[str, ...] = ()
     unreadable: tuple[tuple[str, str], ...] = ()
     base: Literal["fixed", "floating"] = "fixed"

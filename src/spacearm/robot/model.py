@@ -41,6 +41,7 @@ from spacearm.robot.link_shapes import (
     part_from_dict,
     part_of_capsule,
 )
+from spacearm.robot.link_visuals import LinkVisual
 from spacearm.robot.unchecked_pairs import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
 
 Array = NDArray[np.float64]
@@ -267,6 +268,7 @@ class Robot(Frozen):
         configurations: named ones.
         source: the file or built-in name it came from.
         notes: what was assumed in reading it, a sentence each.
+        visuals: how its links look, for pictures; no part of its value. Meshes are named, not read.
         origin: of a robot from a file, what it was put together from, so that joints can be locked elsewhere afterwards; no
             part of its value, and kept neither by pickle nor in files.
 
@@ -295,6 +297,7 @@ class Robot(Frozen):
     configurations: tuple[NamedConfiguration, ...] = ()
     source: str = ""
     notes: tuple[str, ...] = ()
+    visuals: tuple[LinkVisual, ...] = field(default=(), repr=False, compare=False)
     origin: Any = field(default=None, repr=False, compare=False, metadata={"stays_here": True})
 
     if TYPE_CHECKING:  # the constructor takes `capsules` as well
@@ -324,6 +327,7 @@ class Robot(Frozen):
             configurations: Iterable[NamedConfiguration] = (),
             source: str = "",
             notes: Iterable[str] = (),
+            visuals: Iterable[LinkVisual] = (),
             origin: Any = None,
         ) -> None: ...
 
@@ -334,17 +338,18 @@ class Robot(Frozen):
         frames = _members("frames", self.frames, Frame)
         shapes = _members("shapes", self.shapes, LinkShape)
         bodies = _members("bodies", self.bodies, Body)
+        visuals = _members("visuals", self.visuals, LinkVisual)
         if not joints:
             raise RobotError(f"robot '{self.name}' has no moving joint, expected at least one; nothing can be planned")
         _require_unique("joint", [joint.name for joint in joints])
         _require_unique("frame", [frame.name for frame in frames])
         _require_unique("body", [body.name for body in bodies])
-        _require_tree(joints, (*frames, *shapes, *bodies))
+        _require_tree(joints, (*frames, *shapes, *bodies, *visuals))
         names = _members("dof_names", self.dof_names, str) or _own_names(joints)
         _require_unique("dof", [as_name("a dof's name", name, RobotError) for name in names])
         _require_dofs_used(joints, names)
         pairs = _checked_pairs(self.self_pairs, {part.name for part in shapes})
-        keep(self, joints=joints, frames=frames, shapes=shapes, bodies=bodies, dof_names=names)
+        keep(self, joints=joints, frames=frames, shapes=shapes, bodies=bodies, dof_names=names, visuals=visuals)
         keep(self, notes=_members("notes", self.notes, str), self_pairs=pairs)
         keep(self, **_checked_limits(self))
         keep(self, **_checked_coverage(self))
@@ -467,7 +472,7 @@ def _require_unique(what: str, names: list[str]) -> None:
         raise RobotError(f"{what} name '{name}' is used {count} times, expected once; rename the others")
 
 
-def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkShape | Body, ...]) -> None:
+def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkShape | Body | LinkVisual, ...]) -> None:
     for i, joint in enumerate(joints):
         if joint.parent >= i:
             raise RobotError(
@@ -476,7 +481,7 @@ def _require_tree(joints: tuple[Joint, ...], parts: tuple[Frame | LinkShape | Bo
             )
     for part in parts:
         if part.joint >= len(joints):
-            what = {Frame: "frame", LinkShape: "shape", Body: "body"}[type(part)]
+            what = {Frame: "frame", LinkShape: "shape", Body: "body", LinkVisual: "visual"}[type(part)]
             raise RobotError(f"{what} '{part.name}' rides on joint {part.joint}, expected -1 (base) to {len(joints) - 1}")
 
 

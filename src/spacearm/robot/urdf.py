@@ -24,6 +24,7 @@ from spacearm.robot.build_robot import require_collision
 from spacearm.robot.collision_shapes import SHAPES, WITH_COMMAS, Shape, chain_length, link_shapes, origin_of
 from spacearm.robot.envelope import ShapeLimits, envelopes_of
 from spacearm.robot.link_tree import LinkJoint, LinkMass, LinkTree, Mimic
+from spacearm.robot.link_visuals import link_visuals
 from spacearm.robot.model import Robot, inertia_fault
 from spacearm.robot.robot_xml import note_on_repairs, numbers_in, xacro_left_in, xml_document, xml_root
 
@@ -99,6 +100,7 @@ def urdf_tree(
         masses, unreadable = link_masses(root)
         soft = _soft_limits(root)
         shaped = shaped_links(root)
+        visuals = link_visuals(root, Path(path).parent)
         strip_and_check(root, with_collision=collision == "urdf")
         joints = tuple(_joint(joint) for joint in root.findall("joint"))
         notes = (*note_on_repairs(repairs, "the URDF"), *notes_on_masses(unreadable), *_notes_on_soft_limits(joints, soft))
@@ -112,6 +114,7 @@ def urdf_tree(
             shapes=tuple((one.link, part) for one in found for part in one.parts),
             envelopes=found,
             masses=masses,
+            visuals=visuals,
             shaped=shaped,
             unreadable=unreadable,
             with_envelope=collision == "urdf",
