@@ -59,8 +59,8 @@ export class Materials {
 
   constructor(readonly theme: Theme) {
     this.colors = SCENE[theme];
-    this.solids = [0, 1].map(() => {
-      const offset = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+    this.solids = [1, 3].map((polygonOffsetFactor) => {
+      const offset = { polygonOffset: true, polygonOffsetFactor, polygonOffsetUnits: 1 };
       return this.keep(rimmed(new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0, ...offset })));
     });
     this.edges = this.keep(new THREE.LineBasicMaterial({ color: this.colors.edge, transparent: true, opacity: this.colors.edgeOpacity, depthWrite: false }));
