@@ -116,7 +116,7 @@ def test_what_was_assumed_of_a_robot_is_told(told: Told, tmp_path: Path) -> None
 
 def test_more_clearance_than_there_is_fails(told: Told, problem: Path, tmp_path: Path) -> None:
     """More than the motion has among the balls, and less than it has at its ends: a pair that is nearer there is excused."""
-    problem.write_text((Path(__file__).parents[2] / "examples" / "problem.yaml").read_text())
+    problem.write_text((Path(__file__).parents[2] / "examples" / "01_first_plan.yaml").read_text())
     assert told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-report"])[0] == 0
     code, out, _ = told(["certify", tmp_path / "out" / "plan.json", "--clearance", "0.05"])
     assert code == 1
