@@ -55,13 +55,16 @@ _STAGE = """(() => {
   document.head.append(style);
   box.classList.add("spacearm-filmed");
   box.append(time);
+  document.body.append(box);
+  document.getElementById("app").style.display = "none";
   window.dispatchEvent(new Event("resize"));
   window.spacearm.stage.resize();
-  window.spacearmFrame = (t, text) => new Promise((done) => {
+  window.spacearmFrame = (t, text) => {
     window.spacearm.seek(t);
+    window.spacearm.stage.draw();  // at once, and not again for the seek
     time.firstChild.textContent = text;
-    requestAnimationFrame(() => { window.spacearm.stage.draw(); requestAnimationFrame(() => done(true)); });
-  });
+    return true;
+  };
   return [canvas.clientWidth, canvas.clientHeight];
 })()"""
 
