@@ -55,7 +55,7 @@ def test_the_clearance_may_be_given_on_the_command_line(told: Told, refused: Ref
 
 def test_a_clearance_that_cannot_be_met_exits_with_1_and_says_what_can(told: Told, tmp_path: Path) -> None:
     problem, output = tmp_path / "problem.yaml", tmp_path / "out"
-    example = (Path(__file__).parents[2] / "examples" / "problem.yaml").read_text()
+    example = (Path(__file__).parents[2] / "examples" / "01_first_plan.yaml").read_text()
     problem.write_text(example.replace("evaluations: 20000", "evaluations: 2000"))
     code, out, err = told(["plan", problem, "-o", output, "--clearance", "0.15", "--seed", 0, "--no-report"])
     assert code == 1
