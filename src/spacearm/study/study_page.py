@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import shown
 from spacearm.core.errors import SettingsError, nearest
+from spacearm.core.output import require_writable, write_out
 from spacearm.core.version import version
 from spacearm.files.plan_file import KEY as PLAN_KEY
 from spacearm.files.plan_file import saved_plan_from_dict
-from spacearm.show.report_page import plot, section, series, write_report
+from spacearm.show.report_page import page_html, plot, section, series
 from spacearm.show.report_plan import report_of_plans
 from spacearm.show.report_views import flat_view, take_views, verdict
 from spacearm.study.study_tables import Table
@@ -44,8 +45,9 @@ def save_study_report(
     tables: Sequence[Table] = (),
     notes: Sequence[str] = (),
     command: str = "",
+    overwrite: bool = False,
 ) -> None:
-    """Write the report page of a study; an existing file is not overwritten.
+    """Write the report page of a study: one HTML file that needs nothing else.
 
     Args:
         path: of the page, as study.html.
@@ -56,12 +58,15 @@ def save_study_report(
         tables: that stand first.
         notes: what is to be known beside them.
         command: that makes the page again.
+        overwrite: replace a file that is there.
 
     Raises:
         SettingsError: no records, or no such field.
-        OutputError: the file exists, or cannot be written.
+        OutputError: the file exists already, or cannot be written.
     """
-    write_report(study_page(records, title=title, by=by, units=units, tables=tables, notes=notes, command=command), path)
+    require_writable(path, overwrite=overwrite)
+    page = study_page(records, title=title, by=by, units=units, tables=tables, notes=notes, command=command)
+    write_out(path, page_html(page), overwrite=overwrite)
 
 
 def study_page(
