@@ -2,7 +2,8 @@
 
     python examples/11_clearance_study.py
 
-The records go into clearance_study.jsonl as they come. Run again, the program goes on where it was stopped.
+The records go into clearance_study.jsonl as they come. Run again, the program goes on where it was stopped. It also writes
+11_clearance_study.html: the motions of the first seed, one for each clearance, side by side.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from spacearm import PlannerSettings, load_problem, plan
+from spacearm import Plan, PlannerSettings, load_problem, plan, save_report
 from spacearm.study.run_study import Study, run_study
 from spacearm.study.statistics import mean, share_interval
 from spacearm.study.study_records import file_digest
@@ -39,10 +40,15 @@ class Record:
     proven: float | None
 
 
-def run(task: Task) -> Record:
+def planned(task: Task) -> Plan:
     """Plan."""
     settings = PlannerSettings(evaluations=EVALUATIONS, threads=1)
-    found = plan(replace(load_problem(PROBLEM), clearance=task.clearance), settings, rng=task.seed)
+    return plan(replace(load_problem(PROBLEM), clearance=task.clearance), settings, rng=task.seed)
+
+
+def run(task: Task) -> Record:
+    """Plan, and keep what the table needs."""
+    found = planned(task)
     proven = found.found and found.trajectory is not None and found.certificate is not None
     return Record(
         asked=task.clearance,
@@ -84,6 +90,7 @@ def main() -> None:
         "interval: the share of motions found lies in it with 95 % confidence",
         "length and proven clearance: means of the motions found",
     )
+    save_report([planned(task) for task in tasks if task.seed == 0], "11_clearance_study.html", overwrite=True)
     print(markdown([Table("How the clearance matters", header, rows)], notes))
 
 

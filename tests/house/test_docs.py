@@ -3,7 +3,7 @@
 A page starts where a newcomer does, in the root of the repository. Blocks are run by their language:
 
 - python: all blocks of a page share their names. A comment `# -> text` is what the line prints; `...` stands for anything.
-- sh: `spacearm` runs in this process; `cp`, `cd` and `python` run as in a shell; `make` and figures are left out. A comment
+- sh: `spacearm` runs in this process; `cp`, `cd` and `python` run as in a shell; `make` is left out. A comment
   names an exit code other than 0, as in `# exit code 1`.
 - yaml: a problem or robot file, saved under the name in its first line (else problem.yaml) and loaded. A block without the key
   `spacearm` replaces keys of the page's first problem.
@@ -140,9 +140,8 @@ class PageRun:
         if words[0] == "cd":
             os.chdir(words[1])
         elif words[0] == "spacearm":
-            quick = ["--no-figures"] if words[1] == "plan" else []
             with contextlib.redirect_stdout(io.StringIO()) as out:
-                assert main([*words[1:], *quick]) == code, (words, out.getvalue())
+                assert main(words[1:]) == code, (words, out.getvalue())
             self.printed = out.getvalue()
         else:
             assert words[0] in ("python", "cp"), f"no test runs {words}"
