@@ -26,12 +26,14 @@ class Options:
     files say of themselves is shown, and not proven again.
 
     Attributes:
-        plans: one plan.json, or several.
+        plan: a plan.json.
+        others: further ones, to be shown beside it.
         output: the page, a new file.
         title: of the page; none: by the robot's name.
     """
 
-    plans: Annotated[Positional[tuple[Path, ...]], arg(metavar="PLAN.JSON [PLAN.JSON ...]")]
+    plan: Annotated[Positional[Path], arg(metavar="PLAN.JSON")]
+    others: Annotated[Positional[tuple[Path, ...]], arg(metavar="PLAN.JSON")] = ()
     output: Annotated[Path, arg(metavar="REPORT.HTML", aliases=("-o",))]
     title: Annotated[str | None, arg(metavar="TEXT")] = None
 
@@ -39,6 +41,7 @@ class Options:
 def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
     options = parsed(Options, arguments, command="report")
+    paths = (options.plan, *options.others)
     require_new(options.output, advice="choose another name with -o")
     with unbroken():
         from spacearm.files import load_saved_plan
@@ -46,11 +49,11 @@ def run(arguments: Sequence[str]) -> int:
         from spacearm.show.report_plan import report_of_plans
     with progress_bar("report") as bar:
         saved = []
-        for i, path in enumerate(options.plans):
-            bar(i, len(options.plans), str(path))
+        for i, path in enumerate(paths):
+            bar(i, len(paths), str(path))
             saved.append(load_saved_plan(path))
         bar(0, 0, "clearances, curves and scene")
-        page = report_of_plans(saved, title=options.title or "", names=names_of(options.plans))
+        page = report_of_plans(saved, title=options.title or "", names=names_of(paths))
         write_report(page, options.output)
     size = f"{options.output.stat().st_size / 1e6:.2f} MB"
     views = [(view["name"], view["verdict"]["headline"]) for view in page["views"]]

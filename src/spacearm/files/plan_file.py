@@ -28,8 +28,10 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief, Rows, counted, in_short
 from spacearm.core.checks import as_transform, require_kind, shown
 from spacearm.core.errors import FileFormatError, ProblemError
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.output import require_writable, write_new, write_out
 from spacearm.core.reading import located, read_bytes, require_version
 from spacearm.core.records import as_dict, record_as_dict, record_from_dict
@@ -204,7 +206,12 @@ def save_plan(plan: Plan, path: str | os.PathLike[str], *, overwrite: bool = Fal
     """
     require_kind("plan", plan, Plan, ProblemError, advice="make one with plan(problem)")
     require_writable(path, overwrite=overwrite)
-    write_out(path, _text(plan_as_dict(plan)), overwrite=overwrite)
+    write_out(path, plan_text(plan), overwrite=overwrite)
+
+
+def plan_text(plan: Plan) -> str:
+    """Return what a plan file of a plan holds."""
+    return _text(plan_as_dict(plan))
 
 
 def save_json(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
@@ -273,8 +280,8 @@ class _ProblemValues:
     obstacles: list[Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SavedPlan:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SavedPlan(Brief, InNotebooks):
     """What a plan file has.
 
     Attributes:
@@ -297,6 +304,18 @@ class SavedPlan:
     proof: ProofTree | None = None
     is_old: bool = False
     search: dict[str, Any] = field(default_factory=dict[str, Any])
+
+    def _in_short(self) -> tuple[str, Rows]:
+        said = self.certificate or {}
+        rows = [("outcome", f"{self.status}, says the file; certify(saved.problem, saved.trajectory) proves it anew")]
+        rows.append(("certificate", f"{said.get('status')}: {said.get('message')}" if said else "none"))
+        rows += [("motion", in_short(self.trajectory)[0].partition(": ")[2])]
+        rows += [row for row in in_short(self.problem)[1] if row[0] in ("goal", "clearance", "base")]
+        rows.append(("proof", "none" if self.proof is None else f"{counted(len(self.proof.steps), 'node')}"))
+        return (
+            f"SavedPlan: robot '{self.problem.robot.name[:40]}', {in_short(self.problem.scene)[0].removeprefix('Scene: ')}",
+            rows,
+        )
 
 
 def load_plan(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajectory:
@@ -406,8 +425,8 @@ def _motion(path: object, saved: _PlanValues, robot: Robot, *, within_limits: bo
         return trajectory_from_dict(robot, saved.motion, within_limits=within_limits)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Recheck:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Recheck(Brief):
     """What a second proof found.
 
     Attributes:

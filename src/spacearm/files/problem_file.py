@@ -47,6 +47,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import ProblemError, SettingsError, nearest
 from spacearm.core.reading import YamlFile, read_yaml
@@ -94,8 +95,8 @@ _TARGETS: dict[str, tuple[str, ...]] = {
 """What a goal may aim at, and the keys that may stand beside it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProblemFile:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class ProblemFile(Brief):
     """What a problem file holds.
 
     Attributes:
@@ -130,7 +131,16 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
         FileFormatError: no such file, no YAML, or keys and values that are not those of the format.
         SpacearmError: a robot, scene or problem that cannot be; file and line are named.
     """
-    file = read_yaml(path, key="spacearm", what="a problem file")
+    return problem_of(read_yaml(path, key="spacearm", what="a problem file"))
+
+
+def problem_of(file: YamlFile) -> ProblemFile:
+    """Return the problem and the settings that a file's content means.
+
+    Raises:
+        FileFormatError: keys and values that are not those of the format.
+        SpacearmError: a robot, scene or problem that cannot be; file and line are named.
+    """
     from spacearm.files.problem_schema import ProblemModel
 
     model = file.parsed(ProblemModel)

@@ -20,6 +20,7 @@ from spacearm.show.report_page import page_html
 from spacearm.show.report_scene import obstacles_data, robot_data, targets_data
 from spacearm.show.report_sections import block_of, mm, sections_of, verdict_of
 from spacearm.show.report_subject import Subject, subject_of
+from spacearm.show.report_visuals import visual_parts
 
 Data = dict[str, Any]
 
@@ -34,7 +35,7 @@ class _Parts(NamedTuple):
     def robot(self, robot: Robot) -> int:
         """Return the place of a robot among those of the page."""
         if id(robot) not in self.places:
-            made = robot_data(robot, self.meshes)
+            made = robot_data(robot, self.meshes, visual_parts(robot, self.meshes))
             if made not in self.robots:
                 self.robots.append(made)
             self.places[id(robot)] = self.robots.index(made)

@@ -34,7 +34,7 @@ def robot_data(robot: Robot, meshes: Meshes, visuals: Sequence[Data] = ()) -> Da
     Args:
         robot: with an envelope or without one.
         meshes: of the report.
-        visuals: the parts that its file draws, as `web/src/data.ts` describes them.
+        visuals: the parts that its file draws, as `web/src/data.ts` describes them; links without one get their envelope.
     """
     tip, line = robot.frame(robot.tip), _LINE * reach_of(robot)
     shapes = [_part(part, meshes, line) for part in robot.shapes]
@@ -43,6 +43,7 @@ def robot_data(robot: Robot, meshes: Meshes, visuals: Sequence[Data] = ()) -> Da
             f"robot '{robot.name}' has no envelope with a thickness: it is drawn by thin rods between its joints"
         )
         shapes += _rods(robot, line) if not shapes else []
+    drawn = {part["name"] for part in visuals}
     return {
         "name": robot.name,
         "joints": [
@@ -60,7 +61,7 @@ def robot_data(robot: Robot, meshes: Meshes, visuals: Sequence[Data] = ()) -> Da
         "dofNames": list(robot.dof_names),
         "tip": {"name": tip.name, "joint": tip.joint, "T": transform(tip.T_joint_frame)},
         "shapes": shapes,
-        "visuals": list(visuals),
+        "visuals": [*visuals, *(shape for shape in shapes if shape["name"] not in drawn)] if drawn else [],
     }
 
 
