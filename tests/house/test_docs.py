@@ -140,9 +140,8 @@ class PageRun:
         if words[0] == "cd":
             os.chdir(words[1])
         elif words[0] == "spacearm":
-            quick = ["--no-figures"] if words[1] == "plan" else []
             with contextlib.redirect_stdout(io.StringIO()) as out:
-                assert main([*words[1:], *quick]) == code, (words, out.getvalue())
+                assert main(words[1:]) == code, (words, out.getvalue())
             self.printed = out.getvalue()
         else:
             assert words[0] in ("python", "cp"), f"no test runs {words}"

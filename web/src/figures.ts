@@ -480,6 +480,14 @@ export class Particles {
     this.seek(0);
   }
 
+  /** Some of the points, for the camera: all of the first set, which is the widest, and a share of the others. */
+  some(): THREE.Vector3[] {
+    const out: THREE.Vector3[] = [];
+    const step = Math.max(1, Math.floor(this.places.length / 3 / 500));
+    for (let i = 0; i < this.places.length / 3; i += i < this.perIteration ? 1 : step) out.push(new THREE.Vector3().fromArray(this.places, 3 * i));
+    return out;
+  }
+
   seek(t: number): void {
     const now = this.at ? lastAt(this.at, t) : Math.min(this.iterations - 1, Math.max(0, Math.round(t / (this.clock.step || 1))));
     const [positions, colors] = [this.points.geometry.getAttribute("position"), this.points.geometry.getAttribute("color")];

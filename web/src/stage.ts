@@ -304,8 +304,8 @@ export class Stage {
     for (const target of view.targets) content.targets.add(targetMark(target, sphere.radius, materials));
     const floor = this.addGrid(content);
     for (const thing of things) thing.addPlanes(sphere.center, sphere.radius, materials, floor);
-    scene.add(...bodies.map((body) => body.root), ...things.map((thing) => thing.root), ...paths.map(({ path }) => path.root));
     scene.add(content.targets, content.grid, ...content.triads.flatMap(({ tip, base }) => [tip, base]));
+    for (const { root } of [...bodies, ...things, ...paths.map(({ path }) => path)]) scene.add(root);
     for (const object of [content.basePath?.root, closest?.root, cloud?.points]) if (object) scene.add(object);
     this.addLight(sphere);
     this.addLabels(content);
@@ -605,7 +605,7 @@ function seen(bodies: Body[], things: Thing[], cloud: Particles | null, view: Vi
   const { min, max } = new THREE.Box3().setFromPoints(points);
   const room = points.length ? 0.07 * min.distanceTo(max) : 0.1;
   for (const { T } of view.targets) points.push(...cornersOf(new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(T[3], T[7], T[11]), new THREE.Vector3().setScalar(room))));
-  if (cloud) points.push(...cornersOf(cloud.box));
+  if (cloud) points.push(...cloud.some());
   const near = new THREE.Box3();
   if (points.length) {
     const { center, radius } = new THREE.Box3().setFromPoints(points).getBoundingSphere(new THREE.Sphere());

@@ -143,7 +143,7 @@ def clearance_plot(found: PairClearances, *, asked: float, proven: float | None)
     lines = [(asked * 1e3, f"asked for: {asked * 1e3:.4g} mm")] if asked > 0 else []
     if proven is not None and 0 < proven < math.inf:
         lines.append((proven * 1e3, f"proven: {proven * 1e3:.4g} mm"))
-    floor = _floor(np.concatenate([found.least * 1e3, [value for value, _ in lines]]))
+    floor = floor_of(np.concatenate([found.least * 1e3, [value for value, _ in lines]]))
     more = found.pairs - len(found.names)
     note = f"The {len(found.names)} pairs that come nearest, of {found.pairs}. " if more else ""
     touching = bool((found.least <= 0).any())
@@ -152,7 +152,7 @@ def clearance_plot(found: PairClearances, *, asked: float, proven: float | None)
     return plot("clearance", title, "mm", found.t, curves, log=True, floor=floor, lines=lines, note=note)
 
 
-def _floor(values: Array) -> float:
+def floor_of(values: Array) -> float:
     """Return the least value of a logarithmic axis [mm]: 0.1, or a power of 10 below the least clearance."""
     positive = values[values > 0]
     least = float(positive.min()) if len(positive) else _FLOOR

@@ -24,7 +24,7 @@ TOLERANCE = 2e-6
 """[m] No point of the robot is drawn further from where it is than this and the rounding of float32."""
 
 MOST_KNOTS = 6000
-"""A motion with more pieces, as recordings may have, is drawn by straight lines between some of its instants, which is noted."""
+"""A motion with more pieces, as recordings may have, is drawn by straight lines between some instants, which is noted."""
 
 _SHARES = np.array([0.25, 0.5, 0.75])  # of an interval, at which it is compared
 _BETWEEN = np.arange(1, 8) / 8  # of a piece

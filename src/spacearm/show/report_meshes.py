@@ -1,7 +1,7 @@
 """Shapes as a report's page draws them: what it knows by itself, and triangles for all else, each mesh stored once.
 
-Boxes, cylinders, capsules, spheres, sets of spheres and half-spaces are themselves. Polytopes, pieces of meshes, and shapes with
-a rounding become triangles. A polytope with many vertices is drawn by some of them, which is noted.
+Boxes, cylinders, capsules, spheres, sets of spheres and half-spaces are themselves. Polytopes, pieces of meshes, and shapes
+with a rounding become triangles. A polytope with many vertices is drawn by some of them, which is noted.
 """
 
 from __future__ import annotations

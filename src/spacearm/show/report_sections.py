@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from spacearm.core.native import native
+from spacearm.core.records import as_dict
 from spacearm.core.version import version
 from spacearm.planner.plan_result import STATUSES
 from spacearm.planner.planner_settings import PlannerSettings
@@ -121,21 +122,21 @@ def _clearance(subject: Subject, closest: str) -> Section:
         )
     if closest:
         rows.append(("measured for this page", closest))
-    for pair in certificate.get("near_pairs", []):
-        kept = "nothing" if pair.get("proven_m") is None else f"at least {mm(pair['proven_m'])}"
-        rows.append(
-            (
-                "near at an end",
-                f"link '{pair['link']}' and {pair['other']}: {mm(pair['clearance_m'])} at {pair['ends']}, of {mm(pair['required_m'])} asked for; "
-                f"proven {kept} from t = {pair['begin_s']:.4g} s to {pair['end_s']:.4g} s",
-            )
-        )
+    rows += [("near at an end", _near_in_words(pair)) for pair in certificate.get("near_pairs", [])]
     tracking = certificate.get("tracking")
     if tracking:
         rows.append(("tracking error", _plain(tracking)))
     if certificate:
         rows.append(("limits checked", ", ".join(certificate.get("limits", {}).get("checked", [])) or "none"))
     return section("Clearance", rows=rows, opened=True)
+
+
+def _near_in_words(pair: dict[str, Any]) -> str:
+    kept = "nothing" if pair["proven_m"] is None else f"at least {mm(pair['proven_m'])}"
+    return (
+        f"link '{pair['link']}' and {pair['other']}: {mm(pair['clearance_m'])} at {pair['ends']}, of {mm(pair['required_m'])} "
+        f"asked for; proven {kept} from t = {pair['begin_s']:.4g} s to {pair['end_s']:.4g} s"
+    )
 
 
 def _motion(subject: Subject, at: Sampled | None) -> Section | None:
@@ -206,7 +207,8 @@ def _base(subject: Subject) -> Section | None:
         return name, f"{value:.4g} {unit}" + ("" if limit is None else f" (limit {limit:.4g} {unit})")
 
     def turned(name: str) -> float | None:
-        return None if asked[name] is None else deg(asked[name])
+        limit = asked[name]
+        return None if limit is None else deg(limit)
 
     rows = [
         row("turned at the end", deg(base["rotation_final_rad"]), "deg", turned("final")),
@@ -272,8 +274,6 @@ def _search(subject: Subject) -> Section | None:
 def _settings(subject: Subject) -> Section | None:
     if not subject.settings:
         return None
-    from spacearm.core.records import as_dict
-
     plain = as_dict(PlannerSettings())
     rows = [
         (name, _plain(value) + ("" if plain.get(name) == value else "  (not the default)"))
@@ -309,16 +309,14 @@ def _again(subject: Subject) -> Section | None:
 
 def _python_settings(settings: dict[str, Any]) -> str:
     """Return the settings that are not the defaults as arguments of a call."""
-    from spacearm.core.records import as_dict
-
     plain = as_dict(PlannerSettings())
     given: list[str] = []
     for name, value in settings.items():
         if plain.get(name) == value:
             continue
         if isinstance(value, dict) and "kind" in value:
-            base = plain.get(name) if isinstance(plain.get(name), dict) else {}
-            inner = ", ".join(f"{key}={entry!r}" for key, entry in value.items() if key != "kind" and base.get(key) != entry)
+            usual: dict[str, Any] = plain[name] if isinstance(plain.get(name), dict) else {}
+            inner = ", ".join(f"{key}={entry!r}" for key, entry in value.items() if key != "kind" and usual.get(key) != entry)
             given.append(f"{name}=sa.{value['kind']}({inner})")
         else:
             given.append(f"{name}={tuple(value) if isinstance(value, list) else value!r}")
