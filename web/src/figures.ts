@@ -163,9 +163,9 @@ const TOOL = /tool|gripper|hand|finger|effector|probe|grapple|camera|jaw/i;
 
 /** A calm colour for a link: light and grey in turn along the chain; base, panels, tool and payload have their own. */
 function linkColor(part: Part, names: string[], colors: SceneColors): THREE.Color {
-  if (PAYLOAD.test(part.name)) return new THREE.Color(colors.payload);
   if (PANEL.test(part.name)) return new THREE.Color(colors.panel);
   if (TOOL.test(part.name)) return new THREE.Color(colors.tool);
+  if (part.held || PAYLOAD.test(part.name)) return new THREE.Color(colors.payload);
   if (part.joint < 0) return new THREE.Color(colors.base);
   return new THREE.Color(colors.links[names.indexOf(part.name) % 2]);
 }
