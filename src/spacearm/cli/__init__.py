@@ -26,6 +26,7 @@ COMMANDS = {
     "paper": "run the paper's experiment: Table 3, Figures 4-9, report.json",
     "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, figures",
     "robustness": "find how far the joints may be from a motion at any instant so that it is still proven",
+    "view": "open a problem.yaml or a plan.json in the browser: change it by hand, plan, and save",
 }
 """Each command, and what it does. The module `<command>_command` of this room runs it."""
 
