@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _ROD = 0.012  # times the size of the robot: a robot without an envelope is drawn as rods of this radius
-_LINE = 0.006  # likewise of links that are lines
+_LINE = 0.008  # likewise of links that are lines
 
 
 class ArmNodes:

@@ -46,7 +46,7 @@ class ClearanceCurve:
         with self._folder:
             self._plot = self._gui.add_uplot(
                 data=self._data(-1),
-                series=(
+                series=(  # pyright: ignore[reportArgumentType]  # its types are those of uPlot's own description
                     {"label": "t [s]"},
                     {"label": "clearance [mm]", "stroke": css(PATH), "width": 2},
                     {"label": "asked for [mm]", "stroke": css(BAD), "width": 1, "dash": [5, 4]},

@@ -12,7 +12,7 @@ BAD: Color = (194, 74, 0)
 PLAIN: Color = (77, 87, 97)
 TONES: dict[Tone, Color] = {"good": GOOD, "near": NEAR, "bad": BAD, "plain": PLAIN}
 
-LINKS: tuple[Color, Color] = (226, 230, 234), (150, 162, 175)
+LINKS: tuple[Color, Color] = (205, 212, 219), (104, 118, 135)
 BASE: Color = (200, 192, 176)
 OBSTACLE: Color = (132, 146, 162)
 CHOSEN: Color = (86, 160, 211)

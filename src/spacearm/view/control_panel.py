@@ -102,9 +102,9 @@ class ControlPanel:
     def _plan_tab(self) -> None:
         gui, actions, edited = self._gui, self._actions, self._session.edited
         self.plan = gui.add_button("Plan", hint="Search for a motion and prove it")
-        self.plan.on_click(lambda _: actions.plan())
+        _clicked(self.plan, actions.plan)
         self.cancel = gui.add_button("Cancel", color="gray", disabled=True, hint="End with the best motion so far")
-        self.cancel.on_click(lambda _: actions.cancel())
+        _clicked(self.cancel, actions.cancel)
         self.job = gui.add_html("")
         self.clearance = self._number("Clearance [mm]", edited.problem.clearance * 1e3, least=0.0, step=0.5)
         self._on(self.clearance, lambda: actions.clearance(float(self.clearance.value) * 1e-3))
@@ -122,7 +122,7 @@ class ControlPanel:
             self.time = gui.add_slider("Time [s]", min=0.0, max=duration, step=duration / 1000, initial_value=0.0)
             self._on(self.time, lambda: actions.seek(float(self.time.value)))
             self.play = gui.add_button("Play")
-            self.play.on_click(lambda _: actions.play())
+            _clicked(self.play, actions.play)
             self.speed = gui.add_dropdown("Speed", options=SPEEDS, initial_value="1")
             self.again = gui.add_checkbox("Repeat", initial_value=True)
             self.curve: Any = None
@@ -260,10 +260,10 @@ class ControlPanel:
             self._save_button(button, what, field)
         self.saved = gui.add_html("")
         undo = gui.add_button("Undo all changes", color="gray", hint="Back to what the file has")
-        undo.on_click(lambda _: actions.undo())
+        _clicked(undo, actions.undo)
 
     def _save_button(self, button: Any, what: str, field: Any) -> None:
-        button.on_click(lambda _: self._actions.save(what, str(field.value)))
+        _clicked(button, lambda: self._actions.save(what, str(field.value)))
 
     def told_of_save(self, text: str, *, good: bool) -> None:
         """Say what became of a file."""
@@ -321,6 +321,12 @@ class ControlPanel:
         _set(self.cancel, "disabled", not planning)
         _set(self.job, "content", words)
         _put(self.seed, self._session.seed)
+
+
+def _clicked(button: Any, action: Callable[[], object]) -> None:
+    @button.on_click
+    def _(_: Any) -> None:
+        action()
 
 
 def _put(field: Any, value: Any) -> None:

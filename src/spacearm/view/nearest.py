@@ -150,8 +150,8 @@ def parts_of(obstacle: Obstacle, index: int) -> list[ConvexShape | HalfSpace]:
     if isinstance(obstacle, SphereSet):
         from spacearm.geometry import Sphere
 
-        chosen = range(len(obstacle.centers)) if not 0 <= index < len(obstacle.centers) else (index,)
-        return [Sphere(obstacle.centers[i], float(obstacle.radii[i])) for i in chosen][:_MOST_PARTS]
+        chosen = (index,) if 0 <= index < len(obstacle.centers) else range(min(_MOST_PARTS, len(obstacle.centers)))
+        return [*(Sphere(obstacle.centers[i], float(obstacle.radii[i])) for i in chosen)]
     if isinstance(obstacle, PolytopeSet):
         return [obstacle.pieces[index]] if 0 <= index < len(obstacle.pieces) else list(obstacle.pieces[:_MOST_PARTS])
     return [obstacle]

@@ -57,7 +57,7 @@ class ObstacleNodes:
     def _add(self, i: int, movable: Movable) -> None:
         name, own = f"/obstacles/{i}", movable.own
         self._nodes[i] = self._scene.add_frame(name, show_axes=False)
-        at = np.linalg.inv(movable.first.T)
+        at: Array = np.linalg.inv(movable.first.T).astype(np.float64)
         if isinstance(own, SphereSet):
             self._meshes[i] = self._balls(f"{name}/balls", own.centers @ at[:3, :3].T + at[:3, 3], own.radii)
             return

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 _SAMPLES = 40  # of a candidate's path
 _MOST_CANDIDATES = 8  # drawn at once
 _VIEW = float(np.radians(38.0))  # of the camera, from top to bottom
-_AWAY = 1.05  # times the distance from which robot and obstacles are just seen
+_AWAY = 0.72  # times the distance from which a ball around robot and obstacles is just seen
 
 
 @dataclass(slots=True)
@@ -75,8 +75,8 @@ class SceneView:
         cell = 10.0 ** np.floor(np.log10(self.extent / 2))
         size = float(np.ceil(2.5 * self.extent / cell) * cell)
         around = np.round(self.middle / cell) * cell * [1, 1, 0]
-        colors = {"cell_color": (222, 226, 231), "section_color": (196, 203, 211)}
-        self._grid = scene.add_grid("/grid", size, size, cell_size=cell, section_size=5 * cell, position=around, **colors)
+        self._grid = scene.add_grid("/grid", size, size, cell_size=cell, section_size=5 * cell, position=around)
+        self._grid.cell_color, self._grid.section_color = (222, 226, 231), (196, 203, 211)
         self._origin = scene.add_frame(
             "/origin", axes_length=0.12 * self.extent, axes_radius=0.002 * self.extent, origin_radius=0.003 * self.extent
         )

@@ -103,7 +103,7 @@ def triangles_of_obstacle(obstacle: Obstacle, *, extent: float) -> Triangles:
 def _plane(normal: Array) -> Array:
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u /= np.linalg.norm(u)
-    return np.array([u, np.cross(normal, u), normal])
+    return np.array([u, np.cross(normal, u), normal], dtype=np.float64)
 
 
 @cache
