@@ -89,7 +89,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, action="append", default=[], help="MotionBenchMaker's problems of a robot")
     parser.add_argument("--problems", type=int, default=2, help="of each family")
-    parser.add_argument("--servicer", type=Path, default=HERE.parent / "examples" / "servicer_box.yaml")
+    parser.add_argument("--servicer", type=Path, default=HERE.parent / "examples" / "07_box_servicer.yaml")
     parser.add_argument("--servicer-motions", type=int, default=10)
     parser.add_argument("--tight", type=int, default=5, help="motions of each robot of which little more is required")
     parser.add_argument("--rounds", type=int, default=3, help="the least time of so many counts")

@@ -39,6 +39,7 @@ suppress_warnings = ["myst.strikethrough"]
 # The reference is made of the docstrings.
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
+autodoc_type_aliases = {"Array": "Array", "ArrayLike": "ArrayLike"}
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_class_signature = "mixed"

@@ -62,9 +62,9 @@ def use(env: Environment) -> None:
         found = env.run("python", "-c", f"import importlib.util as u; print(u.find_spec({name!r}) is not None)").strip()
         if found != "False":
             sys.exit(f"the core brings {name}, expected it in an extra only")
-    problems = sorted(EXAMPLES.glob("*problem.yaml"))
+    problems = sorted(EXAMPLES.glob("01_*.yaml"))
     if not problems:
-        sys.exit(f"{EXAMPLES} has no problem.yaml")
+        sys.exit(f"{EXAMPLES} has no problem whose name begins with 01_")
     print(env.run("spacearm", "plan", str(problems[0]), "-o", "out", "--seed", "0"))
     print(env.run("spacearm", "certify", "out/plan.json"))
     report = env.cwd / "out" / "report.html"

@@ -8,6 +8,7 @@ A page starts where a newcomer does, in the root of the repository. Blocks are r
 - yaml: a problem or robot file, saved under the name in its first line (else problem.yaml) and loaded. A block without the key
   `spacearm` replaces keys of the page's first problem.
 - text: directly below a sh block it is what the last command prints; elsewhere it is only shown.
+- {name}: a directive of the site, which only its build reads.
 
 The comment `<!-- not run: reason -->` above a block leaves it out. Readers do not see it.
 """
@@ -34,12 +35,13 @@ from spacearm.cli import main
 from spacearm.files.problem_file import load_problem_file
 from spacearm.robot import load_robot
 
-PAGES = [REPOSITORY / "README.md", REPOSITORY / "CONTRIBUTING.md", *sorted((REPOSITORY / "docs").glob("*.md"))]
+PAGES = [REPOSITORY / "README.md", REPOSITORY / "CONTRIBUTING.md", *sorted((REPOSITORY / "docs").rglob("*.md"))]
 STARTED_WITH = ("examples", "benchmarks/spacebench")
 """What the pages need of the repository."""
 MOST_BLOCKS_NOT_RUN = 6
 BLOCK = re.compile(
-    r"(?:^<!-- not run: (?P<reason>[^\n]+) -->\n)?^```(?P<language>\w*)\n(?P<text>.*?)^```$", flags=re.DOTALL | re.MULTILINE
+    r"(?:^<!-- not run: (?P<reason>[^\n]+) -->\n)?^```(?P<language>[\w{}-]*)(?: [^\n]*)?\n(?P<text>.*?)^```$",
+    flags=re.DOTALL | re.MULTILINE,
 )
 
 
@@ -69,6 +71,16 @@ def blocks_of(page: Path) -> list[Block]:
         found.append(Block(match["language"], match["text"], match["reason"], follows))
         end = match.end()
     return found
+
+
+def is_run(block: Block) -> bool:
+    """Whether a block does anything when its page is run."""
+    return block.reason is None and block.language in ("python", "sh", "yaml")
+
+
+def name_of(page: Path) -> str:
+    """Return what a test of a page is called: its path, without docs."""
+    return page.relative_to(REPOSITORY).as_posix().removeprefix("docs/")
 
 
 def commands_of(text: str) -> list[tuple[str, int]]:
@@ -128,9 +140,8 @@ class PageRun:
         if words[0] == "cd":
             os.chdir(words[1])
         elif words[0] == "spacearm":
-            quick = ["--no-figures"] if words[1] == "plan" else []
             with contextlib.redirect_stdout(io.StringIO()) as out:
-                assert main([*words[1:], *quick]) == code, (words, out.getvalue())
+                assert main(words[1:]) == code, (words, out.getvalue())
             self.printed = out.getvalue()
         else:
             assert words[0] in ("python", "cp"), f"no test runs {words}"
@@ -163,7 +174,7 @@ def newcomer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if blocks_of(page)], ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [page for page in PAGES if any(is_run(block) for block in blocks_of(page))], ids=name_of)
 def test_a_page_runs_as_a_newcomer_would(page: Path, newcomer: Path) -> None:
     run = PageRun(page)
     for block in blocks_of(page):
@@ -185,27 +196,27 @@ def test_few_blocks_are_not_run() -> None:
     assert len(left_out) <= MOST_BLOCKS_NOT_RUN, left_out
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_no_command_hides_in_an_indented_block(page: Path) -> None:
     text = BLOCK.sub("", page.read_text(encoding="utf-8"))
     assert not re.findall(r"^    (?:spacearm|python|\$) .*$", text, flags=re.MULTILINE)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_the_files_a_page_names_exist(page: Path) -> None:
     named = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
     missing = [name for name in named if not name.startswith("http") and not (page.parent / name).exists()]
     assert not missing
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_the_sections_a_page_names_exist(page: Path) -> None:
     named = re.findall(r"\]\(([^):]*)#([^)]+)\)", page.read_text(encoding="utf-8"))
     missing = [f"{name}#{anchor}" for name, anchor in named if anchor not in anchors((page.parent / name) if name else page)]
     assert not missing
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_the_source_files_a_page_names_exist(page: Path) -> None:
     text = BLOCK.sub("", page.read_text(encoding="utf-8"))
     named = {name for name in re.findall(r"`([\w/]+\.(?:py|hpp|cpp))`", text) if name != "utils.py"}

@@ -43,7 +43,7 @@ from support.motion_searches import BUILD, crowded, needle, quintic, thin_planar
 from support.oracles import coal_shapes, pinocchio_points
 from support.planar_problems import CLUTTERED, walled
 
-PAPER = load_problem_file(Path(__file__).parents[2] / "examples" / "problem.yaml")
+PAPER = load_problem_file(Path(__file__).parents[2] / "examples" / "01_first_plan.yaml")
 SMALL = PlannerSettings(evaluations=800, goal_candidates=2)
 BALL = Sphere((1.2, 1.2, 0.0), 0.3)
 

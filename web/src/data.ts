@@ -163,5 +163,6 @@ export interface Page {
   robots: Robot[];
   meshes: Mesh[];
   views: View[];
+  open?: number; // index of the view that is shown first; absent: 0
   sections: Section[];
 }

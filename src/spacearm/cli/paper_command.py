@@ -1,4 +1,4 @@
-"""`spacearm paper`: the paper's experiment, from its runs to its figures."""
+"""`spacearm paper`: the paper's experiment, from its runs to its report."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from tyro.conf import OmitArgPrefixes, arg
 from spacearm.cli.arguments import parsed
 from spacearm.cli.results_folder import recorded_in, results_folder
 from spacearm.cli.terminal import progress_bar, show_table
+from spacearm.core.extras import require_extra
 from spacearm.study.paper_experiment import run_experiment
 from spacearm.study.paper_problem import PaperSettings
 from spacearm.study.paper_report import LEGEND, path_notes, report_as_dict, save_report, table_rows
@@ -21,12 +22,12 @@ from spacearm.study.paper_report import LEGEND, path_notes, report_as_dict, save
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Run the experiment of Zhang et al. 2022: each method many times, Table 3 beside the numbers of the paper, Figures 4-9,
-    and report.json with every declared reading.
+    """Run the experiment of Zhang et al. 2022: each method many times, Table 3 beside the numbers of the paper, and
+    report.html with the swarms and the planned paths in space, the curves, and every declared reading.
 
     Attributes:
-        output: a new or empty folder for tables, figures and report.json.
-        no_figures: do not draw Figures 4-9 and the comparison, which takes most of the time.
+        output: a new or empty folder for report.html, the table and report.json.
+        figures: also draw Figures 4-9 and the comparison with matplotlib, which takes most of the time then.
         json: print the report as JSON instead of the tables.
         records: a file that runs are written to as they end; the same file again continues after a stop. The planned paths go
             to a second file beside it.
@@ -36,7 +37,7 @@ class Options:
     """
 
     output: Annotated[Path, arg(metavar="FOLDER", aliases=("-o",))]
-    no_figures: bool = False
+    figures: bool = False
     json: bool = False
     records: Annotated[Path | None, arg(metavar="FILE")] = None
     jobs: int = 1
@@ -46,11 +47,13 @@ class Options:
 def run(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code."""
     options = parsed(Options, arguments, command="paper")
+    if options.figures:
+        require_extra("matplotlib", "--figures", instead="leave it out: report.html needs no library")
     with recorded_in(options.records), results_folder(options.output) as folder:
         with progress_bar("runs") as bar:
             experiment = run_experiment(options.experiment, records=options.records, jobs=options.jobs, progress=bar)
-        with progress_bar("report" if options.no_figures else "figures") as bar:
-            written = save_report(experiment, folder, figures=not options.no_figures, progress=bar)
+        with progress_bar("figures" if options.figures else "report") as bar:
+            written = save_report(experiment, folder, figures=options.figures, progress=bar)
     if options.json:
         print(json.dumps(report_as_dict(experiment), indent=2, allow_nan=False))
         return 0
@@ -58,7 +61,7 @@ def run(arguments: Sequence[str]) -> int:
         show_table(title.replace("; ", "\n", 1), header, rows)
     for line in (*LEGEND, *path_notes(experiment)):
         print(line)
-    print(f"\nreport: {folder / 'report.json'}")
+    print(f"\nreport: {folder / 'report.html'}; its numbers: report.json")
     figures = [path for path in written if path.suffix == ".png"]
     if figures:
         print(f"figures: {len(figures)}, as PNG and PDF, in {figures[0].parent}")

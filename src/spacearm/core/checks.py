@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.errors import ProblemError, RobotError, SceneError, SettingsError, SpacearmError, nearest
 
 if TYPE_CHECKING:
@@ -282,7 +283,7 @@ def as_sentences(name: str, value: Any, error: Raise) -> tuple[str, ...]:
 def shown(value: Any) -> str:
     """Print a wrong value in a message, on one line and cut to a readable length."""
     try:
-        text = " ".join(repr(value).split())
+        text = " ".join(repr(value).split()).replace("( ", "(", 1)
     except Exception:  # a whole number of more than 4300 digits has none, and a stranger's object may have a broken one
         text = f"a {type(value).__name__} that cannot be printed"
     return text if len(text) <= 60 else text[:57] + "..."
@@ -307,12 +308,12 @@ def keep(record: Any, **values: Any) -> None:
         object.__setattr__(record, name, value)
 
 
-class Frozen:
-    """Base of our frozen dataclasses: equal by value, hashable, rebuilt through their checks by pickle.
+class Frozen(Brief):
+    """Base of our frozen dataclasses: equal by value, hashable, printed in few lines, rebuilt through their checks by pickle.
 
     Dataclasses compare arrays with ``==``, which is an array and no answer; and NumPy forgets on unpickling
-    that an array was read-only. Use with ``@dataclass(frozen=True, slots=True, eq=False)``. The hash, which caches ask for
-    again and again, is kept once it is known.
+    that an array was read-only. Use with ``@dataclass(frozen=True, slots=True, eq=False, repr=False)``. The hash, which
+    caches ask for again and again, is kept once it is known.
     """
 
     __slots__ = ("_hash",)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import TYPE_CHECKING
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import shown_error
 from spacearm.core.errors import KernelError, nearest
 
@@ -31,8 +32,8 @@ _MODULE_OF_LEVEL = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class KernelInfo:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class KernelInfo(Brief):
     """Which build of the kernel runs, and which others this processor could run."""
 
     level: str

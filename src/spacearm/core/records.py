@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
 
+from spacearm.core.brief import brief
 from spacearm.core.checks import Raise, as_number, as_whole, shown, value_fields
 from spacearm.core.errors import SettingsError, nearest
 
@@ -40,7 +41,8 @@ def settings(cls: type[T]) -> type[T]:
     Raises:
         SettingsError: (from the class made) a keyword that is no setting; the nearest known one is named.
     """
-    made: Any = dataclasses.dataclass(frozen=True, slots=True, kw_only=True)(cls)
+    made: Any = dataclasses.dataclass(frozen=True, slots=True, kw_only=True, repr=False)(cls)
+    made.__repr__, made.printed_whole = brief, True
     plain = made.__init__
 
     @functools.wraps(plain)

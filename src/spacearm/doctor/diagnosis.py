@@ -7,13 +7,16 @@ wrong in the file: a number that cannot be read is None, and `look_at_numbers` h
 from __future__ import annotations
 
 import difflib
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from spacearm.core.brief import Brief, Rows, counted, named, words
 from spacearm.core.checks import Frozen, as_number, keep, shown
 from spacearm.core.errors import SettingsError
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.robot.model import require_base
 from spacearm.robot.robot_xml import numbers_in
 
@@ -24,8 +27,8 @@ is good to know."""
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Finding(Brief):
     """One thing that is wrong at one place.
 
     Attributes:
@@ -53,8 +56,8 @@ class Finding:
     mendable: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Diagnosis:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Diagnosis(Brief, InNotebooks):
     """All that was found about a model.
 
     Attributes:
@@ -76,6 +79,20 @@ class Diagnosis:
     mass: float | None
     base_mass: float | None
     findings: tuple[Finding, ...]
+
+    def _in_short(self) -> tuple[str, Rows]:
+        counts = (len(self.errors), "error"), (len(self.warnings), "warning"), (len(self.notes), "note")
+        found = ", ".join(counted(number, noun) for number, noun in counts if number) or "nothing to remark"
+        mass = "no masses" if self.mass is None else f"{self.mass:.4g} kg"
+        model = f"{counted(self.links, 'link')}, {counted(self.joints, 'joint')} ({self.moving} moving), {mass}"
+        rows = [("model", f"{model}; {words(self.source)}")]
+        kinds = Counter((finding.severity, finding.code) for finding in self.findings)
+        firsts = {(finding.severity, finding.code): finding for finding in reversed(self.findings)}
+        for kind, number in kinds.items():
+            more = f" ({number} of this kind)" if number > 1 else ""
+            rows.append((words(kind[0]), f"{kind[1]}{more}: {firsts[kind].place} {firsts[kind].what}"))
+        healthy = ", healthy" if self.healthy else ""
+        return f"Diagnosis of {named(self.name) if self.name else 'a robot without a name'}: {found}{healthy}", rows
 
     @property
     def healthy(self) -> bool:
@@ -110,8 +127,8 @@ class Diagnosis:
         return tuple(finding for finding in self.findings if finding.severity == severity)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Change:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Change(Brief):
     """One thing that was mended.
 
     Attributes:
@@ -127,8 +144,8 @@ class Change:
     what: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Mended:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Mended(Brief):
     """A corrected copy of a model.
 
     Attributes:
@@ -158,7 +175,7 @@ _LONGEST = 100  # characters of a name that are compared
 KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Choices(Frozen):
     """What cannot be known is chosen: careful values for what a file leaves out.
 

@@ -20,6 +20,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Brief, Rows, counted, named
 from spacearm.core.checks import as_number, as_numbers, as_pose, require_kind, shown
 from spacearm.core.errors import ProblemError
 from spacearm.core.exact import cross, inverse3, length, powers, product, solved3
@@ -75,7 +76,7 @@ class JointPath(Protocol):
         ...
 
 
-class BaseMotion:
+class BaseMotion(Brief):
     """The motion of a floating base along a path of its arm's joints.
 
     Attributes:
@@ -133,6 +134,10 @@ class BaseMotion:
         self._center = self.base_start[:3, 3] + rotated(attitude, center)  # at the beginning, in the inertial frame
         self._steps = adaptive_steps(self._field, self._first_nodes(), attitude, self.momentum.angular, tolerance)
         self.error, self.steps = self._steps.error, len(self._steps.nodes) - 1
+
+    def _in_short(self) -> tuple[str, Rows]:
+        rows = [("integrated", f"{counted(self.steps, 'step')}, attitude to {self.error:.2g} rad")]
+        return f"BaseMotion: robot {named(self.robot.name)} along a {type(self.curve).__name__}", rows
 
     def pose(self, u: ArrayLike) -> tuple[Array, Array]:
         """Return the base's position (..., 3) [m] and attitude_wxyz (..., 4) in the inertial frame.

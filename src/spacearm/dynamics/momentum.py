@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import Frozen, as_numbers, as_readonly, keep
 from spacearm.core.errors import ProblemError, RobotError
 from spacearm.core.exact import cross, product, solved3
@@ -26,8 +27,9 @@ from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native import native
 from spacearm.core.rotations import as_unit, matrix_of
 from spacearm.robot import Robot, joint_frames
+from spacearm.robot.inertias import INERTIA_ROUNDING, inertia_fault
 from spacearm.robot.kinematics import kernel_joints
-from spacearm.robot.model import INERTIA_ROUNDING, inertia_fault, require_robot
+from spacearm.robot.model import require_robot
 from spacearm.robot.unchecked_pairs import require_all_masses
 
 Array = NDArray[np.float64]
@@ -38,7 +40,7 @@ _SLACK = 0.01  # relative: rounded published moments of inertia may miss the tri
 _ADVICE = "run `spacearm doctor` on its model"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Momentum(Frozen):
     """The total momentum of base and arm, which is constant while no force acts; inertial frame.
 
@@ -247,8 +249,8 @@ def moments_of_frames(masses: Masses, frames: Array) -> Moments:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Masses:
+@dataclass(frozen=True, slots=True, repr=False)
+class Masses(Brief):
     """The masses of a robot: one rigid body for the base, then one for each joint.
 
     Attributes:

@@ -22,14 +22,16 @@ import json
 import math
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief, Rows, counted, in_short
 from spacearm.core.checks import as_transform, require_kind, shown
 from spacearm.core.errors import FileFormatError, ProblemError
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.output import require_writable, write_new, write_out
 from spacearm.core.reading import located, read_bytes, require_version
 from spacearm.core.records import as_dict, record_as_dict, record_from_dict
@@ -56,6 +58,7 @@ Array = NDArray[np.float64]
 KEY = "spacearm-plan"
 VERSION = 1
 _WHAT = "a plan file in JSON"
+_OF_SEARCH = ("message", "seed", "settings", "fitness", "goals", "history", "evaluations", "proofs", "interrupted", "base")
 _NO_CLEARANCE = (
     "the file states no clearance, for it was written before there was one; it is taken as 0, which it was proven for"
 )
@@ -253,6 +256,7 @@ class _PlanValues:
     certificate: dict[str, Any] | None = None
     proof: dict[str, Any] | None = None
     visuals: tuple[LinkVisual, ...] = ()
+    search: dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -276,8 +280,8 @@ class _ProblemValues:
     obstacles: list[Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SavedPlan:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SavedPlan(Brief, InNotebooks):
     """What a plan file has.
 
     Attributes:
@@ -288,6 +292,8 @@ class SavedPlan:
         certificate: the file's, as plain values; None if it has none.
         proof: the file's; None if it has none.
         is_old: whether the file states no clearance, which is taken as 0: it was written before there was one.
+        search: what the file says of the search, as plain values that nobody has checked: `seed`, `settings`, `fitness`,
+            `evaluations` and the like.
     """
 
     problem: Problem
@@ -297,6 +303,19 @@ class SavedPlan:
     certificate: dict[str, Any] | None
     proof: ProofTree | None = None
     is_old: bool = False
+    search: dict[str, Any] = field(default_factory=dict[str, Any])
+
+    def _in_short(self) -> tuple[str, Rows]:
+        said = self.certificate or {}
+        rows = [("outcome", f"{self.status}, says the file; certify(saved.problem, saved.trajectory) proves it anew")]
+        rows.append(("certificate", f"{said.get('status')}: {said.get('message')}" if said else "none"))
+        rows += [("motion", in_short(self.trajectory)[0].partition(": ")[2])]
+        rows += [row for row in in_short(self.problem)[1] if row[0] in ("goal", "clearance", "base")]
+        rows.append(("proof", "none" if self.proof is None else f"{counted(len(self.proof.steps), 'node')}"))
+        return (
+            f"SavedPlan: robot '{self.problem.robot.name[:40]}', {in_short(self.problem.scene)[0].removeprefix('Scene: ')}",
+            rows,
+        )
 
 
 def load_plan(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajectory:
@@ -341,6 +360,7 @@ def load_saved_plan(path: str | os.PathLike[str]) -> SavedPlan:
         certificate=saved.certificate,
         proof=proof,
         is_old="clearance" not in saved.problem,
+        search=saved.search,
     )
 
 
@@ -354,9 +374,11 @@ def _read(path: str | os.PathLike[str]) -> _PlanValues:
     if not isinstance(given, dict) or KEY not in given:
         raise FileFormatError(f"{path} has no '{KEY}: {VERSION}', expected {_WHAT}; it is something else")
     require_version(given[KEY], VERSION, path, key=KEY)
-    known = {field.name for field in fields(_PlanValues)}
+    known = {key.name for key in fields(_PlanValues)}
+    search = {key: given[key] for key in _OF_SEARCH if key in given}
     with located(path):
-        saved = record_from_dict(_PlanValues, {key: given[key] for key in known & given.keys()}, "", FileFormatError)
+        values = {**{key: given[key] for key in known & given.keys()}, "search": search}
+        saved = record_from_dict(_PlanValues, values, "", FileFormatError)
         if not isinstance(saved.problem.get("hash"), str):
             raise FileFormatError(f"problem.hash is {shown(saved.problem.get('hash'))}, expected text; plan again")
         if saved.certificate is not None:
@@ -403,8 +425,8 @@ def _motion(path: object, saved: _PlanValues, robot: Robot, *, within_limits: bo
         return trajectory_from_dict(robot, saved.motion, within_limits=within_limits)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Recheck:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Recheck(Brief):
     """What a second proof found.
 
     Attributes:

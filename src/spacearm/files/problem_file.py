@@ -47,6 +47,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import ProblemError, SettingsError, nearest
 from spacearm.core.reading import YamlFile, read_yaml
@@ -94,8 +95,8 @@ _TARGETS: dict[str, tuple[str, ...]] = {
 """What a goal may aim at, and the keys that may stand beside it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProblemFile:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class ProblemFile(Brief):
     """What a problem file holds.
 
     Attributes:

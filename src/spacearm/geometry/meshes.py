@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.checks import as_readonly, dimensions_of, shown, shown_error
 from spacearm.core.errors import FileFormatError, SceneError
 from spacearm.core.reading import LFS_ADVICE, is_lfs_pointer, read_bytes
+from spacearm.geometry.mesh_colors import collada_colors, trimesh_colors
 
 Array = NDArray[np.float64]
 
@@ -45,16 +46,23 @@ class Mesh:
     Attributes:
         triangles: (n, 3, 3) corners, n > 0 [m].
         notes: what was assumed or applied; a few words each, without the file's name.
+        colors: (n, 4) red, green, blue and opacity of each triangle, 0 to 1; nan where the file states none. None if they were
+            not asked for, or the format has none.
     """
 
     triangles: Array
     notes: tuple[str, ...] = ()
+    colors: Array | None = None
 
 
-def read_mesh(path: str | os.PathLike[str]) -> Mesh:
+def read_mesh(path: str | os.PathLike[str], *, with_colors: bool = False) -> Mesh:
     """Read a mesh file: STL, OBJ, PLY, OFF, DAE, GLB, and what else trimesh reads.
 
     The format follows from the content where that is clear, else from the ending of the name, in any case.
+
+    Args:
+        path: of the file.
+        with_colors: read the colours as well, for a picture: materials, and textures that are beside the file.
 
     Raises:
         ValueError: it holds no mesh that can be used; the message says why, in a few words.
@@ -66,7 +74,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     if not content.strip():
         raise ValueError("it is empty")
     try:
-        mesh = _read(content, Path(path))
+        mesh = _read(content, Path(path), with_colors)
     except ValueError:
         raise
     except Exception as error:  # each of the loaders has exceptions of its own
@@ -93,17 +101,17 @@ def mesh_triangles(path: str | os.PathLike[str]) -> Array:
     return read_mesh(path).triangles
 
 
-def _read(content: bytes, path: Path) -> Mesh:
+def _read(content: bytes, path: Path, with_colors: bool) -> Mesh:
     ending = path.suffix.lower().lstrip(".")
     start = content[:400].lstrip(b"\xef\xbb\xbf \t\r\n")
     if b"<COLLADA" in content[:4000] or (ending == "dae" and start.startswith(b"<")):
-        return _collada(content)
+        return _collada(content, path.parent if with_colors else None)
     known = next((kind for mark, kind in _KINDS.items() if start.startswith(mark)), None)
     if known is None and (ending == "stl" or _is_text_stl(content) or is_binary_stl(content)):
         return Mesh(_stl(content))
     if ending == "obj" and _RELATIVE.search(content):
         return Mesh(_obj(content))
-    return _by_trimesh(path, known or ending)
+    return _by_trimesh(path, known or ending, with_colors)
 
 
 def _is_text_stl(content: bytes) -> bool:
@@ -150,21 +158,32 @@ def _obj(content: bytes) -> Array:
     return np.array(vertices, dtype=np.float64).reshape(-1, 3)[np.array(triangles, dtype=np.intp).reshape(-1, 3)]
 
 
-def _by_trimesh(path: Path, kind: str) -> Mesh:
+def _by_trimesh(path: Path, kind: str, with_colors: bool) -> Mesh:
     import trimesh
 
     scene = trimesh.load_scene(os.fspath(path), file_type=kind, process=False)
-    mesh = scene.to_mesh()
-    vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.intp)
-    triangles = vertices[faces] if len(vertices) else np.zeros((0, 3, 3))
+    colors: Array | None = None
+    said: tuple[str, ...] = ()
+    if with_colors:
+        parts = [part for part in scene.dump() if isinstance(part, trimesh.Trimesh)]
+        painted = [trimesh_colors(part) for part in parts]
+        triangles = np.concatenate([np.zeros((0, 3, 3)), *(np.asarray(part.triangles, dtype=np.float64) for part in parts)])
+        colors = np.concatenate([np.zeros((0, 4)), *(own for own, _ in painted)])
+        said = tuple(dict.fromkeys(note for _, notes in painted for note in notes))
+    else:
+        mesh = scene.to_mesh()
+        vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.intp)
+        triangles = vertices[faces] if len(vertices) else np.zeros((0, 3, 3))
     if kind in ("glb", "gltf"):
-        return Mesh(triangles, ("glTF's y axis, which points up, is not turned to z: coordinates are the file's own",))
+        upward = "glTF's y axis, which points up, is not turned to z: coordinates are the file's own"
+        return Mesh(triangles, (upward, *said), colors)
     units = scene.units
     factor = trimesh.units.unit_conversion(units, "meters") if units else 1.0
-    return Mesh(triangles * factor, (f"the file's unit, {units}, is applied",) if factor != 1.0 else ())
+    applied = (f"the file's unit, {units}, is applied",) if factor != 1.0 else ()
+    return Mesh(triangles * factor, (*applied, *said), colors)
 
 
-def _collada(content: bytes) -> Mesh:
+def _collada(content: bytes, folder: Path | None = None) -> Mesh:
     """Read COLLADA through pycollada; what that leaves out without a word is an error here."""
     from collada import Collada
     from collada.common import DaeError
@@ -180,14 +199,15 @@ def _collada(content: bytes) -> Mesh:
             raise ValueError(f"a part of its geometry {shown(geometry.id)} cannot be read")
     if any(faces.values()):
         raise ValueError(f"its geometry {shown(max(faces, key=lambda name: faces[name]))} cannot be read")
-    parts = [part for node in document.scene.nodes for part in _surfaces(node, np.eye(4), 0)]
-    triangles = np.concatenate(parts) if parts else np.zeros((0, 3, 3))
+    surfaces = [surface for node in document.scene.nodes for surface in _surfaces(node, np.eye(4), 0)]
+    triangles = np.concatenate([np.zeros((0, 3, 3)), *(corners for corners, _, _ in surfaces)])
+    colors, said = (None, ()) if folder is None else collada_colors([(node, flat) for _, node, flat in surfaces], folder)
     notes = []
     if unit != 1.0:
         notes.append(f"COLLADA's unit, {unit:g} m, is applied")
     if up not in ("", "Z_UP"):
         notes.append(f"COLLADA's up_axis, {up}, is not applied, as in RViz and MoveIt: coordinates are the file's own")
-    return Mesh(triangles * unit, tuple(notes))
+    return Mesh(triangles * unit, (*notes, *said), colors)
 
 
 def _asset(content: bytes) -> tuple[float, str, dict[str, int]]:
@@ -214,8 +234,11 @@ def _asset(content: bytes) -> tuple[float, str, dict[str, int]]:
     return unit, up, faces
 
 
-def _surfaces(node: Any, T: Array, depth: int) -> Iterator[Array]:
-    """Yield the triangles (n, 3, 3) below a node of COLLADA's scene, placed by T (4, 4), which may scale."""
+def _surfaces(node: Any, T: Array, depth: int) -> Iterator[tuple[Array, Any, Any]]:
+    """Yield the triangles (n, 3, 3) below a node of COLLADA's scene, placed by T (4, 4), which may scale.
+
+    With them come pycollada's node that shows them, and its own triangles.
+    """
     from collada.polylist import Polylist
     from collada.scene import ControllerNode, GeometryNode, Node
     from collada.triangleset import TriangleSet
@@ -232,7 +255,7 @@ def _surfaces(node: Any, T: Array, depth: int) -> Iterator[Array]:
             flat = part.triangleset() if isinstance(part, Polylist) else part
             if isinstance(flat, TriangleSet) and flat.vertex is not None and len(flat):
                 corners = np.asarray(flat.vertex, dtype=np.float64)[flat.vertex_index]
-                yield corners @ T[:3, :3].T + T[:3, 3]
+                yield corners @ T[:3, :3].T + T[:3, 3], node, flat
 
 
 def scaled_mesh(mesh: Mesh | str | os.PathLike[str] | Any, scale: ArrayLike) -> Mesh:

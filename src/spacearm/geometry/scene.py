@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -9,9 +10,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Rows, brief, call_if_short, counted, listed
 from spacearm.core.checks import Frozen, is_a_row, shown
 from spacearm.core.errors import SceneError, nearest
 from spacearm.core.exact import product
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.reading import located
 from spacearm.core.records import record_as_dict, record_from_dict
 from spacearm.geometry.convex_cores import moved_shape
@@ -22,6 +25,7 @@ Array = NDArray[np.float64]
 Obstacle: TypeAlias = Sphere | Capsule | Box | Cylinder | Polytope | HalfSpace | SphereSet | PolytopeSet
 """Any shape a scene may hold."""
 
+_FEW = 8  # obstacles that are printed one by one
 _SHAPES: dict[str, type[Obstacle]] = {
     "sphere": Sphere,
     "capsule": Capsule,
@@ -35,8 +39,8 @@ _SHAPES: dict[str, type[Obstacle]] = {
 """The shapes by the names that files give them."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Scene(Frozen):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Scene(Frozen, InNotebooks):
     """What the arm must keep clear of.
 
     Attributes:
@@ -62,6 +66,18 @@ class Scene(Frozen):
                 names = ", ".join(shape.__name__ for shape in _SHAPES.values())
                 raise SceneError(f"obstacles[{i}] is {shown(item)}, expected an obstacle: {names}")
         object.__setattr__(self, "obstacles", obstacles)
+
+    def __repr__(self) -> str:
+        return (call_if_short(self) if len(self.obstacles) <= _FEW else "") or brief(self)
+
+    def _in_short(self) -> tuple[str, Rows]:
+        kinds = Counter(type(item).__name__ for item in self.obstacles).most_common()
+        rows = [("shapes", ", ".join(f"{count:,} {kind}" for kind, count in kinds))] if kinds else []
+        names = [item.name for item in self.obstacles if item.name]
+        if names:
+            rows.append(("names", listed(names, 12)))
+        rows += [("notes", f"{counted(len(self.notes), 'note')} on enclosed meshes: scene.notes")] if self.notes else []
+        return f"Scene: {counted(len(self.obstacles), 'obstacle') if self.obstacles else 'free space'}", rows
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from spacearm.core.exact import length
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Sphere(Frozen):
     """A ball, the paper's enclosure of an obstacle.
 
@@ -48,7 +48,7 @@ class Sphere(Frozen):
         _require_name(self.name)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Capsule(Frozen):
     """All points within a radius of a segment: a rod with round ends.
 
@@ -81,7 +81,7 @@ class Capsule(Frozen):
         _require_name(self.name)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Box(Frozen):
     """A cuboid about its own origin.
 
@@ -116,7 +116,7 @@ class Box(Frozen):
         _require_name(self.name)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Cylinder(Frozen):
     """A round cylinder with flat ends, about its own origin, along its z.
 
@@ -155,7 +155,7 @@ class Cylinder(Frozen):
         _require_name(self.name)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Polytope(Frozen):
     """The convex hull of points; it may be flat.
 
@@ -185,7 +185,7 @@ class Polytope(Frozen):
         _require_name(self.name)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class HalfSpace(Frozen):
     """Everything behind a plane: a floor, a wall, the hull of a large module.
 
@@ -220,7 +220,7 @@ class HalfSpace(Frozen):
         _require_name(self.name)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SphereSet(Frozen):
     """Balls that together enclose something: a mesh or a point cloud. `enclose_mesh` and `enclose_points` make them.
 
@@ -268,7 +268,7 @@ class SphereSet(Frozen):
         _require_name(self.name)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PolytopeSet(Frozen):
     """Convex pieces that together enclose something, such as a mesh. `convex_pieces` makes them.
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import as_number, as_readonly, dimensions_of
 from spacearm.core.errors import ProblemError
 from spacearm.core.exact import power, root
@@ -30,8 +31,8 @@ _LEAST_JERK = 1e-9  # [rad/s^3 or m/s^3] a smaller limit allows no motion
 _AT_REST = 1e-13  # of a motion's greatest rate: slower is rounding
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LimitMargins:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class LimitMargins(Brief):
     """How far a trajectory stays inside each joint's limits, for all t, by its hulls.
 
     Attributes:

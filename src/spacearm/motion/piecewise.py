@@ -125,7 +125,7 @@ def extremes(curve: Curve, derivative: int, *, tolerance: float = 1e-4) -> tuple
     return lowest, highest
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PiecewisePath(Frozen):
     """A piecewise polynomial q(u); u is time [s] in a trajectory.
 

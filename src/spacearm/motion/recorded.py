@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Rows, counted
 from spacearm.core.checks import as_numbers, as_sentences, require_kind, shown
 from spacearm.core.errors import ProblemError
 from spacearm.dynamics import JointPath, Momentum
@@ -30,7 +31,7 @@ _FURTHEST = 1e6  # [rad or m] that a joint may go
 _SAME = 1e-9  # of a transform, a multiplier or an offset, relative to its size: the last digit in a file
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RecordedTrajectory(OnABase):
     """Joint positions over time from elsewhere. It may break limits; `limits` says by how much.
 
@@ -97,6 +98,11 @@ class RecordedTrajectory(OnABase):
         object.__setattr__(self, "path", path)
         object.__setattr__(self, "notes", (*as_sentences("notes", self.notes, ProblemError), *self._closed(given)))
         object.__setattr__(self, "contradictions", as_sentences("contradictions", self.contradictions, ProblemError))
+
+    def _in_short(self) -> tuple[str, Rows]:
+        rows = [("path", f"{counted(self.path.pieces, 'piece')} of degree {self.path.degree}")]
+        rows += [("contradicts", "; ".join(self.contradictions))] if self.contradictions else []
+        return self._said("RecordedTrajectory", rows)
 
     def _closed(self, given: PiecewisePath) -> tuple[str, ...]:
         """Return a note on closed jumps that are more than rounding in the joint's own numbers."""

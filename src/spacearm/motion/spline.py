@@ -32,7 +32,7 @@ _BATCH = 16  # motions at once, so that their Bezier points fit into the cache
 _BISECTIONS = 5  # each piece is cut into 2^5 for its hulls: bounds within 0.1 % of the true extremes of the quintic
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Motion(Frozen):
     """A path through joint space, smooth and at rest at both ends.
 

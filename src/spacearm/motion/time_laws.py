@@ -30,7 +30,7 @@ _HALVINGS = 54  # of a bisection in [0, 1], to the last bit of float64
 _ROUNDING = 1e-14  # by which coefficients may fall
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class TimeLaw(Frozen):
     """A law s(x), x = t/T in [0, 1]: a piecewise polynomial that rises from 0 to 1 without a corner.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Rows, brief, counted, named, numbers
 from spacearm.core.checks import Frozen, as_number, as_numbers, as_sentences, keep, require_kind, shown
 from spacearm.core.errors import ProblemError
 from spacearm.dynamics import BaseMotion, JointPath, Momentum
@@ -39,6 +40,9 @@ class JointState(NamedTuple):
     dq: Array
     ddq: Array
 
+    def __repr__(self) -> str:
+        return brief(self)
+
 
 class OnABase(Frozen):
     """What all trajectories have in common: their base model, and where the base and the end effector are at each time.
@@ -53,6 +57,7 @@ class OnABase(Frozen):
         base: Base
         base_start: Array
         momentum: Momentum
+        notes: tuple[str, ...]
         _base_track: BaseTrack | None
 
     def _configuration(self, t: Array) -> Array:
@@ -75,6 +80,14 @@ class OnABase(Frozen):
         """Check the base's fields and fill in their defaults."""
         keep(self, **checked_base(self.robot, self.base, self.base_start, self.momentum))
         object.__setattr__(self, "_base_track", None)
+
+    def _said(self, what: str, rows: Rows) -> tuple[str, Rows]:
+        """Return a headline and rows on a trajectory."""
+        ends = [f"{numbers(self._configuration(np.array(t)))}" for t in (0.0, self._span())]
+        rows = [("start", ends[0]), ("end", ends[1]), *rows]
+        rows += [("notes", "; ".join(self.notes))] if self.notes else []
+        held = f"robot {named(self.robot.name)}, {counted(self.robot.dof, 'joint')}, {self.base} base"
+        return f"{what}: {self._span():.6g} s, {held}", rows
 
     @property
     def base_model(self) -> BaseModel:
@@ -143,7 +156,7 @@ class OnABase(Frozen):
         return self.base_track.placed(self._along(time)[0], T_b_tip)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Trajectory(OnABase):
     """A motion with its time law, executable by the robot: within its limits at every instant.
 
@@ -219,6 +232,13 @@ class Trajectory(OnABase):
         object.__setattr__(self, "duration", max(duration, fastest))
         object.__setattr__(self, "notes", as_sentences("notes", self.notes, ProblemError))
         self._require_positions()
+
+    def _in_short(self) -> tuple[str, Rows]:
+        law = (
+            "uniform time law" if self.time_law is None else f"time law of {counted(len(self.time_law.coefficients), 'piece')}"
+        )
+        points = counted(self.motion.interior, "control point")
+        return self._said("Trajectory", [("path", f"{points} between the ends, {law}")])
 
     @property
     def curve(self) -> Motion:

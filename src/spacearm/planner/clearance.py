@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import keep, shown
 from spacearm.core.errors import ProblemError
 from spacearm.core.native import native
@@ -46,8 +47,8 @@ class _Measured(NamedTuple):
     between_links: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ClearanceModel:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ClearanceModel(Brief):
     """A robot among obstacles, prepared to be asked for the clearances of many configurations.
 
     The base stands at the origin of the scene's frame. Configurations are rows (b, n) that fit the robot; they are not checked.
@@ -143,8 +144,8 @@ class ClearanceModel:
         return KernelClearance(to_obstacles, required.between_links[one, two], alike=False)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class KernelClearance:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class KernelClearance(Brief):
     """A clearance of each of the kernel's pairs.
 
     Attributes:
@@ -158,8 +159,8 @@ class KernelClearance:
     alike: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Room:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Room(Brief):
     """The clearances of configurations, beside those that are required.
 
     Attributes:

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.planner.clearance import ClearanceModel
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, JointGoal, PositionGoal, SpaceGoal
 from spacearm.planner.inverse_kinematics import (
@@ -30,8 +31,8 @@ _TOUCH = 1e-9  # [m] penetration that is rounding
 _BEGUN = 64  # configurations from which the goal is tried without joint limits, beside the closest one found
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Contact:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Contact(Brief):
     """Two things that touch or penetrate.
 
     Attributes:
@@ -54,8 +55,8 @@ class Contact:
         return f"link '{self.link}' and {other} {how}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BeyondLimit:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class BeyondLimit(Brief):
     """A joint that would have to be beyond its limit.
 
     Attributes:
@@ -77,8 +78,8 @@ class BeyondLimit:
         return f"joint '{self.joint}' would have to be at {self.value:.4g} {self.unit}, {side} its limit {self.limit:.4g}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class EndReport:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class EndReport(Brief):
     """Whether a motion can begin and end.
 
     Attributes:

@@ -24,7 +24,7 @@ _MOST_TURNED = 1e4  # [rad or m]
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ConfigurationGoal(Frozen):
     """The motion ends in one configuration.
 
@@ -53,7 +53,7 @@ class ConfigurationGoal(Frozen):
         keep(self, q=q, tolerance=_joint_tolerance(self.tolerance, len(q)), shortest=_yes_or_no("shortest", self.shortest))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ConfigurationsGoal(Frozen):
     """The motion ends in any of several configurations, whichever is reached best.
 
@@ -82,7 +82,7 @@ class ConfigurationsGoal(Frozen):
         keep(self, q=q, tolerance=_joint_tolerance(self.tolerance, q.shape[1]), shortest=_yes_or_no("shortest", self.shortest))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PositionGoal(Frozen):
     """The motion ends with the origin of a frame at a point, in any orientation.
 
@@ -116,7 +116,7 @@ class PositionGoal(Frozen):
         return self.tolerance, math.pi
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PoseGoal(Frozen):
     """The motion ends with a frame at a position and in an orientation, or in any that differ by a turn about one axis.
 

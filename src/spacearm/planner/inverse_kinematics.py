@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import keep
 from spacearm.core.exact import length, product
 from spacearm.core.identity_cache import cached_by_identity
@@ -48,8 +49,8 @@ _NEAREST_MISSES, _ROUNDS_OF_MISSES = 64, 100  # of damped least squares to where
 _LEAST_LACKING = 4  # configurations for each goal candidate that are looked at more closely where none has the room wanted
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class GoalConfigurations:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class GoalConfigurations(Brief):
     """The configurations that a motion may end in, and what was met on the way to them.
 
     Attributes:
@@ -456,8 +457,8 @@ class _Closest:
 # ---- The distance of configurations from a goal in space, and the way onto it ----------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reach:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Reach(Brief):
     """A goal in space for one robot.
 
     Attributes:

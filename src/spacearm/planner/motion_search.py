@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Brief, Rows, counted, in_short
 from spacearm.core.checks import as_readonly
 from spacearm.core.errors import ProblemError
 from spacearm.core.native import native
@@ -425,7 +426,7 @@ class Judged(NamedTuple):
     terms: dict[str, Array]
 
 
-class MotionSwarm:
+class MotionSwarm(Brief):
     """A swarm whose particles are motions from a problem's start to one goal configuration.
 
     A round is ``motions = swarm.ask()``, then ``swarm.tell(fitness)`` or ``swarm.tell(fitness, violation)`` with numbers of
@@ -462,6 +463,10 @@ class MotionSwarm:
     def searched(self) -> SearchedClearance:
         """The clearances that `judge` asks for."""
         return self._islands.searched
+
+    def _in_short(self) -> tuple[str, Rows]:
+        rows = [("problem", in_short(self.problem)[0].removeprefix("Problem: ")), *in_short(self._swarm)[1]]
+        return f"MotionSwarm: {counted(self.interior, 'control point')} between start and goal", rows
 
     @property
     def done(self) -> bool:

@@ -18,12 +18,15 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief, Rows
 from spacearm.core.errors import ProblemError
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.random_seed import Rng, seed_of
 from spacearm.core.records import one_of, whole
 from spacearm.planner.plan_result import Plan
 from spacearm.planner.planner_settings import PlannerSettings, Weights, as_planner_settings
 from spacearm.planner.planning import plan
+from spacearm.planner.plans_in_short import front_in_short
 from spacearm.planner.problem import Problem
 
 Array = NDArray[np.float64]
@@ -35,8 +38,8 @@ _TIE = 0.01  # weight of what counts second, against what counts first
 _LEAST = 1e-9  # [rad or rad/s] less is none
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ParetoFront:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class ParetoFront(Brief, InNotebooks):
     """Proven plans for one problem, by duration and by how much they disturb the base.
 
     Attributes:
@@ -54,6 +57,9 @@ class ParetoFront:
     disturbances: Array
     best: NDArray[np.bool_]
     failed: int
+
+    def _in_short(self) -> tuple[str, Rows]:
+        return front_in_short(self)
 
     @property
     def front(self) -> tuple[Plan, ...]:

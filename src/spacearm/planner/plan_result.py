@@ -11,13 +11,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief, Rows
 from spacearm.core.errors import ProblemError
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.rotations import angle, conjugate, multiplied, quaternion_of
 from spacearm.motion import AnyTrajectory, Motion, Trajectory
 from spacearm.planner.explanations import EndReport
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.planner.inverse_kinematics import GoalConfigurations, pose_errors
 from spacearm.planner.planner_settings import PlannerSettings
+from spacearm.planner.plans_in_short import plan_in_short
 from spacearm.planner.problem import Problem
 from spacearm.planner.searched_clearance import SearchedClearance
 from spacearm.proof import Certificate
@@ -29,8 +32,8 @@ Array = NDArray[np.float64]
 _STEPS = 1e9  # a factor by which a motion is slowed down is a whole number of 1 / _STEPS
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BaseReport:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class BaseReport(Brief):
     """A base that is moved, over a trajectory; by the proof's bounds, so nothing between instants is missed.
 
     Attributes:
@@ -125,8 +128,8 @@ STATUSES = {
 """How planning ends."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SearchState:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SearchState(Brief):
     """What a search has found while it goes on.
 
     Attributes:
@@ -141,8 +144,8 @@ class SearchState:
     fitness: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Improvement:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Improvement(Brief):
     """A motion better than those before it, as the search saw it.
 
     Attributes:
@@ -164,8 +167,8 @@ class Improvement:
     island: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Plan:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Plan(Brief, InNotebooks):
     """A motion, or why there is none.
 
     Attributes:
@@ -210,6 +213,9 @@ class Plan:
     searched: SearchedClearance | None = None
     achievable: float | None = None
     advice: str = ""
+
+    def _in_short(self) -> tuple[str, Rows]:
+        return plan_in_short(self)
 
     @property
     def found(self) -> bool:

@@ -18,10 +18,12 @@ from typing import TYPE_CHECKING, Literal, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Rows
 from spacearm.core.checks import Frozen, as_number, as_readonly, as_sentences, keep, shown
 from spacearm.core.errors import ProblemError, nearest
 from spacearm.core.exact import product
 from spacearm.core.identity_cache import cached_by_identity
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.rotations import as_unit, matrix_of, quaternion_of
 from spacearm.dynamics import Momentum, momentum_map, system_mass
 from spacearm.dynamics.base_models import LIMITS, Base, BaseModel, FloatingBase, base_model, checked_base
@@ -29,6 +31,7 @@ from spacearm.geometry import Obstacle, Scene
 from spacearm.geometry.scene import moved_scene
 from spacearm.planner.clearance import ClearanceModel, clearance_model
 from spacearm.planner.goals import ConfigurationGoal, ConfigurationsGoal, Goal, PoseGoal, PositionGoal
+from spacearm.planner.plans_in_short import problem_in_short
 from spacearm.proof.required_clearance import DEFAULT_CLEARANCE, PairClearance, RequiredClearance, required_clearance
 from spacearm.robot.model import Robot
 
@@ -53,7 +56,7 @@ _FOR_PROOFS = ("pinocchio", "numpy.ma")  # imported with the first problem, in 6
 _FREE_SPACE = Scene([])  # always the same one: what is made of a robot among it is made once
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class AttitudeGoal(Frozen):
     """How the base is to stand when the motion ends.
 
@@ -78,7 +81,7 @@ class AttitudeGoal(Frozen):
         keep(self, attitude_wxyz=as_readonly("attitude_wxyz", unit, (4,), ProblemError), tolerance=tolerance)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class BaseLimits(Frozen):
     """How little the arm may disturb its base; None is no limit.
 
@@ -124,8 +127,8 @@ class _WithLocal(Frozen):
     __slots__ = ("_local",)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Problem(_WithLocal):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Problem(_WithLocal, InNotebooks):
     """A motion-planning problem.
 
     Attributes:
@@ -217,6 +220,9 @@ class Problem(_WithLocal):
         _require_slow_tumbling(self)
         for library in _FOR_PROOFS:
             import_module(library)
+
+    def _in_short(self) -> tuple[str, Rows]:
+        return problem_in_short(self)
 
     @property
     def base_model(self) -> BaseModel:

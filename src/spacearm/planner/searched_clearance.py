@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.native import native
 from spacearm.dynamics.base_models import BASE_MODELS, BaseModel
 from spacearm.planner.clearance import ClearanceModel, HasScene, KernelClearance, prepared
@@ -29,8 +30,8 @@ that the proof calls out and the search does not may be asked for too little. Of
 found with it, at the first proof, and 147 with 0.3 mm (3,000 evaluations, 10 or 20 mm of clearance)."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NearAtEnd:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class NearAtEnd(Brief):
     """Two things that begin or end nearer to each other than is required of them.
 
     Attributes:
@@ -70,8 +71,8 @@ def _no_rows() -> NDArray[np.int32]:
     return np.zeros((0, 3), dtype=np.int32)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SearchedClearance:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SearchedClearance(Brief):
     """The clearances that a search asks for at the instants that it looks at.
 
     Attributes:

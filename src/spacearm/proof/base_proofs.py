@@ -17,6 +17,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import as_readonly, as_transform, shown
 from spacearm.core.errors import ProblemError
 from spacearm.dynamics import Momentum
@@ -47,8 +48,8 @@ _MOST_REMEMBERED = 5_000  # evaluations: a longer integration is not remembered,
 # ---- Base setup ------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BaseSetup:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class BaseSetup(Brief):
     """How a base is held: its model, its start pose, and the total momentum.
 
     Attributes:
@@ -161,8 +162,8 @@ class HasBaseLimits(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BaseFigures:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class BaseFigures(Brief):
     """How much a base is disturbed by a trajectory: bounds for every t, a few parts in a million above what is reached.
 
     Attributes:
@@ -180,8 +181,8 @@ class BaseFigures:
     joint_momentum: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BaseFindings:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class BaseFindings(Brief):
     """What was found about a base that the arm moves.
 
     Attributes:

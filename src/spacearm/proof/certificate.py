@@ -11,6 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief, Rows, counted, named
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.geometry import Scene
 from spacearm.geometry.scene import scene_as_list
 from spacearm.motion import AnyTrajectory, LimitMargins
@@ -42,8 +44,8 @@ _PROVENANCE = ("source", "notes", "apart", "unchecked", "collision", "solid", "u
 # Keys of a robot that are left out of hashes: where it comes from, and what follows from the other keys.
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ClosestApproach:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class ClosestApproach(Brief):
     """The least clearance measured.
 
     Attributes:
@@ -69,8 +71,8 @@ class ClosestApproach:
     tube: float = 0.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class NearPair:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class NearPair(Brief):
     """A pair of bodies that has less than the required clearance at the start or the goal, and what it is held to instead.
 
     A pair that is near at both ends and gets out between them is listed once for each end.
@@ -111,8 +113,8 @@ class NearPair:
         return f"link '{self.link}' and {self.other}, {has} at {_END_WORDS[self.ends]}: {kept} {times[self.ends]}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Certificate:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Certificate(Brief, InNotebooks):
     """Whether a trajectory is free of collisions, and within the limits of joints and of a floating base, at every instant.
 
     Attributes:
@@ -167,6 +169,24 @@ class Certificate:
     proof: ProofTree | None = field(default=None, repr=False)
     tracking: NDArray[np.float64] | None = None
     notes: tuple[str, ...] = ()
+
+    def _in_short(self) -> tuple[str, Rows]:
+        rows = [("finding", self.message)]
+        if self.closest is not None:
+            near = self.closest
+            rows.append(
+                ("closest", f"measured {_mm(near.clearance)}: link '{near.link}' and {near.other} at t = {near.time:.4g} s")
+            )
+        asked = f"{_mm(self.required)} asked for"
+        proven = self.clearance if self.holds else None
+        rows.append(("clearance", asked if proven is None else f"{asked}, at least {_mm(proven)} proven for all t"))
+        rows.append(("limits", f"looked at: {', '.join(self.checked) or 'none'}; {'kept' if self.limits.holds else 'broken'}"))
+        left_out = counted(len(self.unchecked), "pair of links is", "pairs of links are")
+        rows += [("left out", f"{left_out} not part of it: certificate.unchecked")] if self.unchecked else []
+        size = "" if self.proof is None else f", {len(self.proof.steps):,} nodes, {len(self.proof.directions):,} planes"
+        rows.append(("proof", f"{self.evaluations:,} configurations, {self.seconds * 1e3:.4g} ms{size}; {self.witness}"))
+        duration = f"{self.trajectory.duration:.4g} s"
+        return f"Certificate {self.status}: robot {named(self.robot.name)}, {self.base} base, motion of {duration}", rows
 
     @property
     def base(self) -> str:

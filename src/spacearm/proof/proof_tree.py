@@ -20,6 +20,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import as_whole, shown
 from spacearm.core.errors import FileFormatError
 
@@ -31,8 +32,8 @@ SETTLED, HALVES, MEMBERS_OF_FIRST, MEMBERS_OF_OTHER = 0, 1, 2, 3
 VERSION = 1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ProofTree:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class ProofTree(Brief):
     """A proof, level by level: first the roots, then all nodes that follow from them, in their order, and so on.
 
     Attributes:

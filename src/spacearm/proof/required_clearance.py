@@ -40,7 +40,7 @@ _LEAST_OUT = 1e-5  # [m] a pair that never has twice this above its required cle
 # ---- The clearance by pair -------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PairClearance(Frozen):
     """A required clearance for some pairs of bodies, in place of the problem's.
 
@@ -98,7 +98,7 @@ def pair_clearance_as_dict(pair: PairClearance) -> dict[str, Any]:
     return {**{name: value for name, value in named.items() if value is not None}, "clearance": pair.clearance}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class RequiredClearance(Frozen):
     """The clearance required of every pair of bodies.
 

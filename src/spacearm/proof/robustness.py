@@ -20,8 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief, Rows, counted, named, words
 from spacearm.core.checks import as_number, is_a_row, shown
 from spacearm.core.errors import ProblemError, nearest
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory
 from spacearm.proof.certificate import Certificate, Limit
@@ -45,8 +47,8 @@ Progress = Callable[[int, int, str], object]
 """Called with the tubes that are known, the tubes in all, and the one that is looked for."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Tube:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Tube(Brief):
     """The widest tube that is proven for some joints, while all other joints are exact.
 
     Attributes:
@@ -68,8 +70,8 @@ class Tube:
     time: float | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Robustness:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Robustness(Brief, InNotebooks):
     """How much tracking error a trajectory survives.
 
     Attributes:
@@ -88,6 +90,14 @@ class Robustness:
     resolution: float
     certificates: int
     seconds: float
+
+    def _in_short(self) -> tuple[str, Rows]:
+        rows = [("result", self.message)]
+        alone = [f"{words(tube.joints[0], 24)} {tube.tracking:.4g}" for tube in self.singly]
+        rows += [("alone", f"{', '.join(alone)} [rad, m for a prismatic joint]")] if alone else []
+        took = f"{counted(self.certificates, 'certificate')}, {self.seconds:.3g} s"
+        rows.append(("took", f"{took}; tubes to {self.resolution:.3g} of their size"))
+        return f"Robustness: robot {named(self.certificate.robot.name)}, {self.tracking:.4g} for all joints together", rows
 
     @property
     def tracking(self) -> float:

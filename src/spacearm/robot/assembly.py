@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import as_number, shown, value_fields
 from spacearm.core.errors import RobotError, nearest
 from spacearm.core.exact import product, sines
@@ -40,8 +41,8 @@ _ROUNDING = 1e-6  # [rad or m] limits and locked values are often rounded, each 
 _FEW = 4  # joints that are all named
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Assembly:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Assembly(Brief):
     """What a user chooses of a described robot; `load_robot` explains each."""
 
     srdf: str | os.PathLike[str] | None = None
@@ -56,8 +57,8 @@ class Assembly:
     base: Literal["fixed", "floating"] | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Origin:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Origin(Brief):
     """What a robot was put together from, its `origin`.
 
     Attributes:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import as_number, as_whole, shown
 from spacearm.core.errors import RobotError, nearest
 from spacearm.core.long_work import LongWork
@@ -39,8 +40,8 @@ _FLAT = 1e-9  # share of a mesh's largest extent, below which it is a surface
 _LOOKED_AT = 2000  # corners by which that is told
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ShapeLimits:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class ShapeLimits(Brief):
     """How closely, and in how many pieces, collision shapes are enclosed; `load_robot` explains each.
 
     Attributes:
@@ -89,8 +90,8 @@ def _each(what: str, given: Any) -> Iterable[tuple[str, Any]]:
     return [(what, given)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LinkEnvelope:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class LinkEnvelope(Brief):
     """The envelope of one link.
 
     Attributes:
@@ -115,8 +116,8 @@ class LinkEnvelope:
         return self.parts
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Enclosure:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Enclosure(Brief):
     """What stands for one collision shape.
 
     Attributes:
@@ -137,8 +138,8 @@ class Enclosure:
         return solid_moments(self.parts[0]).volume if self.mesh_volume is None else self.mesh_volume
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LinkEnclosure:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class LinkEnclosure(Brief):
     """What stands for the collision shapes of a link.
 
     Attributes:

@@ -40,7 +40,7 @@ def as_index(name: str, value: Any) -> int:
     return as_whole(name, value, RobotError, at_least=-1, wanted="an index, or -1")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class LinkShape(Frozen):
     """A convex shape that moves with a link; several shapes may make up one link.
 
@@ -66,7 +66,7 @@ class LinkShape(Frozen):
             raise RobotError(f"{where}: shape is {shown(self.shape)}, expected one of {names}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class LinkCapsule(Frozen):
     """A capsule that moves with a link: all points within a radius of a segment; a sphere has a = b.
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.errors import RobotError, nearest
 from spacearm.geometry.shapes import ConvexShape
 
@@ -29,8 +30,8 @@ LONGEST = 1e6
 """Lengths of a robot beyond this are taken for a mistake [m]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Mimic:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Mimic(Brief):
     """A joint's value follows another's: ``multiplier * leader + offset``."""
 
     leader: str
@@ -38,8 +39,8 @@ class Mimic:
     offset: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LinkJoint:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class LinkJoint(Brief):
     """A joint between two links, as a file states it; limits that the file leaves out are None.
 
     Attributes:
@@ -66,8 +67,8 @@ class LinkJoint:
     mimic: Mimic | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LinkMass:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class LinkMass(Brief):
     """The mass of a link [kg], its centre (3,) [m], and its inertia (3, 3) about that [kg m^2], all in the link's frame."""
 
     link: str
@@ -76,8 +77,8 @@ class LinkMass:
     inertia: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LinkTree:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class LinkTree(Brief):
     """Links and the joints between them.
 
     Attributes:
@@ -149,8 +150,8 @@ _OTHERS = frozenset(
 _LISTED = 8
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ends:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Ends(Brief):
     """Where a tree's chains end.
 
     Attributes:

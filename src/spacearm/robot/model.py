@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Rows
 from spacearm.core.checks import (
     Frozen,
     as_name,
@@ -31,6 +32,7 @@ from spacearm.core.checks import (
 )
 from spacearm.core.errors import RobotError, nearest
 from spacearm.core.identity_cache import cached_by_identity
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.records import plain, record_from_dict
 from spacearm.robot.link_shapes import (
     LinkCapsule,
@@ -42,6 +44,7 @@ from spacearm.robot.link_shapes import (
     part_of_capsule,
 )
 from spacearm.robot.link_visuals import LinkVisual
+from spacearm.robot.robot_in_short import robot_in_short
 from spacearm.robot.unchecked_pairs import COLLISIONS, ApartPairs, UncheckedPair, known_unweighed, settled_pairs
 
 Array = NDArray[np.float64]
@@ -49,12 +52,8 @@ RobotType = TypeVar("RobotType", bound="Robot")
 
 _SKEW = 1e-9  # share of its largest entry by which an inertia may miss symmetry
 
-INERTIA_ROUNDING = 1e-9
-"""Share of the largest principal moment by which the moments may miss what those of a body satisfy. Files state six digits or
-more, and the moments of a matrix (3, 3) are computed to 1e-15."""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Body(Frozen):
     """The mass of one link; links that are fixed to each other are bodies of their own on the same joint.
 
@@ -90,45 +89,11 @@ class Body(Frozen):
         )
 
 
-def inertia_fault(inertia: Array, *, rounding: float = INERTIA_ROUNDING, scale: float = 0.0) -> str:
-    """Say why no body can have an inertia.
-
-    A body's principal moments are integrals over its mass: none is below 0, and none is above the sum of the other two.
-
-    Args:
-        inertia: (3, 3), symmetric [kg m^2].
-        rounding: by which share of the largest moment the others may miss that.
-        scale: a number that the inertia was computed from and whose rounding it has, if that is larger [kg m^2].
-
-    Returns:
-        "" for an inertia that a body can have, else "negative" or "triangle".
-    """
-    moments = np.linalg.eigvalsh(inertia)  # ascending
-    slack = rounding * max(float(np.abs(moments).max()), scale)
-    if moments[0] < -slack:
-        return "negative"
-    return "triangle" if moments[2] - moments[1] - moments[0] > slack else ""
-
-
-def require_possible_inertia(where: str, inertia: Array) -> None:
-    """Refuse an inertia (3, 3) that no body can have.
-
-    Raises:
-        RobotError: it is one.
-    """
-    if inertia_fault(inertia):
-        least, middle, largest = np.linalg.eigvalsh(inertia)
-        raise RobotError(
-            f"{where}: inertia has the principal moments {least:g}, {middle:g} and {largest:g}, expected none below 0 and none "
-            "above the sum of the other two; correct it"
-        )
-
-
 JOINT_KINDS = ("revolute", "prismatic")
 BASE_KINDS = ("fixed", "floating")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Joint(Frozen):
     """A moving joint; its value is ``multiplier * q[dof] + offset``.
 
@@ -169,7 +134,7 @@ class Joint(Frozen):
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Frame(Frozen):
     """A named place on the robot; every link of a URDF is one.
 
@@ -200,7 +165,7 @@ class Frame(Frozen):
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class NamedConfiguration(Frozen):
     """A configuration with a name, as "ready" or "home".
 
@@ -239,8 +204,8 @@ def _taking_capsules(cls: type[RobotType]) -> type[RobotType]:
 
 
 @_taking_capsules
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Robot(Frozen):
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Robot(Frozen, InNotebooks):
     """An arm, or a tree of them, on a base.
 
     Attributes:
@@ -355,6 +320,9 @@ class Robot(Frozen):
         keep(self, **_checked_coverage(self))
         keep(self, configurations=_checked_configurations(self))
         self.frame(self.tip)
+
+    def _in_short(self) -> tuple[str, Rows]:
+        return robot_in_short(self)
 
     @property
     def capsules(self) -> tuple[LinkCapsule, ...]:

@@ -18,6 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import as_whole
 from spacearm.core.errors import RobotError
 from spacearm.core.long_work import LongWork
@@ -58,8 +59,8 @@ _TOUCHING = 1e-6  # [m] links that only a locked joint is between are told from 
 _ANALYSIS = 2  # version, for the cache: it is raised when the same robot gives other pairs
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LinkPair:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class LinkPair(Brief):
     """What was found about two links.
 
     Attributes:
@@ -88,8 +89,8 @@ class LinkPair:
         return self.met == 1 and self.reason in ("adjacent", "always")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SelfPairs:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class SelfPairs(Brief):
     """Every pair of links with an envelope, and what was found about it.
 
     Attributes:

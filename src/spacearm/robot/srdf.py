@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from spacearm.core.brief import Brief
 from spacearm.core.checks import shown
 from spacearm.core.errors import FileFormatError, RobotError, nearest
 from spacearm.core.reading import located, read_bytes
@@ -24,8 +25,8 @@ Pair = tuple[str, str]
 _VIRTUAL = ("fixed", "floating", "planar")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Group:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Group(Brief):
     """A group as its file states it: chains (base link, tip link), and names of joints, links and other groups."""
 
     name: str
@@ -35,8 +36,8 @@ class Group:
     subgroups: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GroupState:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class GroupState(Brief):
     """A named configuration: the value of each joint that it names [rad or m]; the group is "" where none is stated."""
 
     name: str
@@ -44,8 +45,8 @@ class GroupState:
     values: tuple[tuple[str, float], ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VirtualJoint:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class VirtualJoint(Brief):
     """How the robot's root, the child, moves in the world, the parent frame: "fixed", "floating" or "planar"."""
 
     name: str
@@ -54,8 +55,8 @@ class VirtualJoint:
     parent: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Srdf:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Srdf(Brief):
     """An SRDF file.
 
     Attributes:
@@ -264,8 +265,8 @@ def _ignored(what: str, unknown: Iterable[str], known: Iterable[str]) -> Iterabl
         yield f"the SRDF names {what}s that the robot does not have and were ignored: {listed} ({nearest(names[0], known)})"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Members:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Members(Brief):
     """What a group comes to.
 
     Attributes:

@@ -44,7 +44,7 @@ REMEDY = "correct the shapes, or allow the pair in the SRDF"
 """What is to be done about two links that overlap in every configuration."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class UncheckedPair(Frozen):
     """Two links that nobody keeps clear of each other.
 
@@ -85,7 +85,7 @@ class UncheckedPair(Frozen):
         return f"{called(self.links)} ({self.why})"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class ApartPairs(Frozen):
     """Pairs of links that cannot meet within the limits, so that a search need not look at them. A certificate does.
 

@@ -1,7 +1,7 @@
-"""The report of the paper's experiment: tables for people, report.json for machines, Figures 4-9, and a comparison.
+"""The report of the paper's experiment: a page and tables for people, report.json for machines, Figures 4-9 if asked for.
 
-report.json holds every setting, declared reading, seed and version, and the numbers of each run. It holds no time and no
-date: the same settings and seed give the same bytes. What it took is in timings.json.
+report.json holds every setting, declared reading, seed and version, and the numbers of each run. It and report.html hold no
+time and no date: the same settings and seed give the same bytes. What it took is in timings.json.
 
 Where the paper draws PSO (Figures 4, 5, 6) the first method is drawn, and where it draws IPSO (Figures 7, 8, 9) every other
 one: `figure4_pso`, `figure7_ipso-m`, ... The goal mode is drawn, or the literal one if it alone was run.
@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from spacearm.core.extras import require_extra
 from spacearm.core.interrupts import unbroken
 from spacearm.core.native import kernel_info
 from spacearm.core.output import make_new_folder, write_new
@@ -34,7 +35,9 @@ from spacearm.show import (
     figure_path_3d,
     save_figure,
 )
+from spacearm.show.report_page import write_report
 from spacearm.study.paper_experiment import Experiment, MethodRuns
+from spacearm.study.paper_page import paper_page
 from spacearm.study.paper_problem import (
     GOAL_POSITION,
     NEAR,
@@ -198,21 +201,31 @@ def save_report(
     experiment: Experiment,
     folder: str | os.PathLike[str],
     *,
-    figures: bool = True,
+    figures: bool = False,
     progress: Callable[[int, int, str], Any] | None = None,
 ) -> list[Path]:
-    """Write report.json, table3.md, timings.json and the figures into a new or empty folder; return what was written.
+    """Write report.html, report.json, table3.md and timings.json into a new or empty folder; return what was written.
+
+    Args:
+        experiment: that was run.
+        folder: new or empty.
+        figures: also draw Figures 4-9 and the comparison, which takes about half a minute.
+        progress: called with the views or figures done, those in all, and what is being made.
 
     Raises:
         OutputError: the folder is not empty, or cannot be written.
+        SettingsError: figures without matplotlib.
     """
+    if figures:
+        require_extra("matplotlib", "drawing figures", instead="leave the figures out: report.html needs no library")
     folder = make_new_folder(folder)
-    report, table, timings = folder / "report.json", folder / "table3.md", folder / "timings.json"
+    page, report, table, timings = (folder / n for n in ("report.html", "report.json", "table3.md", "timings.json"))
     write_new(report, json.dumps(report_as_dict(experiment), indent=1, allow_nan=False) + "\n")
     write_new(table, _text(experiment))
     write_new(timings, json.dumps(_timings(experiment), indent=1) + "\n")
+    write_report(paper_page(experiment, table_rows(experiment), [*LEGEND, *path_notes(experiment)], progress=progress), page)
     drawn = save_figures(experiment, folder / "figures", progress=progress) if figures else []
-    return [report, table, timings, *drawn]
+    return [page, report, table, timings, *drawn]
 
 
 def _timings(experiment: Experiment) -> dict[str, Any]:
@@ -292,15 +305,15 @@ def _of_method(experiment: Experiment, cell: MethodRuns, numbers: tuple[int, int
         ),
         (
             f"figure{joints}_{name}",
-            lambda: figure_joints_over_iterations(best, robot, title=f"{cell.method}: joints of the best particle"),
+            lambda: figure_joints_over_iterations(best, robot=robot, title=f"{cell.method}: joints of the best particle"),
         ),
         (
             f"figure{path}a_{name}",
-            lambda: figure_path_2d(trajectory, robot, scene, title=f"{cell.method}: planned path", **places),
+            lambda: figure_path_2d(trajectory, robot=robot, scene=scene, title=f"{cell.method}: planned path", **places),
         ),
         (
             f"figure{path}b_{name}",
-            lambda: figure_path_3d(trajectory, robot, scene, title=f"{cell.method}: planned path", **places),
+            lambda: figure_path_3d(trajectory, robot=robot, scene=scene, title=f"{cell.method}: planned path", **places),
         ),
     ]
     if trajectory is not None and cell.path is not None:
@@ -309,7 +322,9 @@ def _of_method(experiment: Experiment, cell: MethodRuns, numbers: tuple[int, int
             (f"path-joints_{name}", lambda: figure_joints(trajectory, title=f"{cell.method}: planned motion")),
             (
                 f"path-clearance_{name}",
-                lambda: figure_clearance(trajectory, scene, certificate, title=f"{cell.method}: planned motion"),
+                lambda: figure_clearance(
+                    trajectory, scene=scene, certificate=certificate, title=f"{cell.method}: planned motion"
+                ),
             ),
         ]
     return drawings

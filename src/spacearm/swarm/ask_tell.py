@@ -12,12 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.brief import Brief, Rows, counted, numbers
 from spacearm.core.checks import as_readonly, shown
 from spacearm.core.errors import SettingsError, SwarmError
 from spacearm.core.native import native
+from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.random_seed import Rng, seed_of
 from spacearm.swarm.checkpoint import broken_checkpoint, read_checkpoint, write_checkpoint
-from spacearm.swarm.swarm_settings import IPSO, PSO, SwarmSettings, kernel_settings
+from spacearm.swarm.swarm_settings import DEFAULT_SETTINGS, IPSO, PSO, SwarmSettings, kernel_settings, named_settings
 
 Array = NDArray[np.float64]
 
@@ -33,8 +35,8 @@ MESSAGES = {
 """Why a run stopped: the status, and its sentence."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SwarmHistory:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SwarmHistory(Brief):
     """The swarm's best after each of T iterations, and what it had cost.
 
     Attributes:
@@ -50,8 +52,8 @@ class SwarmHistory:
     positions: Array | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SwarmResult:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SwarmResult(Brief, InNotebooks):
     """The best that a swarm found, and why it stopped.
 
     Attributes:
@@ -86,6 +88,15 @@ class SwarmResult:
     minus_infinite_evaluations: int = 0
     infinite_evaluations: int = 0
 
+    def _in_short(self) -> tuple[str, Rows]:
+        rows = [("why it ended", self.message), ("x", numbers(self.x)), ("fitness", f"{self.fitness!r}")]
+        if self.violation > 0:
+            rows.append(("violation", f"{self.violation:.4g}"))
+        rows.append(("spent", f"{self.iterations:,} iterations, {self.evaluations:,} evaluations, {self.seconds:.3g} s"))
+        rows.append(("made with", f"seed {self.seed}, trial {self.trial}, {type(self.settings).__name__}: result.settings"))
+        judged = "feasible" if self.success else "not feasible"
+        return f"SwarmResult, {judged}: fitness {self.fitness:.6g}, {counted(len(self.x), 'dimension')}", rows
+
     @property
     def success(self) -> bool:
         """Whether x is feasible and was not a failed evaluation."""
@@ -115,7 +126,7 @@ class SwarmResult:
 _MOST_NUMBERS = 10**8  # particles times dimensions: the kernel takes about 60 bytes for each
 
 
-class Swarm:
+class Swarm(Brief):
     """A swarm over a box, for any objective.
 
     A round is ``x = swarm.ask()``, then ``swarm.tell(f(x))`` or ``swarm.tell(f(x), violation)``, until `done`. The
@@ -124,7 +135,7 @@ class Swarm:
     Args:
         lower: (d,) lower bounds; equal to the upper one where a dimension is fixed.
         upper: (d,) upper bounds.
-        settings: `PSO(...)` or `IPSO(...)`.
+        settings: `PSO(...)` or `IPSO(...)`; None: `named_settings("ring-small")`.
         rng: seed, generator or None.
         initial: (k, d) positions to begin with, k up to the number of particles; the others are drawn.
         keep_positions: also keep the best position of every iteration in the history.
@@ -151,7 +162,7 @@ class Swarm:
         initial: ArrayLike | None = None,
         keep_positions: bool = False,
     ) -> None:
-        settings = PSO() if settings is None else settings
+        settings = named_settings(DEFAULT_SETTINGS) if settings is None else settings
         if not isinstance(settings, (PSO, IPSO)):
             raise SettingsError(f"settings is {shown(settings)}, expected PSO(...) or IPSO(...)")
         self.lower, self.upper = as_bounds(lower, upper)
@@ -170,6 +181,14 @@ class Swarm:
         except MemoryError:
             raise SettingsError(f"particles is {settings.particles}, more than there is memory for; ask for fewer") from None
         self.initial = None if initial is None else self._checked_initial(initial)
+
+    def _in_short(self) -> tuple[str, Rows]:
+        told = f"{self.iteration:,} of {self.settings.iterations:,} iterations, {self.evaluations:,} evaluations"
+        rows = [("told", told), ("made with", f"seed {self.seed}, {type(self.settings).__name__}: swarm.settings")]
+        if self.iteration:
+            worst = f", violation {self.best_violation:.4g}" if self.best_violation > 0 else ""
+            rows.insert(0, ("best", f"fitness {self.best_fitness:.6g}{worst} at {numbers(self.best_x)}"))
+        return f"Swarm: {counted(self.settings.particles, 'particle')}, {counted(self.dims, 'dimension')}", rows
 
     @property
     def dims(self) -> int:

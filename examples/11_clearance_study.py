@@ -1,6 +1,6 @@
 """A study: how the clearance that is asked for changes the length of the motion and its proven clearance.
 
-    python examples/clearance_study.py
+    python examples/11_clearance_study.py
 
 The records go into clearance_study.jsonl as they come. Run again, the program goes on where it was stopped.
 """
@@ -16,7 +16,7 @@ from spacearm.study.statistics import mean, share_interval
 from spacearm.study.study_records import file_digest
 from spacearm.study.study_tables import Table, markdown, number, percent
 
-PROBLEM = Path(__file__).parent / "problem.yaml"
+PROBLEM = Path(__file__).parent / "01_first_plan.yaml"
 CLEARANCES = (0.0, 0.01, 0.02)  # [m]
 EVALUATIONS = 2000  # of each plan
 

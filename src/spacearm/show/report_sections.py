@@ -1,0 +1,343 @@
+"""A report's words: the verdict, the title block, and the tables below the picture."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from spacearm.core.native import native
+from spacearm.core.records import as_dict
+from spacearm.core.version import version
+from spacearm.planner.plan_result import STATUSES
+from spacearm.planner.planner_settings import PlannerSettings
+from spacearm.robot.unchecked_pairs import REMEDY
+from spacearm.show.report_curves import Sampled, joint_path_length, path_length
+from spacearm.show.report_page import section
+from spacearm.show.report_subject import Subject
+
+Row = tuple[str, str]
+Section = dict[str, Any]
+
+_HEADLINES = {
+    "found": "Proven for every instant",
+    "holds": "Proven for every instant",
+    "fails": "Not proven: a collision or a broken limit",
+    "undecided": "Undecided: too close to be told",
+}
+_LISTED_HISTORY = 40  # improvements of a search that a table has
+
+
+def mm(value: float) -> str:
+    """Return a length in millimetres [mm]."""
+    return f"{value * 1e3:.4g} mm"
+
+
+def verdict_of(subject: Subject) -> dict[str, str]:
+    """Return the verdict: a headline and the outcome in words."""
+    plain = STATUSES.get(subject.status, subject.status)
+    headline = _HEADLINES.get(subject.status) or f"{plain[0].upper()}{plain[1:]}"
+    if subject.from_file and subject.good:
+        headline = "Proven for every instant, says the file"
+    text = f"{subject.message[:1].upper()}{subject.message[1:]}."
+    if subject.from_file:
+        text += " The file was not proven again for this page: `spacearm certify` does that."
+    if not subject.good and subject.trajectory is not None and subject.status in STATUSES:
+        text += " Shown is the best motion that was seen: it is not for execution."
+    if subject.trajectory is None:
+        text += " There is no motion: the robot stands at the start."
+    return {"tone": "good" if subject.good else "bad", "headline": headline, "text": text}
+
+
+def block_of(subjects: Sequence[Subject]) -> list[list[str]]:
+    """Return the cells of the title block."""
+    first = subjects[0]
+    rows: list[Row] = [("Robot", _joined(one.robot.name for one in subjects))]
+    if len(subjects) > 1:
+        rows.append(("Motions", f"{len(subjects)}: {_joined(one.name for one in subjects)}"))
+    else:
+        rows.append(("Result", verdict_of(first)["headline"]))
+    rows.append(("Base", _joined(_base_of(one) for one in subjects)))
+    if len(subjects) == 1:
+        rows.append(("Duration", "-" if first.trajectory is None else f"{first.trajectory.duration:.4g} s"))
+        rows.append(("Clearance asked", mm(first.asked)))
+        rows.append(
+            (
+                "Clearance proven",
+                "none" if not first.good else "nothing in the way" if first.proven is None else mm(first.proven),
+            )
+        )
+        rows.append(("Seed", "-" if first.seed is None else str(first.seed)))
+    certificate = first.certificate or {}
+    if len(subjects) == 1 and certificate:
+        rows.append(("Problem", _short(certificate.get("problem_hash"))))
+        rows.append(("Trajectory", _short(certificate.get("trajectory_hash"))))
+    rows.append(("Made by", f"spacearm {version()}"))
+    return [list(row) for row in rows]
+
+
+def _joined(names: Any) -> str:
+    return ", ".join(dict.fromkeys(names))
+
+
+def _short(digest: Any) -> str:
+    return f"sha256 {str(digest)[:12]}" if digest else "-"
+
+
+def _base_of(subject: Subject) -> str:
+    return subject.robot.base if subject.trajectory is None else str(subject.trajectory.base)
+
+
+def sections_of(subject: Subject, at: Sampled | None, *, drawn: Sequence[str], closest: str) -> list[Section]:
+    """Return the sections of one motion.
+
+    Args:
+        subject: the motion.
+        at: it at instants; None: there is no motion.
+        drawn: notes on how the page draws it.
+        closest: the closest approach that was measured for the page, in words.
+    """
+    made = [_clearance(subject, closest), _motion(subject, at), _limits(subject, at), _base(subject)]
+    made += [_unchecked(subject), _bare(subject), _notes(subject, drawn), _search(subject), _settings(subject), _again(subject)]
+    made.append(_provenance(subject))
+    return [one for one in made if one is not None]
+
+
+def _clearance(subject: Subject, closest: str) -> Section:
+    certificate = subject.certificate or {}
+    rows: list[Row] = [("asked for", f"{mm(subject.asked)} of every pair without a value of its own")]
+    rows += [("asked for", f"{mm(pair.clearance)} of {pair.names}") for pair in subject.asked_by_pair]
+    if subject.proof_holds:
+        given = certificate.get("clearance_m")
+        rows.append(("proven", "nothing is in the way" if given is None else f"at least {mm(float(given))} at every instant"))
+    else:
+        rows.append(("proven", "nothing"))
+    near = certificate.get("closest")
+    if isinstance(near, dict):
+        rows.append(
+            ("closest", f"{mm(near['clearance_m'])}: link '{near['link']}' and {near['other']} at t = {near['time_s']:.4g} s")
+        )
+    if closest:
+        rows.append(("measured for this page", closest))
+    rows += [("near at an end", _near_in_words(pair)) for pair in certificate.get("near_pairs", [])]
+    tracking = certificate.get("tracking")
+    if tracking:
+        rows.append(("tracking error", _plain(tracking)))
+    if certificate:
+        rows.append(("limits checked", ", ".join(certificate.get("limits", {}).get("checked", [])) or "none"))
+    return section("Clearance", rows=rows, opened=True)
+
+
+def _near_in_words(pair: dict[str, Any]) -> str:
+    kept = "nothing" if pair["proven_m"] is None else f"at least {mm(pair['proven_m'])}"
+    return (
+        f"link '{pair['link']}' and {pair['other']}: {mm(pair['clearance_m'])} at {pair['ends']}, of {mm(pair['required_m'])} "
+        f"asked for; proven {kept} from t = {pair['begin_s']:.4g} s to {pair['end_s']:.4g} s"
+    )
+
+
+def _motion(subject: Subject, at: Sampled | None) -> Section | None:
+    if at is None or subject.trajectory is None:
+        return None
+    return section("Motion", rows=figures_of(subject, at), opened=True)
+
+
+def figures_of(subject: Subject, at: Sampled) -> list[Row]:
+    """Return figures of a motion by name, the same ones for every motion."""
+    trajectory = subject.trajectory
+    assert trajectory is not None
+    robot = subject.robot
+    speed, rate = np.linalg.norm(at.velocity, axis=1), np.linalg.norm(at.omega, axis=1)
+    unit = "m" if all(robot.is_prismatic(i) for i in range(robot.dof)) else "rad"
+    unit = "rad and m" if unit == "rad" and any(robot.is_prismatic(i) for i in range(robot.dof)) else unit
+    law = getattr(trajectory, "time_law", None)
+    kind = "recorded" if not hasattr(trajectory, "motion") else "uniform" if law is None else "of its own"
+    return [
+        ("duration", f"{trajectory.duration:.5g} s"),
+        ("time law", kind),
+        ("joint path length", f"{joint_path_length(trajectory, at.q):.4f} {unit}"),
+        (f"path length of {robot.tip}", f"{path_length(at.T[:, :3, 3]):.4f} m"),
+        (f"greatest speed of {robot.tip}", f"{speed.max() * 1e3:.4g} mm/s"),
+        (f"greatest angular speed of {robot.tip}", f"{math.degrees(rate.max()):.4g} deg/s"),
+        *((f"fitness: {name}", f"{value:.6g}") for name, value in subject.fitness.items() if name != "length"),
+    ]
+
+
+def _limits(subject: Subject, at: Sampled | None) -> Section | None:
+    trajectory = subject.trajectory
+    if trajectory is None or at is None:
+        return None
+    robot, margins = subject.robot, trajectory.margins(subject.robot)
+    rows: list[list[str]] = []
+    for i, name in enumerate(robot.dof_names):
+        factor, unit = (1e3, "mm") if robot.is_prismatic(i) else (math.degrees(1), "deg")
+        low, high = robot.lower[i] * factor, robot.upper[i] * factor
+        margin = margins.position[i] * factor
+        rows.append(
+            [
+                name,
+                f"{at.q[:, i].min() * factor:.4g} .. {at.q[:, i].max() * factor:.4g} {unit}",
+                "none" if not np.isfinite([low, high]).any() else f"{low:.4g} .. {high:.4g} {unit}",
+                "-" if not np.isfinite(margin) else f"{margin:.4g} {unit}",
+                f"{np.abs(at.dq[:, i]).max() * factor:.4g} {unit}/s",
+                _share(margins.velocity[i]),
+                f"{np.abs(at.ddq[:, i]).max() * factor:.4g} {unit}/s²",
+                _share(margins.acceleration[i]),
+            ]
+        )
+    header = ["joint", "moves in", "limits", "margin", "greatest rate", "of limit", "greatest acceleration", "of limit"]
+    return section("Joint limits", table=(header, rows), notes=["Margins and shares are bounds for every instant."])
+
+
+def _share(value: float) -> str:
+    return "unbounded" if not math.isfinite(value) else f"{value:.1%}"
+
+
+def _base(subject: Subject) -> Section | None:
+    base = (subject.certificate or {}).get("base")
+    if not isinstance(base, dict):
+        return None
+    deg, limits = math.degrees, subject.base_limits
+    asked = {name: getattr(limits, name, None) for name in ("final", "peak", "rate", "joint_momentum")}
+
+    def row(name: str, value: float, unit: str, limit: float | None) -> Row:
+        return name, f"{value:.4g} {unit}" + ("" if limit is None else f" (limit {limit:.4g} {unit})")
+
+    def turned(name: str) -> float | None:
+        limit = asked[name]
+        return None if limit is None else deg(limit)
+
+    rows = [
+        row("turned at the end", deg(base["rotation_final_rad"]), "deg", turned("final")),
+        row("turned at most", deg(base["rotation_peak_at_most_rad"]), "deg", turned("peak")),
+        row("rate at most", deg(base["rate_at_most_rad_s"]), "deg/s", turned("rate")),
+        row("joint momentum at most", base["joint_momentum_at_most_n_m_s"], "N m s", asked["joint_momentum"]),
+        ("residual momentum", f"{base['residual_momentum']:.1g} of the greatest momentum of a link"),
+        ("error of the attitude", f"{base['attitude_error_at_most_rad']:.1g} rad at most, which the proof allows for"),
+    ]
+    rows += [("not kept", text) for text in base.get("limits_broken", [])]
+    rows += [("not as asked", text) for text in subject.missed]
+    return section("Floating base", rows=rows, opened=True)
+
+
+def _unchecked(subject: Subject) -> Section | None:
+    listed = (subject.certificate or {}).get("not_checked", {}).get("pairs", [])
+    by_reason: dict[str, list[str]] = {}
+    for one in listed:
+        by_reason.setdefault(one["reason"], []).append(" - ".join(one["links"]))
+    if not by_reason:
+        return None
+    rows = [[reason, str(len(pairs)), ", ".join(pairs)] for reason, pairs in by_reason.items()]
+    notes = ["Nothing is claimed of these pairs of links."]
+    if any("overlap" in reason or "always" in reason for reason in by_reason):
+        notes.append(f"Links that overlap in every configuration are a fault of the model: {REMEDY}.")
+    return section("Pairs of links not checked", table=(["reason", "pairs", "links"], rows), notes=notes)
+
+
+def _bare(subject: Subject) -> Section | None:
+    bare = (subject.certificate or {}).get("not_checked", {}).get("links_without_envelope", [])
+    notes = [f"Kept clear of nothing, for want of a collision shape: {', '.join(bare)}."]
+    return section("Links without an envelope", notes=notes) if bare else None
+
+
+def _notes(subject: Subject, drawn: Sequence[str]) -> Section | None:
+    notes = [f"{about}: {note}" for about, note in subject.notes]
+    notes += [f"proof: {note}" for note in (subject.certificate or {}).get("remarks", [])]
+    notes += [f"page: {note}" for note in drawn]
+    return section("Notes", notes=notes) if notes else None
+
+
+def _search(subject: Subject) -> Section | None:
+    if subject.evaluations is None:
+        return None
+    rows: list[Row] = [("outcome", subject.message)]
+    if subject.goals is not None:
+        rows.append(("goal configurations", str(subject.goals)))
+    rows.append(("motions looked at", f"{subject.evaluations:,}"))
+    rows.append(("motions proven or refuted", str(subject.proofs)))
+    if subject.achievable is not None:
+        rows.append(("found and proven with", mm(subject.achievable * subject.asked)))
+    table = None
+    if subject.history:
+        some = subject.history[-_LISTED_HISTORY:]
+        cells = [[f"{one.evaluations:,}", str(one.island), one.by, str(one.goal), f"{one.fitness:.6g}"] for one in some]
+        table = ["after motions", "island", "by", "goal", "fitness"], cells
+    notes = []
+    if len(subject.history) > _LISTED_HISTORY:
+        notes.append(f"The last {_LISTED_HISTORY} of {len(subject.history)} improvements; plan.json has all.")
+    return section("Search", rows=rows, table=table, notes=notes)
+
+
+def _settings(subject: Subject) -> Section | None:
+    if not subject.settings:
+        return None
+    plain = as_dict(PlannerSettings())
+    rows = [
+        (name, _plain(value) + ("" if plain.get(name) == value else "  (not the default)"))
+        for name, value in subject.settings.items()
+    ]
+    return section("Settings", rows=rows)
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_plain(entry)}" for key, entry in value.items() if entry not in (0, 0.0, None, False))
+    if isinstance(value, list):
+        return ", ".join(map(_plain, value))
+    return "none" if value is None else str(value)
+
+
+def _again(subject: Subject) -> Section | None:
+    command = subject.command
+    if not command and subject.seed is not None:
+        given = _python_settings(subject.settings)
+        command = (
+            "import spacearm as sa\n\n"
+            'problem = sa.load_saved_plan("plan.json").problem\n'
+            f"plan = sa.plan(problem, sa.PlannerSettings({given}), rng={subject.seed})"
+        )
+    if not command:
+        return None
+    notes = []
+    if subject.settings.get("time_budget") is not None:
+        notes.append("With a time budget, what is found depends on the processor.")
+    return section("Make it again", code=command, notes=notes)
+
+
+def _python_settings(settings: dict[str, Any]) -> str:
+    """Return the settings that are not the defaults as arguments of a call."""
+    plain = as_dict(PlannerSettings())
+    given: list[str] = []
+    for name, value in settings.items():
+        if plain.get(name) == value:
+            continue
+        if isinstance(value, dict) and "kind" in value:
+            usual: dict[str, Any] = plain[name] if isinstance(plain.get(name), dict) else {}
+            inner = ", ".join(f"{key}={entry!r}" for key, entry in value.items() if key != "kind" and usual.get(key) != entry)
+            given.append(f"{name}=sa.{value['kind']}({inner})")
+        else:
+            given.append(f"{name}={tuple(value) if isinstance(value, list) else value!r}")
+    return ", ".join(given)
+
+
+def _provenance(subject: Subject) -> Section:
+    certificate = subject.certificate or {}
+    rows: list[Row] = [
+        ("spacearm", version()),
+        ("kernel", f"{native.level}, {native.compiler}"),
+        ("numpy", np.__version__),
+        ("witness", str(certificate.get("witness", "none"))),
+    ]
+    if certificate:
+        rows.append(
+            ("proof", f"{certificate.get('evaluations')} stretches, down to {certificate.get('resolution'):.3g} of the curve")
+        )
+        rows.append(("hash of the problem", f"sha256 {certificate.get('problem_hash')}"))
+        rows.append(("hash of the trajectory", f"sha256 {certificate.get('trajectory_hash')}"))
+    source = subject.robot.source
+    if source:
+        rows.append(("robot from", json.dumps(source).strip('"')))
+    return section("Provenance", rows=rows)
