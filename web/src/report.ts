@@ -156,10 +156,10 @@ async function unpacked(packed: string): Promise<Page> {
 }
 
 /** What the address asks for, as in report.html#view=2&t=3.5. */
-function asked(): { view: number; t: number | null } {
+function asked(first: number): { view: number; t: number | null } {
   const given = new URLSearchParams(location.hash.slice(1));
   const t = given.get("t");
-  return { view: Math.max(1, Number(given.get("view")) || 1) - 1, t: t === null ? null : Number(t) };
+  return { view: Math.max(1, Number(given.get("view")) || first + 1) - 1, t: t === null ? null : Number(t) };
 }
 
 async function main(): Promise<void> {
@@ -168,7 +168,7 @@ async function main(): Promise<void> {
     const page = await unpacked(document.getElementById("data")!.textContent!.trim());
     document.title = page.title;
     const report = new Report(page, app);
-    const { view, t } = asked();
+    const { view, t } = asked(page.open ?? 0);
     report.show(Math.min(view, page.views.length - 1));
     if (t !== null) report.clock.seek(t);
     Object.assign(window.spacearm, {
