@@ -265,14 +265,33 @@ export class Body {
     for (const group of this.layers.veil) group.visible = shapes && visuals;
   }
 
-  /** Corners of the links' boxes at an instant, in the world. */
+  /** Corners of the boxes of the links that joints move, and the tip, at an instant, in the world. */
   corners(t: number): THREE.Vector3[] {
     const placement = this.motion.at(t);
-    const points = this.boxes.flatMap(({ part, box }) => {
-      const matrix = new THREE.Matrix4().fromArray(part.joint < 0 ? placement.base : placement.joints[part.joint]);
+    const points = this.boxes.filter(({ part }) => part.joint >= 0).flatMap(({ part, box }) => {
+      const matrix = new THREE.Matrix4().fromArray(placement.joints[part.joint]);
       return cornersOf(box).map((point) => point.applyMatrix4(matrix));
     });
     return [...points, new THREE.Vector3().setFromMatrixPosition(this.tip(t))];
+  }
+
+  /** Points along the arm, now: what names keep off. */
+  spine(): THREE.Vector3[] {
+    const { placement, robot } = this;
+    const place = (m: ArrayLike<number>) => new THREE.Vector3(m[12], m[13], m[14]);
+    const ends: [THREE.Vector3, THREE.Vector3][] = robot.joints.flatMap(({ parent }, i) => (parent < 0 ? [] : [[place(placement.joints[parent]), place(placement.joints[i])]]));
+    if (robot.tip.joint >= 0) ends.push([place(placement.joints[robot.tip.joint]), place(this.motion.tip(0, placement))]);
+    return ends.flatMap(([a, b]) => [0, 0.2, 0.4, 0.6, 0.8, 1].map((share) => a.clone().lerp(b, share)));
+  }
+
+  /** The boxes of the base's parts in the world, from the beginning to the end of the motion. */
+  baseParts(): THREE.Box3[] {
+    const { start, end, moving } = this.motion;
+    return this.boxes.filter(({ part }) => part.joint < 0).map(({ box }) => {
+      const whole = new THREE.Box3();
+      for (const t of moving ? [start, (start + end) / 2, end] : [start]) whole.union(box.clone().applyMatrix4(new THREE.Matrix4().fromArray(this.motion.base(t))));
+      return whole;
+    });
   }
 
   /** Points that are worth seeing at an instant: the tip and the joints' frames. */

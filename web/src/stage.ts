@@ -22,6 +22,7 @@ const FROM: Record<Exclude<Viewpoint, "tool">, [number, number, number]> = {
 const CORNERS = [[0.62, -1, 0.62], [-0.62, -1, 0.62], [1, -0.62, 0.62], [-1, -0.62, 0.62], [1, 0.62, 0.62], [-1, 0.62, 0.62], [0.62, 1, 0.62], [-0.62, 1, 0.62], [0.62, -1, 1.1], [0.62, 1, 1.1]];
 const FOV = 28;
 const TOOL_FOV = 60;
+const NEAR = 2; // times the size of the arm's motion: what is further away may be cut off by the picture's border
 const MOST_NAMES = 12; // of obstacles: more are shown only when asked for
 
 /** What a view has in the scene. */
@@ -247,7 +248,7 @@ export class Stage {
       label.hidden = !at;
       if (at) label.at.copy(at);
     }
-    this.overlay.place(camera, this.canvas.clientWidth, this.canvas.clientHeight);
+    this.overlay.place(camera, this.canvas.clientWidth, this.canvas.clientHeight, content.bodies.filter((body) => body.root.visible).flatMap((body) => body.spine()));
   }
 
   private get size(): number {
@@ -281,7 +282,7 @@ export class Stage {
     const points = seen(bodies, things, cloud, view);
     const sphere = new THREE.Box3().setFromPoints(points).getBoundingSphere(new THREE.Sphere());
     const whole = new THREE.Box3().setFromPoints(points);
-    for (const thing of things) whole.union(thing.box);
+    for (const box of [...bodies.flatMap((body) => body.baseParts()), ...things.map((thing) => thing.box)]) whole.union(box);
     const closest = view.closest ? new ClosestPair(view.closest, materials.colors.closest) : null;
     const solidBodies = bodies.filter((body) => !body.actor.ghost);
     const moving = bodies.filter((body) => body.motion.end > body.motion.start);
@@ -596,24 +597,23 @@ function anchor(thing: Thing, sphere: THREE.Sphere): THREE.Vector3 {
   return at;
 }
 
-/** Points that the camera has to see: the robots on their way, the obstacles near them, the targets, the cloud. */
+/** Points that the camera has to see: the arms on their way, the targets, the cloud; of base and obstacles what is near them. */
 function seen(bodies: Body[], things: Thing[], cloud: Particles | null, view: View): THREE.Vector3[] {
-  const points = bodies.flatMap((body) => {
-    const { start, end } = body.motion;
-    return Array.from({ length: end > start ? 13 : 1 }, (_, i) => body.corners(start + ((end - start) * i) / 12)).flat();
-  });
+  const instants = ({ start, end }: Motion) => Array.from({ length: end > start ? 13 : 1 }, (_, i) => start + ((end - start) * i) / 12);
+  const points = bodies.flatMap((body) => instants(body.motion).flatMap((t) => body.corners(t)));
   const { min, max } = new THREE.Box3().setFromPoints(points);
   const room = points.length ? 0.07 * min.distanceTo(max) : 0.1;
   for (const { T } of view.targets) points.push(...cornersOf(new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(T[3], T[7], T[11]), new THREE.Vector3().setScalar(room))));
   if (cloud) points.push(...cloud.some());
+  const boxes = [...bodies.flatMap((body) => body.baseParts()), ...things.flatMap((thing) => thing.boxes)];
   const near = new THREE.Box3();
   if (points.length) {
     const { center, radius } = new THREE.Box3().setFromPoints(points).getBoundingSphere(new THREE.Sphere());
-    near.setFromCenterAndSize(center, new THREE.Vector3().setScalar(4 * radius));
-  } else for (const thing of things) near.union(thing.box);
-  for (const thing of things) {
-    const box = thing.box.clone().intersect(near);
-    if (!box.isEmpty()) points.push(...cornersOf(box));
+    near.setFromCenterAndSize(center, new THREE.Vector3().setScalar(2 * NEAR * radius));
+  } else for (const box of boxes) near.union(box);
+  for (const box of boxes) {
+    const cut = box.clone().intersect(near);
+    if (!cut.isEmpty()) points.push(...cornersOf(cut));
   }
   return points.length ? points : cornersOf(new THREE.Box3(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1)));
 }
