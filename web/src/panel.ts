@@ -196,7 +196,7 @@ export class Panel {
     if (looked.size && looked.size <= 3)
       for (const { lower, upper } of this.limits(looked))
         for (const value of [lower, upper])
-          if (value !== null) across(u, u.valToPos(value, "y", true), signal.limit, [8, 4], "limit", value === upper);
+          if (value !== null && within(u, value)) across(u, u.valToPos(value, "y", true), signal.limit, [8, 4], "limit", value === upper);
     ctx.restore();
   }
 
@@ -302,7 +302,7 @@ export class Panel {
     const { plot, curves } = this;
     const own = plot.note ? [plot.note] : [];
     const said = plot.note !== undefined && /floor|drawn (at|there)/.test(plot.note);
-    return curves.clamped && !said ? [...own, `Values below ${withUnit(significant(curves.floor), plot.unit)} are drawn there.`] : own;
+    return curves.clamped && !said ? [...own, `Values below ${significant(curves.floor)} are drawn there.`] : own;
   }
 
   // ---- cursor --------------------------------------------------------------------------------------------------------
@@ -342,7 +342,7 @@ export class Panel {
   }
 
   private written(value: number): string {
-    return this.plot.log || this.decimals > 6 ? significant(value) : fixed(value, this.decimals);
+    return this.plot.log || this.decimals > 6 ? significant(value, 3, false) : fixed(value, this.decimals);
   }
 
   private tell(): void {
@@ -436,6 +436,12 @@ function across(u: uPlot, y: number, color: string, dash: number[], label: strin
   ctx.lineJoin = "round";
   ctx.strokeText(label, right, y + (below ? 3 : -2) * ratio);
   ctx.fillText(label, right, y + (below ? 3 : -2) * ratio);
+}
+
+/** Whether a value lies in the part of y that is shown. */
+function within(u: uPlot, value: number): boolean {
+  const y = u.valToPos(value, "y", true);
+  return y >= u.bbox.top - 1 && y <= u.bbox.top + u.bbox.height + 1;
 }
 
 function tickTexts(ticks: number[]): string[] {
