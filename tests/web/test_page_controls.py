@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import base64
 import gzip
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,10 +21,22 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
     return /webgl/.test(kind) ? null : get.call(this, kind, ...more); };"""
 
 
+@pytest.fixture(scope="module")
+def opened(browser: Any, small: Path) -> Iterator[Visit]:
+    """The small page in a window."""
+    window = Visit(browser).open(small)
+    yield window
+    window.close()
+
+
 @pytest.fixture
-def window(visit: Windows, small: Path) -> Visit:
-    """The small page in a window; it has to stay without complaints."""
-    return visit().open(small)
+def window(opened: Visit) -> Iterator[Visit]:
+    """The small page at its first view, as after loading, which takes longer; it has to stay without complaints."""
+    opened.page.mouse.move(1, 1)
+    opened.page.evaluate("(spacearm.view(2), spacearm.view(0), document.activeElement.blur(), scrollTo(0, 0))")
+    opened.frame()
+    yield opened
+    assert opened.errors == []
 
 
 def test_the_title_block_and_the_verdict_are_told(window: Visit) -> None:
@@ -32,7 +45,6 @@ def test_the_title_block_and_the_verdict_are_told(window: Visit) -> None:
     assert page.locator(".block .cell").count() == 7
     assert page.locator(".chip").inner_text().split() == ["\u2713", "Proven"]  # a sign and a word, not a colour alone
     assert page.locator(".verdict .text").inner_text() == "A motion was found."
-    assert window.errors == []
 
 
 # ---- Time ------------------------------------------------------------------------------------------------------------
@@ -169,7 +181,7 @@ def test_values_below_the_floor_of_a_logarithmic_axis_are_told_as_they_are(windo
     least = float(CLEARANCE[T == 5][0])
     assert least < FLOOR
     assert float(window.values("clearance")["fore - ball"]) == pytest.approx(least)
-    assert "0.1 mm" in window.page.locator('[data-plot="clearance"] .note').inner_text()
+    assert "below 0.1 " in window.page.locator('[data-plot="clearance"] .note').inner_text()
 
 
 def pixels(window: Visit, plot: str) -> str:
@@ -226,7 +238,6 @@ def test_views_are_chosen(window: Visit) -> None:
     page.wait_for_selector('[data-plot="size"] canvas')
     page.keyboard.press("]")
     assert page.locator(".tab[aria-current=true]").inner_text().endswith("arm")
-    assert window.errors == []
 
 
 def test_sections_fold_and_commands_are_copied(window: Visit) -> None:
