@@ -535,16 +535,20 @@ function lastAt(instants: ArrayLike<number>, t: number): number {
   return low;
 }
 
+let disc: THREE.Texture | null = null; // one for all
+
 /** Round points of a size in pixels with colours. */
 function dots(size: number): THREE.PointsMaterial {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 32;
-  const context = canvas.getContext("2d")!;
-  context.fillStyle = "#ffffff";
-  context.arc(16, 16, 14, 0, 2 * Math.PI);
-  context.fill();
-  const map = new THREE.CanvasTexture(canvas);
-  return new THREE.PointsMaterial({ size, map, sizeAttenuation: false, vertexColors: true, transparent: true, depthWrite: false, alphaTest: 0.02 });
+  if (!disc) {
+    const canvas = document.createElement("canvas");
+    canvas.width = canvas.height = 32;
+    const context = canvas.getContext("2d")!;
+    context.fillStyle = "#ffffff";
+    context.arc(16, 16, 14, 0, 2 * Math.PI);
+    context.fill();
+    disc = new THREE.CanvasTexture(canvas);
+  }
+  return new THREE.PointsMaterial({ size, map: disc, sizeAttenuation: false, vertexColors: true, transparent: true, depthWrite: false, alphaTest: 0.02 });
 }
 
 /** The closest pair at an instant: a line between two dots, seen through everything. */

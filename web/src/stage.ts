@@ -264,6 +264,7 @@ export class Stage {
     this.scene.traverse((object) => {
       const { geometry, material } = object as THREE.Mesh;
       geometry?.dispose();
+      if (object instanceof THREE.InstancedMesh) object.dispose();
       if (material) for (const one of Array.isArray(material) ? material : [material]) one.dispose();
     });
     this.scene = new THREE.Scene();
