@@ -619,7 +619,7 @@ function seen(bodies: Body[], things: Thing[], cloud: Particles | null, view: Vi
   return points.length ? points : cornersOf(new THREE.Box3(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1)));
 }
 
-/** The corner from which most of a body's motion is seen past the obstacles and its own base, and near; the first of equals. */
+/** The corner from which most of a body's motion is seen past the obstacles and its own base, near, and not end on; the first of equals. */
 function clearest(body: Body | undefined, things: Thing[], points: THREE.Vector3[], sphere: THREE.Sphere): THREE.Vector3 {
   const [first, ...others] = CORNERS.map((corner) => vector(corner).normalize());
   if (!body) return first;
@@ -629,10 +629,13 @@ function clearest(body: Body | undefined, things: Thing[], points: THREE.Vector3
   const boxes = things.flatMap((thing) => thing.boxes);
   const ray = new THREE.Ray();
   const watched = moving.flatMap(({ points }) => points);
-  const middle = new THREE.Box3().setFromPoints(watched).getCenter(new THREE.Vector3()).sub(sphere.center);
+  const middle = watched.reduce((sum, point) => sum.add(point), new THREE.Vector3()).divideScalar(watched.length);
+  const spread = watched.reduce((sum, point) => sum + point.distanceToSquared(middle), 0) || 1;
   const cost = (direction: THREE.Vector3) => {
     const front = points.reduce((most, point) => Math.max(most, point.dot(direction)), -Infinity) - sphere.center.dot(direction);
-    let hidden = (watched.length * (0.25 * front - 0.12 * middle.dot(direction))) / sphere.radius; // what stands in front is large
+    const back = sphere.center.dot(direction) - middle.dot(direction);
+    const along = watched.reduce((sum, point) => sum + (point.dot(direction) - middle.dot(direction)) ** 2, 0) / spread;
+    let hidden = watched.length * ((0.25 * front + 0.12 * back) / sphere.radius + 0.5 * along); // what stands in front is large
     for (const { points, base } of moving) {
       for (const point of points) {
         ray.origin.copy(point).addScaledVector(direction, 0.01 * sphere.radius);
