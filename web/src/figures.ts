@@ -208,7 +208,7 @@ export class Body {
     const { materials, robot } = this;
     const tone = toneColor(this.actor.tone, materials.theme);
     const arm: Look = { kind: "veil", material: materials.veil(tone, 0.24, 0.6), edges: materials.lines(tone, 0.6), order: 10 };
-    const base: Look = { kind: "veil", material: materials.veil(tone, 0.07, 0.25), edges: materials.lines(tone, 0.55), order: 10 };
+    const base: Look = { kind: "veil", material: materials.veil(tone, 0.035, 0.16), edges: materials.lines(tone, 0.55), order: 10 };
     for (const [layer, parts] of [[this.layers.visuals, robot.visuals], [this.layers.shapes, robot.shapes]] as const) {
       this.addLayer(layer, parts.filter((part) => part.joint >= 0), solids, arm);
       this.addLayer(layer, parts.filter((part) => part.joint < 0), solids, base);
@@ -298,8 +298,7 @@ export class Body {
   watched(t: number): THREE.Vector3[] {
     const placement = this.motion.at(t);
     const tip = this.motion.tip(t, placement);
-    const last = placement.joints.slice(Math.floor(placement.joints.length / 2));
-    return [tip, tip, ...last].map((m) => new THREE.Vector3(m[12], m[13], m[14])); // the tip counts twice
+    return [tip, tip, ...placement.joints].map((m) => new THREE.Vector3(m[12], m[13], m[14])); // the tip counts twice
   }
 
   /** The boxes of the base's shapes in the base's frame at an instant, and the way into it from the world. */
@@ -535,16 +534,20 @@ function lastAt(instants: ArrayLike<number>, t: number): number {
   return low;
 }
 
+let disc: THREE.Texture | null = null; // one for all
+
 /** Round points of a size in pixels with colours. */
 function dots(size: number): THREE.PointsMaterial {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 32;
-  const context = canvas.getContext("2d")!;
-  context.fillStyle = "#ffffff";
-  context.arc(16, 16, 14, 0, 2 * Math.PI);
-  context.fill();
-  const map = new THREE.CanvasTexture(canvas);
-  return new THREE.PointsMaterial({ size, map, sizeAttenuation: false, vertexColors: true, transparent: true, depthWrite: false, alphaTest: 0.02 });
+  if (!disc) {
+    const canvas = document.createElement("canvas");
+    canvas.width = canvas.height = 32;
+    const context = canvas.getContext("2d")!;
+    context.fillStyle = "#ffffff";
+    context.arc(16, 16, 14, 0, 2 * Math.PI);
+    context.fill();
+    disc = new THREE.CanvasTexture(canvas);
+  }
+  return new THREE.PointsMaterial({ size, map: disc, sizeAttenuation: false, vertexColors: true, transparent: true, depthWrite: false, alphaTest: 0.02 });
 }
 
 /** The closest pair at an instant: a line between two dots, seen through everything. */

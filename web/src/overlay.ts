@@ -121,11 +121,11 @@ export class Overlay {
   }
 
   setLegend(title: string, low: string, high: string, of: typeof scaleColor): void {
-    const bar = `<div style="height:6px;border-radius:3px;background:${scaleGradient(this.theme, of)};margin:3px 0"></div>`;
-    this.legend.innerHTML = `<div></div>${bar}<div style="display:flex;justify-content:space-between"><span></span><span></span></div>`;
+    const bar = `<div style="height:6px;max-width:150px;border-radius:3px;background:${scaleGradient(this.theme, of)};margin:3px 0"></div>`;
+    this.legend.innerHTML = `<div></div>${bar}<div style="display:flex;justify-content:space-between;max-width:150px"><span></span><span></span></div>`;
     this.legend.firstElementChild!.textContent = title;
     this.legend.querySelectorAll("span").forEach((span, i) => (span.textContent = i ? high : low));
-    Object.assign(this.legend.style, { display: "block", minWidth: "132px", fontVariantNumeric: "tabular-nums" });
+    Object.assign(this.legend.style, { display: "block", width: "min(220px, 42%)", fontVariantNumeric: "tabular-nums" });
   }
 
   hideLegend(): void {
@@ -137,7 +137,7 @@ export class Overlay {
   place(camera: THREE.PerspectiveCamera, width: number, height: number, clear: THREE.Vector3[]): void {
     const taken: number[][] = [[width - GIZMO - 8, height - GIZMO - 6, width, height]];
     taken.push([width - 150, 0, width, 24]); // the note
-    if (this.legend.style.display !== "none") taken.push([0, height - 54, 160, height]);
+    if (this.legend.style.display !== "none") taken.push([0, height - this.legend.offsetHeight - 16, this.legend.offsetWidth + 22, height]);
     const arm = clear.map((point) => point.clone().project(camera)).filter((p) => Math.abs(p.z) < 1);
     const kept = arm.map((p) => [((p.x + 1) / 2) * width, ((1 - p.y) / 2) * height]).map(([x, y]) => [x - 9, y - 8, x + 9, y + 8]);
     const seen = this.labels.filter((label) => label.shown && !label.hidden);

@@ -264,6 +264,7 @@ export class Stage {
     this.scene.traverse((object) => {
       const { geometry, material } = object as THREE.Mesh;
       geometry?.dispose();
+      if (object instanceof THREE.InstancedMesh) object.dispose();
       if (material) for (const one of Array.isArray(material) ? material : [material]) one.dispose();
     });
     this.scene = new THREE.Scene();
@@ -299,7 +300,7 @@ export class Stage {
       labels: [],
       distanceLabel: null,
       gridNote: "",
-      corner: clearest(bodies[0], things, sphere),
+      corner: clearest(bodies[0], things, points, sphere),
     };
     this.content = content;
     for (const target of view.targets) content.targets.add(targetMark(target, sphere.radius, materials));
@@ -618,8 +619,8 @@ function seen(bodies: Body[], things: Thing[], cloud: Particles | null, view: Vi
   return points.length ? points : cornersOf(new THREE.Box3(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1)));
 }
 
-/** The corner from which most of a body's motion is seen past the obstacles and its own base; the first of equals. */
-function clearest(body: Body | undefined, things: Thing[], sphere: THREE.Sphere): THREE.Vector3 {
+/** The corner from which most of a body's motion is seen past the obstacles and its own base, near, and not end on; the first of equals. */
+function clearest(body: Body | undefined, things: Thing[], points: THREE.Vector3[], sphere: THREE.Sphere): THREE.Vector3 {
   const [first, ...others] = CORNERS.map((corner) => vector(corner).normalize());
   if (!body) return first;
   const { start, end } = body.motion;
@@ -627,8 +628,14 @@ function clearest(body: Body | undefined, things: Thing[], sphere: THREE.Sphere)
   const moving = instants.map((t) => ({ points: body.watched(t), base: body.baseBoxes(t) }));
   const boxes = things.flatMap((thing) => thing.boxes);
   const ray = new THREE.Ray();
-  const hits = (direction: THREE.Vector3) => {
-    let hidden = 0;
+  const watched = moving.flatMap(({ points }) => points);
+  const middle = watched.reduce((sum, point) => sum.add(point), new THREE.Vector3()).divideScalar(watched.length);
+  const spread = watched.reduce((sum, point) => sum + point.distanceToSquared(middle), 0) || 1;
+  const cost = (direction: THREE.Vector3) => {
+    const front = points.reduce((most, point) => Math.max(most, point.dot(direction)), -Infinity) - sphere.center.dot(direction);
+    const back = sphere.center.dot(direction) - middle.dot(direction);
+    const along = watched.reduce((sum, point) => sum + (point.dot(direction) - middle.dot(direction)) ** 2, 0) / spread;
+    let hidden = watched.length * ((0.25 * front + 0.12 * back) / sphere.radius + 0.5 * along); // what stands in front is large
     for (const { points, base } of moving) {
       for (const point of points) {
         ray.origin.copy(point).addScaledVector(direction, 0.01 * sphere.radius);
@@ -639,11 +646,10 @@ function clearest(body: Body | undefined, things: Thing[], sphere: THREE.Sphere)
     }
     return hidden;
   };
-  const total = moving.reduce((sum, { points }) => sum + points.length, 0);
-  let [best, least] = [first, hits(first) - 0.06 * total]; // another one has to be clearly better
+  let [best, least] = [first, cost(first) - 0.06 * watched.length]; // another one has to be clearly better
   for (const direction of others) {
-    const hidden = hits(direction);
-    if (hidden < least) [best, least] = [direction, hidden];
+    const found = cost(direction);
+    if (found < least) [best, least] = [direction, found];
   }
   return best;
 }
