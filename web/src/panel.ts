@@ -104,7 +104,7 @@ export class Panel {
       height: Math.max(80, this.box.clientHeight),
       legend: { show: false },
       cursor: { show: false },
-      padding: [8, 12, 0, 0],
+      padding: [8, 20, 0, 0], // the last tick's text stands out
       scales: {
         x: { time: false, distr: plot.logX ? 3 : 1, range: () => this.xRange() },
         y: { distr: plot.log ? 3 : 1, range: (_, low, high) => this.yRange(low, high) },
