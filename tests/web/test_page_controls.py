@@ -202,6 +202,17 @@ def test_a_press_on_a_label_shows_a_curve_alone_in_all_plots_of_the_same_curves(
     assert pixels(window, "rates") == before
 
 
+def test_a_plot_can_be_made_larger(window: Visit) -> None:
+    size = "document.querySelector('[data-plot=rates] canvas').width"
+    before = window.page.evaluate(size)
+    button = window.page.locator('[aria-label="larger: Joint rates"]')
+    window.page.set_viewport_size({"width": 1920, "height": 1080})
+    window.frame()
+    button.click()
+    window.page.wait_for_function(f"{size} > {1.5 * before}")
+    window.page.set_viewport_size({"width": 1280, "height": 800})
+
+
 def test_shift_and_drag_shows_a_part_and_a_double_click_all(window: Visit) -> None:
     page, before = window.page, pixels(window, "rates")
     page.mouse.move(*window.point_in("joints", 2))

@@ -3,6 +3,7 @@ import { Curves, airy, airyLog, logTicks } from "./curves";
 import type { Plot } from "./data";
 import { button, decimalsOf, el, fixed, icon, significant, withUnit } from "./dom";
 import { type Theme, SIGNALS, toneColor } from "./palette";
+import { across, within } from "./rules";
 import { styled } from "./theme";
 
 /** What panels of a view have in common: where the clock is, what the pointer is over, which part of the time is shown. */
@@ -414,34 +415,6 @@ export class Panel {
     this.u.redraw(false, true);
     this.place();
   }
-}
-
-function across(u: uPlot, y: number, color: string, dash: number[], label: string, below: boolean): void {
-  const { ctx } = u;
-  const ratio = devicePixelRatio;
-  ctx.strokeStyle = ctx.fillStyle = color;
-  ctx.lineWidth = ratio;
-  ctx.setLineDash(dash.map((length) => length * ratio));
-  ctx.beginPath();
-  ctx.moveTo(u.bbox.left, y);
-  ctx.lineTo(u.bbox.left + u.bbox.width, y);
-  ctx.stroke();
-  if (!label) return;
-  const right = u.bbox.left + u.bbox.width - 4 * ratio;
-  ctx.textAlign = "right";
-  ctx.textBaseline = below ? "top" : "bottom";
-  ctx.setLineDash([]);
-  ctx.strokeStyle = styled("--sheet");
-  ctx.lineWidth = 3 * ratio;
-  ctx.lineJoin = "round";
-  ctx.strokeText(label, right, y + (below ? 3 : -2) * ratio);
-  ctx.fillText(label, right, y + (below ? 3 : -2) * ratio);
-}
-
-/** Whether a value lies in the part of y that is shown. */
-function within(u: uPlot, value: number): boolean {
-  const y = u.valToPos(value, "y", true);
-  return y >= u.bbox.top - 1 && y <= u.bbox.top + u.bbox.height + 1;
 }
 
 function tickTexts(ticks: number[]): string[] {
