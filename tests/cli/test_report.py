@@ -11,6 +11,7 @@ import pytest
 
 from cli.conftest import PROBLEM, Refused, Told
 from spacearm.cli.report_command import names_of
+from support.report_pages import content
 
 
 @pytest.fixture
@@ -23,8 +24,6 @@ def planned(told: Told, problem: Path, tmp_path: Path) -> list[Path]:
 
 
 def test_a_plan_writes_a_report_with_the_command_that_makes_it_again(told: Told, problem: Path, tmp_path: Path) -> None:
-    from show.test_report_plans import content
-
     folder = tmp_path / "out"
     assert told(["plan", problem, "-o", folder, "--clearance", "0.012"])[0] == 0
     view = content((folder / "report.html").read_text())["views"][0]
@@ -56,8 +55,6 @@ def test_a_plan_that_is_not_found_has_a_report_too(told: Told, tmp_path: Path) -
 
 
 def test_one_plan_is_told_in_a_page(told: Told, planned: list[Path], tmp_path: Path) -> None:
-    from show.test_report_plans import content
-
     page = tmp_path / "page.html"
     code, out, err = told(["report", planned[0], "-o", page, "--title", "Mine"])
     assert (code, err) == (0, "")
@@ -66,8 +63,6 @@ def test_one_plan_is_told_in_a_page(told: Told, planned: list[Path], tmp_path: P
 
 
 def test_several_plans_are_compared_by_the_names_of_their_folders(told: Told, planned: list[Path], tmp_path: Path) -> None:
-    from show.test_report_plans import content
-
     code, out, _ = told(["report", *planned, "-o", tmp_path / "both.html"])
     assert code == 0
     assert out.startswith("Side by side")

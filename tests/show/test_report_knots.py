@@ -2,57 +2,22 @@
 
 from __future__ import annotations
 
-import base64
 from typing import Any
 
 import numpy as np
 import pytest
 
-from spacearm.geometry import pose
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
 from spacearm.robot import Robot, load_robot
 from spacearm.show.report_knots import MOST_KNOTS, hermite_knots, knots_of
 from support.drawn_claims import drawn_claim
 from support.drawn_trajectories import drawn_case
 from support.oracles.pinocchio_points import joint_frames
+from support.report_pages import on_page, unpacked
 
 Array = np.ndarray
 
-KINDS = {"f32": "<f4", "f64": "<f8", "u8": "u1", "u16": "<u2", "u32": "<u4"}
 NEAR = 1e-5  # [m]
-
-
-def unpacked(text: str, *shape: int) -> Array:
-    kind, _, data = text.partition(":")
-    return np.frombuffer(base64.b64decode(data), KINDS[kind]).reshape(shape).astype(np.float64)
-
-
-def on_page(knots: dict[str, Any], robot: Robot, at: Array) -> tuple[Array, Array]:
-    """The joints (m, n) and T_w_b (m, 4, 4) at times (m,), written anew from what `web/src/data.ts` says."""
-    t = unpacked(knots["t"], -1)
-
-    def curve(values: str, rates: str, columns: int) -> Array:
-        x, v = unpacked(knots_part[values], -1, columns), unpacked(knots_part[rates], -1, columns)
-        i = np.clip(np.searchsorted(t, at, side="right") - 1, 0, max(len(t) - 2, 0))
-        k = np.minimum(i + 1, len(t) - 1)
-        h = t[k] - t[i]
-        s = np.clip(np.divide(at - t[i], h, out=np.zeros_like(at), where=h > 0), 0, 1)[:, None]
-        h = h[:, None]
-        return (
-            (2 * s**3 - 3 * s**2 + 1) * x[i]
-            + (s**3 - 2 * s**2 + s) * h * v[i]
-            + (3 * s**2 - 2 * s**3) * x[k]
-            + (s**3 - s**2) * h * v[k]
-        )
-
-    knots_part: dict[str, str] = knots
-    q, T = curve("q", "dq", robot.dof), np.tile(np.eye(4), (len(at), 1, 1))
-    T[:, :3] = np.array(knots["baseAt"]).reshape(3, 4)
-    if "base" in knots:
-        knots_part = knots["base"]
-        p, w = curve("p", "v", 3), curve("w", "dw", 4)
-        T = np.array([pose(point, quaternion) for point, quaternion in zip(p, w, strict=True)])
-    return q, T
 
 
 def tips(robot: Robot, q: Array, T_w_b: Array) -> Array:

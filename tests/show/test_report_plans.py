@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-import gzip
-import json
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,18 +17,13 @@ from spacearm.show.report_curves import instants_of, sampled, turned_since_start
 from spacearm.show.report_page import page_html
 from spacearm.show.report_plan import report_of_plans
 from support.drawn_claims import drawn_claim
+from support.report_pages import content, curve, section, unpacked
 
 Array = np.ndarray
 
 ROBOT = sa.load_robot("zhang2022")
 START, GOAL = np.zeros(7), np.array([1.0, 0.1, 0, 0.2, 0, 0, 0])
 BALL = sa.Sphere([0.6, 0.2, 0.9], 0.08, name="buoy")
-KINDS = {"f32": "<f4", "f64": "<f8", "u8": "u1", "u16": "<u2", "u32": "<u4"}
-
-
-def unpacked(text: str) -> Array:
-    kind, _, data = text.partition(":")
-    return np.frombuffer(base64.b64decode(data), KINDS[kind]).astype(np.float64)
 
 
 @pytest.fixture(scope="module")
@@ -49,24 +40,8 @@ def floating() -> sa.Plan:
     return sa.plan(problem, sa.PlannerSettings(evaluations=1000), rng=1)
 
 
-def content(html: str) -> dict[str, Any]:
-    found = re.search(r'<script id="data" type="application/gzip;base64">([^<]*)</script>', html)
-    assert found is not None
-    return json.loads(gzip.decompress(base64.b64decode(found[1])), parse_constant=pytest.fail)
-
-
-def section(view: dict[str, Any], title: str) -> dict[str, Any]:
-    return next(one for one in view["sections"] if one["title"] == title)
-
-
 def titles(view: dict[str, Any]) -> list[str]:
     return [one["title"] for one in view["sections"]]
-
-
-def curve(view: dict[str, Any], plot: str, label: str) -> tuple[Array, Array]:
-    found = next(one for one in view["plots"] if one["id"] == plot)
-    values = next(one["values"] for one in found["series"] if one["label"] == label)
-    return unpacked(found["x"]), unpacked(values)
 
 
 # ---- A plan ----------------------------------------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from dataclasses import replace
 from typing import Any
 
@@ -16,18 +15,13 @@ from spacearm.show.report_meshes import MOST_VERTICES, Meshes, geometries_of, ge
 from spacearm.show.report_page import page_html
 from spacearm.show.report_plan import report_of_plans
 from spacearm.show.report_scene import obstacles_data, reach_of, reaches, robot_data, targets_data
+from support.report_pages import unpacked
 
 Array = np.ndarray
 
 ROBOT = sa.load_robot("srs7")
 START, GOAL = np.radians([-25, 63, 0, 41, 0, 0, 0]), np.radians([60, 40, 10, 60, 10, 20, 0])
-KINDS = {"f32": "<f4", "f64": "<f8", "u8": "u1", "u16": "<u2", "u32": "<u4"}
 TURNED = sa.pose([0.3, -0.2, 0.5], [0.7, 0.1, -0.5, 0.4])
-
-
-def unpacked(text: str, *shape: int) -> Array:
-    kind, _, data = text.partition(":")
-    return np.frombuffer(base64.b64decode(data), KINDS[kind]).reshape(shape).astype(np.float64)
 
 
 def triangles(geometry: dict[str, Any], meshes: Meshes) -> Array:
