@@ -33,6 +33,7 @@ export interface Part {
   joint: number; // whose moving frame it rides on; -1 for the base
   geometry: Geometry;
   color?: string; // CSS, as the robot's file states it
+  held?: boolean; // fixed to the end effector's frame, as what it holds is
 }
 
 export interface Joint {
@@ -163,5 +164,6 @@ export interface Page {
   robots: Robot[];
   meshes: Mesh[];
   views: View[];
+  open?: number; // index of the view that is shown first; absent: 0
   sections: Section[];
 }

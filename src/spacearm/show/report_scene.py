@@ -37,7 +37,8 @@ def robot_data(robot: Robot, meshes: Meshes, visuals: Sequence[Data] = ()) -> Da
         visuals: the parts that its file draws, as `web/src/data.ts` describes them; links without one get their envelope.
     """
     tip, line = robot.frame(robot.tip), _LINE * reach_of(robot)
-    shapes = [_part(part, meshes, line) for part in robot.shapes]
+    held = _beyond_the_tip(robot)
+    shapes = [_part(part, meshes, line) | ({"held": True} if part.name in held else {}) for part in robot.shapes]
     if not any(_is_thick(part) for part in robot.shapes):
         meshes.notes.append(
             f"robot '{robot.name}' has no envelope with a thickness: it is drawn by thin rods between its joints"
@@ -68,6 +69,15 @@ def robot_data(robot: Robot, meshes: Meshes, visuals: Sequence[Data] = ()) -> Da
 def _part(part: LinkShape, meshes: Meshes, line: float) -> Data:
     geometry = geometry_of(part.shape, meshes, owner=f"link '{part.name}'", line=line)
     return {"name": part.name, "joint": part.joint, "geometry": geometry}
+
+
+def _beyond_the_tip(robot: Robot) -> set[str]:
+    """Return the names of the frames that are fixed to the end effector's, as what it holds is."""
+    beyond = {robot.tip}
+    for frame in robot.frames:  # parents before children
+        if frame.parent in beyond:
+            beyond.add(frame.name)
+    return beyond - {robot.tip}
 
 
 def _is_thick(part: LinkShape) -> bool:
