@@ -58,7 +58,7 @@ def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), c
         ProblemError: something that is none of these.
     """
     given = list(plans) if isinstance(plans, (list, tuple)) else [plans]
-    called = _names([one.problem.robot.name if hasattr(one, "problem") else "" for one in given], names)
+    called = _names([_robot_name(one) for one in given], names)
     subjects = [
         subject_of(one, name=name, command=command)
         for one, name, command in zip(given, called, _padded(commands, len(given)), strict=True)
@@ -102,6 +102,12 @@ def save_report(plans: Any, path: str | os.PathLike[str], *, overwrite: bool = F
 
 def _padded(given: Sequence[str], count: int) -> list[str]:
     return [*given, *[""] * (count - len(given))][:count]
+
+
+def _robot_name(given: Any) -> str:
+    """Return the name of the robot of whatever is given; "" if it has none."""
+    robot = getattr(getattr(given, "problem", given), "robot", None)
+    return robot.name if isinstance(robot, Robot) else ""
 
 
 def _names(robots: Sequence[str], given: Sequence[str]) -> list[str]:

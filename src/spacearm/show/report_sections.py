@@ -170,29 +170,30 @@ def _limits(subject: Subject, at: Sampled | None) -> Section | None:
     if trajectory is None or at is None:
         return None
     robot, margins = subject.robot, trajectory.margins(subject.robot)
+    sliding = [robot.is_prismatic(i) for i in range(robot.dof)]
+    alike = len(set(sliding)) == 1  # then a note has the unit
     rows: list[list[str]] = []
     for i, name in enumerate(robot.dof_names):
-        factor, unit = (1e3, "mm") if robot.is_prismatic(i) else (math.degrees(1), "deg")
+        factor, unit = (1e3, "mm") if sliding[i] else (math.degrees(1), "deg")
         low, high, margin = robot.lower[i] * factor, robot.upper[i] * factor, margins.position[i] * factor
+        after = "" if alike else f"\u00a0{unit}"
         rows.append(
             [
                 name,
-                _range(at.q[:, i].min() * factor, at.q[:, i].max() * factor, unit),
-                _range(low, high, unit) if np.isfinite([low, high]).any() else "none",
-                f"{margin:.3g}\u00a0{unit}" if np.isfinite(margin) else "-",
-                f"{np.abs(at.dq[:, i]).max() * factor:.3g}\u00a0{unit}/s",
+                f"{at.q[:, i].min() * factor:.3g}\u00a0to\u00a0{at.q[:, i].max() * factor:.3g}{after}",
+                f"{low:.3g}\u00a0to\u00a0{high:.3g}{after}" if np.isfinite([low, high]).any() else "none",
+                f"{margin:.3g}{after}" if np.isfinite(margin) else "-",
+                f"{np.abs(at.dq[:, i]).max() * factor:.3g}" + (f"{after}/s" if after else ""),
                 _share(margins.velocity[i]),
-                f"{np.abs(at.ddq[:, i]).max() * factor:.3g}\u00a0{unit}/s²",
+                f"{np.abs(at.ddq[:, i]).max() * factor:.3g}" + (f"{after}/s²" if after else ""),
                 _share(margins.acceleration[i]),
             ]
         )
-    header = ["joint", "moves in", "limits", "margin", "rate", "of limit", "acceleration", "of limit"]
-    return section("Joint limits", table=(header, rows), notes=["Margins and shares are bounds for every instant."])
-
-
-def _range(low: float, high: float, unit: str) -> str:
-    """Return a range that no line break parts."""
-    return f"{low:.3g}\u00a0to\u00a0{high:.3g}\u00a0{unit}"
+    unit = "mm" if sliding[0] else "deg"
+    header = ["joint", "moves", "limits", "margin", "rate", "share", "accel.", "share"]
+    notes = ["Margins, and shares of the limits of rate and acceleration, are bounds for every instant."]
+    notes += [f"Angles and ways in {unit}, rates in {unit}/s, accelerations in {unit}/s²."] if alike else []
+    return section("Joint limits", table=(header, rows), notes=notes)
 
 
 def _share(value: float) -> str:
