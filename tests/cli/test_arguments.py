@@ -24,6 +24,7 @@ from spacearm.cli.certify_command import Options as CertifyOptions
 from spacearm.cli.doctor_command import Options as DoctorOptions
 from spacearm.cli.paper_command import Options as PaperOptions
 from spacearm.cli.plan_command import Options as PlanOptions
+from spacearm.cli.report_command import Options as ReportOptions
 from spacearm.cli.robustness_command import Options as RobustnessOptions
 from spacearm.core.errors import SettingsError
 from spacearm.study.paper_problem import PaperSettings
@@ -36,6 +37,7 @@ RECORDS: dict[str, Any] = {
     "doctor": DoctorOptions,
     "paper": PaperOptions,
     "plan": PlanOptions,
+    "report": ReportOptions,
     "robustness": RobustnessOptions,
 }
 UNITS = {"--radii": "[m]", "--tolerance": "[m]", "--link-radius": "[m]", "--search": "[ms]", "--budget": "[ms]"}
@@ -257,11 +259,11 @@ def test_wrong_words_are_refused_in_one_sentence(line: str, refused: Refused, tm
 
 
 def test_words_that_are_spelt_otherwise_are_read_all_the_same() -> None:
-    plan = PlanOptions(problem=Path("-a"), output=Path("b"), seed=3, export=("aem", "ros"), no_figures=True)
+    plan = PlanOptions(problem=Path("-a"), output=Path("b"), seed=3, export=("aem", "ros"), no_report=True)
     for line in (
-        "-o b --seed 3 --export aem ros --no-figures -- -a",
-        "-ob --seed=3 --export=aem ros --no-figures -- -a",
-        "--output=b --seed 1 --seed 3 --no_figures --export aem ros -- -a",
+        "-o b --seed 3 --export aem ros --no-report -- -a",
+        "-ob --seed=3 --export=aem ros --no-report -- -a",
+        "--output=b --seed 1 --seed 3 --no_report --export aem ros -- -a",
     ):
         assert parsed(PlanOptions, line.split(), command="plan") == plan
     assert parsed(PlanOptions, ["-o", "b", "--export", "ros", "a"], command="plan").problem == Path("a")

@@ -29,7 +29,7 @@ def problem(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def planned(told: Told, problem: Path, tmp_path: Path) -> Path:
-    code, out, err = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures"])
+    code, out, err = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-report"])
     assert (code, err) == (0, "")
     rows = {line[:20].strip(): line[20:].strip() for line in out.splitlines()}
     assert rows["goal configurations"].endswith("to begin with, which would reach the goal if the base stayed")
@@ -60,7 +60,7 @@ def test_masses_that_were_changed_are_told(told: Told, planned: Path) -> None:
 
 def test_what_is_not_met_is_told(told: Told, problem: Path, tmp_path: Path) -> None:
     problem.write_text(FLOATING.replace("peak_deg: 40", "peak_deg: 0.01").replace("1500", "200"))
-    code, out, err = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures"])
+    code, out, err = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-report"])
     assert code == 1
     assert "not as asked" in out
     assert "more than 0.01" in err

@@ -28,7 +28,7 @@ def written(folder: Path, shape: str, robot: str = "arm.urdf") -> Path:
 def test_what_is_not_checked_is_printed_with_the_reason(told: Told, tmp_path: Path) -> None:
     path = written(tmp_path, BALL, "{file: arm.urdf, srdf: arm.srdf}")
     out = tmp_path / "out"
-    for arguments in (["plan", path, "-o", out, "--no-figures"], ["certify", out / "plan.json"]):
+    for arguments in (["plan", path, "-o", out, "--no-report"], ["certify", out / "plan.json"]):
         code, printed, _ = told(arguments)
         assert code == 0
         rows = [line.split(None, 2)[2] for line in printed.splitlines() if line.startswith("not checked")]
@@ -45,6 +45,6 @@ def test_a_robot_without_an_envelope_is_wrong_input(told: Told, tmp_path: Path) 
     assert "has no envelope" in said
     assert not (tmp_path / "out").exists()
     meant = written(tmp_path, DRAWN, "{file: arm.urdf, collision: none}")
-    code, printed, _ = told(["plan", meant, "-o", tmp_path / "out", "--no-figures"])
+    code, printed, _ = told(["plan", meant, "-o", tmp_path / "out", "--no-report"])
     assert code == 0
     assert "meant to have no envelope" in printed

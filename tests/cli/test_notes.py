@@ -29,7 +29,7 @@ def test_notes_are_printed_by_plan_and_certify_and_folded(told: Told, tmp_path: 
         f"spacearm: 1\nrobot: {{file: arm.urdf, velocity_limit: 1, acceleration_limit: 1}}\nstart: {zeros}\n"
         f"goal: {{configuration: {[0.1] * COUNT}}}\n"
     )
-    code, _, err = told(["plan", problem, "-o", tmp_path / "out", "--no-figures", "--seed", 0])
+    code, _, err = told(["plan", problem, "-o", tmp_path / "out", "--no-report", "--seed", 0])
     begins = "spacearm: robot 'arm': "
     lines = [line for line in err.splitlines() if line.startswith(begins)]
     assert code == 0

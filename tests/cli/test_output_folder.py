@@ -31,7 +31,7 @@ WORK = {"paper": (paper_command, "run_experiment"), "plan": (spacearm.planner, "
 def words(request: pytest.FixtureRequest, problem: Path) -> list[object]:
     """A command without its output folder and without figures."""
     if request.param == "plan":
-        return ["plan", problem, "--seed", 0, "--no-figures"]
+        return ["plan", problem, "--seed", 0, "--no-report"]
     return ["paper", *QUICK, "--no-figures"]
 
 

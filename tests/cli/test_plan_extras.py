@@ -32,7 +32,7 @@ def floating(tmp_path: Path) -> Path:
 
 def test_exports_are_written_beside_the_plan(told: Told, floating: Path, tmp_path: Path) -> None:
     folder = tmp_path / "out"
-    options = ["--export", "aem", "ros", "--epoch", "2026-03-01T12:00:00Z", "--seed", 0, "--no-figures"]
+    options = ["--export", "aem", "ros", "--epoch", "2026-03-01T12:00:00Z", "--seed", 0, "--no-report"]
     code, out, err = told(["plan", floating, "-o", folder, *options])
     assert (code, err) == (0, "")
     assert "trajectory.aem, trajectory.ros.json" in out
@@ -46,7 +46,7 @@ def test_exports_are_written_beside_the_plan(told: Told, floating: Path, tmp_pat
 def test_the_clearance_may_be_given_on_the_command_line(told: Told, refused: Refused, tmp_path: Path) -> None:
     problem = tmp_path / "problem.yaml"
     problem.write_text(PROBLEM)
-    code, out, _ = told(["plan", problem, "-o", tmp_path / "out", "--clearance", "0.02", "--seed", 0, "--no-figures"])
+    code, out, _ = told(["plan", problem, "-o", tmp_path / "out", "--clearance", "0.02", "--seed", 0, "--no-report"])
     assert code == 0
     assert re.search(r"clearance +20 mm asked for, at least [0-9.]+ mm proven, closest measured [0-9.]+ mm", out)
     assert json.loads((tmp_path / "out" / "plan.json").read_text())["problem"]["clearance"] == 0.02
@@ -57,7 +57,7 @@ def test_a_clearance_that_cannot_be_met_exits_with_1_and_says_what_can(told: Tol
     problem, output = tmp_path / "problem.yaml", tmp_path / "out"
     example = (Path(__file__).parents[2] / "examples" / "01_first_plan.yaml").read_text()
     problem.write_text(example.replace("evaluations: 20000", "evaluations: 2000"))
-    code, out, err = told(["plan", problem, "-o", output, "--clearance", "0.15", "--seed", 0, "--no-figures"])
+    code, out, err = told(["plan", problem, "-o", output, "--clearance", "0.15", "--seed", 0, "--no-report"])
     assert code == 1
     (said,) = re.findall(r"no motion with a clearance of 150 mm was found; with clearance ([0-9.]+) a motion is found", err)
     assert 0.1 < float(said) < 0.15
@@ -66,12 +66,12 @@ def test_a_clearance_that_cannot_be_met_exits_with_1_and_says_what_can(told: Tol
     assert saved["status"] == "not_found"
     assert saved["achievable"]["clearance_m"] == pytest.approx(float(said), abs=1e-4)
     assert not (output / "trajectory.csv").exists()
-    assert told(["plan", problem, "-o", tmp_path / "less", "--clearance", said, "--seed", 0, "--no-figures"])[0] == 0
+    assert told(["plan", problem, "-o", tmp_path / "less", "--clearance", said, "--seed", 0, "--no-report"])[0] == 0
 
 
 def test_what_a_gentler_motion_costs_is_tabled(told: Told, floating: Path, tmp_path: Path) -> None:
     folder = tmp_path / "out"
-    code, out, _ = told(["plan", floating, "-o", folder, "--pareto", 3, "--seed", 0, "--no-figures"])
+    code, out, _ = told(["plan", floating, "-o", folder, "--pareto", 3, "--seed", 0, "--no-report"])
     assert code == 0
     rows = list(csv.DictReader((folder / "pareto.csv").read_text().splitlines()))
     assert rows
@@ -85,7 +85,7 @@ def test_what_a_gentler_motion_costs_is_tabled(told: Told, floating: Path, tmp_p
 
 
 def test_a_floating_base_has_figures_of_its_own(told: Told, floating: Path, tmp_path: Path) -> None:
-    assert told(["plan", floating, "-o", tmp_path / "out", "--seed", 0, "--pareto", 2])[0] == 0
+    assert told(["plan", floating, "-o", tmp_path / "out", "--seed", 0, "--pareto", 2, "--figures"])[0] == 0
     there = {path.name for path in (tmp_path / "out").iterdir()}
     assert {"base_motion.png", "base_motion.pdf", "base_paths.png", "path_3d.png", "pareto.png", "pareto.pdf"} <= there
 

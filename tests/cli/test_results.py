@@ -25,7 +25,7 @@ OUT_OF_REACH = PROBLEM.replace("goal: {configuration: [1, 0, 0, 0, 0, 0, 0]}", "
 
 def test_a_plan_is_told_in_two_columns_and_written(told: Told, problem: Path, tmp_path: Path) -> None:
     folder = tmp_path / "out"
-    code, out, err = told(["plan", problem, "-o", folder, "--seed", 0, "--no-figures"])
+    code, out, err = told(["plan", problem, "-o", folder, "--seed", 0])
     assert (code, err) == (0, "")
     lines = out.splitlines()
     names = [re.split(r" {2,}", line)[0] for line in lines]
@@ -47,7 +47,7 @@ def test_a_plan_is_told_in_two_columns_and_written(told: Told, problem: Path, tm
     assert all(line == line.rstrip() for line in lines)
     assert lines[0].split() == ["status", "found"]
     assert lines[4].endswith(" rad")
-    assert lines[-1].endswith(f"plan.json, trajectory.csv in {folder}")
+    assert lines[-1].endswith(f"plan.json, trajectory.csv, report.html in {folder}")
     saved = json.loads((folder / "plan.json").read_text())
     assert (saved["status"], saved["seed"]) == ("found", 0)
     rows = list(csv.reader((folder / "trajectory.csv").read_text().splitlines()))
@@ -57,21 +57,21 @@ def test_a_plan_is_told_in_two_columns_and_written(told: Told, problem: Path, tm
 
 def test_the_same_seed_writes_the_same_bytes(told: Told, problem: Path, tmp_path: Path) -> None:
     for name in ("a", "b"):
-        assert told(["plan", problem, "-o", tmp_path / name, "--seed", 5, "--no-figures"])[0] == 0
-    for file in ("plan.json", "trajectory.csv"):
+        assert told(["plan", problem, "-o", tmp_path / name, "--seed", 5])[0] == 0
+    for file in ("plan.json", "trajectory.csv", "report.html"):
         assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
 
 
 def test_a_seed_that_is_drawn_is_told_and_repeats_the_plan(told: Told, problem: Path, tmp_path: Path) -> None:
-    _, out, _ = told(["plan", problem, "-o", tmp_path / "a", "--no-figures"])
+    _, out, _ = told(["plan", problem, "-o", tmp_path / "a", "--no-report"])
     seed = re.search(r"^seed +(\d+)$", out, re.MULTILINE)
     assert seed
-    told(["plan", problem, "-o", tmp_path / "b", "--no-figures", "--seed", seed[1]])
+    told(["plan", problem, "-o", tmp_path / "b", "--no-report", "--seed", seed[1]])
     assert (tmp_path / "a" / "plan.json").read_bytes() == (tmp_path / "b" / "plan.json").read_bytes()
 
 
 def test_json_is_the_file_and_nothing_else(told: Told, problem: Path, tmp_path: Path) -> None:
-    code, out, err = told(["plan", problem, "-o", tmp_path / "plan", "--json", "--no-figures"])
+    code, out, err = told(["plan", problem, "-o", tmp_path / "plan", "--json", "--no-report"])
     assert (code, err) == (0, "")
     assert json.loads(out) == json.loads((tmp_path / "plan" / "plan.json").read_text())
     words = ("--json", "--no-figures", "--runs", 1, "--methods", "ring", "--modes", "goal")
@@ -96,7 +96,7 @@ def test_no_plan_is_exit_code_1_a_sentence_and_no_trajectory(
     text: str, status: str, said: str, told: Told, problem: Path, tmp_path: Path
 ) -> None:
     problem.write_text(text)
-    code, out, err = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures"])
+    code, out, err = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-report"])
     assert code == 1
     assert err.startswith("spacearm: ")
     assert said in err
@@ -107,7 +107,7 @@ def test_no_plan_is_exit_code_1_a_sentence_and_no_trajectory(
 
 
 def test_a_plans_figures_are_drawn(told: Told, problem: Path, tmp_path: Path) -> None:
-    code, out, _ = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0])
+    code, out, _ = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--figures"])
     assert code == 0
     drawn = sorted(path.name for path in (tmp_path / "out").glob("*.png"))
     assert drawn

@@ -106,7 +106,7 @@ def test_an_interrupt_ends_a_command_with_130(
 
     monkeypatch.setattr(spacearm.files, "save_plan", save)
     out = tmp_path / "out"
-    code, shown, err = told(["plan", problem, "-o", out, "--no-figures"])
+    code, shown, err = told(["plan", problem, "-o", out, "--no-report"])
     assert code == 130
     if way is ended_all_the_same:
         assert err == "spacearm: interrupted; the command had finished\n"
@@ -145,9 +145,9 @@ def test_an_interrupt_while_a_figure_is_drawn_waits_for_it(
 
     monkeypatch.setattr(Figure, "savefig", savefig)
     out = tmp_path / "out"
-    code, _, err = told(["plan", problem, "-o", out])
+    code, _, err = told(["plan", problem, "-o", out, "--figures"])
     assert code == 130
-    assert err.startswith(f"spacearm: interrupted; {out} keeps what was finished: plan.json, trajectory.csv")
+    assert err.startswith(f"spacearm: interrupted; {out} keeps what was finished: plan.json, report.html, trajectory.csv")
     assert drawn == ["png", "pdf"]
     assert not [path.name for path in out.iterdir() if path.name.startswith(".")]
 
@@ -194,7 +194,7 @@ def test_an_interrupt_that_plan_took_is_not_repeated_while_the_plan_is_saved(
 
 def test_two_runs_into_one_folder_are_one(told: Told, tmp_path: Path, problem: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real, second = spacearm.planner.plan, []
-    words = ["plan", problem, "-o", tmp_path / "out", "--no-figures"]
+    words = ["plan", problem, "-o", tmp_path / "out", "--no-report"]
 
     def work(*given: Any, **named: Any) -> Any:
         if not second:

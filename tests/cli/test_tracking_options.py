@@ -13,7 +13,7 @@ from cli.conftest import Refused, Told
 @pytest.fixture
 def planned(told: Told, problem: Path, tmp_path: Path) -> Path:
     """A plan of the paper's arm with a tracking error."""
-    options = ["--seed", 0, "--no-figures", "--tracking", "0.002"]
+    options = ["--seed", 0, "--no-report", "--tracking", "0.002"]
     code, out, _ = told(["plan", problem, "-o", tmp_path / "out", *options])
     assert code == 0
     assert "tracking error" in out

@@ -184,7 +184,7 @@ def test_the_robots_are_good_before_they_are_spoilt(told: Told, problem: Path, t
         goal = zeros.replace("0", "1")
         robot = f"{{file: {name}, collision: none}}"
         problem.write_text(f"spacearm: 1\nrobot: {robot}\nstart: {zeros}\ngoal: {{configuration: {goal}}}\n")
-        code, _, err = told(["plan", problem, "-o", tmp_path / name.replace(".", "-"), "--no-figures", "--seed", 0])
+        code, _, err = told(["plan", problem, "-o", tmp_path / name.replace(".", "-"), "--no-report", "--seed", 0])
         assert code == 0
         assert all(line.startswith("spacearm: robot '") for line in err.splitlines())  # what was assumed of it
 

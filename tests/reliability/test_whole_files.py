@@ -232,7 +232,7 @@ def test_ctrl_c_writes_the_best_motion_so_far(started: Callable[..., subprocess.
     """It is proven like any other; a machine that is busy is given longer to find one."""
     for attempt in range(6):
         folder = tmp_path / "out"
-        process = started("{time_budget: 6000, evaluations: null}", "--no-figures")
+        process = started("{time_budget: 6000, evaluations: null}", "--no-report")
         if interrupted(process, folder, 2.0**attempt) == "found, holds":
             return
         shutil.rmtree(folder, ignore_errors=True)
@@ -244,4 +244,4 @@ def test_ctrl_c_writes_the_best_motion_so_far(started: Callable[..., subprocess.
 def test_ctrl_c_at_any_moment_ends_in_a_line_or_in_a_plan(
     seconds: float, started: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:
-    interrupted(started("{time_budget: 6000, evaluations: null}", "--no-figures"), tmp_path / "out", seconds)
+    interrupted(started("{time_budget: 6000, evaluations: null}", "--no-report"), tmp_path / "out", seconds)

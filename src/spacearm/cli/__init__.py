@@ -24,8 +24,10 @@ COMMANDS = {
     "certify": "prove a plan.json again, or a trajectory in CSV: free of collision and within the limits, at every instant",
     "doctor": "find the faults of a robot's URDF, and say how to correct them; --fix writes a corrected copy",
     "paper": "run the paper's experiment: Table 3, Figures 4-9, report.json",
-    "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, figures",
+    "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, report.html",
+    "report": "write a report of one plan.json, or of several beside each other, as a page for a browser",
     "robustness": "find how far the joints may be from a motion at any instant so that it is still proven",
+    "view": "open a problem.yaml or a plan.json in the browser: change it by hand, plan, and save",
 }
 """Each command, and what it does. The module `<command>_command` of this room runs it."""
 

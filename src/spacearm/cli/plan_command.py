@@ -1,4 +1,4 @@
-"""`spacearm plan`: from a problem.yaml to a proven motion.
+"""`spacearm plan`: from a problem.yaml to a proven motion, and a report of it.
 
 The planner and the files are imported by the functions that use them, after the options are read: help is printed without.
 """
@@ -9,6 +9,7 @@ import csv
 import io
 import json
 import math
+import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -51,12 +52,13 @@ class Options:
 
     Attributes:
         problem: a problem file (YAML): robot, scene, start and goal; it holds the planner's settings too.
-        output: a new or empty folder for plan.json, trajectory.csv and figures.
+        output: a new or empty folder for plan.json, trajectory.csv, report.html and figures.
         clearance: that the motion keeps [m], instead of the one in the problem file.
         tracking: how far each joint may be from the motion [rad or m], a number for all joints, or NAME=NUMBER for each of
             some (all=NUMBER for the others): the proof then holds for all that stays so near; none: as the problem file says.
         seed: the random seed, which repeats a plan; none: a new one is drawn, and recorded in plan.json.
-        no_figures: do not draw the path, the joints over time, the clearance, and how a floating base moves.
+        figures: draw the path, the joints over time, the clearance, and how a floating base moves, as PNG and PDF for papers.
+        no_report: do not write report.html.
         json: print the content of plan.json instead of the summary.
         export: also write the trajectory for other programs: aem writes trajectory.aem, the attitude of the base as CCSDS
             defines it; ros writes trajectory.ros.json, messages of ROS 2.
@@ -70,7 +72,8 @@ class Options:
     clearance: float | None = None
     tracking: Annotated[tuple[str, ...], arg(metavar="NUMBER|NAME=NUMBER")] = ()
     seed: int | None = None
-    no_figures: bool = False
+    figures: bool = False
+    no_report: bool = False
     json: bool = False
     export: tuple[Literal["aem", "ros"], ...] = ()
     epoch: Annotated[str | None, arg(metavar="TIME")] = None
@@ -115,12 +118,14 @@ def run(arguments: Sequence[str]) -> int:
             found = plan(problem, settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
             if found.status in _WRONG and found.goal_search is None:
                 raise ProblemError(found.message)
-        written = _save(found, folder, figures=not options.no_figures and not found.interrupted)
+        written = _save(found, folder)
+        if not found.interrupted:
+            written += _save_pictures(found, folder, options)
         if found.interrupted:
             raise KeyboardInterrupt  # with what was found until then written down
         written += _export(found, folder, options.export, epoch=options.epoch)
         if options.pareto is not None and found.found:
-            written += _save_pareto(found, folder, points=options.pareto, figures=not options.no_figures)
+            written += _save_pareto(found, folder, points=options.pareto, figures=options.figures)
     tell_robot(found.problem.robot, more=f"plan.json in {options.output} (problem.robot.notes)")
     tell_notes(options.problem, () if found.trajectory is None else found.trajectory.notes)
     if options.json:
@@ -132,7 +137,7 @@ def run(arguments: Sequence[str]) -> int:
     return 0 if found.found else 1
 
 
-def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
+def _save(found: Plan, folder: Path) -> list[str]:
     """Write the plan's files; return their names. An unproven motion is no trajectory for anyone to execute."""
     from spacearm.files import save_plan, save_trajectory
 
@@ -142,7 +147,23 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
         notes = save_trajectory(found.trajectory, folder / "trajectory.csv", jerk_limit=found.settings.jerk_limit)
         tell_notes(folder / "trajectory.csv", notes)
         written.append("trajectory.csv")
-    if figures and found.trajectory is not None:
+    return written
+
+
+def _save_pictures(found: Plan, folder: Path, options: Options) -> list[str]:
+    """Write the report, and the figures if they are asked for; return the files' names."""
+    written: list[str] = []
+    if not options.no_report:
+        with unbroken():
+            from spacearm.show.report_page import write_report
+            from spacearm.show.report_plan import report_of_plans
+
+        with progress_bar("report") as bar:
+            bar(0, 0, "clearances, curves and scene")
+            page = report_of_plans(found, commands=[_command(found, options)])
+            write_report(page, folder / "report.html")
+        written.append("report.html")
+    if options.figures and found.trajectory is not None:
         with unbroken():
             from spacearm.show import save_plan_figures
 
@@ -150,6 +171,16 @@ def _save(found: Plan, folder: Path, *, figures: bool) -> list[str]:
             bar(0, 0, "path, joints and clearance")
             written += [path.name for path in save_plan_figures(found, folder) if path.suffix == ".png"]
     return written
+
+
+def _command(found: Plan, options: Options) -> str:
+    """Return the command that makes the plan again."""
+    words = ["spacearm", "plan", str(options.problem), "-o", "out", "--seed", str(found.seed)]
+    if options.clearance is not None:
+        words += ["--clearance", f"{options.clearance!r}"]
+    if options.tracking:
+        words += ["--tracking", *options.tracking]
+    return shlex.join(words)
 
 
 def _export(found: Plan, folder: Path, kinds: Sequence[str], *, epoch: str | None) -> list[str]:

@@ -22,7 +22,7 @@ import json
 import math
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -58,6 +58,7 @@ Array = NDArray[np.float64]
 KEY = "spacearm-plan"
 VERSION = 1
 _WHAT = "a plan file in JSON"
+_OF_SEARCH = ("message", "seed", "settings", "fitness", "goals", "history", "evaluations", "proofs", "interrupted", "base")
 _NO_CLEARANCE = (
     "the file states no clearance, for it was written before there was one; it is taken as 0, which it was proven for"
 )
@@ -205,7 +206,12 @@ def save_plan(plan: Plan, path: str | os.PathLike[str], *, overwrite: bool = Fal
     """
     require_kind("plan", plan, Plan, ProblemError, advice="make one with plan(problem)")
     require_writable(path, overwrite=overwrite)
-    write_out(path, _text(plan_as_dict(plan)), overwrite=overwrite)
+    write_out(path, plan_text(plan), overwrite=overwrite)
+
+
+def plan_text(plan: Plan) -> str:
+    """Return what a plan file of a plan holds."""
+    return _text(plan_as_dict(plan))
 
 
 def save_json(values: dict[str, Any], path: str | os.PathLike[str]) -> None:
@@ -250,6 +256,7 @@ class _PlanValues:
     certificate: dict[str, Any] | None = None
     proof: dict[str, Any] | None = None
     visuals: tuple[LinkVisual, ...] = ()
+    search: dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -285,6 +292,8 @@ class SavedPlan(Brief, InNotebooks):
         certificate: the file's, as plain values; None if it has none.
         proof: the file's; None if it has none.
         is_old: whether the file states no clearance, which is taken as 0: it was written before there was one.
+        search: what the file says of the search, as plain values that nobody has checked: `seed`, `settings`, `fitness`,
+            `evaluations` and the like.
     """
 
     problem: Problem
@@ -294,6 +303,7 @@ class SavedPlan(Brief, InNotebooks):
     certificate: dict[str, Any] | None
     proof: ProofTree | None = None
     is_old: bool = False
+    search: dict[str, Any] = field(default_factory=dict[str, Any])
 
     def _in_short(self) -> tuple[str, Rows]:
         said = self.certificate or {}
@@ -338,7 +348,24 @@ def load_saved_plan(path: str | os.PathLike[str]) -> SavedPlan:
         FileFormatError: the file is missing, broken or no plan, or holds no motion.
         SpacearmError: a robot, scene, problem or motion that cannot be; the place is named.
     """
-    saved = _read(path)
+    return _saved(_read(path), path)
+
+
+def saved_plan_from_dict(values: object, what: str = "the plan") -> SavedPlan:
+    """Read back a plan from plain values, as `plan_as_dict` gives them.
+
+    Args:
+        values: the plain values.
+        what: they are, for messages.
+
+    Raises:
+        FileFormatError: they are no plan, or hold no motion.
+        SpacearmError: as of `load_saved_plan`.
+    """
+    return _saved(_plan_values(values, what), what)
+
+
+def _saved(saved: _PlanValues, path: str | os.PathLike[str]) -> SavedPlan:
     problem = _problem(path, saved)
     with located(path):
         proof = None if saved.proof is None else ProofTree.from_dict(saved.proof)
@@ -350,6 +377,7 @@ def load_saved_plan(path: str | os.PathLike[str]) -> SavedPlan:
         certificate=saved.certificate,
         proof=proof,
         is_old="clearance" not in saved.problem,
+        search=saved.search,
     )
 
 
@@ -360,12 +388,18 @@ def _read(path: str | os.PathLike[str]) -> _PlanValues:
         json.dumps(given, ensure_ascii=False).encode()  # half a surrogate pair cannot be printed
     except (ValueError, RecursionError):
         raise FileFormatError(f"{path} is broken, expected {_WHAT}; plan again") from None
+    return _plan_values(given, path)
+
+
+def _plan_values(given: object, path: str | os.PathLike[str]) -> _PlanValues:
     if not isinstance(given, dict) or KEY not in given:
         raise FileFormatError(f"{path} has no '{KEY}: {VERSION}', expected {_WHAT}; it is something else")
     require_version(given[KEY], VERSION, path, key=KEY)
-    known = {field.name for field in fields(_PlanValues)}
+    known = {key.name for key in fields(_PlanValues)}
+    search = {key: given[key] for key in _OF_SEARCH if key in given}
     with located(path):
-        saved = record_from_dict(_PlanValues, {key: given[key] for key in known & given.keys()}, "", FileFormatError)
+        values = {**{key: given[key] for key in known & given.keys()}, "search": search}
+        saved = record_from_dict(_PlanValues, values, "", FileFormatError)
         if not isinstance(saved.problem.get("hash"), str):
             raise FileFormatError(f"problem.hash is {shown(saved.problem.get('hash'))}, expected text; plan again")
         if saved.certificate is not None:

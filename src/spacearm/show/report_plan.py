@@ -8,15 +8,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from spacearm.core.errors import SpacearmError
+from spacearm.core.errors import ProblemError, SpacearmError
 from spacearm.core.output import require_writable, write_out
 from spacearm.robot import Robot
-from spacearm.show.report_clearance import INSTANTS, ClosestPairs, MeasuredMotion, PairClearances
-from spacearm.show.report_curves import Sampled, base_plots, clearance_plot, instants_of, joint_plots, sampled, tool_plots
+from spacearm.show.report_clearance import INSTANTS, MeasuredMotion
+from spacearm.show.report_compare import MeasuredSubject, comparison
+from spacearm.show.report_curves import base_plots, clearance_plot, instants_of, joint_plots, sampled, tool_plots
 from spacearm.show.report_knots import knots_of, resting_knots
 from spacearm.show.report_meshes import Meshes
-from spacearm.show.report_page import page_html
-from spacearm.show.report_scene import obstacles_data, robot_data, targets_data
+from spacearm.show.report_page import page_html, section
+from spacearm.show.report_scene import obstacles_data, pieces_of, robot_data, targets_data
 from spacearm.show.report_sections import block_of, mm, sections_of, verdict_of
 from spacearm.show.report_subject import Subject, subject_of
 from spacearm.show.report_visuals import visual_parts
@@ -41,16 +42,6 @@ class _Parts(NamedTuple):
         return self.places[id(robot)]
 
 
-class _Measured(NamedTuple):
-    """A motion with what was computed of it."""
-
-    subject: Subject
-    at: Sampled | None
-    clearances: PairClearances | None
-    closest: ClosestPairs | None
-    notes: tuple[str, ...]
-
-
 def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), commands: Sequence[str] = ()) -> Data:
     """Return the page of a report of one motion, or of several beside each other.
 
@@ -67,21 +58,29 @@ def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), c
         ProblemError: something that is none of these.
     """
     given = list(plans) if isinstance(plans, (list, tuple)) else [plans]
+    called = _names([one.problem.robot.name if hasattr(one, "problem") else "" for one in given], names)
     subjects = [
         subject_of(one, name=name, command=command)
-        for one, name, command in zip(given, _padded(names, len(given)), _padded(commands, len(given)), strict=True)
+        for one, name, command in zip(given, called, _padded(commands, len(given)), strict=True)
     ]
+    if not subjects:
+        raise ProblemError("plans is empty, expected a Plan, a SavedPlan or a Certificate, or several of them")
     parts = _Parts(Meshes(), [], {})
-    measured = [_measure(subject) for subject in subjects]
+    parts.meshes.expect(sum(pieces_of(one.robot, one.scene) for one in subjects))
+    measured = [_measure(subject, parts) for subject in subjects]
     views = [_view(one, parts) for one in measured]
-    name = subjects[0].robot.name
+    if len(measured) > 1:
+        first = views[0]
+        views.insert(0, comparison(measured, obstacles=first["obstacles"], targets=first["targets"]))
+    drawn = parts.meshes.said()
+    kind = "motion plan" if len(measured) == 1 else f"{len(measured)} motions"
     return {
-        "title": title or f"{name}: motion plan",
+        "title": title or f"{subjects[0].robot.name}: {kind}",
         "block": block_of(subjects),
         "robots": parts.robots,
         "meshes": parts.meshes.items,
         "views": views,
-        "sections": [],
+        "sections": [section("How it is drawn", notes=drawn)] if drawn else [],
     }
 
 
@@ -105,61 +104,72 @@ def _padded(given: Sequence[str], count: int) -> list[str]:
     return [*given, *[""] * (count - len(given))][:count]
 
 
-def _measure(subject: Subject) -> _Measured:
+def _names(robots: Sequence[str], given: Sequence[str]) -> list[str]:
+    """Return a name for each motion: the one given, or the robot's, with a number where several would have the same."""
+    names = [one or robot for one, robot in zip(_padded(given, len(robots)), robots, strict=True)]
+    if len(set(names)) == len(names):
+        return names
+    return [f"{name} ({i})" for i, name in enumerate(names, start=1)]
+
+
+def _measure(subject: Subject, parts: _Parts) -> MeasuredSubject:
     """Compute what a page shows of a motion over time."""
-    trajectory = subject.trajectory
+    trajectory, notes, robot = subject.trajectory, list[str](), parts.robot(subject.robot)
     if trajectory is None:
-        return _Measured(subject, None, None, None, ())
-    t = instants_of(trajectory)
-    at = sampled(trajectory, t)
+        q = np.zeros(subject.robot.dof) if subject.start is None else subject.start
+        return MeasuredSubject(subject, None, None, None, (), resting_knots(q, subject.base_start), robot)
+    knots = knots_of(trajectory, notes)
+    also = _stated_closest(subject)
+    at = sampled(trajectory, instants_of(trajectory, also))
+    found = closest = None
     try:
         motion = MeasuredMotion(subject.scene, trajectory)
         if motion.is_free:
-            return _Measured(subject, at, None, None, ("nothing is in the way: there are no clearances to show",))
-        found = motion.over(t)
-        some = np.linspace(0.0, trajectory.duration, INSTANTS if trajectory.duration > 0 else 1)
-        closest = motion.closest(some)
+            notes.append("nothing is in the way: there are no clearances to show")
+        else:
+            found = motion.over(at.t)
+            even = np.linspace(0.0, trajectory.duration, INSTANTS if trajectory.duration > 0 else 1)
+            lowest = at.t[int(np.argmin(found.least))]
+            closest = motion.closest(np.unique(np.concatenate([even, also, [lowest]])))
     except SpacearmError as error:
-        return _Measured(subject, at, None, None, (f"clearances were not measured: {error}",))
-    return _Measured(subject, at, found, closest, ())
+        notes.append(f"clearances were not measured: {error}")
+    return MeasuredSubject(subject, at, found, closest, tuple(notes), knots, robot)
 
 
-def _view(one: _Measured, parts: _Parts) -> Data:
+def _stated_closest(subject: Subject) -> list[float]:
+    """Return the instant of the closest approach that the certificate states, if there is one."""
+    near, trajectory = (subject.certificate or {}).get("closest"), subject.trajectory
+    if not isinstance(near, dict) or trajectory is None or not 0 <= near["time_s"] <= trajectory.duration:
+        return []
+    return [float(near["time_s"])]
+
+
+def _view(one: MeasuredSubject, parts: _Parts) -> Data:
     """Return a view of one motion."""
     subject, at, trajectory = one.subject, one.at, one.subject.trajectory
-    notes = list(one.notes)
-    robot = parts.robot(subject.robot)
     obstacles = obstacles_data(subject.scene, parts.meshes)
-    knots = _knots(subject, notes)
     plots: list[Data] = []
     if one.clearances is not None:
         plots.append(clearance_plot(one.clearances, asked=subject.asked, proven=subject.proven))
     if at is not None and trajectory is not None:
         plots += [*joint_plots(trajectory, at), *tool_plots(trajectory, at), *base_plots(trajectory, at, subject.base_limits)]
-    notes += parts.meshes.said()
     view: Data = {
         "name": subject.name,
         "verdict": verdict_of(subject),
-        "clock": {"unit": "s", "duration": 0.0 if trajectory is None else float(trajectory.duration)},
-        "actors": [{"name": subject.name, "robot": robot, "knots": knots, "tone": 0, "ghost": False}],
+        "clock": {"unit": "s", "duration": one.duration},
+        "actors": [{"name": subject.name, "robot": one.robot, "knots": one.knots, "tone": 0, "ghost": False}],
         "obstacles": obstacles,
         "targets": targets_data(subject.robot, subject.start, subject.goal, subject.base_start, trajectory),
         "plots": plots,
-        "sections": sections_of(subject, at, drawn=notes, closest=_closest_in_words(one)),
+        "sections": sections_of(subject, at, drawn=one.notes, closest=_closest_in_words(one)),
     }
     return view if one.closest is None else view | {"closest": one.closest.data()}
 
 
-def _knots(subject: Subject, notes: list[str]) -> Data:
-    if subject.trajectory is not None:
-        return knots_of(subject.trajectory, notes)
-    q = np.zeros(subject.robot.dof) if subject.start is None else subject.start
-    return resting_knots(q, subject.base_start)
-
-
-def _closest_in_words(one: _Measured) -> str:
+def _closest_in_words(one: MeasuredSubject) -> str:
     found = one.closest
     if found is None:
         return ""
     i = int(np.argmin(found.distance))
-    return f"{mm(float(found.distance[i]))} at t = {found.t[i]:.4g} s, {found.names[int(found.pair[i])]}, at {len(found.t)} instants"
+    pair = found.names[int(found.pair[i])]
+    return f"{mm(float(found.distance[i]))} at t = {found.t[i]:.4g} s, {pair}; looked at {len(found.t)} instants"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from spacearm.core.checks import shown
 from spacearm.core.errors import ProblemError
+from spacearm.core.records import as_dict
 from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory
 from spacearm.planner.goals import Goal
@@ -109,8 +111,6 @@ def subject_of(given: Any, *, name: str = "", command: str = "") -> Subject:
 
 def _of_plan(plan: Plan, name: str, command: str) -> Subject:
     problem, certificate = plan.problem, plan.certificate
-    from spacearm.core.records import as_dict
-
     return Subject(
         name=name or problem.robot.name,
         **_of_problem(problem),
@@ -136,22 +136,95 @@ def _of_plan(plan: Plan, name: str, command: str) -> Subject:
 
 def _of_saved(saved: Any, name: str, command: str) -> Subject:
     problem: Problem = saved.problem
-    certificate: dict[str, Any] | None = saved.certificate
+    certificate, broken = _readable(saved.certificate)
     status = saved.status if saved.status in STATUSES else "not_proven"
-    said = "" if certificate is None else str(certificate.get("message", ""))
-    good = status == "found" and certificate is not None and certificate.get("status") == "holds"
+    said = "" if certificate is None else str(certificate["message"])
+    good = status == "found" and certificate is not None and certificate["status"] == "holds"
+    notes = _notes(problem, saved.trajectory)
     return Subject(
         name=name or problem.robot.name,
         **_of_problem(problem),
         trajectory=saved.trajectory,
         status=status,
         good=good,
-        message=(said if good else "; ".join(filter(None, (STATUSES[status], said)))),
+        message=said if good else "; ".join(filter(None, (STATUSES[status], said))),
         certificate=certificate,
         from_file=True,
-        notes=_notes(problem, saved.trajectory),
+        **_searched(getattr(saved, "search", {})),
+        notes=(*notes, *((("file", broken),) if broken else ())),
         command=command,
     )
+
+
+def _searched(said: dict[str, Any]) -> dict[str, Any]:
+    """Return what a file says of its search, as far as it is of the kind that is expected."""
+    kinds: dict[str, type] = {"seed": int, "settings": dict, "evaluations": int, "proofs": int, "interrupted": bool}
+    out = {key: said[key] for key, kind in kinds.items() if isinstance(said.get(key), kind)}
+    fitness = said.get("fitness")
+    if isinstance(fitness, dict) and all(isinstance(value, (int, float)) for value in fitness.values()):
+        out["fitness"] = fitness
+    if isinstance(said.get("goals"), list):
+        out["goals"] = len(said["goals"])
+    with suppress(TypeError):
+        out["history"] = tuple(Improvement(seconds=0.0, **one) for one in said.get("history", ()))
+    base = said.get("base")
+    if isinstance(base, dict) and _are_texts(base.get("missed")):
+        out["missed"] = tuple(base["missed"])
+    return out
+
+
+def _are_texts(given: Any) -> bool:
+    return isinstance(given, list) and all(isinstance(one, str) for one in given)
+
+
+_NUMBER = (int, float)
+_OPTIONAL = (int, float, type(None))
+_PAIR: dict[str, Any] = {"link": str, "other": str, "clearance_m": _NUMBER, "required_m": _NUMBER}
+_CERTIFICATE: dict[str, Any] = {
+    "status": str,
+    "message": str,
+    "clearance_m": _OPTIONAL,
+    "closest": [{**_PAIR, "time_s": _NUMBER}],
+    "near_pairs": [{**_PAIR, "ends": str, "proven_m": _OPTIONAL, "begin_s": _NUMBER, "end_s": _NUMBER}],
+    "limits": {"checked": [str]},
+    "not_checked": {"pairs": [{"links": [str], "reason": str}], "links_without_envelope": [str]},
+    "remarks": [str],
+    "resolution": _NUMBER,
+    "evaluations": _NUMBER,
+    "witness": str,
+    "problem_hash": str,
+    "trajectory_hash": str,
+}
+_BASE = {
+    "residual_momentum": _NUMBER,
+    "attitude_error_at_most_rad": _NUMBER,
+    "rotation_final_rad": _NUMBER,
+    "rotation_peak_at_most_rad": _NUMBER,
+    "rate_at_most_rad_s": _NUMBER,
+    "joint_momentum_at_most_n_m_s": _NUMBER,
+    "limits_broken": [str],
+}
+"""The keys of a certificate that a report shows, with the kinds of their values."""
+
+
+def _readable(given: Any) -> tuple[dict[str, Any] | None, str]:
+    """Return a file's certificate if it has all that a report shows, and what is wrong with it."""
+    if given is None:
+        return None, ""
+    wanted = {**_CERTIFICATE, **({"base": _BASE} if "base" in given else {})}
+    said = {**given, "closest": [] if given.get("closest") is None else [given["closest"]]}
+    for key, kind in wanted.items():
+        if key not in said or not _fits(said[key], kind):
+            return None, f"its certificate has no {key} that can be shown, so it is left out; prove the plan again"
+    return given, ""
+
+
+def _fits(value: Any, kind: Any) -> bool:
+    if isinstance(kind, dict):
+        return isinstance(value, dict) and all(key in value and _fits(value[key], one) for key, one in kind.items())
+    if isinstance(kind, list):
+        return isinstance(value, list) and all(_fits(one, kind[0]) for one in value)
+    return isinstance(value, kind)
 
 
 def _of_certificate(certificate: Certificate, name: str, command: str) -> Subject:
