@@ -17,7 +17,7 @@ URDF = """<robot name="arm"><link name="base"/><link name="a"/><joint name="j1" 
 @pytest.fixture
 def planned(told: Told, problem: Path, tmp_path: Path) -> Path:
     """A plan of the paper's arm, found at once."""
-    code, _, _ = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures"])
+    code, _, _ = told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-report"])
     assert code == 0
     return tmp_path / "out"
 
@@ -83,7 +83,7 @@ def test_the_duration_is_told_and_years_are_doubted(told: Told, planned: Path, p
 
 
 def test_a_message_of_ros_is_proven_for_a_problem(told: Told, problem: Path, tmp_path: Path) -> None:
-    assert told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures", "--export", "ros"])[0] == 0
+    assert told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-report", "--export", "ros"])[0] == 0
     code, _, err = told(["certify", tmp_path / "out" / "trajectory.ros.json", "--problem", problem])
     assert code == 0
     assert "quintic between rows" in err
@@ -110,14 +110,14 @@ def test_what_was_assumed_of_a_robot_is_told(told: Told, tmp_path: Path) -> None
     text = "spacearm: 1\nrobot: {file: arm.urdf, collision: none}\nstart: [0]\ngoal: {configuration: [0.5]}\n"
     (tmp_path / "p.yaml").write_text(text)
     said = "spacearm: robot 'arm': no acceleration limit"
-    assert said in told(["plan", tmp_path / "p.yaml", "-o", tmp_path / "out", "--no-figures"])[2]
+    assert said in told(["plan", tmp_path / "p.yaml", "-o", tmp_path / "out", "--no-report"])[2]
     assert said in told(["certify", tmp_path / "out" / "plan.json"])[2]
 
 
 def test_more_clearance_than_there_is_fails(told: Told, problem: Path, tmp_path: Path) -> None:
     """More than the motion has among the balls, and less than it has at its ends: a pair that is nearer there is excused."""
     problem.write_text((Path(__file__).parents[2] / "examples" / "01_first_plan.yaml").read_text())
-    assert told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-figures"])[0] == 0
+    assert told(["plan", problem, "-o", tmp_path / "out", "--seed", 0, "--no-report"])[0] == 0
     code, out, _ = told(["certify", tmp_path / "out" / "plan.json", "--clearance", "0.05"])
     assert code == 1
     assert "expected more than 50 mm" in out
