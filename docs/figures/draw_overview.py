@@ -24,8 +24,8 @@ def main(path: str = "docs/figures/overview.png") -> None:
     assert plan is not None
     figure_path_3d(
         plan.trajectory,
-        paper_robot(),
-        paper_scene(),
+        robot=paper_robot(),
+        scene=paper_scene(),
         start=np.zeros(7),
         goal=GOAL_POSITION,
         title="a proven path to the best configuration",

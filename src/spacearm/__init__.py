@@ -6,8 +6,18 @@ The public names are listed in `__init__.pyi`, which type checkers read. Each is
 from __future__ import annotations
 
 from spacearm.core.moved import find_moved_modules as _find_moved_modules
+from spacearm.core.notebook_hook import show_by as _show_by
 
 _find_moved_modules()  # little else is loaded here: the sooner the command line looks after Ctrl-C
+
+
+def _html_of(value: object) -> str:
+    import importlib
+
+    return importlib.import_module("spacearm.show.notebook_html").html_of(value)
+
+
+_show_by(_html_of)  # here, for `show` is above the rooms whose values notebooks show
 
 
 def __getattr__(name: str) -> object:

@@ -81,7 +81,7 @@ def test_a_base_that_is_held_aside_is_drawn_once_and_there() -> None:
     for here, there in zip(at_origin.poses, drawing.poses, strict=True):
         np.testing.assert_allclose(here.segments + np.array([1.0, 2.0, 3.0]), there.segments, atol=1e-12)
     for figure_path in (figure_path_2d, figure_path_3d):
-        text = texts(drawn(figure_path(held, ROBOT, SCENE, start=POINTS[0])))
+        text = texts(drawn(figure_path(held, robot=ROBOT, scene=SCENE, start=POINTS[0])))
         assert "base" in text
         assert "pale at start" not in text
         assert "path of the base origin" not in text
@@ -89,7 +89,7 @@ def test_a_base_that_is_held_aside_is_drawn_once_and_there() -> None:
 
 @pytest.mark.parametrize("figure_path", [figure_path_2d, figure_path_3d])
 def test_a_path_on_a_floating_base_names_the_base_and_its_path(figure_path: Any) -> None:
-    figure = drawn(figure_path(floating(), ROBOT, SCENE, start=POINTS[0], goal=GOALS, title="srs7"))
+    figure = drawn(figure_path(floating(), robot=ROBOT, scene=SCENE, start=POINTS[0], goal=GOALS, title="srs7"))
     assert "base, pale at start" in texts(figure)
     assert "path of the base origin" in texts(figure)
 
@@ -101,7 +101,9 @@ def test_of_a_base_with_long_panels_what_is_near_the_arm_is_drawn() -> None:
     drawing = make_drawing(trajectory, robot, points[0], None, None)
     low, high = extent(drawing, Scene(), 3)
     assert (high - low).max() < 8.0  # the panels span 14.3 m
-    assert "base (cut off), pale at start" in texts(drawn(figure_path_3d(trajectory, robot, Scene(), start=points[0])))
+    assert "base (cut off), pale at start" in texts(
+        drawn(figure_path_3d(trajectory, robot=robot, scene=Scene(), start=points[0]))
+    )
     for body in drawing.poses[-1].base:
         for part in cut_off(body, low, high):
             seen = silhouette(part, *np.eye(3)[:2])
@@ -142,7 +144,7 @@ def test_obstacles_are_behind_or_before_the_base() -> None:
 def test_the_clearance_is_to_where_the_obstacle_is_from_the_moving_base() -> None:
     trajectory = floating()
     sphere = Sphere((0.9, -1.2, 2.6), 0.1, name="debris")
-    ax = drawn(figure_clearance(trajectory, Scene([sphere]))).axes[0]
+    ax = drawn(figure_clearance(trajectory, scene=Scene([sphere]))).axes[0]
     curve = next(line for line in ax.get_lines() if len(line.get_xdata()) > 100)
     for i in (0, 123, 250, 400):
         t = float(curve.get_xdata()[i])
@@ -232,7 +234,7 @@ def test_a_base_that_does_not_move_can_be_drawn() -> None:
     drawn(figure_base_motion(still))
     drawn(figure_base_paths(still))
     for figure_path in (figure_path_2d, figure_path_3d):
-        drawn(figure_path(still, ROBOT, SCENE, start=POINTS[0]))
+        drawn(figure_path(still, robot=ROBOT, scene=SCENE, start=POINTS[0]))
 
 
 def test_the_paths_have_equal_scales_and_the_centre_of_mass_rests() -> None:

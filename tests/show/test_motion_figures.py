@@ -58,9 +58,9 @@ def test_a_motion_that_rests_can_be_drawn() -> None:
     robot = two_joints()
     still = Trajectory(robot, Motion(np.array([[0.1, 0.2], [0.1, 0.2]])))
     drawn(figure_joints(still))
-    drawn(figure_clearance(still, SCENE))
+    drawn(figure_clearance(still, scene=SCENE))
     for figure_path in PATHS:
-        drawn(figure_path(still, robot, SCENE, start=[0.1, 0.2]))
+        drawn(figure_path(still, robot=robot, scene=SCENE, start=[0.1, 0.2]))
 
 
 @pytest.mark.parametrize("figure_path", PATHS)
@@ -68,7 +68,9 @@ def test_a_motion_that_rests_can_be_drawn() -> None:
 def test_a_path_has_axes_in_metres_and_names_what_is_drawn(figure_path, prismatic: bool) -> None:
     robot = two_joints(prismatic=prismatic)
     trace = np.array([[0.0, 0.0], [0.0, 0.0], [0.5, 0.2], [0.8, 0.6]])
-    figure = drawn(figure_path(moved(robot), robot, SCENE, start=[0, 0], goal=(0.4, 0.9, 0), trace=trace, title="two"))
+    figure = drawn(
+        figure_path(moved(robot), robot=robot, scene=SCENE, start=[0, 0], goal=(0.4, 0.9, 0), trace=trace, title="two")
+    )
     ax = figure.axes[0]  # type: ignore[attr-defined]
     assert ax.get_xlabel() == "x [m]"
     assert ax.get_ylabel() == "y [m]"
@@ -80,11 +82,13 @@ def test_a_path_has_axes_in_metres_and_names_what_is_drawn(figure_path, prismati
 def test_without_a_trajectory_the_trace_or_the_start_alone_is_drawn(figure_path) -> None:
     robot = two_joints(radius=0.0)
     trace = np.array([[0.5, 0.2]])
-    alone = texts(drawn(figure_path(None, robot, Scene(), start=[0, 0])))
+    alone = texts(drawn(figure_path(None, robot=robot, scene=Scene(), start=[0, 0])))
     assert "planned path" not in alone
     assert "obstacle" not in alone
     assert "target" not in alone
-    assert "swarm's best" in texts(drawn(figure_path(None, robot, SCENE, start=[0, 0], goal=(1, 0, 0), trace=trace)))
+    assert "swarm's best" in texts(
+        drawn(figure_path(None, robot=robot, scene=SCENE, start=[0, 0], goal=(1, 0, 0), trace=trace))
+    )
 
 
 def test_the_plane_shows_circles_ends_and_target_where_they_are() -> None:
@@ -92,7 +96,7 @@ def test_the_plane_shows_circles_ends_and_target_where_they_are() -> None:
 
     robot = two_joints()
     trajectory = moved(robot)
-    ax = figure_path_2d(trajectory, robot, SCENE, start=[0, 0], goal=(0.4, 0.9, 0.3)).axes[0]
+    ax = figure_path_2d(trajectory, robot=robot, scene=SCENE, start=[0, 0], goal=(0.4, 0.9, 0.3)).axes[0]
     circles = {(*patch.center, patch.radius) for patch in ax.patches if isinstance(patch, Circle)}
     assert circles == {(0.9, 0.6, 0.1), (0.2, 0.9, 0.15)}
     assert ax.get_aspect() == 1.0
@@ -108,7 +112,7 @@ def test_the_plane_shows_circles_ends_and_target_where_they_are() -> None:
 
 def test_space_has_equal_scales() -> None:
     robot = two_joints()
-    ax = figure_path_3d(moved(robot), robot, SCENE, start=[0, 0]).axes[0]
+    ax = figure_path_3d(moved(robot), robot=robot, scene=SCENE, start=[0, 0]).axes[0]
     spans = [np.diff(limits)[0] for limits in (ax.get_xlim(), ax.get_ylim(), ax.get_zlim())]
     np.testing.assert_allclose(ax._box_aspect / np.linalg.norm(ax._box_aspect), spans / np.linalg.norm(spans))
 
@@ -118,8 +122,8 @@ def test_paths_are_drawn_into_given_axes() -> None:
     figure = new_figure(7.0, 3.0)
     plane = figure.add_subplot(1, 2, 1)
     space = figure.add_subplot(1, 2, 2, projection="3d", computed_zorder=False)
-    assert figure_path_2d(moved(robot), robot, SCENE, start=[0, 0], ax=plane) is figure
-    assert figure_path_3d(moved(robot), robot, SCENE, start=[0, 0], ax=space) is figure
+    assert figure_path_2d(moved(robot), robot=robot, scene=SCENE, start=[0, 0], ax=plane) is figure
+    assert figure_path_3d(moved(robot), robot=robot, scene=SCENE, start=[0, 0], ax=space) is figure
     drawn(figure)
 
 
@@ -127,11 +131,11 @@ def test_paths_are_drawn_into_given_axes() -> None:
 def test_a_start_or_a_goal_that_cannot_be_is_refused(figure_path) -> None:
     robot = two_joints()
     with pytest.raises(ProblemError, match="one configuration"):
-        figure_path(None, robot, SCENE, start=[[0, 0]])
+        figure_path(None, robot=robot, scene=SCENE, start=[[0, 0]])
     with pytest.raises(RobotError, match="q has shape"):
-        figure_path(None, robot, SCENE, start=[0, 0, 0])
+        figure_path(None, robot=robot, scene=SCENE, start=[0, 0, 0])
     with pytest.raises(ProblemError, match="the goal has shape"):
-        figure_path(None, robot, SCENE, start=[0, 0], goal=(0.0, 1.0))
+        figure_path(None, robot=robot, scene=SCENE, start=[0, 0], goal=(0.0, 1.0))
 
 
 @hypothesis_settings(max_examples=25)
@@ -164,9 +168,9 @@ def test_the_envelope_moves_with_the_arm() -> None:
 @pytest.mark.parametrize("figure_path", PATHS)
 def test_what_the_hand_holds_is_in_the_picture(figure_path) -> None:
     bare = two_joints(radius=0.0)
-    assert "envelope" not in texts(figure_path(moved(bare), bare, SCENE, start=[0, 0]))
+    assert "envelope" not in texts(figure_path(moved(bare), robot=bare, scene=SCENE, start=[0, 0]))
     robot = hold(bare, Sphere((0.5, 0.0, 0.0), 0.2))  # beyond the tip, which starts at x = 1.2
-    figure = drawn(figure_path(moved(robot), robot, SCENE, start=[0, 0]))
+    figure = drawn(figure_path(moved(robot), robot=robot, scene=SCENE, start=[0, 0]))
     ax = figure.axes[0]  # type: ignore[attr-defined]
     assert "envelope" in texts(figure)
     assert ax.get_xlim()[1] > 1.9
@@ -187,7 +191,7 @@ def test_the_clearance_drawn_is_the_planners_and_the_bound_the_certificates() ->
     scene = Scene([Sphere((0.2, 0.9, 0.1), 0.15), Sphere((1.0, -0.4, 0.0), 0.1)])
     certificate = proof(trajectory, scene)
     assert certificate.holds
-    ax = drawn(figure_clearance(trajectory, scene, certificate, title="two")).axes[0]  # type: ignore[attr-defined]
+    ax = drawn(figure_clearance(trajectory, scene=scene, certificate=certificate, title="two")).axes[0]  # type: ignore[attr-defined]
     assert ax.get_ylabel() == "clearance [m]"
     assert ax.get_xlabel() == "time [s]"
     curves = [line for line in ax.get_lines() if len(line.get_xdata()) > 100]
@@ -204,16 +208,18 @@ def test_what_is_not_proven_says_so() -> None:
     scene = Scene([Sphere((1.1, 0.1, 0.0), 0.1)])
     certificate = proof(moved(robot), scene)
     assert certificate.status == "fails"
-    text = texts(drawn(figure_clearance(moved(robot), scene, certificate)))
+    text = texts(drawn(figure_clearance(moved(robot), scene=scene, certificate=certificate)))
     assert "not proven: the certificate fails" in text
     assert "proven for all t" not in text
 
 
 def test_without_obstacles_nothing_is_in_the_way_and_many_are_not_all_named() -> None:
     trajectory = moved(two_joints())
-    assert "nothing is in the way" in texts(drawn(figure_clearance(trajectory, Scene(), proof(trajectory, Scene()))))
+    assert "nothing is in the way" in texts(
+        drawn(figure_clearance(trajectory, scene=Scene(), certificate=proof(trajectory, Scene())))
+    )
     many = Scene([Sphere((2.0 + i, 0.0, 0.0), 0.1) for i in range(9)])
-    text = texts(drawn(figure_clearance(trajectory, many)))
+    text = texts(drawn(figure_clearance(trajectory, scene=many)))
     assert "obstacle 6" in text
     assert "obstacle 7" not in text
     assert "others" in text

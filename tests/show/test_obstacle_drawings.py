@@ -111,7 +111,7 @@ EVERY_SHAPE = Scene(
 @pytest.mark.parametrize("figure_path", [figure_path_2d, figure_path_3d])
 def test_every_shape_can_be_drawn_and_is_in_the_picture(figure_path) -> None:
     robot = two_joints()
-    figure = figure_path(moved(robot), robot, EVERY_SHAPE, start=[0, 0])
+    figure = figure_path(moved(robot), robot=robot, scene=EVERY_SHAPE, start=[0, 0])
     figure.canvas.draw()
     ax = figure.axes[0]
     bodies = [span(o) for o in EVERY_SHAPE.obstacles if not isinstance(o, HalfSpace)]
@@ -119,7 +119,7 @@ def test_every_shape_can_be_drawn_and_is_in_the_picture(figure_path) -> None:
     assert ax.get_ylim()[1] >= max(high[1] for _, high in bodies)
     assert ax.get_xlim()[0] > -2  # a plane far away does not widen it
     near = Scene([HalfSpace((0, 1, 0), (0, -0.3, 0))])
-    assert figure_path(moved(robot), robot, near, start=[0, 0]).axes[0].get_ylim()[0] < -0.3
+    assert figure_path(moved(robot), robot=robot, scene=near, start=[0, 0]).axes[0].get_ylim()[0] < -0.3
 
 
 @hypothesis_settings(max_examples=8, deadline=None)
@@ -127,13 +127,13 @@ def test_every_shape_can_be_drawn_and_is_in_the_picture(figure_path) -> None:
 def test_any_scene_can_be_drawn(scene: Scene) -> None:
     robot = two_joints()
     for figure_path in (figure_path_2d, figure_path_3d):
-        figure_path(moved(robot), robot, scene, start=[0, 0]).canvas.draw()
+        figure_path(moved(robot), robot=robot, scene=scene, start=[0, 0]).canvas.draw()
 
 
 def test_a_clearance_is_labelled_with_the_obstacles_name() -> None:
     trajectory = moved(two_joints())
     scene = Scene([Sphere((0.2, 0.9, 0.1), 0.15, name="docking port"), Sphere((1.0, -0.4, 0.0), 0.1)])
     assert Problem(trajectory.robot, scene, start=[0, 0], goal=[0.1, 0.1]).scene is scene
-    text = texts(figure_clearance(trajectory, scene))
+    text = texts(figure_clearance(trajectory, scene=scene))
     assert "docking port" in text
     assert "obstacle 1" in text

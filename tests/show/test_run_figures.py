@@ -87,7 +87,7 @@ def test_no_runs_are_refused() -> None:
 def test_the_joints_are_drawn_in_print_units_within_their_limits() -> None:
     robot = two_joints(prismatic=True)
     positions = np.array([[0.0, 0.2], [0.5, 0.3], [1.0, 0.4]])
-    figure = drawn(figure_joints_over_iterations(run([3.0, 2.0, 1.0], [1, 0, 0], positions=positions), robot))
+    figure = drawn(figure_joints_over_iterations(run([3.0, 2.0, 1.0], [1, 0, 0], positions=positions), robot=robot))
     turn, slide = figure.axes  # type: ignore[attr-defined]
     assert turn.get_title(loc="left") == "turn"
     assert "[deg]" in turn.get_ylabel()
@@ -100,13 +100,13 @@ def test_the_joints_are_drawn_in_print_units_within_their_limits() -> None:
 
 def test_joints_without_limits_or_with_one_iteration_can_be_drawn() -> None:
     robot = two_joints(endless=True)
-    figure = drawn(figure_joints_over_iterations(run([3.0], positions=np.zeros((1, 2))), robot))
+    figure = drawn(figure_joints_over_iterations(run([3.0], positions=np.zeros((1, 2))), robot=robot))
     assert levels(figure.axes[0]) == []  # type: ignore[attr-defined]
 
 
 def test_seven_joints_have_a_panel_each_and_every_column_ends_with_the_iterations() -> None:
     arm = load_robot("zhang2022")
-    figure = drawn(figure_joints_over_iterations(run([3.0, 2.0], positions=np.zeros((2, 7))), arm, title="pso"))
+    figure = drawn(figure_joints_over_iterations(run([3.0, 2.0], positions=np.zeros((2, 7))), robot=arm, title="pso"))
     shown = [ax for ax in figure.axes if ax.get_visible()]  # type: ignore[attr-defined]
     assert [ax.get_title(loc="left") for ax in shown] == list(arm.dof_names)
     assert [ax.get_xlabel() for ax in shown] == [""] * 3 + ["iteration"] * 4
@@ -114,9 +114,9 @@ def test_seven_joints_have_a_panel_each_and_every_column_ends_with_the_iteration
 
 def test_runs_that_are_not_of_the_robot_are_refused() -> None:
     arm = two_joints()
-    assert_refused("show", "no positions", SettingsError, lambda: figure_joints_over_iterations(run([1.0]), arm))
+    assert_refused("show", "no positions", SettingsError, lambda: figure_joints_over_iterations(run([1.0]), robot=arm))
     wrong = run([1.0], positions=np.zeros((1, 3)))
-    assert_refused("show", "other robot", RobotError, lambda: figure_joints_over_iterations(wrong, arm))
+    assert_refused("show", "other robot", RobotError, lambda: figure_joints_over_iterations(wrong, robot=arm))
 
 
 def test_the_comparison_names_methods_and_counts_runs_that_are_not_feasible() -> None:

@@ -38,15 +38,15 @@ RUNS = [run([3.0, 2.0, 1.5], [0.1, 0.0, 0.0]), run([4.0, 1.0, 1.0]), run([2.0, 2
 FIGURES: dict[str, Callable[[], object]] = {
     "convergence": lambda: figure_convergence(RUNS, best_known=0.9, reported=1.1, threshold=2.5),
     "joints over iterations": lambda: figure_joints_over_iterations(
-        run([1.0, 1.0], positions=moved(ARM).motion.sample([0.0, 1.0])), ARM
+        run([1.0, 1.0], positions=moved(ARM).motion.sample([0.0, 1.0])), robot=ARM
     ),
     "joints": lambda: figure_joints(moved(ARM)),
-    "path in the plane": lambda: figure_path_2d(moved(ARM), ARM, SCENE, start=[0, 0], goal=(0.5, 0.5, 0)),
-    "path in space": lambda: figure_path_3d(moved(ARM), ARM, SCENE, start=[0, 0], goal=(0.5, 0.5, 0)),
-    "clearance": lambda: figure_clearance(moved(ARM), SCENE),
+    "path in the plane": lambda: figure_path_2d(moved(ARM), robot=ARM, scene=SCENE, start=[0, 0], goal=(0.5, 0.5, 0)),
+    "path in space": lambda: figure_path_3d(moved(ARM), robot=ARM, scene=SCENE, start=[0, 0], goal=(0.5, 0.5, 0)),
+    "clearance": lambda: figure_clearance(moved(ARM), scene=SCENE),
     "base over time": lambda: figure_base_motion(floating()),
     "paths of tip and base": lambda: figure_base_paths(floating()),
-    "path of a floating base": lambda: figure_path_3d(floating(), ROBOT, SCENE, start=POINTS[0]),
+    "path of a floating base": lambda: figure_path_3d(floating(), robot=ROBOT, scene=SCENE, start=POINTS[0]),
     "front": lambda: figure_pareto(front([10.0, 12.0, 14.0], [5.0, 3.0, 4.0], [True, True, False])),
     "comparison": lambda: figure_comparison([ComparedMethod(name="pso", runs=RUNS)], best_known=0.9),
 }

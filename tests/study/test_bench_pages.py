@@ -17,8 +17,8 @@ from spacearm.study.motionbenchmaker_runs import Protocol, Run, run_benchmark
 from spacearm.study.spacebench import find_problems
 from spacearm.study.spacebench_report import save_report as save_space
 from spacearm.study.spacebench_runs import SpaceProtocol, run_spacebench
-from study.test_motionbenchmaker_report import run
 from study.tiny_collection import write_collection
+from support.measured_runs import run
 from support.page_reader import page_in, texts_in, unpacked, values_of
 
 FROZEN = Path(__file__).parents[2] / "benchmarks" / "spacebench"

@@ -48,7 +48,7 @@ function rimmed<M extends THREE.Material>(material: M): M {
 /** The materials of a scene; they are made anew for another theme. */
 export class Materials {
   readonly colors: SceneColors;
-  readonly solid: THREE.Material;
+  readonly solids: THREE.Material[]; // in turn along the chain: links that share a surface at a joint do not flicker
   readonly edges: THREE.LineBasicMaterial;
   readonly faded: THREE.MeshBasicMaterial;
   readonly fadedLines: THREE.LineBasicMaterial;
@@ -59,20 +59,27 @@ export class Materials {
 
   constructor(readonly theme: Theme) {
     this.colors = SCENE[theme];
-    const offset = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
-    this.solid = this.keep(rimmed(new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0, ...offset })));
+    this.solids = [0, 1].map(() => {
+      const offset = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+      return this.keep(rimmed(new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0, ...offset })));
+    });
     this.edges = this.keep(new THREE.LineBasicMaterial({ color: this.colors.edge, transparent: true, opacity: this.colors.edgeOpacity, depthWrite: false }));
     this.faded = this.keep(new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, side: THREE.DoubleSide, depthWrite: false }));
     this.fadedLines = this.keep(new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
     this.depth = this.veil("#000000", 1, 0);
     Object.assign(this.depth, { colorWrite: false, depthWrite: true });
-    this.inner = this.keep(new THREE.MeshLambertMaterial({ vertexColors: true, transparent: true, opacity: 0.75, depthTest: false }));
-    this.triad = this.keep(new THREE.MeshLambertMaterial({ vertexColors: true }));
+    this.inner = this.keep(new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, opacity: 0.75, depthTest: false }));
+    this.triad = this.keep(new THREE.MeshBasicMaterial({ vertexColors: true }));
   }
 
   private keep<M extends THREE.Material>(material: M): M {
     this.made.push(material);
     return material;
+  }
+
+  /** Draws every second link deeper by a length, in the depth buffer's resolution [m]. */
+  part(shift: number, resolution: number): void {
+    this.solids[1].polygonOffsetUnits = Math.min(1e5, Math.max(1, shift / resolution));
   }
 
   /** Opaque, of one colour, for instanced spheres. */
@@ -96,7 +103,7 @@ export class Materials {
 }
 
 /** How a robot's or an obstacle's shapes look: as they are, as a veil of one colour, or as a veil over something else. */
-type Look = { kind: "solid" } | { kind: "veil"; material: THREE.Material; edges: THREE.Material | null; order: number };
+type Look = { kind: "solid"; turn: number } | { kind: "veil"; material: THREE.Material; edges: THREE.Material | null; order: number };
 
 interface Coloured {
   name: string; // what the pointer tells
@@ -131,7 +138,7 @@ function addShapes(group: THREE.Object3D, shapes: Coloured[], solids: Solids, ma
   if (pieces.length === 0) return;
   const { faces, edges } = merged(pieces);
   if (look.kind === "solid") {
-    group.add(cast(new THREE.Mesh(faces, materials.solid), named));
+    group.add(cast(new THREE.Mesh(faces, materials.solids[look.turn % 2]), named));
     if (edges.getAttribute("position").count) group.add(new THREE.LineSegments(edges, materials.edges));
     return;
   }
@@ -190,8 +197,8 @@ export class Body {
   private addSolid(solids: Solids): void {
     const { materials, robot } = this;
     const { colors, theme } = materials;
-    this.addLayer(this.layers.visuals, robot.visuals, solids, { kind: "solid" });
-    this.addLayer(this.layers.shapes, robot.shapes, solids, { kind: "solid" });
+    this.addLayer(this.layers.visuals, robot.visuals, solids, { kind: "solid", turn: 0 });
+    this.addLayer(this.layers.shapes, robot.shapes, solids, { kind: "solid", turn: 0 });
     if (!robot.visuals.length) return;
     const veil = materials.veil(colors.envelope, theme === "light" ? 0.06 : 0.08, 0.55);
     this.addLayer(this.layers.veil, robot.shapes, solids, { kind: "veil", material: veil, edges: materials.lines(colors.envelope, 0.35), order: 20 });
@@ -215,7 +222,7 @@ export class Body {
       if (!own.length) return;
       const group = new THREE.Group();
       const shapes = own.map((part) => ({ name: `link ${part.name}`, geometry: part.geometry, color: stated(part.color) ?? linkColor(part, names, this.materials.colors), own: !part.color }));
-      addShapes(group, shapes, solids, this.materials, look);
+      addShapes(group, shapes, solids, this.materials, look.kind === "solid" ? { ...look, turn: layer.length } : look);
       node.add(group);
       layer.push(group);
     });
@@ -268,6 +275,20 @@ export class Body {
     return [...points, new THREE.Vector3().setFromMatrixPosition(this.tip(t))];
   }
 
+  /** Points that are worth seeing at an instant: the tip and the joints' frames. */
+  watched(t: number): THREE.Vector3[] {
+    const placement = this.motion.at(t);
+    const tip = this.motion.tip(t, placement);
+    const last = placement.joints.slice(Math.floor(placement.joints.length / 2));
+    return [tip, tip, ...last].map((m) => new THREE.Vector3(m[12], m[13], m[14])); // the tip counts twice
+  }
+
+  /** The boxes of the base's shapes in the base's frame at an instant, and the way into it from the world. */
+  baseBoxes(t: number): { box: THREE.Box3; inverse: THREE.Matrix4 }[] {
+    const inverse = new THREE.Matrix4().fromArray(this.motion.base(t)).invert();
+    return this.boxes.filter(({ part }) => part.joint < 0).map(({ box }) => ({ box, inverse }));
+  }
+
   /** The links by name: the frame that each rides on, the middle of its first shape there, and its size. */
   links(): { name: string; joint: number; middle: THREE.Vector3; size: number }[] {
     const found = new Map<string, { name: string; joint: number; middle: THREE.Vector3; size: number }>();
@@ -312,26 +333,29 @@ export function boxOf(shape: Geometry, solids: Solids): THREE.Box3 {
 export class Thing {
   readonly root = new THREE.Group();
   readonly box = new THREE.Box3();
+  readonly boxes: THREE.Box3[] = []; // of its parts
   readonly planes: { normal: THREE.Vector3; offset: number }[] = [];
 
   constructor(readonly obstacle: Obstacle, solids: Solids, materials: Materials) {
     const { colors } = materials;
     const color = new THREE.Color(PANEL.test(obstacle.name) ? colors.panel : colors.obstacle);
-    addShapes(this.root, obstacle.parts.map((geometry) => ({ name: obstacle.name, geometry, color, own: true })), solids, materials, { kind: "solid" });
+    addShapes(this.root, obstacle.parts.map((geometry) => ({ name: obstacle.name, geometry, color, own: true })), solids, materials, { kind: "solid", turn: 0 });
     for (const part of obstacle.parts) {
-      this.box.union(boxOf(part, solids));
+      const box = boxOf(part, solids);
+      if (!box.isEmpty()) this.boxes.push(box);
+      this.box.union(box);
       if (part.kind === "halfspace") this.planes.push(plane(part.normal, part.offset));
     }
   }
 
   /** Draws the half-spaces' faces near a place. */
-  addPlanes(center: THREE.Vector3, radius: number, materials: Materials): void {
+  addPlanes(center: THREE.Vector3, radius: number, materials: Materials, floor: number | undefined): void {
     const color = new THREE.Color(materials.colors.obstacle);
     for (const { normal, offset } of this.planes) {
       const group = new THREE.Group();
       group.add(ordered(new THREE.Mesh(fadedDisc(2.4 * radius, color, 0.34), materials.faded), -2));
       const lines = gridLines(0, 0, 2.4 * radius, niceStep(radius / 4), new THREE.Color(materials.colors.grid), 0.4, 1);
-      group.add(ordered(new THREE.LineSegments(lines, materials.fadedLines), -1));
+      if (offset !== floor) group.add(ordered(new THREE.LineSegments(lines, materials.fadedLines), -1)); // the floor has the grid
       group.position.copy(center).addScaledVector(normal, offset - normal.dot(center));
       group.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), normal);
       this.root.add(group);

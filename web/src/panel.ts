@@ -19,6 +19,8 @@ export interface Linked {
 }
 
 const FONT = "11px system-ui, sans-serif";
+const TONES = 8; // colours; a curve with one that is used again is drawn in long dashes
+const PAPER = { width: 420, height: 190 };
 const NEAR = 14; // [px] within which a curve is looked at
 
 /** A plot: title, values at the cursor, curves, legend. */
@@ -76,8 +78,15 @@ export class Panel {
     this.u.destroy();
   }
 
-  private fit(): void {
+  /** Draws in a size for paper, or again in that of the page. */
+  paper(on: boolean): void {
+    if (on) this.u.setSize(PAPER);
+    else this.fit(true);
+  }
+
+  private fit(anyway = false): void {
     const { clientWidth: width, clientHeight: height } = this.box;
+    if (!anyway && matchMedia("print").matches) return; // paper scales what is drawn
     if (width < 40 || height < 40 || (width === this.u.width && height === this.u.height)) return;
     this.u.setSize({ width, height });
     this.place();
@@ -128,7 +137,7 @@ export class Panel {
           label: series.label,
           stroke: () => this.color(i),
           width: series.faint ? 1 : 1.6,
-          dash: series.dashed ? [6, 4] : undefined,
+          dash: series.dashed ? [6, 4] : series.tone >= TONES && !series.faint ? [14, 3] : undefined,
           points: { show: this.curves.x.length === 1 },
           paths: series.steps ? uPlot.paths.stepped!({ align: 1 }) : undefined,
           spanGaps: false,
@@ -226,7 +235,7 @@ export class Panel {
           focus: (event: FocusEvent) => (event.target as HTMLElement).matches(":focus-visible") && this.look(i),
           blur: () => this.look(null),
         },
-        el("i", { class: `swatch${one.dashed ? " dashed" : ""}` }),
+        el("i", { class: `swatch${one.dashed ? " dashed" : one.tone >= TONES ? " again" : ""}` }),
         el("span", { class: "label" }, one.label),
         value,
       ));
@@ -429,7 +438,8 @@ function tickTexts(ticks: number[]): string[] {
   const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : 1;
   const size = Math.max(...ticks.map(Math.abs));
   if (size >= 1e5 || (size > 0 && size < 1e-3)) return ticks.map((tick) => significant(tick, 3));
-  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  let decimals = 0;
+  while (decimals < 9 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6 * step * 10 ** decimals) decimals++;
   return ticks.map((tick) => fixed(tick, decimals));
 }
 

@@ -6,7 +6,7 @@ import { Body, ClosestPair, cornersOf, lengthText, Materials, type Named, niceSt
 import { Motion } from "./kinematics";
 import { type Label, Overlay } from "./overlay";
 import { costColor, scaleColor, SCENE, SIGNALS, type Theme, toneColor } from "./palette";
-import { gridLines, Solids, triad } from "./solids";
+import { gridLines, Solids, triad, vector } from "./solids";
 
 export type Toggle = "visuals" | "shapes" | "path" | "basePath" | "axes" | "names" | "closest" | "ghosts" | "targets" | "cloud" | "grid";
 export type Viewpoint = "top" | "front" | "side" | "corner" | "tool";
@@ -14,10 +14,12 @@ export type Viewpoint = "top" | "front" | "side" | "corner" | "tool";
 const TOGGLES: Toggle[] = ["visuals", "shapes", "path", "basePath", "axes", "names", "closest", "ghosts", "targets", "cloud", "grid"];
 const FROM: Record<Exclude<Viewpoint, "tool">, [number, number, number]> = {
   top: [0, -0.0005, 1],
-  front: [0, -1, 0],
-  side: [1, 0, 0],
+  front: [1, 0, 0],
+  side: [0, -1, 0],
   corner: [0.62, -1, 0.62],
 };
+// from which the corner is chosen: the first from which most of the motion is seen
+const CORNERS = [[0.62, -1, 0.62], [-0.62, -1, 0.62], [1, -0.62, 0.62], [-1, -0.62, 0.62], [1, 0.62, 0.62], [-1, 0.62, 0.62], [0.62, 1, 0.62], [-0.62, 1, 0.62], [0.62, -1, 1.1], [0.62, 1, 1.1]];
 const FOV = 28;
 const TOOL_FOV = 60;
 const MOST_NAMES = 12; // of obstacles: more are shown only when asked for
@@ -41,6 +43,7 @@ interface Content {
   labels: { label: Label; toggles: Toggle[]; follow?: () => THREE.Vector3 | undefined }[];
   distanceLabel: Label | null;
   gridNote: string;
+  corner: THREE.Vector3; // where the picture is first looked at from
 }
 
 export class Stage {
@@ -89,7 +92,7 @@ export class Stage {
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("start", () => this.leave());
     this.controls.addEventListener("change", () => this.request());
-    this.overlay = new Overlay(canvas, (axis) => this.look((["side", "front", "top"] as const)[axis]));
+    this.overlay = new Overlay(canvas, (axis) => this.look((["front", "side", "top"] as const)[axis]));
     this.overlay.fit(canvas, theme);
     this.resized = new ResizeObserver(() => this.resize());
     this.resized.observe(canvas);
@@ -232,6 +235,8 @@ export class Stage {
     camera.far = distance + 1.05 * content.everything.radius + 3 * this.size;
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
+    const eye = camera.position.distanceTo(content.sphere.center);
+    this.materials.part(0.0012 * this.size, (eye * eye) / (camera.near * 2 ** 24));
     clear(this.renderer, SCENE[this.theme].top, SCENE[this.theme].bottom);
     this.renderer.render(this.scene, camera);
     for (const { label, follow } of content.labels) {
@@ -291,11 +296,12 @@ export class Stage {
       labels: [],
       distanceLabel: null,
       gridNote: "",
+      corner: clearest(bodies[0], things, sphere),
     };
     this.content = content;
-    for (const thing of things) thing.addPlanes(sphere.center, sphere.radius, materials);
     for (const target of view.targets) content.targets.add(targetMark(target, sphere.radius, materials));
-    this.addGrid(content);
+    const floor = this.addGrid(content);
+    for (const thing of things) thing.addPlanes(sphere.center, sphere.radius, materials, floor);
     scene.add(content.targets, content.grid, ...content.triads.flatMap(({ tip, base }) => [tip, base]));
     for (const { root } of [...bodies, ...things, ...paths.map(({ path }) => path)]) scene.add(root);
     for (const object of [content.basePath?.root, closest?.root, cloud?.points]) if (object) scene.add(object);
@@ -336,7 +342,8 @@ export class Stage {
     scene.add(hemisphere, key, key.target, camera);
   }
 
-  private addGrid(content: Content): void {
+  /** Draws the grid, below everything or on a floor; returns the floor's height where there is one. */
+  private addGrid(content: Content): number | undefined {
     const { sphere, things, grid } = content;
     const box = new THREE.Box3().setFromPoints(content.points);
     const step = niceStep(sphere.radius / 7);
@@ -353,6 +360,7 @@ export class Stage {
     const tell = (x: number) => Number(x.toPrecision(6)).toString().replace("-", "\u2212");
     content.gridNote = `grid ${tell(step)} m at z = ${tell(level)} m`;
     this.addMarks(content, step, level, radius);
+    return floor;
   }
 
   /** Marks of the grid's lines: each follows the place where its line leaves the picture, nearest to the eye. */
@@ -416,7 +424,7 @@ export class Stage {
     for (const body of content.bodies) {
       const where = () => new THREE.Vector3().setFromMatrixPosition(body.tip(this.time));
       if (several) {
-        const label = add(body.actor.name, "name", 12, [view.actors.some((actor) => actor.ghost) ? "ghosts" : "names"], where);
+        const label = add(body.actor.name, "name", body.actor.ghost ? 12 : 11, [view.actors.some((actor) => actor.ghost) ? "ghosts" : "names"], where);
         label.element.style.color = toneColor(body.actor.tone, this.theme);
       }
       if (body.actor.ghost) continue;
@@ -528,7 +536,7 @@ export class Stage {
     if (from === "tool") return this.ride();
     camera.fov = FOV;
     camera.up.set(0, 0, 1);
-    const direction = new THREE.Vector3(...FROM[from]).normalize();
+    const direction = from === "corner" ? content.corner : new THREE.Vector3(...FROM[from]).normalize();
     camera.position.copy(content.sphere.center).add(direction);
     camera.lookAt(content.sphere.center);
     frame(camera, content.points, 1.07);
@@ -605,6 +613,36 @@ function seen(bodies: Body[], things: Thing[], cloud: Particles | null, view: Vi
     if (!box.isEmpty()) points.push(...cornersOf(box));
   }
   return points.length ? points : cornersOf(new THREE.Box3(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1)));
+}
+
+/** The corner from which most of a body's motion is seen past the obstacles and its own base; the first of equals. */
+function clearest(body: Body | undefined, things: Thing[], sphere: THREE.Sphere): THREE.Vector3 {
+  const [first, ...others] = CORNERS.map((corner) => vector(corner).normalize());
+  if (!body) return first;
+  const { start, end } = body.motion;
+  const instants = Array.from({ length: end > start ? 9 : 1 }, (_, i) => start + ((end - start) * i) / 8);
+  const moving = instants.map((t) => ({ points: body.watched(t), base: body.baseBoxes(t) }));
+  const boxes = things.flatMap((thing) => thing.boxes);
+  const ray = new THREE.Ray();
+  const hits = (direction: THREE.Vector3) => {
+    let hidden = 0;
+    for (const { points, base } of moving) {
+      for (const point of points) {
+        ray.origin.copy(point).addScaledVector(direction, 0.01 * sphere.radius);
+        ray.direction.copy(direction);
+        if (boxes.some((box) => ray.intersectsBox(box))) hidden++;
+        else if (base.some(({ box, inverse }) => ray.clone().applyMatrix4(inverse).intersectsBox(box))) hidden++;
+      }
+    }
+    return hidden;
+  };
+  const total = moving.reduce((sum, { points }) => sum + points.length, 0);
+  let [best, least] = [first, hits(first) - 0.06 * total]; // another one has to be clearly better
+  for (const direction of others) {
+    const hidden = hits(direction);
+    if (hidden < least) [best, least] = [direction, hidden];
+  }
+  return best;
 }
 
 /** Moves the camera, without turning it, so near that all points are just seen. */

@@ -115,12 +115,12 @@ def _as_rows(headline: str, rows: Rows) -> str:
 
 def _as_call(value: Any) -> str:
     """Print a call; the values get less room until it has few enough lines."""
+    lines: list[str] = []
     for room in _ROOMS:
         lines = _call_lines(type(value).__name__, _arguments(value, room, 0))
         if len(lines) <= LINES:
             return "\n".join(lines)
-    *shown, last = lines[: LINES - 1], f"    ...)  # {len(lines) - LINES + 1} more lines"
-    return "\n".join([*shown[0], last])
+    return "\n".join([*lines[: LINES - 1], f"    ...)  # and {len(lines) - LINES + 1} lines more"])
 
 
 def _call_lines(name: str, arguments: list[str]) -> list[str]:

@@ -283,7 +283,7 @@ def as_sentences(name: str, value: Any, error: Raise) -> tuple[str, ...]:
 def shown(value: Any) -> str:
     """Print a wrong value in a message, on one line and cut to a readable length."""
     try:
-        text = " ".join(repr(value).split())
+        text = " ".join(repr(value).split()).replace("( ", "(", 1)
     except Exception:  # a whole number of more than 4300 digits has none, and a stranger's object may have a broken one
         text = f"a {type(value).__name__} that cannot be printed"
     return text if len(text) <= 60 else text[:57] + "..."

@@ -19,7 +19,7 @@ from spacearm.core.rotations import rotation_from_rpy
 from spacearm.doctor.diagnosis import Chart, child_of, link_of, number_of, numbers_of, written
 from spacearm.doctor.shape_checks import Solid, link_solid
 from spacearm.doctor.structure_checks import roots_of
-from spacearm.robot.model import inertia_fault
+from spacearm.robot.inertias import inertia_fault
 
 Array = NDArray[np.float64]
 

@@ -27,8 +27,9 @@ from spacearm.core.identity_cache import cached_by_identity
 from spacearm.core.native import native
 from spacearm.core.rotations import as_unit, matrix_of
 from spacearm.robot import Robot, joint_frames
+from spacearm.robot.inertias import INERTIA_ROUNDING, inertia_fault
 from spacearm.robot.kinematics import kernel_joints
-from spacearm.robot.model import INERTIA_ROUNDING, inertia_fault, require_robot
+from spacearm.robot.model import require_robot
 from spacearm.robot.unchecked_pairs import require_all_masses
 
 Array = NDArray[np.float64]

@@ -19,8 +19,9 @@ from spacearm.dynamics.base_models import base_model
 from spacearm.geometry import ConvexShape, HalfSpace, Obstacle, PolytopeSet, Sphere, SphereSet, core_of, moved_shape
 from spacearm.geometry.solid_moments import SolidMoments, solid_moments
 from spacearm.robot import Body
+from spacearm.robot.inertias import require_possible_inertia
 from spacearm.robot.link_shapes import CONVEX, LinkShape
-from spacearm.robot.model import Frame, Robot, require_possible_inertia
+from spacearm.robot.model import Frame, Robot
 from spacearm.robot.unchecked_pairs import NOT_SAID, UncheckedPair, is_rigid, way_to, ways_to_links
 
 Array = NDArray[np.float64]

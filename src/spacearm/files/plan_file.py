@@ -206,7 +206,12 @@ def save_plan(plan: Plan, path: str | os.PathLike[str], *, overwrite: bool = Fal
     """
     require_kind("plan", plan, Plan, ProblemError, advice="make one with plan(problem)")
     require_writable(path, overwrite=overwrite)
-    write_out(path, _text(plan_as_dict(plan)), overwrite=overwrite)
+    write_out(path, plan_text(plan), overwrite=overwrite)
+
+
+def plan_text(plan: Plan) -> str:
+    """Return what a plan file of a plan holds."""
+    return _text(plan_as_dict(plan))
 
 
 def save_json(values: dict[str, Any], path: str | os.PathLike[str]) -> None:

@@ -128,8 +128,8 @@ STATUSES = {
 """How planning ends."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SearchState:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SearchState(Brief):
     """What a search has found while it goes on.
 
     Attributes:

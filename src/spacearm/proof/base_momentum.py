@@ -22,7 +22,7 @@ from spacearm.core.rotations import matrix_by_parts
 from spacearm.motion import AnyTrajectory
 from spacearm.proof.mechanism import ancestors, free_base_data, free_base_model, joints_of, pinocchio
 from spacearm.robot import Robot
-from spacearm.robot.model import inertia_fault
+from spacearm.robot.inertias import inertia_fault
 from spacearm.robot.unchecked_pairs import require_all_masses
 
 Array = NDArray[np.float64]

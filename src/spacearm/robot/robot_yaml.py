@@ -66,9 +66,9 @@ from spacearm.geometry.convex_cores import moved_shape
 from spacearm.geometry.shapes import Box, Capsule, ConvexShape, Cylinder, Polytope, Sphere
 from spacearm.robot.collision_shapes import listed
 from spacearm.robot.envelope import Enclosure, LinkEnclosure, ShapeLimits, link_enclosure, notes_on_excess
+from spacearm.robot.inertias import require_possible_inertia
 from spacearm.robot.link_shapes import LinkCapsule
 from spacearm.robot.link_tree import LONGEST, LinkJoint, LinkMass, LinkTree, Mimic
-from spacearm.robot.model import require_possible_inertia
 
 Array = NDArray[np.float64]
 

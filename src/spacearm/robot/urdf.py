@@ -23,9 +23,10 @@ from spacearm.robot.assembly import Assembly, assemble
 from spacearm.robot.build_robot import require_collision
 from spacearm.robot.collision_shapes import SHAPES, WITH_COMMAS, Shape, chain_length, link_shapes, origin_of
 from spacearm.robot.envelope import ShapeLimits, envelopes_of
+from spacearm.robot.inertias import inertia_fault
 from spacearm.robot.link_tree import LinkJoint, LinkMass, LinkTree, Mimic
 from spacearm.robot.link_visuals import link_visuals
-from spacearm.robot.model import Robot, inertia_fault
+from spacearm.robot.model import Robot
 from spacearm.robot.robot_xml import note_on_repairs, numbers_in, xacro_left_in, xml_document, xml_root
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")

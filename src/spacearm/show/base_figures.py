@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,12 +29,14 @@ from spacearm.show.figure_style import (
     PURPLE,
     SKY,
     VERMILION,
+    figure_of,
     label_right,
     legend_below,
     look,
     new_figure,
     tidy,
 )
+from spacearm.show.motion_shown import MotionShown, axes_given, motion_shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,24 +121,30 @@ def differenced_rates(trajectory: AnyTrajectory, t: Array) -> Array:
     return rates
 
 
-def figure_base_motion(trajectory: AnyTrajectory, *, limits: BaseLimits | None = None, title: str = "") -> Figure:
+def figure_base_motion(result: Any, ax: Any = None, *, limits: BaseLimits | None = None, title: str | None = None) -> Figure:
     """Draw how a floating base turns: its rotation vector from where it began, its rate, and the momentum that remains.
 
     The residual is of the total momentum against what is conserved, relative to the greatest momentum of a single link, as in
     the certificate; that of the poses takes the base's rate from differences of its attitude, and so judges the integration.
 
     Args:
-        trajectory: whose base floats.
-        limits: that were asked for; those of angle and rate are drawn.
-        title: above all.
+        result: a plan, a saved plan or a trajectory, whose base floats.
+        ax: 3 axes to draw in, from the top down, as `figure.subplots(3, 1)` makes them; a new figure unless given.
+        limits: that were asked for; None: those of the plan's problem. Those of angle and rate are drawn.
+        title: above all; None: the name of a plan's robot.
 
     Raises:
-        ProblemError: the base is fixed.
+        ProblemError: the base is fixed, or a result without a motion.
+        SettingsError: another number of axes, or matplotlib is not installed.
     """
-    require_floating(trajectory)
+    given, trajectory, title = _floating(result, title)
+    limits = given.problem.base_limits if limits is None and given.problem is not None else limits
     with look():
-        figure = new_figure(COLUMN, 5.4)
-        attitude, rate, residual = figure.subplots(3, 1, sharex=True, height_ratios=(1.25, 1, 1))
+        if ax is None:
+            cells = new_figure(COLUMN, 5.4).subplots(3, 1, sharex=True, height_ratios=(1.25, 1, 1))
+        else:
+            cells = axes_given(ax, (3, 1), what="this figure: rotation, rate and residual momentum").ravel()
+        attitude, rate, residual = cells
         t = np.linspace(0.0, trajectory.duration, _SAMPLES)
         asked = limits or BaseLimits()
         _components(attitude, t, rotation_vectors(trajectory, t), {"limit": asked.peak, "limit\nat end": asked.final})
@@ -146,14 +154,29 @@ def figure_base_motion(trajectory: AnyTrajectory, *, limits: BaseLimits | None =
         _residual(residual, trajectory)
         residual.set_xlabel("time [s]")
         residual.set_xlim(0.0, trajectory.duration or 1.0)
-        for ax, text in ((attitude, "rotation vector from the start"), (rate, "angular rate, base axes")):
-            ax.set_title(text, loc="left", fontsize=7.5)
+        above = f"{title}\n" if title and ax is not None else ""
+        for cell, text in ((attitude, f"{above}rotation vector from the start"), (rate, "angular rate, base axes")):
+            cell.set_title(text, loc="left", fontsize=7.5)
         residual.set_title("residual momentum / greatest of a link", loc="left", fontsize=7.5)
-        if title:
+        figure = figure_of(attitude)
+        if title and ax is None:
             figure.suptitle(title, x=0.01, ha="left", fontsize=8)
         _legend_of_components(rate)
         figure.align_ylabels([attitude, rate, residual])
         return figure
+
+
+def _floating(result: Any, title: str | None) -> tuple[MotionShown, AnyTrajectory, str]:
+    """Return what is known of a motion, its trajectory and the title.
+
+    Raises:
+        ProblemError: its base is fixed.
+    """
+    given = motion_shown(result, what="a figure of the base")
+    trajectory = given.trajectory
+    assert trajectory is not None  # `motion_shown` saw to it
+    require_floating(trajectory)
+    return given, trajectory, given.title if title is None else title
 
 
 def rotation_vectors(trajectory: AnyTrajectory, t: Array) -> Array:
@@ -226,41 +249,51 @@ def _residual(ax: Axes, trajectory: AnyTrajectory) -> None:
     legend_below(ax, 1)
 
 
-def figure_base_paths(trajectory: AnyTrajectory, *, title: str = "") -> Figure:
+def figure_base_paths(result: Any, ax: Any = None, *, title: str | None = None) -> Figure:
     """Draw the paths of the end effector and of the base's origin in the inertial frame, seen along z, y and x.
 
     Every panel has equal scales on both axes; the base moves much less than the end effector and has a scale of its own. The
     centre of mass of base and arm stands still, or drifts if there is momentum.
 
     Args:
-        trajectory: whose base floats.
-        title: above all.
+        result: a plan, a saved plan or a trajectory, whose base floats.
+        ax: 6 axes to draw in, those of the end effector first, as `figure.subplots(2, 3)` makes them; a new figure unless
+            given.
+        title: above all; None: the name of a plan's robot.
 
     Raises:
-        ProblemError: the base is fixed.
+        ProblemError: the base is fixed, or a result without a motion.
+        SettingsError: another number of axes, or matplotlib is not installed.
     """
-    require_floating(trajectory)
+    _, trajectory, title = _floating(result, title)
     t = np.linspace(0.0, trajectory.duration, _PATH_SAMPLES)
     frames = base_frames(trajectory, t)
     center = np.einsum("tij,tj->ti", frames[:, :3, :3], center_of_mass(trajectory.robot, trajectory.sample(t).q))
     center += frames[:, :3, 3]
     with look():
-        figure = new_figure(PAGE, 4.9, layout="compressed")
-        grid = figure.subplots(2, 3)
+        if ax is None:
+            grid = new_figure(PAGE, 4.9, layout="compressed").subplots(2, 3)
+        else:
+            grid = axes_given(ax, (2, 3), what="this figure: end effector and base from three sides")
         for (a, b), (above, below) in zip(_PLANES, grid.T, strict=True):
             _path(above, trajectory.tip(t)[:, :3, 3], a, b, BLUE)
             _path(below, frames[:, :3, 3], a, b, VERMILION)
             below.plot(center[:, a], center[:, b], color=BLACK, linewidth=0.8)
             below.plot(center[-1, a], center[-1, b], "x", color=BLACK, markersize=5)
-            for ax in (above, below):
-                ax.set_xlabel(f"{'xyz'[a]} [m]")
-                ax.set_ylabel(f"{'xyz'[b]} [m]")
-                _square(ax)
-        grid[0, 0].set_title("end effector", loc="left")
+            for cell in (above, below):
+                cell.set_xlabel(f"{'xyz'[a]} [m]")
+                cell.set_ylabel(f"{'xyz'[b]} [m]")
+                _square(cell)
+        grid[0, 0].set_title(f"{title}\nend effector" if title and ax is not None else "end effector", loc="left")
         grid[1, 0].set_title("base origin", loc="left")
+        figure = figure_of(grid[0, 0])
+        if ax is not None:
+            legend_below(grid[1, 1], 2, handles=_path_handles())
+            return figure
         if title:
             figure.suptitle(title, x=0.01, ha="left", fontsize=8)
-        _legend_of_paths(figure)
+        handles = _path_handles()
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
         return figure
 
 
@@ -284,14 +317,13 @@ def _square(ax: Axes) -> None:
         axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
 
 
-def _legend_of_paths(figure: Figure) -> None:
+def _path_handles() -> list[Any]:
     from matplotlib.lines import Line2D
 
-    handles = [
+    return [
         Line2D([], [], color=BLUE, linewidth=1.5, label="path of the end effector"),
         Line2D([], [], color=VERMILION, linewidth=1.5, label="path of the base origin"),
         Line2D([], [], color=RED, marker="o", markerfacecolor="white", markersize=4.5, linestyle="", label="start"),
         Line2D([], [], color=RED, marker="o", markersize=4.5, linestyle="", label="end"),
         Line2D([], [], color=BLACK, marker="x", markersize=5, linewidth=0.8, label="centre of mass of base and arm"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))

@@ -20,7 +20,7 @@ from spacearm.geometry import (
     Scene,
     moved_shape,
 )
-from spacearm.motion import AnyTrajectory, Trajectory
+from spacearm.motion import AnyTrajectory
 from spacearm.robot import LinkShape, Robot, forward_kinematics, joint_frames
 from spacearm.robot.kinematics import as_configurations
 from spacearm.robot.link_shapes import as_capsule
@@ -178,7 +178,7 @@ class PathDrawing:
 
 
 def make_drawing(
-    trajectory: Trajectory | None, robot: Robot, start: ArrayLike, goal: ArrayLike | None, trace: ArrayLike | None
+    trajectory: AnyTrajectory | None, robot: Robot, start: ArrayLike, goal: ArrayLike | None, trace: ArrayLike | None
 ) -> PathDrawing:
     """Collect what is drawn; the arguments are those of the figures."""
     q = as_configurations(robot, start)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.errors import OutputError
+from spacearm.core.extras import require_extra
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
 
@@ -72,8 +73,22 @@ DPI = 300  # of the PNG, and of what is not drawn as lines in the PDF
 _PDF_FIELDS = ("Title", "Author", "Subject")
 
 
+def require_figures() -> None:
+    """Refuse to draw, before any work is done, where matplotlib is not installed.
+
+    Raises:
+        SettingsError: it is not.
+    """
+    require_extra("matplotlib", "drawing figures")
+
+
 def look() -> AbstractContextManager[None]:
-    """Return the context in which figures are drawn and saved: matplotlib's defaults, and then ours."""
+    """Return the context in which figures are drawn and saved: matplotlib's defaults, and then ours.
+
+    Raises:
+        SettingsError: matplotlib is not installed.
+    """
+    require_figures()
     from matplotlib import rc_context, rcParamsDefault
 
     defaults = {key: value for key, value in rcParamsDefault.items() if key not in _GLOBAL}
@@ -81,7 +96,12 @@ def look() -> AbstractContextManager[None]:
 
 
 def new_figure(width: float, height: float, *, layout: str | None = "constrained") -> Figure:
-    """Return an empty figure of this size [inch] that needs no display."""
+    """Return an empty figure of this size [inch] that needs no display.
+
+    Raises:
+        SettingsError: matplotlib is not installed.
+    """
+    require_figures()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

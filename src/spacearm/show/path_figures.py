@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.errors import ProblemError
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Obstacle, Polytope, PolytopeSet, Scene, Sphere, SphereSet
-from spacearm.motion import Trajectory
 from spacearm.robot import Robot
 from spacearm.show.drawing import (
     LEGEND_ROW,
@@ -26,6 +26,7 @@ from spacearm.show.drawing import (
     make_drawing,
 )
 from spacearm.show.figure_style import BLUE, COLUMN, GREY, LIGHT, SKY, figure_of, legend_below, look, new_figure, tidy
+from spacearm.show.motion_shown import motion_shown, target_of
 from spacearm.show.outlines import common_outline, cut, cut_in_plane, cylinder_ends, middle, shape_faces, silhouette
 
 if TYPE_CHECKING:
@@ -161,35 +162,37 @@ class _Pen:
 
 
 def figure_path_2d(
-    trajectory: Trajectory | None,
-    robot: Robot,
-    scene: Scene,
+    result: Any,
+    ax: Axes | None = None,
     *,
-    start: ArrayLike,
+    robot: Robot | None = None,
+    scene: Scene | None = None,
+    start: ArrayLike | None = None,
     goal: ArrayLike | None = None,
     trace: ArrayLike | None = None,
-    title: str = "",
-    ax: Axes | None = None,
+    title: str | None = None,
 ) -> Figure:
     """Draw the path in the plane z = 0: obstacles become their outlines, links segments (the paper's section 2.1).
 
     Of a half-space the part in the plane z = 0 is drawn, and nothing if its boundary is level.
 
     Args:
-        trajectory: the planned motion; None where there is none, and the arm is drawn at the start and the trace's end.
-        robot: that moves.
-        scene: what is in the way.
-        start: (n,) configuration at the beginning [rad or m].
-        goal: (3,) where the end effector is to be [m]; None if there is no such point.
-        trace: (T, n) the swarm's best configuration of every iteration [rad or m].
-        title: above the axes.
+        result: a plan, a saved plan or a trajectory; None where there is no motion: the arm is then drawn at the start and at
+            the trace's end, and `robot` and `start` must be given.
         ax: to draw in; a new figure unless given.
+        robot: that moves; None: the result's.
+        scene: what is in the way; None: that of the plan's problem, or nothing.
+        start: (n,) configuration at the beginning [rad or m]; None: the motion's.
+        goal: (3,) where the end effector is to be [m]; None: the plan's goal.
+        trace: (T, n) the swarm's best configuration of every iteration [rad or m].
+        title: above the axes; None: the name of a plan's robot.
 
     Raises:
-        ProblemError: a start that is not one configuration, a goal that is not a point.
+        ProblemError: a result that is none, a start that is not one configuration, a goal that is not a point.
         RobotError: configurations that are not the robot's.
+        SettingsError: matplotlib is not installed.
     """
-    drawing = make_drawing(trajectory, robot, start, goal, trace)
+    drawing, scene, title = _collected(result, robot, scene, start, goal, trace, title)
     low, high = extent(drawing, scene, 2)
     with look():
         handles = legend_handles(drawing, scene, low, high)
@@ -208,6 +211,33 @@ def figure_path_2d(
         ax.set_title(title, loc="left")
         legend_below(ax, 2, handles=handles)
         return figure_of(ax)
+
+
+def _collected(
+    result: Any,
+    robot: Robot | None,
+    scene: Scene | None,
+    start: ArrayLike | None,
+    goal: ArrayLike | None,
+    trace: ArrayLike | None,
+    title: str | None,
+) -> tuple[PathDrawing, Scene, str]:
+    """Return what is drawn of a motion, among what, and under which title."""
+    if result is None:
+        if robot is None or start is None:
+            missing = "robot" if robot is None else "start"
+            raise ProblemError(f"a path is drawn of no motion and without {missing}, expected both robot and start; give them")
+        return make_drawing(None, robot, start, goal, trace), Scene() if scene is None else scene, title or ""
+    given = motion_shown(result, what="a figure of the path")
+    motion, problem = given.trajectory, given.problem
+    assert motion is not None  # `motion_shown` saw to it
+    robot = motion.robot if robot is None else robot
+    if problem is not None:
+        scene = problem.scene if scene is None else scene
+        goal = target_of(problem.goal, robot, motion) if goal is None else goal
+    begin = motion.sample(0.0).q if start is None else start
+    drawing = make_drawing(motion, robot, begin, goal, trace)
+    return drawing, Scene() if scene is None else scene, given.title if title is None else title
 
 
 def _obstacle(ax: Axes, obstacle: Obstacle, low: Array, high: Array) -> None:
@@ -253,29 +283,30 @@ def _axes_to_scale(size: Array, entries: int) -> Axes:
 
 
 def figure_path_3d(
-    trajectory: Trajectory | None,
-    robot: Robot,
-    scene: Scene,
+    result: Any,
+    ax: Any = None,
     *,
-    start: ArrayLike,
+    robot: Robot | None = None,
+    scene: Scene | None = None,
+    start: ArrayLike | None = None,
     goal: ArrayLike | None = None,
     trace: ArrayLike | None = None,
-    title: str = "",
+    title: str | None = None,
     view: tuple[float, float] = (32.0, -58.0),
-    ax: Any = None,
 ) -> Figure:
     """Draw the path in space, with equal scales, over its shadow on the floor of the picture.
 
     Args:
-        trajectory, robot, scene, start, goal, trace, title: as for `figure_path_2d`.
+        result, robot, scene, start, goal, trace, title: as for `figure_path_2d`.
+        ax: three-dimensional axes to draw in, as `figure.add_subplot(projection="3d")` makes them; a new figure unless given.
         view: elevation and azimuth of the eye [deg].
-        ax: three-dimensional axes to draw in; a new figure unless given.
 
     Raises:
-        ProblemError: a start that is not one configuration, a goal that is not a point.
+        ProblemError: a result that is none, a start that is not one configuration, a goal that is not a point.
         RobotError: configurations that are not the robot's.
+        SettingsError: matplotlib is not installed.
     """
-    drawing = make_drawing(trajectory, robot, start, goal, trace)
+    drawing, scene, title = _collected(result, robot, scene, start, goal, trace, title)
     low, high = extent(drawing, scene, 3)
     with look():
         own = ax is None

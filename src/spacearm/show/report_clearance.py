@@ -167,7 +167,24 @@ class MeasuredMotion:
         return out
 
     def _at(self, t: Array, limit: Array) -> tuple[Array, Indices]:
-        return least_clearances(self._claim, self._parameter(t), limit)
+        """Return the clearances of pairs (m, l, k + l) and their two shapes (m, l, k + l, 2), two links in one row only.
+
+        A limit counts for the pairs that are kept apart; the measurement has two links in the row of either.
+        """
+        obstacles = len(self._scene.obstacles)
+        both = limit.copy()
+        between = both[:, obstacles:]
+        np.maximum(between, between.T, out=between)
+        found, which = least_clearances(self._claim, self._parameter(t), both)
+        one, another = np.nonzero(self._kept[:, obstacles:])
+        here, there = found[:, one, obstacles + another], found[:, another, obstacles + one]
+        nearer = there < here
+        which[:, one, obstacles + another] = np.where(
+            nearer[..., None], which[:, another, obstacles + one], which[:, one, obstacles + another]
+        )
+        found[:, one, obstacles + another] = np.minimum(here, there)
+        found[:, ~self._kept] = np.inf
+        return found, which
 
     def _parameter(self, t: Array) -> Array:
         """Return where on the claim's curve the motion is at times (m,)."""

@@ -49,13 +49,13 @@ _SAYS = {
 
 
 def figure_convergence(
-    runs: Sequence[SwarmResult],
+    result: SwarmResult | Sequence[SwarmResult],
+    ax: Axes | None = None,
     *,
     title: str = "",
     reported: float | None = None,
     best_known: float | None = None,
     threshold: float | None = None,
-    ax: Axes | None = None,
 ) -> Figure:
     """Draw the fitness of the swarm's best over the iterations, run by run.
 
@@ -63,16 +63,17 @@ def figure_convergence(
     median and the quartiles are those of all runs, with what is not feasible yet counted as the worst.
 
     Args:
-        runs: of one method; they may have stopped after different numbers of iterations.
+        result: a run, or several of one method; they may have stopped after different numbers of iterations.
+        ax: to draw in; a new figure unless given.
         title: above the axes.
         reported: the best fitness that the paper reports.
         best_known: the best known fitness.
         threshold: the fitness to be reached.
-        ax: to draw in; a new figure unless given.
 
     Raises:
-        SettingsError: no runs.
+        SettingsError: no runs, or matplotlib is not installed.
     """
+    runs = [result] if isinstance(result, SwarmResult) else list(result)
     if not runs:
         raise SettingsError("runs is empty, expected the results of one or more runs")
     with look():
@@ -208,23 +209,23 @@ class ComparedMethod:
 
 def figure_comparison(
     rows: Sequence[ComparedMethod],
+    ax: Axes | None = None,
     *,
     title: str = "",
     best_known: float | None = None,
     threshold: float | None = None,
-    ax: Axes | None = None,
 ) -> Figure:
     """Draw the fitness of every feasible run by method, with quartiles, and what the paper reports.
 
     Args:
         rows: the methods, from the top down.
+        ax: to draw in; a new figure unless given.
         title: above the axes.
         best_known: the best known fitness.
         threshold: the fitness to be reached.
-        ax: to draw in; a new figure unless given.
 
     Raises:
-        SettingsError: no methods.
+        SettingsError: no methods, or matplotlib is not installed.
     """
     if not rows:
         raise SettingsError("rows is empty, expected one or more methods")
@@ -306,16 +307,17 @@ def _legend_of_methods(ax: Axes, *, reported: bool) -> None:
     legend_below(ax, len(handles), handles=handles)
 
 
-def figure_pareto(front: ParetoFront, *, title: str = "", ax: Axes | None = None) -> Figure:
+def figure_pareto(front: ParetoFront, ax: Axes | None = None, *, title: str = "") -> Figure:
     """Draw the disturbance of the base over the duration of proven plans, and the front that they form.
 
     Args:
         front: with one or more plans.
-        title: above the axes.
         ax: to draw in; a new figure unless given.
+        title: above the axes.
 
     Raises:
         ProblemError: no plan was found.
+        SettingsError: matplotlib is not installed.
     """
     if not front.plans:
         raise ProblemError("the front has no plans, expected one or more: no motion was found; give the planner more time")

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.errors import RobotError, SettingsError
+from spacearm.core.errors import ProblemError, RobotError, SettingsError
 from spacearm.geometry import Scene
 from spacearm.geometry.scene import moved_scene
-from spacearm.motion import Trajectory
+from spacearm.motion import AnyTrajectory
 from spacearm.planner.clearance import clearances, self_clearances
 from spacearm.proof import Certificate
 from spacearm.robot import Robot
@@ -36,6 +36,7 @@ from spacearm.show.figure_style import (
     new_figure,
     tidy,
 )
+from spacearm.show.motion_shown import axes_given, motion_shown
 from spacearm.show.swarm_figures import DASHED, infeasible_part, iteration_axis
 from spacearm.swarm import SwarmResult
 
@@ -52,77 +53,105 @@ _SAMPLES, _SAMPLES_FLOATING = 801, 401
 _SAYS = {"fails": "fails", "undecided": "is undecided", "holds": "bounds no clearance"}
 
 
-def figure_joints_over_iterations(run: SwarmResult, robot: Robot, *, title: str = "") -> Figure:
+def figure_joints_over_iterations(result: SwarmResult, ax: Any = None, *, robot: Robot, title: str = "") -> Figure:
     """Draw each joint of the swarm's best over the iterations, with its limits.
 
     Args:
-        run: with the positions in its history, each a configuration.
+        result: of a swarm, with the positions in its history, each a configuration.
+        ax: n axes to draw in, one a joint, as `figure.subplots(n, 1)` makes them; a new figure unless given.
         robot: whose configurations they are.
         title: above all.
 
     Raises:
-        SettingsError: the run kept no positions.
+        SettingsError: the run kept no positions, another number of axes, or matplotlib is not installed.
         RobotError: the positions are not the robot's.
     """
-    positions = run.history.positions
+    positions = result.history.positions
     if positions is None:
         raise SettingsError("the run kept no positions, expected them in its history; run it with history='positions'")
     if positions.shape[1] != robot.dof:
         raise RobotError(f"the run has {positions.shape[1]} dimensions, expected the {robot.dof} of robot '{robot.name}'")
     with look():
-        columns = min(4, robot.dof)
-        rows = math.ceil(robot.dof / columns)
-        figure = new_figure(PAGE * max(columns, 2) / 4, 0.45 + 1.35 * rows)
-        grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+        cells, lowest, free = _cells(robot) if ax is None else _given_cells(ax, robot)
         x = np.arange(1, len(positions) + 1)
-        feasible = run.history.violation <= 0
-        free = rows * columns - robot.dof  # the cells at the end of the first row, so that every column ends at the bottom
-        cells = [*grid[0, : columns - free], *grid[1:].ravel()]
-        for ax in grid[0, columns - free :]:
-            ax.set_visible(False)
-        for dof, ax in enumerate(cells):
+        feasible = result.history.violation <= 0
+        for dof, cell in enumerate(cells):
             scale, unit = _print_unit(robot, dof)
-            _joint_curve(ax, x, positions[:, dof] * scale, feasible)
-            _limits(ax, robot.lower[dof] * scale, robot.upper[dof] * scale, unit)
-            ax.set_title(robot.dof_names[dof], loc="left", fontsize=7.5)
-            ax.set_ylabel(f"$q_{{{dof + 1}}}$ [{unit}]", labelpad=1)
-            iteration_axis(ax, len(x), ticks=4)
-        for ax in grid[-1]:
-            ax.set_xlabel("iteration")
+            _joint_curve(cell, x, positions[:, dof] * scale, feasible)
+            _limits(cell, robot.lower[dof] * scale, robot.upper[dof] * scale, unit)
+            cell.set_title(robot.dof_names[dof], loc="left", fontsize=7.5)
+            cell.set_ylabel(f"$q_{{{dof + 1}}}$ [{unit}]", labelpad=1)
+            iteration_axis(cell, len(x), ticks=4)
+        for cell in lowest:
+            cell.set_xlabel("iteration")
+        handles = _handles(infeasible=not feasible.all())
+        if ax is not None:
+            return _finished(cells, title, handles)
+        figure = figure_of(cells[0])
         _suptitle(figure, title)
-        _legend(figure, infeasible=not feasible.all(), free=free > 0)
+        _legend(figure, handles, free=free)
         return figure
 
 
-def figure_joints(trajectory: Trajectory, *, title: str = "") -> Figure:
+def _cells(robot: Robot) -> tuple[list[Axes], list[Axes], bool]:
+    """Return axes for the joints in a new figure, those of them at the bottom, and whether there is room for a legend."""
+    columns = min(4, robot.dof)
+    rows = math.ceil(robot.dof / columns)
+    grid = new_figure(PAGE * max(columns, 2) / 4, 0.45 + 1.35 * rows).subplots(rows, columns, sharex=True, squeeze=False)
+    free = rows * columns - robot.dof  # the cells at the end of the first row, so that every column ends at the bottom
+    for cell in grid[0, columns - free :]:
+        cell.set_visible(False)
+    return [*grid[0, : columns - free], *grid[1:].ravel()], list(grid[-1]), free > 0
+
+
+def _given_cells(ax: Any, robot: Robot) -> tuple[list[Axes], list[Axes], bool]:
+    cells = axes_given(ax, (robot.dof, 1), what="this figure, one a joint").ravel().tolist()
+    return cells, cells[-1:], False
+
+
+def figure_joints(result: Any, ax: Any = None, *, title: str | None = None) -> Figure:
     """Draw q, dq and ddq of every joint over time, with the limits of each.
 
     Args:
-        trajectory: to be drawn.
-        title: above all.
+        result: a plan, a saved plan or a trajectory.
+        ax: 3 n axes to draw in, a row for each joint, as `figure.subplots(n, 3)` makes them; a new figure unless given.
+        title: above all; None: the name of a plan's robot.
+
+    Raises:
+        ProblemError: a result without a motion.
+        SettingsError: another number of axes, or matplotlib is not installed.
     """
+    given = motion_shown(result, what="a figure of the joints")
+    trajectory, title = given.trajectory, given.title if title is None else title
+    assert trajectory is not None  # `motion_shown` saw to it
     robot = trajectory.robot
     with look():
-        figure = new_figure(PAGE, 0.75 + 0.82 * robot.dof)
-        grid = figure.subplots(robot.dof, 3, sharex=True, squeeze=False)
+        if ax is None:
+            grid = new_figure(PAGE, 0.75 + 0.82 * robot.dof).subplots(robot.dof, 3, sharex=True, squeeze=False)
+        else:
+            grid = axes_given(ax, (robot.dof, 3), what="this figure: positions, rates and accelerations of each joint")
         t = np.linspace(0.0, trajectory.duration, 401)
         state = trajectory.sample(t)
         bounds = (robot.lower, robot.upper), (-robot.velocity, robot.velocity), (-robot.acceleration, robot.acceleration)
         for dof in range(robot.dof):
             scale, unit = _print_unit(robot, dof)
             for column, (values, (low, high), per) in enumerate(zip(state, bounds, ("", "/s", "/s²"), strict=True)):
-                ax = grid[dof, column]
-                ax.plot(t, values[:, dof] * scale, color=BLUE, linewidth=1.3)
-                _limits(ax, low[dof] * scale, high[dof] * scale, unit)
-                ax.set_xlim(0.0, trajectory.duration or 1.0)
+                cell = grid[dof, column]
+                cell.plot(t, values[:, dof] * scale, color=BLUE, linewidth=1.3)
+                _limits(cell, low[dof] * scale, high[dof] * scale, unit)
+                cell.set_xlim(0.0, trajectory.duration or 1.0)
                 letters = ("q", r"\dot q", r"\ddot q")[column]
-                ax.set_ylabel(f"${letters}_{{{dof + 1}}}$ [{unit}{per}]", labelpad=3)
+                cell.set_ylabel(f"${letters}_{{{dof + 1}}}$ [{unit}{per}]", labelpad=3)
             grid[dof, 0].set_title(robot.dof_names[dof], loc="left", fontsize=7.5, pad=2)
-        for ax in grid[-1]:
-            ax.set_xlabel("time [s]")
+        for cell in grid[-1]:
+            cell.set_xlabel("time [s]")
+        handles = _handles(infeasible=False)
+        if ax is not None:
+            return _finished(grid.ravel().tolist(), title, handles)
+        figure = figure_of(grid[0, 0])
         figure.align_ylabels(grid)
         _suptitle(figure, title)
-        _legend(figure, infeasible=False, free=False)
+        _legend(figure, handles, free=False)
         return figure
 
 
@@ -158,8 +187,15 @@ def _suptitle(figure: Figure, title: str) -> None:
         figure.suptitle(title, x=0.01, ha="left", fontsize=8)
 
 
-def _legend(figure: Figure, *, infeasible: bool, free: bool) -> None:
-    """Put the legend into the cell that is free, or under all axes."""
+def _finished(cells: Sequence[Axes], title: str, handles: Sequence[Any]) -> Figure:
+    """Put title and legend where there is no figure of our own: above the first of the axes, and under the last."""
+    if title:
+        cells[0].set_title(f"{title}\n{cells[0].get_title(loc='left')}", loc="left", fontsize=7.5)
+    legend_below(cells[-1], len(handles), handles=handles)
+    return figure_of(cells[0])
+
+
+def _handles(*, infeasible: bool) -> list[Any]:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -168,6 +204,11 @@ def _legend(figure: Figure, *, infeasible: bool, free: bool) -> None:
         handles.append(Line2D([], [], color=GREY, linestyle=DASHED, linewidth=1.1, label="not feasible yet"))
     handles.append(Line2D([], [], color=VERMILION, linewidth=0.8, linestyle=(0, (4, 2)), label="limit"))
     handles.append(Patch(facecolor=_BAND, edgecolor=LIGHT, linewidth=0.4, label="within the limits"))
+    return handles
+
+
+def _legend(figure: Figure, handles: Sequence[Any], *, free: bool) -> None:
+    """Put the legend into the cell that is free, or under all axes."""
     if free:
         figure.legend(handles=handles, loc="upper right", bbox_to_anchor=(0.99, 0.9))
     else:
@@ -175,22 +216,34 @@ def _legend(figure: Figure, *, infeasible: bool, free: bool) -> None:
 
 
 def figure_clearance(
-    trajectory: Trajectory,
-    scene: Scene,
-    certificate: Certificate | None = None,
-    *,
-    title: str = "",
+    result: Any,
     ax: Axes | None = None,
+    *,
+    scene: Scene | None = None,
+    certificate: Certificate | None = None,
+    title: str | None = None,
 ) -> Figure:
     """Draw the clearance of the whole arm to each obstacle and to itself over time, and the proven lower bound.
 
     Args:
-        trajectory: of the robot.
-        scene: the obstacles; the nearest ones have a colour, beyond seven the others are grey.
-        certificate: of the trajectory in the scene; without one no bound is drawn.
-        title: above the axes.
+        result: a plan, a saved plan or a trajectory.
         ax: to draw in; a new figure unless given.
+        scene: the obstacles; None: those of the plan's problem. The nearest ones have a colour, beyond seven the others are
+            grey.
+        certificate: of the trajectory in the scene; None: the plan's. Without one no bound is drawn.
+        title: above the axes; None: the name of a plan's robot.
+
+    Raises:
+        ProblemError: a result without a motion, or a trajectory without a scene.
+        SettingsError: matplotlib is not installed.
     """
+    given = motion_shown(result, what="a figure of the clearance")
+    trajectory, title = given.trajectory, given.title if title is None else title
+    certificate = given.certificate if certificate is None else certificate
+    scene = given.problem.scene if scene is None and given.problem is not None else scene
+    assert trajectory is not None  # `motion_shown` saw to it
+    if scene is None:
+        raise ProblemError("the clearance of a trajectory is to be drawn, expected a scene with it; give scene=...")
     with look():
         ax = new_figure(COLUMN, 2.5).add_subplot() if ax is None else ax
         t = np.linspace(0.0, trajectory.duration, _SAMPLES_FLOATING if trajectory.base_model.follows_arm else _SAMPLES)
@@ -219,7 +272,7 @@ class _Arm(NamedTuple):
     scene: Scene
 
 
-def _clearances(trajectory: Trajectory, scene: Scene, t: Array) -> tuple[Array, list[str]]:
+def _clearances(trajectory: AnyTrajectory, scene: Scene, t: Array) -> tuple[Array, list[str]]:
     """Return the least clearances (times, curves) [m] and what each is of: the obstacles, and the robot's own links."""
     arm, q = _Arm(trajectory.robot, scene), trajectory.sample(t).q
     values, names = np.empty((len(t), 0)), []
@@ -232,7 +285,7 @@ def _clearances(trajectory: Trajectory, scene: Scene, t: Array) -> tuple[Array, 
     return values, names
 
 
-def _to_obstacles(trajectory: Trajectory, scene: Scene, t: Array, q: Array) -> Array:
+def _to_obstacles(trajectory: AnyTrajectory, scene: Scene, t: Array, q: Array) -> Array:
     """Return the least clearances (times, obstacles) [m]: the obstacles are told in the frame of the base, as it moves."""
     frames = base_frames(trajectory, t)
     inverse = np.linalg.inv(frames)

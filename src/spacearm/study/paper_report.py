@@ -305,15 +305,15 @@ def _of_method(experiment: Experiment, cell: MethodRuns, numbers: tuple[int, int
         ),
         (
             f"figure{joints}_{name}",
-            lambda: figure_joints_over_iterations(best, robot, title=f"{cell.method}: joints of the best particle"),
+            lambda: figure_joints_over_iterations(best, robot=robot, title=f"{cell.method}: joints of the best particle"),
         ),
         (
             f"figure{path}a_{name}",
-            lambda: figure_path_2d(trajectory, robot, scene, title=f"{cell.method}: planned path", **places),
+            lambda: figure_path_2d(trajectory, robot=robot, scene=scene, title=f"{cell.method}: planned path", **places),
         ),
         (
             f"figure{path}b_{name}",
-            lambda: figure_path_3d(trajectory, robot, scene, title=f"{cell.method}: planned path", **places),
+            lambda: figure_path_3d(trajectory, robot=robot, scene=scene, title=f"{cell.method}: planned path", **places),
         ),
     ]
     if trajectory is not None and cell.path is not None:
@@ -322,7 +322,9 @@ def _of_method(experiment: Experiment, cell: MethodRuns, numbers: tuple[int, int
             (f"path-joints_{name}", lambda: figure_joints(trajectory, title=f"{cell.method}: planned motion")),
             (
                 f"path-clearance_{name}",
-                lambda: figure_clearance(trajectory, scene, certificate, title=f"{cell.method}: planned motion"),
+                lambda: figure_clearance(
+                    trajectory, scene=scene, certificate=certificate, title=f"{cell.method}: planned motion"
+                ),
             ),
         ]
     return drawings

@@ -284,7 +284,13 @@ def figure_families(items: Sequence[SpaceProblem]) -> Figure:
             problem, goal = item.problem, item.problem.goal
             place = goal.position if isinstance(goal, (PositionGoal, PoseGoal)) else None
             figure_path_3d(
-                item.solution, problem.robot, problem.scene, start=problem.start, goal=place, ax=ax, view=_from_beside(item)
+                item.solution,
+                robot=problem.robot,
+                scene=problem.scene,
+                start=problem.start,
+                goal=place,
+                ax=ax,
+                view=_from_beside(item),
             )
             ax.set_axis_off()
             ax.patch.set_visible(False)  # what reaches over from the neighbour is not painted over
