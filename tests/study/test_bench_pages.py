@@ -111,7 +111,8 @@ def test_the_page_of_spacebench_shows_the_motions_that_were_measured(space: tupl
     for view in plans:
         said = " ".join(texts_in(view["sections"]))
         assert "the same seed: the motion that was measured" in said
-        assert "a motion planned for a fixed base, let go here: " in said
+        assert "a motion planned and proven for a fixed base, let go; it " in said
+        assert [actor["ghost"] for actor in view["actors"]] == [False, True]
         assert view["verdict"]["tone"] == "good"
 
 
