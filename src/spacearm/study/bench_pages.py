@@ -38,6 +38,7 @@ FIRST, SLOWEST, UNSOLVED = "the first of its family", "it took longest in its fa
 MOST_PLANS = 6
 """That a page shows in space."""
 
+_RAW = "as measured here"  # ends the title of a table whose times are not the reference core's
 _POINTS = 240  # of a curve over time
 _REFERENCE = "[ms of the reference core]"
 
@@ -345,15 +346,13 @@ def _sections(tables: Sequence[Table], notes: Sequence[str]) -> list[Data]:
 
 
 def table_section(table: Table, *, opened: bool) -> Data:
-    """Return a table as a part of a page; a long title is cut at its first comma or semicolon, and told below in full."""
-    first = min((table.title.find(mark) for mark in ",;:" if mark in table.title), default=len(table.title))
-    name = table.title[:first].strip()
-    return section(
-        name[:1].upper() + name[1:],
-        table=(table.header, table.rows),
-        notes=[table.title] if name != table.title else [],
-        opened=opened,
-    )
+    """Return a table as a part of a page: the beginning of its title above it, all of it below if there is more."""
+    ends = [table.title.find(mark) for mark in (",", ";", ": ") if mark in table.title]
+    name = table.title[: min(ends, default=len(table.title))].strip()
+    if table.title.endswith(_RAW):
+        name, opened = f"{name}, {_RAW}", False
+    notes = [table.title] if name != table.title else []
+    return section(name, table=(table.header, table.rows), notes=notes, opened=opened)
 
 
 def _planned(problem: Problem, settings: PlannerSettings, seed: int) -> Plan:
