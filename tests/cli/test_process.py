@@ -133,7 +133,7 @@ def in_a_terminal(command: list[str], columns: int) -> str:
 
 
 def test_a_terminal_shows_a_bar_and_tables_that_fit(tmp_path: Path) -> None:
-    command = [*SPACEARM, "paper", "-o", str(tmp_path / "out"), "--no-figures", "--methods", "pso", "ring-forgiving"]
+    command = [*SPACEARM, "paper", "-o", str(tmp_path / "out"), "--methods", "pso", "ring-forgiving"]
     shown = in_a_terminal([*command, "--runs", "40", "--modes", "goal"], columns=80)
     bars = [line.rstrip() for line in re.split(r"[\r\n]+", shown) if line.startswith("runs ")]
     assert any("%" in bar for bar in bars)

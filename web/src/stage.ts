@@ -287,7 +287,7 @@ export class Stage {
     const closest = view.closest ? new ClosestPair(view.closest, materials.colors.closest) : null;
     const solidBodies = bodies.filter((body) => !body.actor.ghost);
     const moving = bodies.filter((body) => body.motion.end > body.motion.start);
-    const paths = moving.map((body) => ({ path: new Path(body, this.theme, moving.length === 1, "tip"), ghost: body.actor.ghost }));
+    const paths = moving.map((body) => ({ path: new Path(body, this.theme, moving.length === 1 && !cloud, "tip"), ghost: body.actor.ghost }));
     const drifting = solidBodies.find((body) => body.motion.moving && body.motion.end > body.motion.start);
     const content: Content = {
       view, bodies, things, cloud, points, sphere, closest, paths, //

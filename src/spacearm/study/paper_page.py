@@ -160,9 +160,9 @@ def _swarm_view(experiment: Experiment, cell: MethodRuns, meshes: Meshes, *, poi
 
 
 def _path_views(experiment: Experiment, cell: MethodRuns, page: Data) -> list[Data]:
-    """Return the view of a cell's planned path; none where there is no motion."""
+    """Return the view of a cell's planned path, or of why there is none; no view where there was nothing to plan to."""
     path = cell.path
-    if path is None or path.trajectory is None:
+    if path is None:
         return []
     values = path.values
     found = Plan(
