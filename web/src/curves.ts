@@ -76,11 +76,11 @@ export function airy(low: number, high: number): [number, number] {
   return [low - air, high + air];
 }
 
-/** The range of a logarithmic axis around values; at least a third of a decade. */
-export function airyLog(low: number, high: number): [number, number] {
+/** The range of a logarithmic axis around values; at least a third of a decade. `held`: nothing below the least. */
+export function airyLog(low: number, high: number, held: boolean): [number, number] {
   const [a, b] = [Math.log10(low), Math.log10(high)];
-  const air = Math.max(0.05 * (b - a), 0.15);
-  return [10 ** (a - (b - a > 0 ? air / 2 : air)), 10 ** (b + air)];
+  const air = Math.max(0.06 * (b - a), 0.12);
+  return [10 ** (held ? a : a - air), 10 ** Math.max(b + air, a + 0.33)];
 }
 
 /** Ticks of a logarithmic axis: 1, 2, 5 in each decade if there are few decades, else every decade or some of them. */

@@ -5,28 +5,71 @@ import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import type { Actor, Closest, Cloud, Geometry, Obstacle, Part, Robot, Target } from "./data";
 import { intervalAt, matrixOf, Motion, type Placement, unpack, unpackShares } from "./kinematics";
-import { SCENE, scaleColor, type SceneColors, type Theme, toneColor } from "./palette";
+import { costColor, SCENE, scaleColor, type SceneColors, type Theme, toneColor } from "./palette";
 import { fadedDisc, gridLines, manySpheres, merged, type Solid, Solids, triad, vector } from "./solids";
+
+const VEIL_VERTEX = `
+varying vec3 vNormal;
+varying vec3 vToEye;
+void main() {
+  vec4 at = vec4(position, 1.0);
+  vec3 turned = normal;
+  #ifdef USE_INSTANCING
+    at = instanceMatrix * at;
+    turned = mat3(instanceMatrix) * turned;
+  #endif
+  vec4 seen = modelViewMatrix * at;
+  vNormal = normalMatrix * turned;
+  vToEye = -seen.xyz;
+  gl_Position = projectionMatrix * seen;
+}`;
+const VEIL_FRAGMENT = `
+uniform vec3 color;
+uniform float face;
+uniform float rim;
+varying vec3 vNormal;
+varying vec3 vToEye;
+void main() {
+  float square = abs(dot(normalize(vNormal), normalize(vToEye)));
+  float away = 1.0 - square;
+  gl_FragColor = vec4(color * (0.7 + 0.3 * square), face + rim * away * away);
+  #include <colorspace_fragment>
+}`;
+
+/** Darkens a material towards its outline, so that round shapes stand out from a ground of their own colour. */
+function rimmed<M extends THREE.Material>(material: M): M {
+  const rim = "outgoingLight *= mix(0.58, 1.0, smoothstep(0.0, 0.42, abs(dot(normalize(normal), normalize(vViewPosition)))));\n";
+  material.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace("#include <opaque_fragment>", rim + "#include <opaque_fragment>");
+  };
+  return material;
+}
 
 /** The materials of a scene; they are made anew for another theme. */
 export class Materials {
   readonly colors: SceneColors;
-  readonly solid: THREE.Material;
+  readonly solids: THREE.Material[]; // in turn along the chain: links that share a surface at a joint do not flicker
   readonly edges: THREE.LineBasicMaterial;
   readonly faded: THREE.MeshBasicMaterial;
   readonly fadedLines: THREE.LineBasicMaterial;
   readonly triad: THREE.Material;
-  readonly depth = new THREE.MeshBasicMaterial({ colorWrite: false, transparent: true });
+  readonly inner: THREE.Material; // of a triad that is seen through what is around it
+  readonly depth: THREE.Material; // draws the depth of a veil, so that only its outer face is seen
   private readonly made: THREE.Material[] = [];
 
   constructor(readonly theme: Theme) {
     this.colors = SCENE[theme];
-    const offset = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
-    this.solid = this.keep(new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0, ...offset }));
+    this.solids = [1, 3].map((polygonOffsetFactor) => {
+      const offset = { polygonOffset: true, polygonOffsetFactor, polygonOffsetUnits: 1 };
+      return this.keep(rimmed(new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0, ...offset })));
+    });
     this.edges = this.keep(new THREE.LineBasicMaterial({ color: this.colors.edge, transparent: true, opacity: this.colors.edgeOpacity, depthWrite: false }));
     this.faded = this.keep(new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, side: THREE.DoubleSide, depthWrite: false }));
     this.fadedLines = this.keep(new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
-    this.triad = this.keep(new THREE.MeshLambertMaterial({ vertexColors: true }));
+    this.depth = this.veil("#000000", 1, 0);
+    Object.assign(this.depth, { colorWrite: false, depthWrite: true });
+    this.inner = this.keep(new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, opacity: 0.75, depthTest: false }));
+    this.triad = this.keep(new THREE.MeshBasicMaterial({ vertexColors: true }));
   }
 
   private keep<M extends THREE.Material>(material: M): M {
@@ -34,14 +77,20 @@ export class Materials {
     return material;
   }
 
-  /** Opaque, of one colour, for instanced spheres. */
-  plain(color: THREE.Color): THREE.Material {
-    return this.keep(new THREE.MeshStandardMaterial({ color, roughness: 0.62, metalness: 0 }));
+  /** Draws every second link deeper by a length, in the depth buffer's resolution [m]. */
+  part(shift: number, resolution: number): void {
+    this.solids[1].polygonOffsetUnits = Math.min(1e5, Math.max(1, shift / resolution));
   }
 
-  /** Seen through; with `depth` drawn before it, only its outer face is. */
-  veil(color: string, opacity: number): THREE.Material {
-    return this.keep(new THREE.MeshLambertMaterial({ color, transparent: true, opacity, depthWrite: false, emissive: color, emissiveIntensity: 0.25 }));
+  /** Opaque, of one colour, for instanced spheres. */
+  plain(color: THREE.Color): THREE.Material {
+    return this.keep(rimmed(new THREE.MeshStandardMaterial({ color, roughness: 0.62, metalness: 0 })));
+  }
+
+  /** Seen through, denser towards the rim: `face` is the opacity where it is looked at squarely, `rim` what is added at its outline. */
+  veil(color: string, face: number, rim: number): THREE.Material {
+    const uniforms = { color: { value: new THREE.Color(color) }, face: { value: face }, rim: { value: rim } };
+    return this.keep(new THREE.ShaderMaterial({ uniforms, vertexShader: VEIL_VERTEX, fragmentShader: VEIL_FRAGMENT, transparent: true, depthWrite: false }));
   }
 
   lines(color: string, opacity: number): THREE.Material {
@@ -49,36 +98,47 @@ export class Materials {
   }
 
   dispose(): void {
-    for (const material of [...this.made, this.depth]) material.dispose();
+    for (const material of this.made) material.dispose();
   }
 }
 
 /** How a robot's or an obstacle's shapes look: as they are, as a veil of one colour, or as a veil over something else. */
-type Look = { kind: "solid" } | { kind: "veil"; material: THREE.Material; edges: THREE.Material | null; order: number };
+type Look = { kind: "solid"; turn: number } | { kind: "veil"; material: THREE.Material; edges: THREE.Material | null; order: number };
 
 interface Coloured {
+  name: string; // what the pointer tells
   geometry: Geometry;
   color: THREE.Color;
   own: boolean; // whether a mesh's own colours are taken
 }
 
+/** Of a drawn mesh: the names of its triangles, as the number of the first one that is no more of it. */
+export interface Named {
+  names: { name: string; before: number }[];
+}
+
 /** Draws shapes into a group: one mesh and one set of edges for all solids, one instanced mesh for each sphere set. */
 function addShapes(group: THREE.Object3D, shapes: Coloured[], solids: Solids, materials: Materials, look: Look): void {
   const pieces: { solid: Solid; color: THREE.Color; own: boolean }[] = [];
+  const named: Named = { names: [] };
+  let triangles = 0;
   for (const shape of shapes) {
     const solid = solids.of(shape.geometry);
-    if (solid) pieces.push({ ...shape, solid });
-    else if (shape.geometry.kind === "spheres") {
+    if (solid) {
+      pieces.push({ ...shape, solid });
+      triangles += solid.positions.length / 9;
+      named.names.push({ name: shape.name, before: triangles });
+    } else if (shape.geometry.kind === "spheres") {
       const [centers, radii] = [unpack(shape.geometry.centers), unpack(shape.geometry.radii)];
       if (radii.length === 0) continue;
-      if (look.kind === "solid") group.add(cast(manySpheres(centers, radii, materials.plain(shape.color))));
+      if (look.kind === "solid") group.add(cast(manySpheres(centers, radii, materials.plain(shape.color)), { names: [{ name: shape.name, before: Infinity }] }));
       else group.add(...[materials.depth, look.material].map((material, i) => ordered(manySpheres(centers, radii, material), look.order + i)));
     }
   }
   if (pieces.length === 0) return;
   const { faces, edges } = merged(pieces);
   if (look.kind === "solid") {
-    group.add(cast(new THREE.Mesh(faces, materials.solid)));
+    group.add(cast(new THREE.Mesh(faces, materials.solids[look.turn % 2]), named));
     if (edges.getAttribute("position").count) group.add(new THREE.LineSegments(edges, materials.edges));
     return;
   }
@@ -86,8 +146,9 @@ function addShapes(group: THREE.Object3D, shapes: Coloured[], solids: Solids, ma
   if (look.edges && edges.getAttribute("position").count) group.add(ordered(new THREE.LineSegments(edges, look.edges), look.order + 2));
 }
 
-function cast<T extends THREE.Object3D>(object: T): T {
+function cast<T extends THREE.Object3D>(object: T, named: Named): T {
   object.castShadow = object.receiveShadow = true;
+  object.userData = named;
   return object;
 }
 
@@ -102,9 +163,9 @@ const TOOL = /tool|gripper|hand|finger|effector|probe|grapple|camera|jaw/i;
 
 /** A calm colour for a link: light and grey in turn along the chain; base, panels, tool and payload have their own. */
 function linkColor(part: Part, names: string[], colors: SceneColors): THREE.Color {
-  if (PAYLOAD.test(part.name)) return new THREE.Color(colors.payload);
   if (PANEL.test(part.name)) return new THREE.Color(colors.panel);
   if (TOOL.test(part.name)) return new THREE.Color(colors.tool);
+  if (part.held || PAYLOAD.test(part.name)) return new THREE.Color(colors.payload);
   if (part.joint < 0) return new THREE.Color(colors.base);
   return new THREE.Color(colors.links[names.indexOf(part.name) % 2]);
 }
@@ -116,7 +177,7 @@ export class Body {
   placement: Placement;
   private readonly nodes: THREE.Object3D[] = []; // the base's, then the joints'
   private readonly layers: { visuals: THREE.Object3D[]; shapes: THREE.Object3D[]; veil: THREE.Object3D[] } = { visuals: [], shapes: [], veil: [] };
-  private readonly boxes: { node: number; box: THREE.Box3 }[] = [];
+  private readonly boxes: { part: Part; box: THREE.Box3 }[] = [];
 
   constructor(readonly actor: Actor, readonly robot: Robot, solids: Solids, private readonly materials: Materials) {
     this.motion = new Motion(robot, actor.knots);
@@ -136,19 +197,22 @@ export class Body {
   private addSolid(solids: Solids): void {
     const { materials, robot } = this;
     const { colors, theme } = materials;
-    this.addLayer(this.layers.visuals, robot.visuals, solids, { kind: "solid" });
-    this.addLayer(this.layers.shapes, robot.shapes, solids, { kind: "solid" });
+    this.addLayer(this.layers.visuals, robot.visuals, solids, { kind: "solid", turn: 0 });
+    this.addLayer(this.layers.shapes, robot.shapes, solids, { kind: "solid", turn: 0 });
     if (!robot.visuals.length) return;
-    const veil = materials.veil(colors.envelope, theme === "light" ? 0.16 : 0.2);
+    const veil = materials.veil(colors.envelope, theme === "light" ? 0.06 : 0.08, 0.55);
     this.addLayer(this.layers.veil, robot.shapes, solids, { kind: "veil", material: veil, edges: materials.lines(colors.envelope, 0.35), order: 20 });
   }
 
   private addGhost(solids: Solids): void {
     const { materials, robot } = this;
     const tone = toneColor(this.actor.tone, materials.theme);
-    const look: Look = { kind: "veil", material: materials.veil(tone, 0.26), edges: materials.lines(tone, 0.6), order: 10 };
-    this.addLayer(this.layers.visuals, robot.visuals, solids, look);
-    this.addLayer(this.layers.shapes, robot.shapes, solids, look);
+    const arm: Look = { kind: "veil", material: materials.veil(tone, 0.24, 0.6), edges: materials.lines(tone, 0.6), order: 10 };
+    const base: Look = { kind: "veil", material: materials.veil(tone, 0.07, 0.25), edges: materials.lines(tone, 0.55), order: 10 };
+    for (const [layer, parts] of [[this.layers.visuals, robot.visuals], [this.layers.shapes, robot.shapes]] as const) {
+      this.addLayer(layer, parts.filter((part) => part.joint >= 0), solids, arm);
+      this.addLayer(layer, parts.filter((part) => part.joint < 0), solids, base);
+    }
   }
 
   private addLayer(layer: THREE.Object3D[], parts: Part[], solids: Solids, look: Look): void {
@@ -157,8 +221,8 @@ export class Body {
       const own = parts.filter((part) => part.joint === i - 1);
       if (!own.length) return;
       const group = new THREE.Group();
-      const shapes = own.map((part) => ({ geometry: part.geometry, color: stated(part.color) ?? linkColor(part, names, this.materials.colors), own: !part.color }));
-      addShapes(group, shapes, solids, this.materials, look);
+      const shapes = own.map((part) => ({ name: `link ${part.name}`, geometry: part.geometry, color: stated(part.color) ?? linkColor(part, names, this.materials.colors), own: !part.color }));
+      addShapes(group, shapes, solids, this.materials, look.kind === "solid" ? { ...look, turn: layer.length } : look);
       node.add(group);
       layer.push(group);
     });
@@ -167,7 +231,7 @@ export class Body {
   private measure(solids: Solids): void {
     for (const part of this.robot.visuals.length ? this.robot.visuals : this.robot.shapes) {
       const box = boxOf(part.geometry, solids);
-      if (!box.isEmpty()) this.boxes.push({ node: part.joint + 1, box });
+      if (!box.isEmpty()) this.boxes.push({ part, box });
     }
   }
 
@@ -179,6 +243,15 @@ export class Body {
     });
   }
 
+  /** Hides what stands where the other body has the same part: a ghost would only tint it. */
+  hideWhere(other: Body, near: number): void {
+    this.nodes.forEach((node, i) => {
+      const [a, b] = [node.matrix.elements, other.nodes[i]?.matrix.elements];
+      const same = b && a.every((value, k) => Math.abs(value - b[k]) < (k >= 12 ? near : 2e-3));
+      node.visible = !(same && this.robot === other.robot);
+    });
+  }
+
   tip(t: number): THREE.Matrix4 {
     return new THREE.Matrix4().fromArray(this.motion.tip(t));
   }
@@ -186,34 +259,50 @@ export class Body {
   /** Shows visuals and shapes; the shapes are a veil over visuals. */
   show(visuals: boolean, shapes: boolean): void {
     const drawn = this.robot.visuals.length > 0;
-    const plain = !drawn || (shapes && !visuals) || (this.actor.ghost && !visuals);
+    const plain = drawn ? shapes && !visuals : shapes || visuals; // a robot without visuals has its shapes for them
     for (const group of this.layers.visuals) group.visible = visuals;
-    for (const group of this.layers.shapes) group.visible = shapes && plain;
+    for (const group of this.layers.shapes) group.visible = plain;
     for (const group of this.layers.veil) group.visible = shapes && visuals;
   }
 
   /** Corners of the links' boxes at an instant, in the world. */
   corners(t: number): THREE.Vector3[] {
     const placement = this.motion.at(t);
-    const points = this.boxes.flatMap(({ node, box }) => {
-      const matrix = new THREE.Matrix4().fromArray(node ? placement.joints[node - 1] : placement.base);
+    const points = this.boxes.flatMap(({ part, box }) => {
+      const matrix = new THREE.Matrix4().fromArray(part.joint < 0 ? placement.base : placement.joints[part.joint]);
       return cornersOf(box).map((point) => point.applyMatrix4(matrix));
     });
     return [...points, new THREE.Vector3().setFromMatrixPosition(this.tip(t))];
   }
 
-  /** Middles of the links by name, now. */
-  middles(): Map<string, THREE.Vector3> {
-    const parts = this.robot.visuals.length ? this.robot.visuals : this.robot.shapes;
-    const found = new Map<string, THREE.Vector3>();
-    let at = 0;
-    for (const part of parts) {
-      const entry = this.boxes[at];
-      if (!entry || entry.node !== part.joint + 1) continue;
-      at++;
-      if (!found.has(part.name)) found.set(part.name, entry.box.getCenter(new THREE.Vector3()).applyMatrix4(this.nodes[entry.node].matrix));
+  /** Points that are worth seeing at an instant: the tip and the joints' frames. */
+  watched(t: number): THREE.Vector3[] {
+    const placement = this.motion.at(t);
+    const tip = this.motion.tip(t, placement);
+    const last = placement.joints.slice(Math.floor(placement.joints.length / 2));
+    return [tip, tip, ...last].map((m) => new THREE.Vector3(m[12], m[13], m[14])); // the tip counts twice
+  }
+
+  /** The boxes of the base's shapes in the base's frame at an instant, and the way into it from the world. */
+  baseBoxes(t: number): { box: THREE.Box3; inverse: THREE.Matrix4 }[] {
+    const inverse = new THREE.Matrix4().fromArray(this.motion.base(t)).invert();
+    return this.boxes.filter(({ part }) => part.joint < 0).map(({ box }) => ({ box, inverse }));
+  }
+
+  /** The links by name: the frame that each rides on, the middle of its first shape there, and its size. */
+  links(): { name: string; joint: number; middle: THREE.Vector3; size: number }[] {
+    const found = new Map<string, { name: string; joint: number; middle: THREE.Vector3; size: number }>();
+    for (const { part, box } of this.boxes) {
+      const size = box.getSize(new THREE.Vector3()).length();
+      const known = found.get(part.name);
+      if (!known || known.size < size) found.set(part.name, { name: part.name, joint: part.joint, middle: box.getCenter(new THREE.Vector3()), size });
     }
-    return found;
+    return [...found.values()];
+  }
+
+  /** A point of a joint's moving frame (-1: the base's), now, in the world. */
+  point(joint: number, at: THREE.Vector3): THREE.Vector3 {
+    return at.clone().applyMatrix4(this.nodes[joint + 1].matrix);
   }
 }
 
@@ -244,26 +333,29 @@ export function boxOf(shape: Geometry, solids: Solids): THREE.Box3 {
 export class Thing {
   readonly root = new THREE.Group();
   readonly box = new THREE.Box3();
+  readonly boxes: THREE.Box3[] = []; // of its parts
   readonly planes: { normal: THREE.Vector3; offset: number }[] = [];
 
   constructor(readonly obstacle: Obstacle, solids: Solids, materials: Materials) {
     const { colors } = materials;
     const color = new THREE.Color(PANEL.test(obstacle.name) ? colors.panel : colors.obstacle);
-    addShapes(this.root, obstacle.parts.map((geometry) => ({ geometry, color, own: true })), solids, materials, { kind: "solid" });
+    addShapes(this.root, obstacle.parts.map((geometry) => ({ name: obstacle.name, geometry, color, own: true })), solids, materials, { kind: "solid", turn: 0 });
     for (const part of obstacle.parts) {
-      this.box.union(boxOf(part, solids));
+      const box = boxOf(part, solids);
+      if (!box.isEmpty()) this.boxes.push(box);
+      this.box.union(box);
       if (part.kind === "halfspace") this.planes.push(plane(part.normal, part.offset));
     }
   }
 
   /** Draws the half-spaces' faces near a place. */
-  addPlanes(center: THREE.Vector3, radius: number, materials: Materials): void {
+  addPlanes(center: THREE.Vector3, radius: number, materials: Materials, floor: number | undefined): void {
     const color = new THREE.Color(materials.colors.obstacle);
     for (const { normal, offset } of this.planes) {
       const group = new THREE.Group();
       group.add(ordered(new THREE.Mesh(fadedDisc(2.4 * radius, color, 0.34), materials.faded), -2));
       const lines = gridLines(0, 0, 2.4 * radius, niceStep(radius / 4), new THREE.Color(materials.colors.grid), 0.4, 1);
-      group.add(ordered(new THREE.LineSegments(lines, materials.fadedLines), -1));
+      if (offset !== floor) group.add(ordered(new THREE.LineSegments(lines, materials.fadedLines), -1)); // the floor has the grid
       group.position.copy(center).addScaledVector(normal, offset - normal.dot(center));
       group.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), normal);
       this.root.add(group);
@@ -303,7 +395,7 @@ export class Path {
 
   constructor(body: Body, theme: Theme, bySpeed: boolean, of: "tip" | "base") {
     const { motion } = body;
-    const count = Math.max(2, Math.min(480, 24 * (motion.q.t.length - 1) + 1));
+    const count = Math.max(161, Math.min(481, 24 * (motion.q.t.length - 1) + 1));
     this.t = Float64Array.from({ length: count }, (_, i) => motion.start + ((motion.end - motion.start) * i) / (count - 1));
     const points = new Float32Array(3 * count);
     this.t.forEach((t, i) => points.set((of === "tip" ? motion.tip(t) : motion.base(t)).slice(12, 15), 3 * i));
@@ -314,6 +406,7 @@ export class Path {
     this.root.add(ordered(wideLine(points, colors, tone, ghost ? 1.2 : 1.6, ghost ? 0.55 : 0.45), 5));
     this.passed = ordered(wideLine(points, colors, tone, ghost ? 1.8 : 3), 6);
     this.root.add(this.passed);
+    if (of === "base") for (const line of this.root.children as Line2[]) Object.assign(line.material, { depthTest: false, transparent: true });
     this.seek(motion.start);
   }
 
@@ -349,7 +442,7 @@ export function targetMark(target: Target, size: number, materials: Materials): 
     group.add(axes);
   }
   const radius = Math.max(target.radius, 0.007 * size);
-  group.add(ordered(new THREE.Mesh(new THREE.SphereGeometry(radius, 24, 16), materials.veil(tone, 0.45)), 8));
+  group.add(ordered(new THREE.Mesh(new THREE.SphereGeometry(radius, 24, 16), materials.veil(tone, 0.4, 0.3)), 8));
   for (const turn of [[0, 0], [Math.PI / 2, 0], [0, Math.PI / 2]]) {
     const ring = new THREE.EllipseCurve(0, 0, 0.03 * size, 0.03 * size).getPoints(48).flatMap((p) => [p.x, p.y, 0]);
     const line = wideLine(new Float32Array(ring), null, tone, 1.6);
@@ -387,6 +480,14 @@ export class Particles {
     this.seek(0);
   }
 
+  /** Some of the points, for the camera: all of the first set, which is the widest, and a share of the others. */
+  some(): THREE.Vector3[] {
+    const out: THREE.Vector3[] = [];
+    const step = Math.max(1, Math.floor(this.places.length / 3 / 500));
+    for (let i = 0; i < this.places.length / 3; i += i < this.perIteration ? 1 : step) out.push(new THREE.Vector3().fromArray(this.places, 3 * i));
+    return out;
+  }
+
   seek(t: number): void {
     const now = this.at ? lastAt(this.at, t) : Math.min(this.iterations - 1, Math.max(0, Math.round(t / (this.clock.step || 1))));
     const [positions, colors] = [this.points.geometry.getAttribute("position"), this.points.geometry.getAttribute("color")];
@@ -395,7 +496,7 @@ export class Particles {
     for (let back = Math.min(now, Particles.TAIL); back >= 0; back--) {
       for (let i = (now - back) * this.perIteration; i < (now - back + 1) * this.perIteration; i++) {
         positions.setXYZ(at, this.places[3 * i], this.places[3 * i + 1], this.places[3 * i + 2]);
-        color.setRGB(...scaleColor(this.values ? this.values[i] / 255 : 0, this.theme), THREE.SRGBColorSpace);
+        color.setRGB(...costColor(this.values ? this.values[i] / 255 : 0, this.theme), THREE.SRGBColorSpace);
         colors.setXYZW(at++, color.r, color.g, color.b, back ? 0.34 / back : 1);
       }
     }

@@ -35,7 +35,8 @@ export class Header {
         this.verdict,
       ),
     );
-    this.block = el("dl", { class: "block", "aria-label": "title block" });
+    const columns = Math.ceil(page.block.length / (page.block.length > 14 ? 3 : 2));
+    this.block = el("dl", { class: "block", "aria-label": "title block", style: `--columns: ${columns}` });
     for (const [label, value] of page.block) this.block.append(el("div", { class: "cell" }, el("dt", {}, label), el("dd", {}, value)));
     if (page.block.length) this.root.append(this.block);
     this.views = el("nav", { class: "views", "aria-label": "views", hidden: page.views.length < 2 });

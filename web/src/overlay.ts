@@ -1,6 +1,6 @@
 /** What lies over the 3-D picture as HTML and SVG: names that do not overlap, the axes' gizmo, the legend of a colour scale. */
 import * as THREE from "three";
-import { SCENE, scaleGradient, type Theme } from "./palette";
+import { SCENE, type scaleColor, scaleGradient, type Theme } from "./palette";
 
 /** Text at a place of the scene. */
 export interface Label {
@@ -8,14 +8,18 @@ export interface Label {
   at: THREE.Vector3;
   rank: number; // smaller ones keep their place where labels overlap
   shown: boolean; // whether it is wanted
+  hidden: boolean; // whether it has no place now
   width: number; // 0 until it has been measured
   height: number;
-  centred: boolean; // over its place; else above it
+  way: "above" | "centred" | "beside"; // how it stands by its place; beside: with a line to it
+  leader: SVGElement | null;
+  extent: number; // of what it names [m]: the name is left out where that is seen small; 0: never
 }
 
 const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif";
 const SVG = "http://www.w3.org/2000/svg";
 const GIZMO = 74;
+const SMALLEST = 72; // px: links that are seen smaller are not named
 
 export class Overlay {
   readonly root = document.createElement("div");
@@ -23,6 +27,9 @@ export class Overlay {
   private readonly gizmo = document.createElementNS(SVG, "svg");
   private readonly legend = document.createElement("div");
   private readonly arms: { line: SVGElement; knob: SVGElement; text: SVGElement }[] = [];
+  private readonly leaders = document.createElementNS(SVG, "svg");
+  private readonly tip = document.createElement("div"); // of the pointer
+  private readonly note = document.createElement("div"); // of the grid
   private theme: Theme = "light";
 
   constructor(canvas: HTMLCanvasElement, pick: (axis: number) => void) {
@@ -31,13 +38,17 @@ export class Overlay {
     this.root.className = "stage-overlay";
     this.root.setAttribute("aria-hidden", "true");
     Object.assign(this.root.style, { position: "absolute", overflow: "hidden", pointerEvents: "none", fontFamily: FONT, userSelect: "none" });
-    Object.assign(this.legend.style, { position: "absolute", left: "12px", bottom: "10px", font: `11px ${FONT}`, display: "none" });
+    Object.assign(this.legend.style, { position: "absolute", left: "12px", bottom: "30px", font: `11px ${FONT}`, display: "none" });
     this.legend.className = "stage-legend";
     this.gizmo.setAttribute("class", "stage-gizmo");
     this.gizmo.setAttribute("viewBox", `${-GIZMO / 2} ${-GIZMO / 2} ${GIZMO} ${GIZMO}`);
     Object.assign(this.gizmo.style, { position: "absolute", right: "8px", bottom: "6px", width: `${GIZMO}px`, height: `${GIZMO}px` });
     for (let axis = 0; axis < 3; axis++) this.arms.push(this.arm(axis, pick));
-    this.root.append(this.legend, this.gizmo);
+    Object.assign(this.leaders.style, { position: "absolute", left: "0", top: "0", width: "100%", height: "100%" });
+    Object.assign(this.tip.style, { position: "absolute", left: "0", top: "0", padding: "1px 6px", borderRadius: "3px", font: `11px/1.5 ${FONT}`, whiteSpace: "nowrap", zIndex: "2" });
+    this.note.className = "stage-note";
+    Object.assign(this.note.style, { position: "absolute", right: "12px", top: "8px", font: `10px ${FONT}`, opacity: "0.65" });
+    this.root.append(this.leaders, this.legend, this.note, this.gizmo, this.tip);
     canvas.after(this.root);
   }
 
@@ -64,6 +75,7 @@ export class Overlay {
     const { offsetLeft: left, offsetTop: top, clientWidth: width, clientHeight: height } = canvas;
     Object.assign(this.root.style, { left: `${left}px`, top: `${top}px`, width: `${width}px`, height: `${height}px` });
     this.root.style.color = SCENE[theme].text;
+    Object.assign(this.tip.style, { background: SCENE[theme].text, color: SCENE[theme].top });
     this.arms.forEach(({ line, knob, text }, axis) => {
       line.setAttribute("stroke", SCENE[theme].axes[axis]);
       knob.setAttribute("fill", SCENE[theme].axes[axis]);
@@ -73,12 +85,14 @@ export class Overlay {
 
   clear(): void {
     for (const { element } of this.labels) element.remove();
+    this.leaders.replaceChildren();
+    this.tell("", 0, 0);
     this.labels = [];
     this.legend.style.display = "none";
   }
 
   /** A new label: "mark" is plain small text, "name" has a ground behind it, "value" is strong. */
-  label(text: string, kind: "mark" | "name" | "value", rank: number, centred = false): Label {
+  label(text: string, kind: "mark" | "name" | "value", rank: number, way: Label["way"] = "above"): Label {
     const element = document.createElement("div");
     element.className = `stage-label stage-${kind}`;
     element.textContent = text;
@@ -87,7 +101,7 @@ export class Overlay {
     if (kind === "mark") element.style.opacity = "0.6";
     else Object.assign(element.style, { padding: "0 4px", borderRadius: "3px", background: SCENE[this.theme].halo });
     this.root.append(element);
-    const label = { element, at: new THREE.Vector3(), rank, shown: true, width: 0, height: 0, centred };
+    const label = { element, at: new THREE.Vector3(), rank, shown: true, hidden: false, width: 0, height: 0, way, leader: way === "beside" ? this.leader() : null, extent: 0 };
     this.labels.push(label);
     return label;
   }
@@ -101,9 +115,13 @@ export class Overlay {
     label.element.style.color = color;
   }
 
-  setLegend(title: string, low: string, high: string): void {
-    const bar = `<div style="height:6px;border-radius:3px;background:${scaleGradient(this.theme)};margin:3px 0"></div>`;
-    this.legend.innerHTML = `<div class="title"></div>${bar}<div style="display:flex;justify-content:space-between"><span></span><span></span></div>`;
+  setNote(text: string): void {
+    this.note.textContent = text;
+  }
+
+  setLegend(title: string, low: string, high: string, of: typeof scaleColor): void {
+    const bar = `<div style="height:6px;border-radius:3px;background:${scaleGradient(this.theme, of)};margin:3px 0"></div>`;
+    this.legend.innerHTML = `<div></div>${bar}<div style="display:flex;justify-content:space-between"><span></span><span></span></div>`;
     this.legend.firstElementChild!.textContent = title;
     this.legend.querySelectorAll("span").forEach((span, i) => (span.textContent = i ? high : low));
     Object.assign(this.legend.style, { display: "block", minWidth: "132px", fontVariantNumeric: "tabular-nums" });
@@ -116,26 +134,33 @@ export class Overlay {
   /** Puts the labels where the camera sees their places; where two overlap, the one of the greater rank is hidden. */
   place(camera: THREE.PerspectiveCamera, width: number, height: number): void {
     const taken: number[][] = [[width - GIZMO - 8, height - GIZMO - 6, width, height]];
-    if (this.legend.style.display !== "none") taken.push([0, height - 52, 160, height]);
-    const seen = this.labels.filter((label) => label.shown);
-    for (const label of this.labels) if (!label.shown) label.element.style.visibility = "hidden";
+    taken.push([width - 150, 0, width, 24]); // the note
+    if (this.legend.style.display !== "none") taken.push([0, height - 76, 160, height - 26]);
+    const seen = this.labels.filter((label) => label.shown && !label.hidden);
+    for (const label of this.labels) {
+      if (label.shown && !label.hidden) continue;
+      label.element.style.visibility = "hidden";
+      label.leader?.setAttribute("visibility", "hidden");
+    }
     for (const label of seen) {
       if (label.width) continue;
       label.width = label.element.offsetWidth;
       label.height = label.element.offsetHeight;
     }
+    const focal = height / 2 / Math.tan((camera.fov * Math.PI) / 360);
     const projected = seen.map((label) => ({ label, p: label.at.clone().project(camera) }));
     projected.sort((a, b) => a.label.rank - b.label.rank || a.p.z - b.p.z);
     for (const { label, p } of projected) {
-      const x = Math.round(((p.x + 1) / 2) * width - label.width / 2);
-      const y = Math.round(((1 - p.y) / 2) * height - (label.centred ? label.height / 2 : label.height + 7));
-      const box = [x, y, x + label.width, y + label.height];
-      const inside = Math.abs(p.z) < 1 && x > 1 && y > 1 && box[2] < width - 1 && box[3] < height - 1;
-      const free = inside && taken.every((t) => box[2] + 2 < t[0] || t[2] + 2 < box[0] || box[3] + 1 < t[1] || t[3] + 1 < box[1]);
-      label.element.style.visibility = free ? "visible" : "hidden";
-      if (!free) continue;
-      taken.push(box);
-      label.element.style.transform = `translate(${x}px, ${y}px)`;
+      const [x, y] = [((p.x + 1) / 2) * width, ((1 - p.y) / 2) * height];
+      const large = label.extent === 0 || label.extent * focal > SMALLEST * label.at.distanceTo(camera.position);
+      const found = large && Math.abs(p.z) < 1 ? places(label, x, y).find((box) => isFree(box, taken, width, height)) : undefined;
+      label.element.style.visibility = found ? "visible" : "hidden";
+      label.leader?.setAttribute("visibility", found ? "visible" : "hidden");
+      if (!found) continue;
+      taken.push(found);
+      label.element.style.transform = `translate(${found[0]}px, ${found[1]}px)`;
+      const end = [found[0] > x ? found[0] : found[2], (found[1] + found[3]) / 2];
+      if (label.leader) [x, y, ...end].forEach((v, k) => label.leader!.setAttribute(["x1", "y1", "x2", "y2"][k], v.toFixed(1)));
     }
     this.turn(camera);
   }
@@ -158,7 +183,39 @@ export class Overlay {
     }
   }
 
+  private leader(): SVGElement {
+    const line = document.createElementNS(SVG, "line");
+    line.setAttribute("stroke", SCENE[this.theme].text);
+    line.setAttribute("stroke-opacity", "0.55");
+    this.leaders.append(line);
+    return line;
+  }
+
+  /** Tells the name of what is under the pointer. */
+  tell(text: string, x: number, y: number): void {
+    this.tip.style.display = text ? "block" : "none";
+    if (!text) return;
+    this.tip.textContent = text;
+    const right = x + 14 + this.tip.offsetWidth > this.root.clientWidth;
+    this.tip.style.transform = `translate(${Math.round(right ? x - 10 - this.tip.offsetWidth : x + 14)}px, ${Math.round(y + 12)}px)`;
+  }
+
   dispose(): void {
     this.root.remove();
   }
+}
+
+/** The boxes where a label may stand by its place, the best first: left, top, right, bottom. */
+function places(label: Label, x: number, y: number): number[][] {
+  const { width, height, way } = label;
+  const box = (left: number, top: number) => [Math.round(left), Math.round(top), Math.round(left) + width, Math.round(top) + height];
+  if (way === "centred") return [box(x - width / 2, y - height / 2)];
+  if (way === "above") return [box(x - width / 2, y - height - 7), box(x - width / 2, y + 7)];
+  const tries = [[1, -1], [-1, -1], [1, 1], [-1, 1], [1, -2], [-1, -2], [1, 2], [-1, 2]];
+  return tries.map(([side, up]) => box(side > 0 ? x + 26 : x - 26 - width, y + up * 20 - height / 2));
+}
+
+function isFree(box: number[], taken: number[][], width: number, height: number): boolean {
+  if (box[0] < 1 || box[1] < 1 || box[2] > width - 1 || box[3] > height - 1) return false;
+  return taken.every((t) => box[2] + 2 < t[0] || t[2] + 2 < box[0] || box[3] + 1 < t[1] || t[3] + 1 < box[1]);
 }

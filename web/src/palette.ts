@@ -53,7 +53,7 @@ export const SCENE: Record<Theme, SceneColors> = {
     bottom: "#d9e0e7",
     links: ["#e9ecef", "#b3bcc6"],
     base: "#cfc8ba",
-    panel: "#3d5a80",
+    panel: "#46689a",
     payload: "#e0a526",
     tool: "#5b6875",
     obstacle: "#8c99a8",
@@ -72,15 +72,15 @@ export const SCENE: Record<Theme, SceneColors> = {
     sky: "#ffffff",
     ground: "#a9b3be",
     skyIntensity: 1.55,
-    keyIntensity: 1.9,
-    fillIntensity: 0.35,
+    keyIntensity: 1.65,
+    fillIntensity: 0.6,
   },
   dark: {
     top: "#1c2430",
     bottom: "#0b0f15",
     links: ["#dfe3e8", "#8d98a5"],
     base: "#b3a88f",
-    panel: "#35609a",
+    panel: "#3f6fae",
     payload: "#e8b23a",
     tool: "#6f7f90",
     obstacle: "#6f7e90",
@@ -99,8 +99,8 @@ export const SCENE: Record<Theme, SceneColors> = {
     sky: "#dfeaf7",
     ground: "#2a3340",
     skyIntensity: 1.15,
-    keyIntensity: 2.2,
-    fillIntensity: 0.5,
+    keyIntensity: 1.85,
+    fillIntensity: 0.85,
   },
 };
 
@@ -116,8 +116,13 @@ export function scaleColor(share: number, theme: Theme): [number, number, number
   return [0, 1, 2].map((c) => STOPS[i][c] + (STOPS[i + 1][c] - STOPS[i][c]) * (x - i)) as [number, number, number];
 }
 
-/** The scale as a CSS gradient, least to most. */
-export function scaleGradient(theme: Theme): string {
-  const stops = Array.from({ length: 9 }, (_, i) => scaleColor(i / 8, theme).map((v) => Math.round(255 * v)));
+/** The scale for what is best at 0: that end stands out from the background. */
+export function costColor(share: number, theme: Theme): [number, number, number] {
+  return scaleColor(theme === "light" ? share : 1 - share, theme);
+}
+
+/** A scale as a CSS gradient, least to most. */
+export function scaleGradient(theme: Theme, of: typeof scaleColor = scaleColor): string {
+  const stops = Array.from({ length: 9 }, (_, i) => of(i / 8, theme).map((v) => Math.round(255 * v)));
   return `linear-gradient(to right, ${stops.map((rgb) => `rgb(${rgb.join(",")})`).join(", ")})`;
 }

@@ -19,6 +19,8 @@ export interface Linked {
 }
 
 const FONT = "11px system-ui, sans-serif";
+const TONES = 8; // colours; a curve with one that is used again is drawn in long dashes
+const PAPER = { width: 420, height: 190 };
 const NEAR = 14; // [px] within which a curve is looked at
 
 /** A plot: title, values at the cursor, curves, legend. */
@@ -44,12 +46,12 @@ export class Panel {
     this.curves = new Curves(plot);
     const all = this.curves.exact.flat().filter(Number.isFinite);
     const [low, high] = all.reduce(([a, b], v) => [Math.min(a, v), Math.max(b, v)], [Infinity, -Infinity]);
-    this.decimals = decimalsOf(Math.max(high - low, 1e-3 * Math.max(Math.abs(high), Math.abs(low))));
+    this.decimals = 1 + decimalsOf(Math.max(high - low, 1e-3 * Math.max(Math.abs(high), Math.abs(low))));
     const wide = button({ class: "tool small", title: "larger, smaller", "aria-label": `larger: ${plot.title}`, "aria-pressed": "false" }, () => {
       wide.setAttribute("aria-pressed", String(this.root.classList.toggle("wide")));
     }, icon("wide"));
     const unit = withUnit("", plot.unit).trim();
-    const title = el("h3", {}, plot.title, unit ? el("span", { class: "unit" }, ` ${unit}`) : null);
+    const title = el("h3", {}, plot.title, unit ? el("span", { class: "unit" }, ` [${unit}]`) : null);
     this.root = el(
       "figure",
       { class: "panel", "data-plot": plot.id, "aria-label": plot.title },
@@ -76,8 +78,15 @@ export class Panel {
     this.u.destroy();
   }
 
-  private fit(): void {
+  /** Draws in a size for paper, or again in that of the page. */
+  paper(on: boolean): void {
+    if (on) this.u.setSize(PAPER);
+    else this.fit(true);
+  }
+
+  private fit(anyway = false): void {
     const { clientWidth: width, clientHeight: height } = this.box;
+    if (!anyway && matchMedia("print").matches) return; // paper scales what is drawn
     if (width < 40 || height < 40 || (width === this.u.width && height === this.u.height)) return;
     this.u.setSize({ width, height });
     this.place();
@@ -97,7 +106,7 @@ export class Panel {
       cursor: { show: false },
       padding: [8, 12, 0, 0],
       scales: {
-        x: { time: false, distr: plot.logX ? 3 : 1, range: (_, low, high) => this.xRange(low, high) },
+        x: { time: false, distr: plot.logX ? 3 : 1, range: () => this.xRange() },
         y: { distr: plot.log ? 3 : 1, range: (_, low, high) => this.yRange(low, high) },
       },
       axes: [
@@ -118,7 +127,7 @@ export class Panel {
           grid,
           size: 50,
           gap: 4,
-          space: 26,
+          space: 20,
           ...(plot.log ? { splits: (u, _, low, high) => logTicks(low, high, u.bbox.height / devicePixelRatio / 22), values: (_, ticks) => ticks.map((v) => significant(v)), filter: (_, ticks) => ticks } : { values: (_, ticks) => tickTexts(ticks) }),
         },
       ],
@@ -128,20 +137,24 @@ export class Panel {
           label: series.label,
           stroke: () => this.color(i),
           width: series.faint ? 1 : 1.6,
-          dash: series.dashed ? [6, 4] : undefined,
+          dash: series.dashed ? [6, 4] : series.tone >= TONES && !series.faint ? [14, 3] : undefined,
           points: { show: this.curves.x.length === 1 },
           paths: series.steps ? uPlot.paths.stepped!({ align: 1 }) : undefined,
           spanGaps: false,
+          pxAlign: 0,
         })),
       ],
       hooks: { drawClear: [], draw: [(u) => this.paint(u)] },
     };
   }
 
-  private xRange(low: number, high: number): [number, number] {
+  /** What the x axis shows: the part that was chosen, else all. */
+  private xRange(): [number, number] {
     const { plot, linked } = this;
+    const { x } = this.curves;
     if (plot.clock && linked.span) return linked.span;
-    if (!Number.isFinite(low) || !Number.isFinite(high)) return plot.logX ? [0.1, 10] : [0, 1];
+    const [low, high] = [x[0], x[x.length - 1]];
+    if (!x.length) return plot.logX ? [0.1, 10] : [0, 1];
     if (plot.logX) return high > low ? [low, high] : [low / 2, high * 2];
     return high > low ? [low, high] : [low - 0.5, high + 0.5];
   }
@@ -153,7 +166,7 @@ export class Panel {
     const known = wanted.filter((v) => v !== null && Number.isFinite(v)).map((v) => (floor > 0 ? Math.max(v, floor) : v));
     if (!known.length) return floor > 0 ? [floor, 10 * floor] : [0, 1];
     const [a, b] = [Math.min(...known), Math.max(...known)];
-    return floor > 0 ? airyLog(this.curves.clamped ? floor : a, b) : airy(a, b);
+    return floor > 0 ? airyLog(this.curves.clamped ? floor : a, b, this.curves.clamped) : airy(a, b);
   }
 
   private color(i: number): string {
@@ -177,14 +190,7 @@ export class Panel {
     ctx.clip();
     ctx.font = `${11 * ratio}px system-ui, sans-serif`;
     const signal = SIGNALS[this.linked.theme];
-    const lines = [...(this.plot.lines ?? [])].sort((a, b) => b.value - a.value);
-    let above = -Infinity;
-    for (const line of lines) {
-      const y = u.valToPos(this.curves.place(line.value) ?? line.value, "y", true);
-      const below = y - above < 15 * ratio || y - u.bbox.top < 16 * ratio;
-      across(u, y, styled("--ink"), [2, 3], line.label, below);
-      above = below ? y + 15 * ratio : y;
-    }
+    this.paintLines(u);
     if (this.curves.clamped) across(u, u.valToPos(this.curves.floor, "y", true), styled("--muted"), [1, 4], "", false);
     const looked = this.focus !== null ? new Set([this.focus]) : this.alone;
     if (looked.size && looked.size <= 3)
@@ -194,12 +200,26 @@ export class Panel {
     ctx.restore();
   }
 
+  /** Lines across the plot; labels of lines that are near each other are written together. */
+  private paintLines(u: uPlot): void {
+    const ratio = devicePixelRatio;
+    const lines = [...(this.plot.lines ?? [])].sort((a, b) => b.value - a.value);
+    const at = lines.map((line) => u.valToPos(this.curves.place(line.value) ?? line.value, "y", true));
+    for (let i = 0; i < lines.length; ) {
+      let k = i + 1;
+      while (k < lines.length && at[k] - at[k - 1] < 15 * ratio) k++;
+      const label = lines.slice(i, k).map((line) => line.label).join(" \u00b7 ");
+      for (let j = i; j < k; j++) across(u, at[j], styled("--ink"), [2, 3], j > i ? "" : label, at[i] - u.bbox.top < 16 * ratio);
+      i = k;
+    }
+  }
+
   // ---- legend --------------------------------------------------------------------------------------------------------
 
   private legend(): HTMLElement {
     const { series } = this.plot;
     const longest = Math.max(0, ...series.map((one) => one.label.length));
-    const list = el("div", { class: `legend ${longest > 26 ? "long" : longest > 11 ? "middle" : ""}`, role: "group", "aria-label": "curves" });
+    const list = el("div", { class: "legend", role: "group", "aria-label": "curves", style: `--width: ${Math.round(6 * longest + 74)}px` });
     const faint = series.filter((one) => one.faint);
     series.forEach((one, i) => {
       this.values.push(null);
@@ -218,7 +238,7 @@ export class Panel {
           focus: (event: FocusEvent) => (event.target as HTMLElement).matches(":focus-visible") && this.look(i),
           blur: () => this.look(null),
         },
-        el("i", { class: `swatch${one.dashed ? " dashed" : ""}` }),
+        el("i", { class: `swatch${one.dashed ? " dashed" : one.tone >= TONES ? " again" : ""}` }),
         el("span", { class: "label" }, one.label),
         value,
       ));
@@ -389,7 +409,8 @@ export class Panel {
   /** Another theme, or another part of the time. */
   redraw(): void {
     this.paintLegend();
-    this.u.setScale("x", { min: null as unknown as number, max: null as unknown as number });
+    const [min, max] = this.xRange();
+    this.u.setScale("x", { min, max });
     this.u.redraw(false, true);
     this.place();
   }
@@ -405,16 +426,24 @@ function across(u: uPlot, y: number, color: string, dash: number[], label: strin
   ctx.moveTo(u.bbox.left, y);
   ctx.lineTo(u.bbox.left + u.bbox.width, y);
   ctx.stroke();
+  if (!label) return;
+  const right = u.bbox.left + u.bbox.width - 4 * ratio;
   ctx.textAlign = "right";
   ctx.textBaseline = below ? "top" : "bottom";
-  ctx.fillText(label, u.bbox.left + u.bbox.width - 4 * ratio, y + (below ? 3 : -2) * ratio);
+  ctx.setLineDash([]);
+  ctx.strokeStyle = styled("--sheet");
+  ctx.lineWidth = 3 * ratio;
+  ctx.lineJoin = "round";
+  ctx.strokeText(label, right, y + (below ? 3 : -2) * ratio);
+  ctx.fillText(label, right, y + (below ? 3 : -2) * ratio);
 }
 
 function tickTexts(ticks: number[]): string[] {
   const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : 1;
   const size = Math.max(...ticks.map(Math.abs));
   if (size >= 1e5 || (size > 0 && size < 1e-3)) return ticks.map((tick) => significant(tick, 3));
-  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  let decimals = 0;
+  while (decimals < 9 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6 * step * 10 ** decimals) decimals++;
   return ticks.map((tick) => fixed(tick, decimals));
 }
 

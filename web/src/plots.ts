@@ -59,6 +59,10 @@ export class Plots implements Linked {
     for (const panel of this.panels) if (panel !== from && panel.like(from)) panel.show(from.alone, from.focus);
   }
 
+  paper(on: boolean): void {
+    for (const panel of this.panels) panel.paper(on);
+  }
+
   redraw(): void {
     for (const panel of this.panels) panel.redraw();
   }

@@ -61,7 +61,11 @@ class Report {
     this.left = el("div", { class: "left" }, this.scene.root, this.player.root, bar);
     this.whole = new Sections(page.sections, this.clock, this.themes);
     const foot = el("footer", {}, "Made by spacearm; the page needs no network. Keys: ?");
-    app.replaceChildren(this.header.root, this.header.views, el("div", { class: "desk" }, this.left, this.right), foot, keys.help);
+    const desk = el("div", { class: "desk" }, this.left, this.right);
+    app.replaceChildren(this.header.root, this.header.views, desk, foot, keys.help);
+    const above = new ResizeObserver(() => desk.style.setProperty("--above", `${desk.offsetTop}px`)); // the picture fits below
+    for (const part of [this.header.root, this.header.views]) above.observe(part);
+    this.left.classList.toggle("bare", !this.scene.stage);
     this.themes.follow(() => this.redraw());
     this.printing();
   }
@@ -114,8 +118,11 @@ class Report {
       const theme = this.themes.current;
       this.themes.set("light", false);
       const closers = [this.sections?.openAll(), this.whole.openAll()];
+      const drawn = [this.plots, this.sections, this.whole];
+      for (const part of drawn) part?.paper(true);
       this.scene.keepStill();
       back = () => {
+        for (const part of drawn) part?.paper(false);
         for (const close of closers) close?.();
         this.themes.set(theme, false);
       };
@@ -149,10 +156,10 @@ async function unpacked(packed: string): Promise<Page> {
 }
 
 /** What the address asks for, as in report.html#view=2&t=3.5. */
-function asked(): { view: number; t: number | null } {
+function asked(first: number): { view: number; t: number | null } {
   const given = new URLSearchParams(location.hash.slice(1));
   const t = given.get("t");
-  return { view: Math.max(1, Number(given.get("view")) || 1) - 1, t: t === null ? null : Number(t) };
+  return { view: Math.max(1, Number(given.get("view")) || first + 1) - 1, t: t === null ? null : Number(t) };
 }
 
 async function main(): Promise<void> {
@@ -161,7 +168,7 @@ async function main(): Promise<void> {
     const page = await unpacked(document.getElementById("data")!.textContent!.trim());
     document.title = page.title;
     const report = new Report(page, app);
-    const { view, t } = asked();
+    const { view, t } = asked(page.open ?? 0);
     report.show(Math.min(view, page.views.length - 1));
     if (t !== null) report.clock.seek(t);
     Object.assign(window.spacearm, {
@@ -182,3 +189,4 @@ const early = () => {
 };
 window.spacearm = { page: null, stage: null, ready: Promise.resolve(), seek: early, tip: early, view: early };
 window.spacearm.ready = main();
+window.spacearm.ready.catch(() => {}); // the page says it

@@ -44,7 +44,7 @@ export class ScenePane {
   private nearText = "";
 
   constructor(page: Page, themes: Themes) {
-    this.picture = el("div", { class: "picture" }, this.canvas, this.still, this.legend, this.near);
+    this.picture = el("div", { class: "picture" }, this.canvas, this.still, el("div", { class: "corner" }, this.legend, this.near));
     this.root = el("div", { class: "scene" }, this.picture);
     this.stage = this.begun(page, themes);
     if (!this.stage) {

@@ -58,6 +58,10 @@ export class Sections {
     for (const plots of this.shown) plots.moved();
   }
 
+  paper(on: boolean): void {
+    for (const plots of this.shown) plots.paper(on);
+  }
+
   redraw(): void {
     for (const plots of this.shown) plots.redraw();
   }

@@ -2,11 +2,11 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Page, View } from "./data";
-import { Body, ClosestPair, cornersOf, lengthText, Materials, niceStep, Particles, Path, targetMark, Thing } from "./figures";
+import { Body, ClosestPair, cornersOf, lengthText, Materials, type Named, niceStep, Particles, Path, targetMark, Thing } from "./figures";
 import { Motion } from "./kinematics";
 import { type Label, Overlay } from "./overlay";
-import { SCENE, SIGNALS, type Theme } from "./palette";
-import { gridLines, Solids, triad } from "./solids";
+import { costColor, scaleColor, SCENE, SIGNALS, type Theme, toneColor } from "./palette";
+import { gridLines, Solids, triad, vector } from "./solids";
 
 export type Toggle = "visuals" | "shapes" | "path" | "basePath" | "axes" | "names" | "closest" | "ghosts" | "targets" | "cloud" | "grid";
 export type Viewpoint = "top" | "front" | "side" | "corner" | "tool";
@@ -14,13 +14,15 @@ export type Viewpoint = "top" | "front" | "side" | "corner" | "tool";
 const TOGGLES: Toggle[] = ["visuals", "shapes", "path", "basePath", "axes", "names", "closest", "ghosts", "targets", "cloud", "grid"];
 const FROM: Record<Exclude<Viewpoint, "tool">, [number, number, number]> = {
   top: [0, -0.0005, 1],
-  front: [0, -1, 0],
-  side: [1, 0, 0],
+  front: [1, 0, 0],
+  side: [0, -1, 0],
   corner: [0.62, -1, 0.62],
 };
+// from which the corner is chosen: the first from which most of the motion is seen
+const CORNERS = [[0.62, -1, 0.62], [-0.62, -1, 0.62], [1, -0.62, 0.62], [-1, -0.62, 0.62], [1, 0.62, 0.62], [-1, 0.62, 0.62], [0.62, 1, 0.62], [-0.62, 1, 0.62], [0.62, -1, 1.1], [0.62, 1, 1.1]];
 const FOV = 28;
 const TOOL_FOV = 60;
-const MOST_NAMES = 12; // more are shown only when asked for
+const MOST_NAMES = 12; // of obstacles: more are shown only when asked for
 
 /** What a view has in the scene. */
 interface Content {
@@ -40,6 +42,8 @@ interface Content {
   everything: THREE.Sphere;
   labels: { label: Label; toggles: Toggle[]; follow?: () => THREE.Vector3 | undefined }[];
   distanceLabel: Label | null;
+  gridNote: string;
+  corner: THREE.Vector3; // where the picture is first looked at from
 }
 
 export class Stage {
@@ -59,6 +63,8 @@ export class Stage {
   private frame = 0;
   private from: Viewpoint | null = "corner"; // null once the user has moved the camera
   private toolUp = new THREE.Vector3();
+  private hovering = 0;
+  private readonly ray = new THREE.Raycaster();
   private readonly resized: ResizeObserver;
 
   /** Whether the browser has what the picture needs. */
@@ -77,6 +83,7 @@ export class Stage {
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
     this.renderer.autoClear = false;
     this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.autoUpdate = false; // made anew when something has moved, not when the camera has
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.solids = new Solids(page);
     this.materials = new Materials(theme);
@@ -86,11 +93,14 @@ export class Stage {
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("start", () => this.leave());
     this.controls.addEventListener("change", () => this.request());
-    this.overlay = new Overlay(canvas, (axis) => this.look((["side", "front", "top"] as const)[axis]));
+    this.overlay = new Overlay(canvas, (axis) => this.look((["front", "side", "top"] as const)[axis]));
     this.overlay.fit(canvas, theme);
     this.resized = new ResizeObserver(() => this.resize());
     this.resized.observe(canvas);
     canvas.addEventListener("webglcontextrestored", () => this.request());
+    canvas.addEventListener("pointermove", this.hover);
+    canvas.addEventListener("pointerleave", this.hover);
+    canvas.addEventListener("dblclick", this.centre);
   }
 
   get closest(): { name: string; distance: number } | null {
@@ -111,6 +121,8 @@ export class Stage {
     const { content } = this;
     if (!content) return;
     for (const body of content.bodies) body.place(t);
+    const [first] = content.bodies;
+    for (const body of content.bodies) if (body.actor.ghost) body.hideWhere(first, 2e-3 * this.size);
     for (const { path } of content.paths) path.seek(t);
     content.basePath?.seek(t);
     content.cloud?.seek(t);
@@ -120,6 +132,7 @@ export class Stage {
       set(base, new THREE.Matrix4().fromArray(body.placement.base), 0.13 * this.size);
     }
     this.writeDistance();
+    this.renderer.shadowMap.needsUpdate = true;
     this.request();
   }
 
@@ -197,6 +210,10 @@ export class Stage {
 
   dispose(): void {
     cancelAnimationFrame(this.frame);
+    cancelAnimationFrame(this.hovering);
+    this.canvas.removeEventListener("pointermove", this.hover);
+    this.canvas.removeEventListener("pointerleave", this.hover);
+    this.canvas.removeEventListener("dblclick", this.centre);
     this.resized.disconnect();
     this.controls.dispose();
     this.overlay.dispose();
@@ -220,10 +237,14 @@ export class Stage {
     camera.far = distance + 1.05 * content.everything.radius + 3 * this.size;
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
+    const eye = camera.position.distanceTo(content.sphere.center);
+    this.materials.part(0.0012 * this.size, (eye * eye) / (camera.near * 2 ** 24));
     clear(this.renderer, SCENE[this.theme].top, SCENE[this.theme].bottom);
     this.renderer.render(this.scene, camera);
     for (const { label, follow } of content.labels) {
-      const at = label.shown && follow?.();
+      if (!label.shown || !follow) continue;
+      const at = follow();
+      label.hidden = !at;
       if (at) label.at.copy(at);
     }
     this.overlay.place(camera, this.canvas.clientWidth, this.canvas.clientHeight);
@@ -270,27 +291,30 @@ export class Stage {
       view, bodies, things, cloud, points, sphere, closest, paths, //
       motions: bodies.map((body) => body.motion),
       basePath: drifting ? new Path(drifting, this.theme, false, "base") : null,
-      triads: solidBodies.map((body) => ({ tip: this.newTriad(), base: this.newTriad(), body })),
+      triads: solidBodies.map((body) => ({ tip: this.newTriad(true), base: this.newTriad(false), body })),
       targets: new THREE.Group(),
       grid: new THREE.Group(),
       everything: whole.getBoundingSphere(new THREE.Sphere()),
       labels: [],
       distanceLabel: null,
+      gridNote: "",
+      corner: clearest(bodies[0], things, sphere),
     };
     this.content = content;
-    for (const thing of things) thing.addPlanes(sphere.center, sphere.radius, materials);
     for (const target of view.targets) content.targets.add(targetMark(target, sphere.radius, materials));
-    this.addGrid(content);
-    scene.add(...bodies.map((body) => body.root), ...things.map((thing) => thing.root), ...paths.map(({ path }) => path.root));
+    const floor = this.addGrid(content);
+    for (const thing of things) thing.addPlanes(sphere.center, sphere.radius, materials, floor);
     scene.add(content.targets, content.grid, ...content.triads.flatMap(({ tip, base }) => [tip, base]));
+    for (const { root } of [...bodies, ...things, ...paths.map(({ path }) => path)]) scene.add(root);
     for (const object of [content.basePath?.root, closest?.root, cloud?.points]) if (object) scene.add(object);
     this.addLight(sphere);
     this.addLabels(content);
     this.switch();
   }
 
-  private newTriad(): THREE.Mesh {
-    const mesh = new THREE.Mesh(triad(this.materials.colors.axes), this.materials.triad);
+  /** Axes; those of a base are seen through it. */
+  private newTriad(behind: boolean): THREE.Mesh {
+    const mesh = new THREE.Mesh(triad(this.materials.colors.axes), behind ? this.materials.triad : this.materials.inner);
     mesh.matrixAutoUpdate = false;
     return mesh;
   }
@@ -320,47 +344,80 @@ export class Stage {
     scene.add(hemisphere, key, key.target, camera);
   }
 
-  private addGrid(content: Content): void {
+  /** Draws the grid, below everything or on a floor; returns the floor's height where there is one. */
+  private addGrid(content: Content): number | undefined {
     const { sphere, things, grid } = content;
     const box = new THREE.Box3().setFromPoints(content.points);
     const step = niceStep(sphere.radius / 7);
     const floors = things.flatMap(({ planes }) => planes.filter(({ normal }) => normal.z > 0.9999).map(({ offset }) => offset));
     const floor = floors.find((z) => Math.abs(z - box.min.z) < 0.6 * sphere.radius);
     const level = floor ?? Math.floor(box.min.z / step - 0.25) * step;
-    const every = Math.round(step / 10 ** Math.floor(Math.log10(step) + 1e-9)) === 1 ? 5 : Math.round(step * 10 ** -Math.floor(Math.log10(step) + 1e-9)) === 2 ? 5 : 2;
+    const every = Math.round(step * 10 ** -Math.floor(Math.log10(step) + 1e-9)) === 5 ? 2 : 5;
     const colors = SCENE[this.theme];
     const { x, y } = sphere.center;
-    const lines = gridLines(x, y, 1.7 * sphere.radius, step, new THREE.Color(colors.grid), colors.gridOpacity, every);
+    const radius = 1.7 * sphere.radius;
+    const lines = gridLines(x, y, radius, step, new THREE.Color(colors.grid), colors.gridOpacity, every);
     grid.add(new THREE.LineSegments(lines, this.materials.fadedLines));
     grid.position.z = level + (floor === undefined ? 0 : 0.001 * sphere.radius);
-    this.addMarks(content, box, step, level);
+    const tell = (x: number) => Number(x.toPrecision(6)).toString().replace("-", "\u2212");
+    content.gridNote = `grid ${tell(step)} m at z = ${tell(level)} m`;
+    this.addMarks(content, step, level, radius);
+    return floor;
   }
 
-  /** Metre marks along two sides of the grid, and its height. */
-  private addMarks(content: Content, box: THREE.Box3, step: number, level: number): void {
+  /** Marks of the grid's lines: each follows the place where its line leaves the picture, nearest to the eye. */
+  private addMarks(content: Content, step: number, level: number, radius: number): void {
+    const { center } = content.sphere;
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    const [x0, y0] = [Math.floor(box.min.x / step), Math.floor(box.min.y / step)];
-    const [x1, y1] = [Math.ceil(box.max.x / step), Math.ceil(box.max.y / step)];
-    const mark = (text: string, x: number, y: number, rank: number) => {
-      const label = this.overlay.label(text.replace("-", "\u2212"), "mark", rank, true);
-      label.at.set(x, y, level);
-      content.labels.push({ label, toggles: ["grid"] });
+    const count = Math.floor((0.62 * radius) / step);
+    for (const along of [0, 1]) {
+      const nearest = Math.round(center.getComponent(1 - along) / step);
+      for (let i = nearest - count; i <= nearest + count; i++) {
+        const text = `${"yx"[along]} ${(i * step).toFixed(digits)}`.replace("-", "\u2212").replace(/\u2212(0(\.0*)?)$/, "$1");
+        const label = this.overlay.label(text, "mark", 80 + (i % 2 ? 1 : 0), "centred");
+        const ends = [-1, 1].map((sign) => {
+          const at = new THREE.Vector3(0, 0, level).setComponent(1 - along, i * step);
+          const half = Math.sqrt(Math.max(0, (0.7 * radius) ** 2 - (i * step - center.getComponent(1 - along)) ** 2));
+          return at.setComponent(along, center.getComponent(along) + sign * half);
+        });
+        content.labels.push({ label, toggles: ["grid"], follow: () => this.leaving(ends[0], ends[1]) });
+      }
+    }
+  }
+
+  /** The place of a line that is seen and lies lowest in the picture, a little inside it. */
+  private leaving(a: THREE.Vector3, b: THREE.Vector3): THREE.Vector3 | undefined {
+    const { camera } = this;
+    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    const at = (share: number) => a.clone().lerp(b, share);
+    const low = (share: number) => {
+      const p = at(share).project(camera);
+      return Math.abs(p.z) < 1 && Math.abs(p.x) < 1 - 36 / width && Math.abs(p.y) < 1 - 18 / height ? p.y : Infinity;
     };
-    for (let i = x0; i <= x1; i++) mark((i * step).toFixed(digits), i * step, (y0 - 0.6) * step, 80 + (i % 2 ? 1 : 0));
-    for (let j = y0; j <= y1; j++) mark((j * step).toFixed(digits), (x1 + 0.6) * step, j * step, 80 + (j % 2 ? 1 : 0));
-    mark("x [m]", ((x0 + x1) / 2) * step, (y0 - 1.5) * step, 70);
-    mark("y [m]", (x1 + 1.6) * step, ((y0 + y1) / 2) * step, 70);
+    let [best, least] = [-1, Infinity];
+    for (let i = 0; i <= 32; i++) {
+      const y = low(i / 32);
+      if (y < least) [best, least] = [i / 32, y];
+    }
+    if (best < 0) return undefined;
+    for (let reach = 1 / 64; reach > 1e-3; reach /= 2) {
+      for (const share of [best - reach, best + reach]) {
+        const y = share >= 0 && share <= 1 ? low(share) : Infinity;
+        if (y < least) [best, least] = [share, y];
+      }
+    }
+    return at(best);
   }
 
   private addLabels(content: Content): void {
     const { overlay } = this;
     const { view } = content;
     const add = (text: string, kind: "name" | "value", rank: number, toggles: Toggle[], follow: () => THREE.Vector3 | undefined) => {
-      const label = overlay.label(text, kind, rank, rank === 40);
+      const label = overlay.label(text, kind, rank, rank === 40 ? "beside" : "above");
       content.labels.push({ label, toggles, follow });
       return label;
     };
-    content.targets.children.forEach((mark, i) => add(view.targets[i].name, "name", 10, ["targets"], () => mark.position));
+    content.targets.children.forEach((mark, i) => add(view.targets[i].name, "name", 10, ["targets"], () => this.above(mark.position, 0.03 * this.size)));
     for (const thing of content.things) {
       const at = anchor(thing, content.sphere);
       add(thing.obstacle.name, "name", 30, ["names"], () => at);
@@ -368,11 +425,19 @@ export class Stage {
     const several = content.bodies.length > 1;
     for (const body of content.bodies) {
       const where = () => new THREE.Vector3().setFromMatrixPosition(body.tip(this.time));
-      if (several) add(body.actor.name, "name", 12, body.actor.ghost ? ["names", "ghosts"] : ["names"], where);
+      if (several) {
+        const label = add(body.actor.name, "name", body.actor.ghost ? 12 : 11, [view.actors.some((actor) => actor.ghost) ? "ghosts" : "names"], where);
+        label.element.style.color = toneColor(body.actor.tone, this.theme);
+      }
       if (body.actor.ghost) continue;
-      for (const name of body.middles().keys()) add(name, "name", 40, ["names"], () => body.middles().get(name));
+      for (const { name, joint, middle, size } of body.links()) add(name, "name", 40, ["names"], () => body.point(joint, middle)).extent = size;
     }
     if (content.closest) content.distanceLabel = add("", "value", 0, ["closest"], () => content.closest!.middle);
+  }
+
+  /** A place higher in the picture. */
+  private above(place: THREE.Vector3, by: number): THREE.Vector3 {
+    return place.clone().addScaledVector(new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1), by);
   }
 
   /** Makes visible what is wanted. */
@@ -392,13 +457,14 @@ export class Stage {
     content.targets.visible = state.targets;
     content.grid.visible = state.grid;
     for (const { label, toggles } of content.labels) label.shown = toggles.every((toggle) => state[toggle]);
+    this.renderer.shadowMap.needsUpdate = true;
     this.writeDistance();
     this.writeLegend();
   }
 
   private byDefault(toggle: Toggle): boolean {
     if (toggle === "shapes") return !this.has("visuals");
-    if (toggle === "names") return this.content!.labels.filter(({ toggles }) => toggles[0] === "names").length <= MOST_NAMES;
+    if (toggle === "names") return this.content!.things.length <= MOST_NAMES;
     return true;
   }
 
@@ -415,18 +481,54 @@ export class Stage {
     const { content, state } = this;
     const cloud = content?.view.cloud;
     const single = content?.paths.length === 1 ? content.paths[0].path : null;
-    if (content?.cloud && state.cloud && cloud?.value) this.overlay.setLegend(cloud.legend ?? cloud.name, "best", "worst");
-    else if (single?.fastest && state.path) this.overlay.setLegend(speedTitle(content!.view.clock.unit), "0", single.fastest.toPrecision(2));
+    if (content?.cloud && state.cloud && cloud?.value) this.overlay.setLegend(cloud.legend ?? cloud.name, "best", "worst", costColor);
+    else if (single?.fastest && state.path) this.overlay.setLegend(speedTitle(content!.view.clock.unit), "0", single.fastest.toPrecision(2), scaleColor);
     else this.overlay.hideLegend();
+    this.overlay.setNote(state.grid ? content!.gridNote : "");
   }
 
   // ---------------------------------------------------------------- camera
 
+  /** What is under the pointer: its name and place. */
+  private under(event: MouseEvent): { name: string; point: THREE.Vector3 } | null {
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    const place = new THREE.Vector2((2 * (event.clientX - left)) / width - 1, 1 - (2 * (event.clientY - top)) / height);
+    this.ray.setFromCamera(place, this.camera);
+    const meshes: THREE.Object3D[] = [];
+    this.scene.traverseVisible((object) => void ((object.userData as Named).names && meshes.push(object)));
+    const hit = this.ray.intersectObjects(meshes, false)[0];
+    if (!hit) return null;
+    const { names } = hit.object.userData as Named;
+    return { name: names.find(({ before }) => (hit.faceIndex ?? 0) < before)?.name ?? "", point: hit.point };
+  }
+
+  private readonly hover = (event: PointerEvent): void => {
+    cancelAnimationFrame(this.hovering);
+    if (event.type === "pointerleave" || event.buttons || event.pointerType !== "mouse") return this.overlay.tell("", 0, 0);
+    this.hovering = requestAnimationFrame(() => {
+      const { left, top } = this.canvas.getBoundingClientRect();
+      this.overlay.tell(this.under(event)?.name ?? "", event.clientX - left, event.clientY - top);
+    });
+  };
+
+  /** Turns the picture about what was clicked twice. */
+  private readonly centre = (event: MouseEvent): void => {
+    const hit = this.under(event);
+    if (!hit) return;
+    this.leave();
+    const shift = hit.point.clone().sub(this.controls.target);
+    this.controls.target.add(shift);
+    this.camera.position.add(shift);
+    this.controls.update();
+    this.request();
+  };
+
   private leave(): void {
     if (this.from === "tool") {
-      this.camera.fov = FOV;
+      const ahead = new THREE.Vector3();
+      this.camera.getWorldDirection(ahead);
       this.camera.up.set(0, 0, 1);
-      this.controls.target.copy(this.content?.sphere.center ?? new THREE.Vector3());
+      this.controls.target.copy(this.camera.position).addScaledVector(ahead, 0.9 * this.size);
     }
     this.from = null;
   }
@@ -437,10 +539,10 @@ export class Stage {
     if (from === "tool") return this.ride();
     camera.fov = FOV;
     camera.up.set(0, 0, 1);
-    const direction = new THREE.Vector3(...FROM[from]).normalize();
+    const direction = from === "corner" ? content.corner : new THREE.Vector3(...FROM[from]).normalize();
     camera.position.copy(content.sphere.center).add(direction);
     camera.lookAt(content.sphere.center);
-    frame(camera, content.points, 1.1);
+    frame(camera, content.points, 1.07);
     const depth = camera.position.clone().sub(content.sphere.center).dot(direction);
     controls.target.copy(camera.position).addScaledVector(direction, -depth);
     controls.minDistance = 0.02 * content.sphere.radius;
@@ -500,8 +602,10 @@ function seen(bodies: Body[], things: Thing[], cloud: Particles | null, view: Vi
     const { start, end } = body.motion;
     return Array.from({ length: end > start ? 13 : 1 }, (_, i) => body.corners(start + ((end - start) * i) / 12)).flat();
   });
-  for (const { T } of view.targets) points.push(new THREE.Vector3(T[3], T[7], T[11]));
-  if (cloud) points.push(...cornersOf(cloud.box));
+  const { min, max } = new THREE.Box3().setFromPoints(points);
+  const room = points.length ? 0.07 * min.distanceTo(max) : 0.1;
+  for (const { T } of view.targets) points.push(...cornersOf(new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(T[3], T[7], T[11]), new THREE.Vector3().setScalar(room))));
+  if (cloud) points.push(...cloud.some());
   const near = new THREE.Box3();
   if (points.length) {
     const { center, radius } = new THREE.Box3().setFromPoints(points).getBoundingSphere(new THREE.Sphere());
@@ -512,6 +616,36 @@ function seen(bodies: Body[], things: Thing[], cloud: Particles | null, view: Vi
     if (!box.isEmpty()) points.push(...cornersOf(box));
   }
   return points.length ? points : cornersOf(new THREE.Box3(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1)));
+}
+
+/** The corner from which most of a body's motion is seen past the obstacles and its own base; the first of equals. */
+function clearest(body: Body | undefined, things: Thing[], sphere: THREE.Sphere): THREE.Vector3 {
+  const [first, ...others] = CORNERS.map((corner) => vector(corner).normalize());
+  if (!body) return first;
+  const { start, end } = body.motion;
+  const instants = Array.from({ length: end > start ? 9 : 1 }, (_, i) => start + ((end - start) * i) / 8);
+  const moving = instants.map((t) => ({ points: body.watched(t), base: body.baseBoxes(t) }));
+  const boxes = things.flatMap((thing) => thing.boxes);
+  const ray = new THREE.Ray();
+  const hits = (direction: THREE.Vector3) => {
+    let hidden = 0;
+    for (const { points, base } of moving) {
+      for (const point of points) {
+        ray.origin.copy(point).addScaledVector(direction, 0.01 * sphere.radius);
+        ray.direction.copy(direction);
+        if (boxes.some((box) => ray.intersectsBox(box))) hidden++;
+        else if (base.some(({ box, inverse }) => ray.clone().applyMatrix4(inverse).intersectsBox(box))) hidden++;
+      }
+    }
+    return hidden;
+  };
+  const total = moving.reduce((sum, { points }) => sum + points.length, 0);
+  let [best, least] = [first, hits(first) - 0.06 * total]; // another one has to be clearly better
+  for (const direction of others) {
+    const hidden = hits(direction);
+    if (hidden < least) [best, least] = [direction, hidden];
+  }
+  return best;
 }
 
 /** Moves the camera, without turning it, so near that all points are just seen. */

@@ -34,12 +34,17 @@ export class Themes {
 
   private apply(): void {
     document.documentElement.dataset.theme = this.current;
+    read.clear();
   }
 }
 
+const read = new Map<string, string>(); // of the current theme
+
 /** A colour of the page's style sheet. */
 export function styled(name: string): string {
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  let color = read.get(name);
+  if (color === undefined) read.set(name, (color = getComputedStyle(document.documentElement).getPropertyValue(name).trim()));
+  return color;
 }
 
 // A page in a frame of a notebook, or from a disk, may have no storage: then nothing is remembered.

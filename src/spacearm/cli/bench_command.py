@@ -20,6 +20,7 @@ from spacearm.cli.results_folder import recorded_in, results_folder
 from spacearm.cli.terminal import progress_bar, show_table
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import SettingsError, nearest
+from spacearm.core.extras import require_extra
 from spacearm.core.records import whole
 
 
@@ -32,7 +33,7 @@ class MbmOptions:
 
     Attributes:
         data: the problems: a folder for each family with scene*.yaml and request*.yaml, the files of the robot beside them.
-        output: a new or empty folder for report.json, tables.md and the figure.
+        output: a new or empty folder for report.html, report.json and tables.md.
         urdf: the robot; none: the only URDF file in the folder of the data.
         srdf: its groups and the links that may touch; none: the only SRDF file there.
         group: the group whose joints move; none: the one that the requests name.
@@ -41,7 +42,7 @@ class MbmOptions:
         seeds: runs of each problem.
         search: duration of the search alone, on the reference core [ms].
         budget: duration of the search in plan() before the proof, on the reference core [ms].
-        no_figure: do not draw lengths and first motions over time.
+        figures: also draw lengths and first motions over time with matplotlib, as PNG and PDF.
         json: print the content of report.json instead of the tables.
         records: a file that each run is written to as it ends; the same file again continues after a stop.
         jobs: runs measured at a time; none: one, since runs beside each other take longer.
@@ -57,7 +58,7 @@ class MbmOptions:
     seeds: int = 5
     search: float = 50.0
     budget: float = 50.0
-    no_figure: bool = False
+    figures: bool = False
     json: bool = False
     records: Annotated[Path | None, arg(metavar="FILE")] = None
     jobs: int | None = None
@@ -83,13 +84,13 @@ class SpaceOptions:
 
     Attributes:
         data: the frozen set: a folder with a file for each family, as truss.json.
-        output: a new or empty folder for report.json, tables.md and the figures.
+        output: a new or empty folder for report.html, report.json and tables.md.
         family: measure only these families; none: all.
         problems: measure only this number of problems of each family; none: all.
         seeds: runs of each problem.
         published: seeds of each of the published problems; 0 leaves them out.
         limit: a problem that takes longer than this on the reference core is not solved [s].
-        no_figure: do not draw a problem of each family, how fixed-base motions end, and how far bases turn.
+        figures: also draw, with matplotlib, a problem of each family, how fixed-base motions end, and how far bases turn.
         json: print the content of report.json instead of the tables.
         records: a file that each run is written to as it ends; the same file again continues after a stop. Runs of the
             published problems go to a second file beside it.
@@ -103,7 +104,7 @@ class SpaceOptions:
     seeds: int = 1
     published: int = 20
     limit: float = 2.0
-    no_figure: bool = False
+    figures: bool = False
     json: bool = False
     records: Annotated[Path | None, arg(metavar="FILE")] = None
     jobs: int | None = None
@@ -134,6 +135,7 @@ def run(arguments: Sequence[str]) -> int:
 
 def _mbm(arguments: Sequence[str]) -> int:
     options = parsed(MbmOptions, arguments, command="bench mbm")
+    _require_figures(options.figures)
     from spacearm.study.motionbenchmaker import find_items, find_robot
     from spacearm.study.motionbenchmaker_report import notes, report_as_dict, save_report, tables
     from spacearm.study.motionbenchmaker_runs import Protocol, run_benchmark
@@ -147,7 +149,10 @@ def _mbm(arguments: Sequence[str]) -> int:
     ):
         with progress_bar("measuring") as bar:
             benchmark = run_benchmark(items, robot, protocol, records=options.records, jobs=options.jobs, progress=bar)
-        written = [] if folder is None else save_report(benchmark, folder, figure=not options.no_figure)
+        with progress_bar("report") as bar:
+            written = (
+                save_report(benchmark, folder, items=items, figures=options.figures, progress=bar) if folder is not None else []
+            )
     values = report_as_dict(benchmark) if options.json else None
     _tell(values, tables(benchmark), notes(benchmark), written, benchmark.seconds)
     return 0
@@ -155,6 +160,7 @@ def _mbm(arguments: Sequence[str]) -> int:
 
 def _space(arguments: Sequence[str]) -> int:
     options = parsed(SpaceOptions, arguments, command="bench space")
+    _require_figures(options.figures)
     from spacearm.study.spacebench import find_problems
     from spacearm.study.spacebench_report import notes, report_as_dict, save_report, tables
     from spacearm.study.spacebench_runs import SpaceProtocol, run_spacebench
@@ -174,10 +180,18 @@ def _space(arguments: Sequence[str]) -> int:
                 jobs=options.jobs,
                 progress=bar,
             )
-        written = [] if folder is None else save_report(bench, folder, items=items, figure=not options.no_figure)
+        with progress_bar("report") as bar:
+            written = (
+                save_report(bench, folder, items=items, figures=options.figures, progress=bar) if folder is not None else []
+            )
     values = report_as_dict(bench) if options.json else None
     _tell(values, tables(bench), notes(bench), written, bench.seconds)
     return 0
+
+
+def _require_figures(wanted: bool) -> None:
+    if wanted:
+        require_extra("matplotlib", "--figures", instead="leave it out: report.html needs no library")
 
 
 def _tell(

@@ -131,7 +131,16 @@ def load_problem_file(path: str | os.PathLike[str]) -> ProblemFile:
         FileFormatError: no such file, no YAML, or keys and values that are not those of the format.
         SpacearmError: a robot, scene or problem that cannot be; file and line are named.
     """
-    file = read_yaml(path, key="spacearm", what="a problem file")
+    return problem_of(read_yaml(path, key="spacearm", what="a problem file"))
+
+
+def problem_of(file: YamlFile) -> ProblemFile:
+    """Return the problem and the settings that a file's content means.
+
+    Raises:
+        FileFormatError: keys and values that are not those of the format.
+        SpacearmError: a robot, scene or problem that cannot be; file and line are named.
+    """
     from spacearm.files.problem_schema import ProblemModel
 
     model = file.parsed(ProblemModel)

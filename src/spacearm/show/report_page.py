@@ -37,6 +37,12 @@ def packed(values: ArrayLike, kind: Packing = "f32") -> str:
     return f"{kind}:{base64.b64encode(array.tobytes()).decode('ascii')}"
 
 
+def unpacked(text: str) -> NDArray[Any]:
+    """Return the numbers of `packed`, one after another."""
+    kind, _, content = text.partition(":")
+    return np.frombuffer(base64.b64decode(content), dtype=_TYPES[kind])
+
+
 def quantised(points: ArrayLike) -> tuple[str, list[float], list[float]]:
     """Return points (..., 3) [m] as shares of their box in 16 bits, and the corners of the box [m].
 

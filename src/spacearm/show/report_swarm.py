@@ -107,7 +107,7 @@ def convergence_plot(
     if len(runs) > 2:
         note += "; the mean where all of them are; the median counts what is not feasible yet as the worst"
     x = np.arange(fitness.shape[1])
-    return plot("fitness", title, "F", x, curves, x_label=ITERATION, lines=lines, note=note)
+    return plot("fitness", title, "", x, curves, x_label=ITERATION, lines=lines, note=note)
 
 
 def violation_plot(run: SwarmResult) -> dict[str, Any]:
@@ -122,7 +122,6 @@ def violation_plot(run: SwarmResult) -> dict[str, Any]:
         x_label=ITERATION,
         log=True,
         floor=_LEAST_VIOLATION,
-        note=f"at {_LEAST_VIOLATION:g} or below: feasible, or nearly so",
     )
 
 
@@ -170,7 +169,7 @@ def methods_plot(name: str, title: str, methods: Mapping[str, Sequence[SwarmResu
         place = np.searchsorted(spent, x, side="right") - 1
         curves.append(series(method, np.where(place >= 0, _finite(middle)[place], np.nan), tone, steps=True))
     note = "the median of all runs, what is not feasible yet counted as the worst; a curve begins where it is feasible"
-    return plot(name, title, "F", x, curves, x_label="evaluations", clock=False, note=note)
+    return plot(name, title, "", x, curves, x_label="evaluations", clock=False, note=note)
 
 
 def reached_plot(name: str, title: str, methods: Mapping[str, Sequence[SwarmResult]]) -> dict[str, Any]:
@@ -186,7 +185,7 @@ def reached_plot(name: str, title: str, methods: Mapping[str, Sequence[SwarmResu
         share = 100 * np.searchsorted(reached, x, side="right") / len(runs)
         curves.append(series(method, share, tone, steps=True))
     note = "further left is better; runs that are not feasible are missing at the right"
-    return plot(name, title, "% of the runs", x, curves, x_label="F of the best found, or less", clock=False, note=note)
+    return plot(name, title, "%", x, curves, x_label="F of the best found, or less", clock=False, note=note)
 
 
 def run_tables(runs: Sequence[SwarmResult]) -> tuple[Array, NDArray[np.bool_]]:

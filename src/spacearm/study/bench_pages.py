@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.version import version
 from spacearm.planner import Plan, PlannerSettings, Problem, plan
-from spacearm.show.report_joined import take_views
 from spacearm.show.report_page import plot, section, series
 from spacearm.show.report_plan import report_of_plans
+from spacearm.show.report_views import flat_view, take_views
 from spacearm.study.motionbenchmaker import Item, read_item
 from spacearm.study.motionbenchmaker_runs import LIMIT, Benchmark
 from spacearm.study.motionbenchmaker_runs import Run as MbmRun
@@ -30,6 +30,9 @@ Data = dict[str, Any]
 Array = NDArray[np.float64]
 Progress = Callable[[int, int, str], Any]
 R = TypeVar("R", MbmRun, SpaceRun)
+
+FIRST, SLOWEST, UNSOLVED = "the first of its family", "it took longest in its family", "it was not solved in time"
+"""Why a plan is shown."""
 
 MOST_PLANS = 6
 """That a page shows in space."""
@@ -109,11 +112,11 @@ def chosen(runs: Sequence[R], took: Callable[[R], float | None], *, most: int = 
         most: of them.
     """
     families = list(dict.fromkeys(run.family for run in runs))
-    firsts = [Choice(run=next(run for run in runs if run.family == name), why="the first of its family") for name in families]
+    firsts = [Choice(run=next(run for run in runs if run.family == name), why=FIRST) for name in families]
     worst: list[Choice[R]] = []
     for name in families:
         run = max((run for run in runs if run.family == name), key=lambda run: _or_never(took(run)))
-        worst.append(Choice(run=run, why="not solved" if took(run) is None else "took longest in its family"))
+        worst.append(Choice(run=run, why=UNSOLVED if took(run) is None else SLOWEST))
     worst.sort(key=lambda one: -_or_never(took(one.run)))
     firsts = firsts[: max(most - 2, 1)] if len(firsts) + 2 > most else firsts
     out: list[Choice[R]] = []
@@ -134,6 +137,7 @@ def mbm_page(
     benchmark: Benchmark,
     tables: Sequence[Table],
     notes: Sequence[str],
+    said: Data,
     lengths: tuple[ArrayLike, Mapping[str, ArrayLike]],
     items: Sequence[Item] = (),
     *,
@@ -145,6 +149,7 @@ def mbm_page(
         benchmark: what was measured.
         tables: of it.
         notes: what stands below them.
+        said: the verdict.
         lengths: times [s of the reference core], and the mean length by then of groups of runs [rad].
         items: the problems; some plans of them are shown.
         progress: called with the plans made, those in all, and what is being planned.
@@ -182,7 +187,8 @@ def mbm_page(
             note="faint: a seed; a problem counts with its first motion until that is found",
         ),
     ]
-    page = _page("MotionBenchMaker: plans of the arm among household obstacles", _mbm_block(benchmark), plots, tables, notes)
+    title = f"MotionBenchMaker: {benchmark.robot.group} among its obstacles"
+    page = _page(title, _mbm_block(benchmark), flat_view("Overview", said, plots=plots, sections=_sections(tables, notes)))
     wanted = chosen([run for run in benchmark.valid if run.seed == 0], _mbm_took) if items else []
     arm = benchmark.robot.load() if wanted else None
     for i, choice in enumerate(wanted):
@@ -220,6 +226,7 @@ def space_page(
     bench: SpaceBench,
     tables: Sequence[Table],
     notes: Sequence[str],
+    said: Data,
     items: Sequence[SpaceProblem] = (),
     *,
     progress: Progress | None = None,
@@ -230,6 +237,7 @@ def space_page(
         bench: what was measured.
         tables: of it.
         notes: what stands below them.
+        said: the verdict.
         items: the problems; some plans of them are shown.
         progress: called with the plans made, those in all, and what is being planned.
     """
@@ -268,9 +276,8 @@ def space_page(
             note="of goals in space; a goal in joint space is always reached",
         ),
     ]
-    page = _page(
-        "SpaceBench: arms on spacecraft whose base floats", _space_block(bench), plots if bench.runs else [], tables, notes
-    )
+    overview = flat_view("Overview", said, plots=plots if bench.runs else [], sections=_sections(tables, notes))
+    page = _page("SpaceBench: arms on spacecraft whose base floats", _space_block(bench), overview)
     wanted = chosen([run for run in bench.runs if run.seed == 0], lambda run: _space_took(run, limit)) if items else []
     for i, choice in enumerate(wanted):
         run = choice.run
@@ -314,11 +321,13 @@ def _ms(seconds: float | None, scale: float) -> float | None:
     return None if seconds is None else 1e3 * seconds * scale
 
 
-def _page(title: str, block: list[list[str]], plots: Sequence[Data], tables: Sequence[Table], notes: Sequence[str]) -> Data:
-    sections = [section("Over time, by family", plots=plots, opened=True)] if plots else []
-    sections += [table_section(table, opened=i == 0) for i, table in enumerate(tables)]
-    sections.append(section("What is to be known", notes=list(notes), opened=True))
-    return {"title": title, "block": block, "robots": [], "meshes": [], "views": [], "sections": sections}
+def _page(title: str, block: list[list[str]], overview: Data) -> Data:
+    return {"title": title, "block": block, "robots": [], "meshes": [], "views": [overview], "sections": []}
+
+
+def _sections(tables: Sequence[Table], notes: Sequence[str]) -> list[Data]:
+    shown = [table_section(table, opened=True) for table in tables]
+    return [*shown, section("What is to be known", notes=list(notes), opened=True)]
 
 
 def table_section(table: Table, *, opened: bool) -> Data:
@@ -354,6 +363,8 @@ def _again(found: Plan, measured: float | None) -> str:
 
 
 def _add_view(page: Data, found: Plan, name: str, why: str, *notes: str) -> None:
+    """Add a plan to the page; what is slow or failed says so in its name."""
+    name += {FIRST: "", SLOWEST: ", slowest", UNSOLVED: ", not solved"}[why]
     for view in take_views(page, report_of_plans(found, names=[name])):
         said = section("Why this one", notes=[why, *(note for note in notes if note)], opened=True)
-        page["views"].append({**view, "name": f"{name}: {why}", "sections": [said, *view["sections"]]})
+        page["views"].append({**view, "name": name, "sections": [said, *view["sections"]]})

@@ -1,4 +1,4 @@
-"""MotionBenchMaker's report from its runs: tables for people, report.json for machines, a figure.
+"""MotionBenchMaker's report from its runs: a page and tables for people, report.json for machines, a figure if asked for.
 
 Times are the reference core's unless they are called raw.
 """
@@ -16,10 +16,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.extras import require_extra
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
 from spacearm.core.version import version
 from spacearm.show.figure_style import BLACK, BLUE, CYCLE, GREY, PAGE, SKY, VERMILION, look, new_figure, tidy
+from spacearm.show.report_page import write_report
+from spacearm.show.report_views import verdict
+from spacearm.study.bench_pages import Progress, mbm_page
+from spacearm.study.motionbenchmaker import Item
 from spacearm.study.motionbenchmaker_runs import LIMIT, Benchmark, Run
 from spacearm.study.other_checker import STEP
 from spacearm.study.reference_core import REFERENCE, load_note, machine, machine_note, speed_note
@@ -338,7 +343,7 @@ def figure_benchmark(benchmark: Benchmark) -> Figure:
 
 def _draw_lengths(ax: Axes, benchmark: Benchmark) -> None:
     longest = benchmark.protocol.search
-    times = np.geomspace(3e-5, max(longest, 1e-4), 120)
+    times = _times(benchmark)
     straight = summary_of(benchmark.runs).straight
     for seed in range(benchmark.protocol.seeds):
         length = lengths_over_time([run for run in benchmark.runs if run.seed == seed], times.tolist())
@@ -401,24 +406,68 @@ def report_as_dict(benchmark: Benchmark) -> dict[str, Any]:
     }
 
 
-def save_report(benchmark: Benchmark, folder: str | os.PathLike[str], *, figure: bool = True) -> list[Path]:
-    """Write report.json, tables.md and the figure into a folder; return what was written.
+def save_report(
+    benchmark: Benchmark,
+    folder: str | os.PathLike[str],
+    *,
+    items: Sequence[Item] = (),
+    figures: bool = False,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Write report.html, report.json and tables.md into a folder; return what was written.
+
+    Args:
+        benchmark: what was measured.
+        folder: where.
+        items: the problems; some of them are planned once more, for the page.
+        figures: also draw lengths and first motions over time with matplotlib.
+        progress: called with the plans made, those in all, and what is being planned.
 
     Raises:
         OutputError: the folder cannot be written.
+        SettingsError: figures without matplotlib.
+        KeyboardInterrupt: Ctrl-C.
     """
+    if figures:
+        require_extra("matplotlib", "drawing figures", instead="leave the figures out: report.html needs no library")
     target = Path(folder)
-    report, text = target / "report.json", target / "tables.md"
+    page, report, text = target / "report.html", target / "report.json", target / "tables.md"
     write_new(report, json.dumps(report_as_dict(benchmark), allow_nan=False) + "\n")
     write_new(text, as_markdown(benchmark))
-    if not figure:
-        return [report, text]
+    known = tables(benchmark), notes(benchmark), _verdict(benchmark), _lengths_by_seed(benchmark)
+    write_report(mbm_page(benchmark, *known, items, progress=progress), page)
+    if not figures:
+        return [page, report, text]
     from spacearm.show.figure_style import save_figure
 
     provenance = {"Title": "spacearm bench mbm", "Author": f"spacearm {version()}"}
     with unbroken():
         drawn = figure_benchmark(benchmark)
-    return [report, text, *save_figure(drawn, target / "benchmark", provenance=provenance)]
+    return [page, report, text, *save_figure(drawn, target / "benchmark", provenance=provenance)]
+
+
+def _verdict(benchmark: Benchmark) -> dict[str, Any]:
+    s = summary_of(benchmark.runs)
+    text = (
+        f"The search holds a first motion free after {milliseconds(s.first.median, 2)} ms in the median, and after at "
+        f"most {milliseconds(s.first.p95, 2)} ms in 95 of 100 runs, on the reference core. Another checker finds a collision "
+        f"in {s.collisions} of the plans."
+    )
+    good = s.certified == s.runs and not s.collisions
+    headline = f"{s.certified} of {s.runs} runs found and certified within {LIMIT:g} s"
+    return verdict("good" if good else "bad" if s.collisions else "plain", headline, text)
+
+
+def _lengths_by_seed(benchmark: Benchmark) -> tuple[Array, dict[str, Array]]:
+    times = _times(benchmark)
+    groups = {f"seed {seed}": [run for run in benchmark.runs if run.seed == seed] for seed in range(benchmark.protocol.seeds)}
+    groups = (groups if len(groups) > 1 else {}) | {"all": list(benchmark.runs)}
+    return times, {name: lengths_over_time(runs, times.tolist()) for name, runs in groups.items()}
+
+
+def _times(benchmark: Benchmark) -> Array:
+    """Return times of search at which lengths are told [s of the reference core]."""
+    return np.geomspace(3e-5, max(benchmark.protocol.search, 1e-4), 120)
 
 
 def as_markdown(benchmark: Benchmark) -> str:

@@ -17,7 +17,6 @@ from spacearm.core.records import as_dict
 from spacearm.core.version import version
 from spacearm.planner import Plan, PlannerSettings
 from spacearm.planner.explanations import EndReport
-from spacearm.show.report_joined import take_views
 from spacearm.show.report_meshes import Meshes
 from spacearm.show.report_page import section, transform
 from spacearm.show.report_plan import report_of_plans
@@ -32,6 +31,7 @@ from spacearm.show.report_swarm import (
     swarm_cloud,
     violation_plot,
 )
+from spacearm.show.report_views import flat_view, take_views, verdict
 from spacearm.study.paper_experiment import Experiment, MethodRuns
 from spacearm.study.paper_problem import (
     GOAL_POSITION,
@@ -45,7 +45,7 @@ from spacearm.study.paper_problem import (
     paper_robot,
     paper_scene,
 )
-from spacearm.study.study_tables import Table
+from spacearm.study.study_tables import Table, percent
 from spacearm.swarm import SwarmResult
 from spacearm.swarm.swarm_recording import record_again
 
@@ -54,6 +54,7 @@ Progress = Callable[[int, int, str], Any]
 
 _POINTS = 80_000  # particles in all views together: about 0.7 MB
 _POINTS_A_VIEW = 12_000
+_DRAWN_RADIUS = 0.015  # of the links in the swarms' views [m]
 _MOST_RUNS = 100  # of a method whose curves are drawn
 
 
@@ -68,11 +69,12 @@ def paper_page(experiment: Experiment, tables: list[Table], notes: list[str], *,
     """
     settings, meshes, total = experiment.settings, Meshes(), len(experiment.cells)
     page: Data = {
-        "title": "Obstacle avoidance by particle swarms: the experiment of Zhang et al. 2022",
+        "title": "Obstacle avoidance by particle swarms",
         "block": _title_block(settings),
-        "robots": [robot_data(paper_robot(settings.link_radius), meshes)],
+        "robots": [_robot_of_swarms(settings, meshes)],
         "meshes": meshes.items,
-        "views": [],
+        "views": [_overview(experiment, tables, notes)],
+        "open": 1,
     }
     for i, cell in enumerate(experiment.cells):
         if progress:
@@ -81,25 +83,37 @@ def paper_page(experiment: Experiment, tables: list[Table], notes: list[str], *,
         page["views"] += _path_views(experiment, cell, page)
     if progress:
         progress(total, total, "done")
+    return page | {"sections": [section("Make it again", code=command_of(settings), notes=_AGAIN)]}
+
+
+def _robot_of_swarms(settings: PaperSettings, meshes: Meshes) -> Data:
+    """Return the arm as the swarms' views draw it: thick enough to be seen among the particles."""
+    return robot_data(paper_robot(max(settings.link_radius, _DRAWN_RADIUS)), meshes)
+
+
+def _overview(experiment: Experiment, tables: list[Table], notes: list[str]) -> Data:
+    """Return the view of all methods: curves and tables."""
+    first = experiment.cells[0]
+    cells = [cell for cell in experiment.cells if (cell.mode, cell.radius) == (first.mode, first.radius)]
+    best = min(cells, key=lambda cell: (cell.best_run.violation, cell.summary.mean))
+    said = verdict(
+        "plain",
+        f"{len(experiment.settings.methods)} methods, {sum(len(cell.runs) for cell in experiment.cells)} runs",
+        f"In {_where(experiment, first)}, {best.method} has the least mean, F = {best.summary.mean:.4f}. Each method has a "
+        "view of its swarm in space, and one of the planned, proven path to its best configuration.",
+    )
     sections = [
         *_table_sections(tables, notes),
-        section("All methods", notes=_ABOUT_CURVES, plots=_method_plots(experiment), opened=True),
         _beside_the_paper(experiment),
         section(
             "Readings: where the paper is silent, and what is taken",
             table=(("open", "taken", "why"), [(r.open, r.reading, r.why) for r in READINGS]),
         ),
         _settings_section(experiment),
-        section("Notes", notes=list(dict.fromkeys(meshes.said()))),
-        section("Make it again", code=command_of(settings), notes=_AGAIN, opened=True),
     ]
-    return page | {"sections": [part for part in sections if len(part) > 2]}
+    return flat_view("All methods, Table 3", said, plots=_method_plots(experiment), sections=sections)
 
 
-_ABOUT_CURVES = (
-    "one curve for each method, over all of its runs; the curves of a method's single runs are in its own view",
-    "evaluations: of fitness and constraints; each run may spend 30,000",
-)
 _AGAIN = (
     "the same settings and seed give this file again, byte for byte; what the runs took is in timings.json beside it",
     "report.json beside it has the numbers of every run",
@@ -121,6 +135,7 @@ def _swarm_view(experiment: Experiment, cell: MethodRuns, meshes: Meshes, *, poi
         "particles, with the same bits",
         "iteration 0 is the first round, whose positions are drawn at random",
         "the arm is the best configuration so far; the points are the end effectors of all particles",
+        _thickness_note(settings),
         left_out,
         "" if (fewest := int(recording.active.min())) == recording.active.max() else f"the swarm shrinks to {fewest} particles",
         "" if len(drawn) == len(cell.runs) else f"the curves of {len(drawn)} of the {len(cell.runs)} runs are drawn",
@@ -128,7 +143,7 @@ def _swarm_view(experiment: Experiment, cell: MethodRuns, meshes: Meshes, *, poi
     ]
     return {
         "name": f"{_name(experiment, cell)}: swarm",
-        "verdict": _verdict(experiment, cell),
+        "verdict": _verdict_of(experiment, cell),
         "clock": {"unit": "iteration", "duration": best.iterations - 1, "step": 1},
         "actors": [arm_over_iterations(best, 0, name="best so far")],
         "obstacles": obstacles_data(paper_scene(cell.radius), meshes),
@@ -177,7 +192,13 @@ def _path_views(experiment: Experiment, cell: MethodRuns, page: Data) -> list[Da
     return [{**view, "sections": [said, *view["sections"]]} for view in take_views(page, made)]
 
 
+def _thickness_note(settings: PaperSettings) -> str:
+    drawn, kept = 2e3 * _DRAWN_RADIUS, 2e3 * settings.link_radius
+    return f"links are drawn {drawn:g} mm thick here; what is kept clear is {kept:g} mm thick" if kept < drawn else ""
+
+
 def _name(experiment: Experiment, cell: MethodRuns) -> str:
+    """Return what a cell is called: its method, and what there is more than one of."""
     settings = experiment.settings
     parts = [cell.method]
     parts += [cell.mode] if len(settings.modes) > 1 else []
@@ -185,22 +206,27 @@ def _name(experiment: Experiment, cell: MethodRuns) -> str:
     return ", ".join(parts)
 
 
-def _verdict(experiment: Experiment, cell: MethodRuns) -> Data:
+def _where(experiment: Experiment, cell: MethodRuns) -> str:
+    radius = f", A_R = {cell.radius:g} m" if len(experiment.settings.radii) > 1 else ""
+    return f"{cell.mode} mode{radius}"
+
+
+def _verdict_of(experiment: Experiment, cell: MethodRuns) -> Data:
     best, s, runs = cell.best_run, cell.summary, len(cell.runs)
     if not best.success:
         text = f"The best of them breaks the constraints by {best.violation:.3g}."
-        return {"tone": "bad", "headline": f"No run of {cell.method} is feasible", "text": text}
+        return verdict("bad", f"No run of {cell.method} is feasible", text)
     known = experiment.best_known[cell.mode, cell.radius][0]
     parts = [
-        f"Of {runs} run{'s' if runs > 1 else ''}, {s.feasible_share:.0%} are feasible and {s.threshold_share:.0%} reach "
-        f"{THRESHOLD}; F is {s.worst:.4f} at worst and {s.mean:.4f} in the mean."
+        f"Of {runs} run{'s' if runs > 1 else ''}, {percent(s.feasible_share)} are feasible and {percent(s.threshold_share)} "
+        f"reach {THRESHOLD}; F is {s.worst:.4f} at worst and {s.mean:.4f} in the mean."
     ]
     if known is not None:
-        parts.append(f"The best known value is {known:.4f}; {s.near_share:.0%} of the runs are within 1 % of it.")
+        parts.append(f"The best known value is {known:.4f}; {percent(s.near_share)} of the runs are within 1 % of it.")
     reported = REPORTED.get(REPORTED_FOR.get(cell.method, ""))
     if reported is not None and cell.mode == "goal":
         parts.append(f"The paper reports {reported.best:.4f} at best and {reported.mean:.4f} in the mean.")
-    return {"tone": "good", "headline": f"{cell.method}: F = {best.fitness:.4f} at best", "text": " ".join(parts)}
+    return verdict("good", f"{cell.method}: F = {best.fitness:.4f} at best", " ".join(parts))
 
 
 def _lines(experiment: Experiment, cell: MethodRuns) -> list[tuple[float, str]]:
@@ -238,12 +264,13 @@ def _title_block(settings: PaperSettings) -> list[list[str]]:
     radii = ", ".join(f"{radius:g}" for radius in settings.radii)
     return [
         ["experiment", f"{len(settings.methods)} methods, {settings.runs} run{'s' if settings.runs > 1 else ''} of each"],
-        ["paper", "J. Zhang, J. Zhang, Q. Zhang, X. Wei, Symmetry 2022, 14(5), 938, doi 10.3390/sym14050938"],
+        ["after", "Zhang et al., Symmetry 2022, 14(5), 938"],
+        ["doi", "10.3390/sym14050938"],
         ["robot", "zhang2022, 7 joints, base held fixed"],
         ["obstacles", f"{len(OBSTACLE_CENTERS)} spheres, A_R = {radii} m"],
         ["seed", str(settings.seed)],
+        ["numbers", "float64, the same bits on every machine"],
         ["made with", f"spacearm {version()}"],
-        ["numbers", "IEEE float64, the same bits on every machine and any number of threads"],
     ]
 
 
@@ -256,12 +283,12 @@ def _table_sections(tables: list[Table], notes: list[str]) -> list[Data]:
 
 
 def _method_plots(experiment: Experiment) -> list[Data]:
-    plots = []
+    plots: list[Data] = []
     for mode, radius in experiment.best_known:
-        cells = {cell.method: cell.runs for cell in experiment.cells if (cell.mode, cell.radius) == (mode, radius)}
-        where = f"{mode} mode, A_R = {radius:g} m"
-        plots.append(methods_plot(f"methods-{mode}-{radius:g}", f"median F over the evaluations, {where}", cells))
-        plots.append(reached_plot(f"reached-{mode}-{radius:g}", f"share of the runs by the F that they reach, {where}", cells))
+        cells = [cell for cell in experiment.cells if (cell.mode, cell.radius) == (mode, radius)]
+        where, runs = _where(experiment, cells[0]), {cell.method: cell.runs for cell in cells}
+        plots.append(methods_plot(f"methods-{mode}-{radius:g}", f"median F over the evaluations, {where}", runs))
+        plots.append(reached_plot(f"reached-{mode}-{radius:g}", f"share of the runs by F, {where}", runs))
     return plots
 
 

@@ -1,4 +1,4 @@
-"""SpaceBench's report from its runs: tables for people, report.json for machines, figures."""
+"""SpaceBench's report from its runs: a page and tables for people, report.json for machines, figures if asked for."""
 
 from __future__ import annotations
 
@@ -12,10 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from spacearm.core.extras import require_extra
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
 from spacearm.core.version import version
 from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PAGE, PURPLE, VERMILION, look, new_figure, tidy
+from spacearm.show.report_page import write_report
+from spacearm.show.report_views import verdict
+from spacearm.study.bench_pages import Progress, space_page
 from spacearm.study.reference_core import REFERENCE, load_note, machine, machine_note, speed_note
 from spacearm.study.spacebench import PUBLISHED_ROTATION, SpaceProblem
 from spacearm.study.spacebench_families import FAMILIES
@@ -325,36 +329,62 @@ def report_as_dict(bench: SpaceBench) -> dict[str, Any]:
 
 
 def save_report(
-    bench: SpaceBench, folder: str | os.PathLike[str], *, items: Sequence[SpaceProblem] = (), figure: bool = True
+    bench: SpaceBench,
+    folder: str | os.PathLike[str],
+    *,
+    items: Sequence[SpaceProblem] = (),
+    figures: bool = False,
+    progress: Progress | None = None,
 ) -> list[Path]:
-    """Write report.json, tables.md and the figures into a folder; return what was written.
+    """Write report.html, report.json and tables.md into a folder; return what was written.
 
     Args:
         bench: what was measured.
         folder: where.
-        items: the problems; one of each family is drawn.
-        figure: whether any figure is drawn.
+        items: the problems; some of them are planned once more, for the page.
+        figures: also draw, with matplotlib, a problem of each family, how fixed-base motions end, and how far bases turn.
+        progress: called with the plans made, those in all, and what is being planned.
 
     Raises:
         OutputError: the folder cannot be written.
+        SettingsError: figures without matplotlib.
+        KeyboardInterrupt: Ctrl-C.
     """
+    if figures:
+        require_extra("matplotlib", "drawing figures", instead="leave the figures out: report.html needs no library")
     target = Path(folder)
-    report, text = target / "report.json", target / "tables.md"
+    page, report, text = target / "report.html", target / "report.json", target / "tables.md"
     write_new(report, json.dumps(report_as_dict(bench), allow_nan=False) + "\n")
     write_new(text, as_markdown(bench))
-    if not figure or not bench.runs:
-        return [report, text]
+    write_report(space_page(bench, tables(bench), notes(bench), _verdict(bench), items, progress=progress), page)
+    if not figures or not bench.runs:
+        return [page, report, text]
     from spacearm.show.figure_style import save_figure
 
     provenance = {"Title": "spacearm bench space", "Author": f"spacearm {version()}"}
     with unbroken():
         drawn = figure_spacebench(bench)
-    written = [report, text, *save_figure(drawn, target / "spacebench", provenance=provenance)]
+    written = [page, report, text, *save_figure(drawn, target / "spacebench", provenance=provenance)]
     if items:
         with unbroken():
             drawn = figure_families(items)
         written += save_figure(drawn, target / "families", provenance=provenance)
     return written
+
+
+def _verdict(bench: SpaceBench) -> dict[str, Any]:
+    if not bench.runs:
+        met = sum(target.met for target in targets_of(bench))
+        return verdict("plain", f"{met} of {len(targets_of(bench))} targets of the published problems are met")
+    s = summary_of(bench.runs, bench.protocol.limit)
+    text = (
+        f"The first certified motion takes {milliseconds(s.first.median)} ms in the median, and at most "
+        f"{milliseconds(s.first.p95)} ms in 95 of 100 runs, on the reference core."
+    )
+    if s.fixed:
+        text += f" Of {s.fixed} motions planned for a fixed base, {percent(s.let_go['collides'])} collide when the base floats."
+    headline = f"{s.solved} of {s.runs} runs solved within {bench.protocol.limit:g} s"
+    return verdict("good" if s.solved == s.runs else "plain", headline, text)
 
 
 def as_markdown(bench: SpaceBench) -> str:

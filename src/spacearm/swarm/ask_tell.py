@@ -19,7 +19,7 @@ from spacearm.core.native import native
 from spacearm.core.notebook_hook import InNotebooks
 from spacearm.core.random_seed import Rng, seed_of
 from spacearm.swarm.checkpoint import broken_checkpoint, read_checkpoint, write_checkpoint
-from spacearm.swarm.swarm_settings import IPSO, PSO, SwarmSettings, kernel_settings
+from spacearm.swarm.swarm_settings import DEFAULT_SETTINGS, IPSO, PSO, SwarmSettings, kernel_settings, named_settings
 
 Array = NDArray[np.float64]
 
@@ -135,7 +135,7 @@ class Swarm(Brief):
     Args:
         lower: (d,) lower bounds; equal to the upper one where a dimension is fixed.
         upper: (d,) upper bounds.
-        settings: `PSO(...)` or `IPSO(...)`.
+        settings: `PSO(...)` or `IPSO(...)`; None: `named_settings("ring-small")`.
         rng: seed, generator or None.
         initial: (k, d) positions to begin with, k up to the number of particles; the others are drawn.
         keep_positions: also keep the best position of every iteration in the history.
@@ -162,7 +162,7 @@ class Swarm(Brief):
         initial: ArrayLike | None = None,
         keep_positions: bool = False,
     ) -> None:
-        settings = PSO() if settings is None else settings
+        settings = named_settings(DEFAULT_SETTINGS) if settings is None else settings
         if not isinstance(settings, (PSO, IPSO)):
             raise SettingsError(f"settings is {shown(settings)}, expected PSO(...) or IPSO(...)")
         self.lower, self.upper = as_bounds(lower, upper)

@@ -55,7 +55,8 @@ def minimize(
             gets every candidate once, and may return NaN where it fails. NaN and minus infinity count as the worst there is.
         lower: (d,) lower bounds, finite.
         upper: (d,) upper bounds, finite; equal to the lower one where a dimension is fixed.
-        settings: `PSO(...)`, the default, or `IPSO(...)`; particles x iterations is the budget of evaluations.
+        settings: `PSO(...)` or `IPSO(...)`; particles x iterations is the budget of evaluations. None: 100 x 300 of
+            `named_settings("ring-small")`.
         rng: random seed, generator, or None for a fresh seed. The result records it.
         initial: (k, d) positions to begin with, evaluated as they are; the result is never worse than the best of them.
         vectorized: False if f takes one position (d,) and returns one number, or a pair.

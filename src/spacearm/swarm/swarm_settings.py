@@ -266,6 +266,9 @@ NAMED_SETTINGS: dict[str, SwarmSettings] = {
     ),
 }
 
+DEFAULT_SETTINGS = "ring-small"
+"""The name of those for any function: they need no scale of it, and end as feasible as the paper's PSO and better."""
+
 
 def named_settings(name: str) -> SwarmSettings:
     """Return the settings of that name.

@@ -1,14 +1,34 @@
-"""Views of one report taken into another: what both have, robots and meshes, is stored once."""
+"""Views of a report that are not of one plan: plots and tables alone, and those of another report."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Literal
 
 Data = dict[str, Any]
 
 
+def verdict(tone: Literal["good", "bad", "plain"], headline: str, text: str = "") -> Data:
+    """Return what stands at the top of a view."""
+    return {"tone": tone, "headline": headline, "text": text}
+
+
+def flat_view(name: str, said: Data, *, plots: Sequence[Data] = (), sections: Sequence[Data] = ()) -> Data:
+    """Return a view of plots and tables alone, without a picture in space.
+
+    Args:
+        name: of the view.
+        said: its verdict.
+        plots: none over the clock, for there is none.
+        sections: below the plots.
+    """
+    made: Data = {"name": name, "verdict": said, "clock": {"unit": "s", "duration": 0.0}}
+    made |= {"actors": [], "obstacles": [], "targets": []}
+    return made | {"plots": list(plots), "sections": list(sections)}
+
+
 def take_views(page: Data, other: Data) -> list[Data]:
-    """Take the robots and meshes of another page into a page, and return the other's views as they stand there.
+    """Take the robots and meshes of another page into a page, each once, and return the other's views as they stand there.
 
     Args:
         page: with the keys "robots" and "meshes"; its robots and meshes are added to.
