@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import os
 import re
 import subprocess
@@ -27,8 +28,8 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.fixture
-def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+def terminal_as_stderr(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    """Return a terminal that is stderr from now on; as a fixture it would be pytest's own again when the test begins."""
     shown = Terminal()
     monkeypatch.setattr(sys, "stderr", shown)
     monkeypatch.setenv("TERM", "xterm-256color")
@@ -71,9 +72,7 @@ def test_long_work_tells_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
             work.say(f"part {done}", done=done, total=5)
             now[0] += 2.0
         work.say("no end in sight")
-    assert told == ["part 1, about 8 s left", "part 2, about 6 s left", "part 3, about 4 s left", "part 4, about 2 s left"] + [
-        "no end in sight"
-    ]
+    assert told == [*(f"part {done}, about {10 - 2 * done} s left" for done in range(1, 5)), "no end in sight"]
 
 
 # ---- The line --------------------------------------------------------------------------------------------------------
@@ -91,13 +90,15 @@ def test_a_line_is_narrower_than_the_terminal(columns: int, share: float | None)
     assert line_of("a", columns=80, took=1, share=0.5, plain=True).isascii()
 
 
-def test_quick_work_shows_nothing(terminal: Terminal) -> None:
+def test_quick_work_shows_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_as_stderr(monkeypatch)
     with progress_bar("quick") as bar:
         bar(1, 2, "half")
     assert terminal.getvalue() == ""
 
 
-def test_long_work_shows_a_line_and_takes_it_away(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_work_shows_a_line_and_takes_it_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_as_stderr(monkeypatch)
     monkeypatch.setattr(progress, "QUIET", 0.01)
     monkeypatch.setattr(progress, "_EVERY", 0.01)
     with progress_bar("long") as bar:
@@ -109,15 +110,21 @@ def test_long_work_shows_a_line_and_takes_it_away(terminal: Terminal, monkeypatc
     assert lines[0] == ""
     assert lines[-1] == ""
     assert any(line.startswith("long  ") and "25%" in line and "left  second line" in line for line in lines)
-    assert all(line != other for line, other in zip(lines, lines[1:], strict=False)), "the same line is not written twice"
+    assert all(line != other for line, other in itertools.pairwise(lines)), "the same line is not written twice"
     assert "\n" not in terminal.getvalue()
 
 
-def test_an_error_takes_the_line_away(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_takes_the_line_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_as_stderr(monkeypatch)
     monkeypatch.setattr(progress, "QUIET", 0.0)
-    with pytest.raises(KeyboardInterrupt), progress_bar("long"):
-        time.sleep(0.1)
-        raise KeyboardInterrupt
+
+    def interrupted() -> None:
+        with progress_bar("long"):
+            time.sleep(0.1)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert terminal.getvalue().endswith("\r\x1b[K")
 
 
