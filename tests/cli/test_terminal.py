@@ -153,6 +153,8 @@ def test_where_no_line_can_be_taken_back_nothing_is_shown(kind: str, monkeypatch
         ("within 1 % of best known", "0 %", "bad"),
         ("certified", "249 (99.6 %)", None),
         ("certified", "-", None),
+        ("to 4.33", "89%", "middling"),
+        ("planned path", "proven", "good"),
         ("collisions after", "0", "good"),
         ("collisions after", "3", "bad"),
         ("mean", "95 %", None),

@@ -35,13 +35,14 @@ Tone = Literal["good", "middling", "bad", "quiet"]
 _COLORS: dict[Tone, int] = {"good": 36, "middling": 172, "bad": 166, "quiet": 244}
 """Of 256: bluish green, orange, vermilion, grey; for the colour-blind, on dark and light."""
 
-_SUCCESS = frozenset({"solved", "certified", "reach", "within", "proven", "found", "hold"})
+_SUCCESS = frozenset({"solved", "certified", "reach", "to", "within", "feasible", "proven", "found", "hold"})
 """Words of the headers of columns that tell how often something succeeds."""
 
 _HARM = frozenset({"collisions", "unsound"})
 """Words of the headers of columns that count what must not be."""
 
-_SHARE = re.compile(r"(\d+(?:\.\d+)?) %|(\d+)/(\d+)")
+_GOOD_CELLS = frozenset({"proven", "holds"})
+_SHARE = re.compile(r"(\d+(?:\.\d+)?) ?%|(\d+)/(\d+)")
 _GOOD_WORDS, _BAD_WORDS = (
     ("found", "holds", "says the same"),
     ("fails", "undecided", "not_", "no_", "goal_", "start_", "says otherwise"),
@@ -60,6 +61,8 @@ def tone_of(header: str, cell: str) -> Tone | None:
     words = set(header.lower().split())
     if words & _HARM and cell.strip().isdigit():
         return "good" if int(cell) == 0 else "bad"
+    if cell.strip() in _GOOD_CELLS:
+        return "good"
     found = _SHARE.search(cell) if words & _SUCCESS else None
     if found is None:
         return None
