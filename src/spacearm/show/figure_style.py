@@ -216,11 +216,16 @@ def save_figure(figure: Figure, path_stem: str | os.PathLike[str], *, provenance
 
 
 def _settle(figure: Figure) -> None:
-    """Lay the figure out once, so that both files show the same layout, however often they are written."""
-    if figure.get_layout_engine() is not None:
+    """Lay the figure out once, so that both files show the same layout, however often they are written.
+
+    Only the layout is computed, and no engine is left: while there is one, and be it one that does nothing, every saving draws
+    the whole figure twice.
+    """
+    engine = figure.get_layout_engine()
+    if engine is not None:
         with look():
-            figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+            engine.execute(figure)
+            figure.set_layout_engine(None)
 
 
 def _png(figure: Figure, provenance: Mapping[str, str]) -> bytes:
