@@ -3,7 +3,7 @@
 A page starts where a newcomer does, in the root of the repository. Blocks are run by their language:
 
 - python: all blocks of a page share their names. A comment `# -> text` is what the line prints; `...` stands for anything.
-- sh: `spacearm` runs in this process; `cp`, `cd` and `python` run as in a shell; `make` and figures are left out. A comment
+- sh: `spacearm` runs in this process; `cp`, `cd` and `python` run as in a shell; `make` is left out. A comment
   names an exit code other than 0, as in `# exit code 1`.
 - yaml: a problem or robot file, saved under the name in its first line (else problem.yaml) and loaded. A block without the key
   `spacearm` replaces keys of the page's first problem.
@@ -25,15 +25,20 @@ import subprocess
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import pytest
 import yaml
 
 from house.source import PACKAGE, REPOSITORY, repository_files, where
 from spacearm.cli import main
+from spacearm.doctor import Finding
+from spacearm.errors import SpacearmError
 from spacearm.files.problem_file import load_problem_file
+from spacearm.planner.plan_result import STATUSES
+from spacearm.proof import Certificate
 from spacearm.robot import load_robot
+from spacearm.swarm.ask_tell import MESSAGES
 
 PAGES = [REPOSITORY / "README.md", REPOSITORY / "CONTRIBUTING.md", *sorted((REPOSITORY / "docs").rglob("*.md"))]
 STARTED_WITH = ("examples", "benchmarks/spacebench")
@@ -268,3 +273,15 @@ def anchors(page: Path) -> set[str]:
     text = BLOCK.sub("", page.read_text(encoding="utf-8"))
     headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_why_did_it_fail_explains_every_status() -> None:
+    text = (REPOSITORY / "docs" / "faq.md").read_text(encoding="utf-8")
+    headings = set(re.findall(r"^### (\w+)$", text, flags=re.MULTILINE))
+    certificates = get_args(get_type_hints(Certificate)["status"])
+    assert sorted([*STATUSES, *certificates]) == sorted(headings)
+    rows = set(re.findall(r"^\| `?(\w+)`? \|", text, flags=re.MULTILINE))
+    rows |= {code for row in re.findall(r"^\| (\d[\d, ]*) \|", text, flags=re.MULTILINE) for code in row.split(", ")}
+    assert {*MESSAGES, "0", "1", "2", "3", "130", "143", *(leaf.__name__ for leaf in SpacearmError.__subclasses__())} <= rows
+    for severity in get_args(get_type_hints(Finding)["severity"]):
+        assert f"*{severity}*" in text
