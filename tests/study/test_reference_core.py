@@ -33,7 +33,14 @@ def test_it_needs_numpy_only() -> None:
         "print([name for name in sys.modules if name.startswith('spacearm')])"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    own = {"spacearm", "spacearm.core", "spacearm.core.moved", "spacearm.study", "spacearm.study.numpy_reference"}
+    own = {
+        "spacearm",
+        "spacearm.core",
+        "spacearm.core.moved",
+        "spacearm.core.notebook_hook",
+        "spacearm.study",
+        "spacearm.study.numpy_reference",
+    }
     assert set(eval(done.stdout)) == own
 
 

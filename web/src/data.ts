@@ -33,6 +33,7 @@ export interface Part {
   joint: number; // whose moving frame it rides on; -1 for the base
   geometry: Geometry;
   color?: string; // CSS, as the robot's file states it
+  held?: boolean; // fixed to the end effector's frame, as what it holds is
 }
 
 export interface Joint {
@@ -57,7 +58,7 @@ export interface Robot {
 /** A motion between instants: q is a cubic Hermite curve between knots; so is the base, its quaternion normalised. */
 export interface Knots {
   t: Packed; // f64 (k,) [s], ascending; a kink of the rates is stated twice
-  q: Packed; // f32 (k, n)
+  q: Packed; // f32 (k, n); all of them f64 where joints turn so far that f32 rounds too much
   dq: Packed; // f32 (k, n)
   base?: { p: Packed; v: Packed; w: Packed; dw: Packed }; // f32 (k, 3), (k, 3), quaternion wxyz (k, 4), its rate (k, 4)
   baseAt: Transform; // where a base is that does not move

@@ -59,8 +59,8 @@ export class Materials {
 
   constructor(readonly theme: Theme) {
     this.colors = SCENE[theme];
-    this.solids = [0, 1].map(() => {
-      const offset = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+    this.solids = [1, 3].map((polygonOffsetFactor) => {
+      const offset = { polygonOffset: true, polygonOffsetFactor, polygonOffsetUnits: 1 };
       return this.keep(rimmed(new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0, ...offset })));
     });
     this.edges = this.keep(new THREE.LineBasicMaterial({ color: this.colors.edge, transparent: true, opacity: this.colors.edgeOpacity, depthWrite: false }));
@@ -163,9 +163,9 @@ const TOOL = /tool|gripper|hand|finger|effector|probe|grapple|camera|jaw/i;
 
 /** A calm colour for a link: light and grey in turn along the chain; base, panels, tool and payload have their own. */
 function linkColor(part: Part, names: string[], colors: SceneColors): THREE.Color {
-  if (PAYLOAD.test(part.name)) return new THREE.Color(colors.payload);
   if (PANEL.test(part.name)) return new THREE.Color(colors.panel);
   if (TOOL.test(part.name)) return new THREE.Color(colors.tool);
+  if (part.held || PAYLOAD.test(part.name)) return new THREE.Color(colors.payload);
   if (part.joint < 0) return new THREE.Color(colors.base);
   return new THREE.Color(colors.links[names.indexOf(part.name) % 2]);
 }

@@ -38,7 +38,7 @@ export class Overlay {
     this.root.className = "stage-overlay";
     this.root.setAttribute("aria-hidden", "true");
     Object.assign(this.root.style, { position: "absolute", overflow: "hidden", pointerEvents: "none", fontFamily: FONT, userSelect: "none" });
-    Object.assign(this.legend.style, { position: "absolute", left: "12px", bottom: "10px", font: `11px ${FONT}`, display: "none" });
+    Object.assign(this.legend.style, { position: "absolute", left: "12px", bottom: "30px", font: `11px ${FONT}`, display: "none" });
     this.legend.className = "stage-legend";
     this.gizmo.setAttribute("class", "stage-gizmo");
     this.gizmo.setAttribute("viewBox", `${-GIZMO / 2} ${-GIZMO / 2} ${GIZMO} ${GIZMO}`);
@@ -47,7 +47,7 @@ export class Overlay {
     Object.assign(this.leaders.style, { position: "absolute", left: "0", top: "0", width: "100%", height: "100%" });
     Object.assign(this.tip.style, { position: "absolute", left: "0", top: "0", padding: "1px 6px", borderRadius: "3px", font: `11px/1.5 ${FONT}`, whiteSpace: "nowrap", zIndex: "2" });
     this.note.className = "stage-note";
-    Object.assign(this.note.style, { position: "absolute", left: "12px", bottom: "8px", font: `10px ${FONT}`, opacity: "0.65" });
+    Object.assign(this.note.style, { position: "absolute", right: "12px", top: "8px", font: `10px ${FONT}`, opacity: "0.65" });
     this.root.append(this.leaders, this.legend, this.note, this.gizmo, this.tip);
     canvas.after(this.root);
   }
@@ -117,12 +117,11 @@ export class Overlay {
 
   setNote(text: string): void {
     this.note.textContent = text;
-    this.legend.style.bottom = text ? "26px" : "10px";
   }
 
   setLegend(title: string, low: string, high: string, of: typeof scaleColor): void {
     const bar = `<div style="height:6px;border-radius:3px;background:${scaleGradient(this.theme, of)};margin:3px 0"></div>`;
-    this.legend.innerHTML = `<div class="title"></div>${bar}<div style="display:flex;justify-content:space-between"><span></span><span></span></div>`;
+    this.legend.innerHTML = `<div></div>${bar}<div style="display:flex;justify-content:space-between"><span></span><span></span></div>`;
     this.legend.firstElementChild!.textContent = title;
     this.legend.querySelectorAll("span").forEach((span, i) => (span.textContent = i ? high : low));
     Object.assign(this.legend.style, { display: "block", minWidth: "132px", fontVariantNumeric: "tabular-nums" });
@@ -135,8 +134,8 @@ export class Overlay {
   /** Puts the labels where the camera sees their places; where two overlap, the one of the greater rank is hidden. */
   place(camera: THREE.PerspectiveCamera, width: number, height: number): void {
     const taken: number[][] = [[width - GIZMO - 8, height - GIZMO - 6, width, height]];
-    if (this.legend.style.display !== "none") taken.push([0, height - 70, 160, height]);
-    else if (this.note.textContent) taken.push([0, height - 24, 150, height]);
+    taken.push([width - 150, 0, width, 24]); // the note
+    if (this.legend.style.display !== "none") taken.push([0, height - 76, 160, height - 26]);
     const seen = this.labels.filter((label) => label.shown && !label.hidden);
     for (const label of this.labels) {
       if (label.shown && !label.hidden) continue;

@@ -106,7 +106,7 @@ export class Panel {
       cursor: { show: false },
       padding: [8, 12, 0, 0],
       scales: {
-        x: { time: false, distr: plot.logX ? 3 : 1, range: (_, low, high) => this.xRange(low, high) },
+        x: { time: false, distr: plot.logX ? 3 : 1, range: () => this.xRange() },
         y: { distr: plot.log ? 3 : 1, range: (_, low, high) => this.yRange(low, high) },
       },
       axes: [
@@ -148,10 +148,13 @@ export class Panel {
     };
   }
 
-  private xRange(low: number, high: number): [number, number] {
+  /** What the x axis shows: the part that was chosen, else all. */
+  private xRange(): [number, number] {
     const { plot, linked } = this;
+    const { x } = this.curves;
     if (plot.clock && linked.span) return linked.span;
-    if (!Number.isFinite(low) || !Number.isFinite(high)) return plot.logX ? [0.1, 10] : [0, 1];
+    const [low, high] = [x[0], x[x.length - 1]];
+    if (!x.length) return plot.logX ? [0.1, 10] : [0, 1];
     if (plot.logX) return high > low ? [low, high] : [low / 2, high * 2];
     return high > low ? [low, high] : [low - 0.5, high + 0.5];
   }
@@ -406,7 +409,8 @@ export class Panel {
   /** Another theme, or another part of the time. */
   redraw(): void {
     this.paintLegend();
-    this.u.setScale("x", { min: null as unknown as number, max: null as unknown as number });
+    const [min, max] = this.xRange();
+    this.u.setScale("x", { min, max });
     this.u.redraw(false, true);
     this.place();
   }

@@ -83,6 +83,7 @@ export class Stage {
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
     this.renderer.autoClear = false;
     this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.autoUpdate = false; // made anew when something has moved, not when the camera has
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.solids = new Solids(page);
     this.materials = new Materials(theme);
@@ -131,6 +132,7 @@ export class Stage {
       set(base, new THREE.Matrix4().fromArray(body.placement.base), 0.13 * this.size);
     }
     this.writeDistance();
+    this.renderer.shadowMap.needsUpdate = true;
     this.request();
   }
 
@@ -455,6 +457,7 @@ export class Stage {
     content.targets.visible = state.targets;
     content.grid.visible = state.grid;
     for (const { label, toggles } of content.labels) label.shown = toggles.every((toggle) => state[toggle]);
+    this.renderer.shadowMap.needsUpdate = true;
     this.writeDistance();
     this.writeLegend();
   }

@@ -27,6 +27,7 @@ COMMANDS = {
     "plan": "plan a motion for a problem.yaml: plan.json, trajectory.csv, report.html",
     "report": "write a report of one plan.json, or of several beside each other, as a page for a browser",
     "robustness": "find how far the joints may be from a motion at any instant so that it is still proven",
+    "view": "open a problem.yaml or a plan.json in the browser: change it by hand, plan, and save",
 }
 """Each command, and what it does. The module `<command>_command` of this room runs it."""
 

@@ -62,8 +62,13 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:
-    """Return short names of files that differ: the files' own, or with as many of their folders as it takes."""
+    """Return short names of files that differ: the files' own, or with as many of their folders as it takes.
+
+    Of files with the same name in different folders, as `a/plan.json` and `b/plan.json`, it is the folders' names.
+    """
     parts = [(*path.absolute().parts[:-1], path.stem) for path in paths]
+    if len(parts) > 1 and len({part[-1] for part in parts}) == 1:
+        parts = [part[:-1] for part in parts]
     names = [part[-1] for part in parts]
     for count in range(1, max(map(len, parts)) + 1):
         names = ["/".join(part[-count:]) for part in parts]

@@ -99,6 +99,7 @@ def _as_rows(headline: str, rows: Rows) -> str:
     if len(rows) > LINES - 1:
         left = ", ".join(words(name, 24) for name, _ in rows[LINES - 2 :])
         rows = [*rows[: LINES - 2], ("also", left)]
+    rows = [(words(name, 24), text) for name, text in rows]
     width = max((len(name) for name, _ in rows), default=0)
     free = LINES - 1 - len(rows)
     lines = [head]

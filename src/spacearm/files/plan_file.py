@@ -348,7 +348,24 @@ def load_saved_plan(path: str | os.PathLike[str]) -> SavedPlan:
         FileFormatError: the file is missing, broken or no plan, or holds no motion.
         SpacearmError: a robot, scene, problem or motion that cannot be; the place is named.
     """
-    saved = _read(path)
+    return _saved(_read(path), path)
+
+
+def saved_plan_from_dict(values: object, what: str = "the plan") -> SavedPlan:
+    """Read back a plan from plain values, as `plan_as_dict` gives them.
+
+    Args:
+        values: the plain values.
+        what: they are, for messages.
+
+    Raises:
+        FileFormatError: they are no plan, or hold no motion.
+        SpacearmError: as of `load_saved_plan`.
+    """
+    return _saved(_plan_values(values, what), what)
+
+
+def _saved(saved: _PlanValues, path: str | os.PathLike[str]) -> SavedPlan:
     problem = _problem(path, saved)
     with located(path):
         proof = None if saved.proof is None else ProofTree.from_dict(saved.proof)
@@ -371,6 +388,10 @@ def _read(path: str | os.PathLike[str]) -> _PlanValues:
         json.dumps(given, ensure_ascii=False).encode()  # half a surrogate pair cannot be printed
     except (ValueError, RecursionError):
         raise FileFormatError(f"{path} is broken, expected {_WHAT}; plan again") from None
+    return _plan_values(given, path)
+
+
+def _plan_values(given: object, path: str | os.PathLike[str]) -> _PlanValues:
     if not isinstance(given, dict) or KEY not in given:
         raise FileFormatError(f"{path} has no '{KEY}: {VERSION}', expected {_WHAT}; it is something else")
     require_version(given[KEY], VERSION, path, key=KEY)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.brief import brief
 from spacearm.core.checks import as_number
 from spacearm.core.errors import ProblemError, SettingsError
 from spacearm.core.records import record_as_dict, record_from_dict
@@ -146,6 +147,9 @@ class Samples(NamedTuple):
     q: Array
     dq: Array
     ddq: Array
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 def resampled(trajectory: AnyTrajectory, *, rate_hz: float | None = None, dt: float | None = None) -> Samples:

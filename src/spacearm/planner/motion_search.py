@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.core.brief import Brief, Rows, counted, in_short
+from spacearm.core.brief import Brief, Rows, brief, counted, in_short
 from spacearm.core.checks import as_readonly
 from spacearm.core.errors import ProblemError
 from spacearm.core.native import native
@@ -424,6 +424,9 @@ class Judged(NamedTuple):
     violation: Array
     free: NDArray[np.bool_]
     terms: dict[str, Array]
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 class MotionSwarm(Brief):

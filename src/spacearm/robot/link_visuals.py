@@ -38,7 +38,7 @@ _COUNTS = {"box": 3, "cylinder": 2, "capsule": 2, "sphere": 1, "mesh": 0, "nothi
 _TEXTURE = "its texture {} is not drawn"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class LinkVisual(Frozen):
     """A shape that a link is drawn with; several may make up one link.
 

@@ -38,7 +38,8 @@ def html_of(value: Any) -> str:
     parts = [_head(headline, good=_is_good(value))]
     if isinstance(value, (Plan, Robot)) or hasattr(value, "trajectory"):
         parts += [_verdict(value), _report(value)]
-    parts.append(_rows(rows))
+    said_above = value.message if isinstance(value, Plan) else ""
+    parts.append(_rows([row for row in rows if row[1] != said_above]))
     parts += [_table(*table) for table in _tables(value)]
     return f'<div class="spacearm" style="font-size:13px;line-height:1.45">{"".join(parts)}</div>'
 
@@ -112,7 +113,8 @@ def _page(value: Any) -> str:
         return page_html(_standing(value))
     from spacearm.show.report_plan import report_of_plans
 
-    return page_html(report_of_plans(value))
+    page = report_of_plans(value)
+    return page_html({**page, "block": []})  # the rows below the frame tell it, and the player has its room
 
 
 def _standing(robot: Robot) -> dict[str, Any]:
@@ -121,7 +123,7 @@ def _standing(robot: Robot) -> dict[str, Any]:
     from spacearm.show.report_meshes import Meshes
     from spacearm.show.report_scene import robot_data
 
-    headline, rows = in_short(robot)
+    headline = in_short(robot)[0]
     if robot.configurations:
         q, how = robot.configurations[0].q, f"in its configuration '{robot.configurations[0].name}'"
     else:
@@ -142,7 +144,7 @@ def _standing(robot: Robot) -> dict[str, Any]:
     robots = [robot_data(robot, meshes)]
     return {
         "title": robot.name,
-        "block": [list(row) for row in rows],
+        "block": [],
         "robots": robots,
         "meshes": meshes.items,
         "views": [view],

@@ -25,7 +25,7 @@ from spacearm.show.report_page import packed
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-MOST_PAIRS = 8
+MOST_PAIRS = 7
 """Pairs that have a curve of their own: those that come nearest."""
 
 INSTANTS = 181
@@ -33,6 +33,7 @@ INSTANTS = 181
 
 _COARSE = 65  # instants at which it is found out which pairs come nearest
 _AT_ONCE = 3_000_000  # clearances of all pairs and instants of one measurement
+_WITHIN = (0.05, 0.3, 2.0, np.inf)  # [m] it is first looked for near pairs, since that is quicker
 _AROUND = 1e-4  # [m] by which a limit is above what is known
 
 
@@ -116,14 +117,13 @@ class MeasuredMotion:
 
     def over(self, t: Array) -> PairClearances:
         """Measure at instants (m,) [s]."""
-        coarse = self._least(np.linspace(t[0], t[-1], _COARSE))
-        by_pair = np.where(self._kept, coarse, np.inf)
+        by_pair = self._nearest_pairs(np.linspace(t[0], t[-1], _COARSE))
         order = np.argsort(by_pair, axis=None, kind="stable")[:MOST_PAIRS]
         nearest = [divmod(int(i), by_pair.shape[1]) for i in order if np.isfinite(by_pair.flat[i])]
         link, other = (np.array(part, dtype=np.intp) for part in zip(*nearest, strict=True))
         only = np.full(self._kept.shape, -np.inf)
         only[link, other] = np.inf
-        values = self._at(t, only)[0][:, link, other]
+        values = np.concatenate([self._at(t[part], only)[0][:, link, other] for part in self._parts(len(t))])
         least, _, _ = self._least_of_all(t, values.min(axis=1))
         names = tuple(self._called(*pair) for pair in nearest)
         return PairClearances(t=t, names=names, values=values, least=least, pairs=int(self._kept.sum()))
@@ -146,9 +146,7 @@ class MeasuredMotion:
     def _least_of_all(self, t: Array, at_most: Array) -> tuple[Array, Indices, Indices]:
         """Return the least of all pairs at instants and its two shapes (m,) each, knowing that it is at most so much."""
         out, shapes = np.empty(len(t)), np.empty((len(t), 2), dtype=np.int64)
-        step = max(1, min(16, _AT_ONCE // max(self._kept.size, 1)))
-        for i in range(0, len(t), step):
-            part = slice(i, i + step)
+        for part in self._parts(len(t), most=16):
             limit = np.where(self._kept, float(at_most[part].max()) + _AROUND, -np.inf)
             found, which = self._at(t[part], limit)
             flat = found.reshape(len(found), -1)
@@ -158,13 +156,22 @@ class MeasuredMotion:
             shapes[part] = which.reshape(len(found), -1, 2)[rows, nearest]
         return out, shapes[:, 0], shapes[:, 1]
 
-    def _least(self, t: Array) -> Array:
-        """Return the least of every pair over instants (l, k + l); infinite for those that are not kept apart."""
-        limit = np.where(self._kept, np.inf, -np.inf)
-        step, out = max(1, _AT_ONCE // max(self._kept.size, 1)), np.full(self._kept.shape, np.inf)
-        for i in range(0, len(t), step):
-            out = np.minimum(out, self._at(t[i : i + step], limit)[0].min(axis=0))
+    def _nearest_pairs(self, t: Array) -> Array:
+        """Return the least of every pair over instants (l, k + l); infinite for those that are not among the nearest."""
+        wanted, out = min(MOST_PAIRS, int(self._kept.sum())), np.full(self._kept.shape, np.inf)
+        for within in _WITHIN:
+            limit, out = np.where(self._kept, within, -np.inf), np.full(self._kept.shape, np.inf)
+            for part in self._parts(len(t)):
+                out = np.minimum(out, self._at(t[part], limit)[0].min(axis=0))
+            out[out >= within] = np.inf
+            if np.count_nonzero(np.isfinite(out)) >= wanted:
+                break
         return out
+
+    def _parts(self, count: int, most: int = 10_000) -> list[slice]:
+        """Return parts of so many instants that fit into memory."""
+        step = max(1, min(most, _AT_ONCE // max(self._kept.size, 1)))
+        return [slice(i, i + step) for i in range(0, count, step)]
 
     def _at(self, t: Array, limit: Array) -> tuple[Array, Indices]:
         """Return the clearances of pairs (m, l, k + l) and their two shapes (m, l, k + l, 2), two links in one row only.

@@ -27,10 +27,13 @@ Plot = dict[str, Any]
 INSTANTS = 501
 """Evenly spread, at which curves are computed, beside those just before and after breaks."""
 
+_TURN = 2 * math.pi
+_JUMP = 1.0  # [rad] from one instant to the next
 _MOST_BREAKS = 150  # of a motion's pieces whose both sides are instants of the curves, the accelerations that jump most
 _BESIDE = 1e-7  # times the piece's length: so near are the two sides of a break
 _DEGREE = math.degrees(1.0)
 _LEAST_FLOOR, _FLOOR = 1e-3, 0.1  # [mm] of the logarithmic axis of clearances
+_GREY = 6  # the page's grey tone: of what summarises the others
 _RESIDUAL_FLOOR = 1e-18
 
 
@@ -54,13 +57,18 @@ class Sampled(NamedTuple):
     omega: Array
 
 
-def instants_of(trajectory: AnyTrajectory) -> Array:
-    """Return instants (m,) [s] for curves: evenly spread, and both sides of breaks at which the accelerations jump."""
+def instants_of(trajectory: AnyTrajectory, also: Sequence[float] = ()) -> Array:
+    """Return instants (m,) [s] for curves: evenly spread, and both sides of breaks at which the accelerations jump.
+
+    Args:
+        trajectory: the motion.
+        also: instants that are to be among them.
+    """
     duration = trajectory.duration
     if duration == 0:
         return np.zeros(1)
     breaks = breaks_of(trajectory)
-    even = np.linspace(0.0, duration, INSTANTS)
+    even = np.unique(np.concatenate([np.linspace(0.0, duration, INSTANTS), also]))
     if len(breaks) <= 2:
         return even
     inner, size = breaks[1:-1], np.diff(breaks)
@@ -138,8 +146,8 @@ def joint_plots(trajectory: AnyTrajectory, at: Sampled) -> list[Plot]:
 def clearance_plot(found: PairClearances, *, asked: float, proven: float | None) -> Plot:
     """Return a plot of the clearances by pair, with what is asked for and what is proven [m]."""
     values = found.values * 1e3
-    curves = [series("closest of all", found.least * 1e3, 0)]
-    curves += [series(name, values[:, i], i + 1) for i, name in enumerate(found.names)]
+    curves = [series("closest of all", found.least * 1e3, _GREY)]
+    curves += [series(name, values[:, i], i if i < _GREY else i + 1) for i, name in enumerate(found.names)]
     lines = [(asked * 1e3, f"asked for: {asked * 1e3:.4g} mm")] if asked > 0 else []
     if proven is not None and 0 < proven < math.inf:
         lines.append((proven * 1e3, f"proven: {proven * 1e3:.4g} mm"))
@@ -189,9 +197,18 @@ def tool_plots(trajectory: AnyTrajectory, at: Sampled) -> list[Plot]:
 def turned_since_start(R: Array) -> Array:
     """Return by what rotation vectors (m, 3) orientations (m, 3, 3) are turned from the first one, in inertial axes [rad].
 
-    The angle is between 0 and pi, at each instant for itself.
+    Beyond half a turn they go on without a jump: of all vectors that mean the same orientation it is the one nearest to that
+    before it.
     """
-    return rotation_vectors(R @ R[0].T)
+    vectors = rotation_vectors(R @ R[0].T)
+    if not (np.linalg.norm(np.diff(vectors, axis=0), axis=1) > _JUMP).any():
+        return vectors
+    for i in range(1, len(vectors)):
+        size = float(np.linalg.norm(vectors[i]))
+        if size > 0:
+            axis = vectors[i] / size
+            vectors[i] += axis * _TURN * round((float(axis @ vectors[i - 1]) - size) / _TURN)
+    return vectors
 
 
 # ---- Base ------------------------------------------------------------------------------------------------------------
@@ -281,12 +298,6 @@ def _residual_plot(trajectory: AnyTrajectory) -> Plot:
     return plot("residual", "Residual momentum", "share", t, curves, log=True, floor=floor, note=note)
 
 
-def peak(values: Array) -> tuple[float, int]:
-    """Return the greatest value and where it is."""
-    where = int(np.argmax(values))
-    return float(values[where]), where
-
-
 def path_length(points: Array) -> float:
     """Return the length of a line through points (m, 3) [m]."""
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
@@ -297,8 +308,3 @@ def joint_path_length(trajectory: AnyTrajectory, q: Array) -> float:
     if isinstance(trajectory, Trajectory):
         return trajectory.motion.length()
     return path_length(q)
-
-
-def named(names: Sequence[str], most: int = 8) -> str:
-    """Return names in a row, the first ones of many."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

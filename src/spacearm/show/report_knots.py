@@ -1,13 +1,13 @@
 """A motion as a report's page moves it: cubic Hermite curves between knots, as many as the tip's place needs.
 
-The page has float32 numbers. Knots are added until the curves differ from the motion by so little that no point of the robot is
+Knots are added until the curves differ from the motion by so little that no point of the robot is
 off by more than `TOLERANCE`; a joint's difference counts by how far from its axis anything can be. At a kink of the rates there
 are two knots at the same time, with the rates before and after it.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +28,10 @@ MOST_KNOTS = 6000
 
 _SHARES = np.array([0.25, 0.5, 0.75])  # of an interval, at which it is compared
 _BETWEEN = np.arange(1, 8) / 8  # of a piece
-_LEAST = 1e-7  # of an interval: so far beside its ends rates are taken
+_LEAST = 1e-9  # of a piece: so far beside its ends rates are taken
+_NEXT = 4 * float(np.finfo(np.float64).eps)  # of the duration: the next instant, and no rounding
 _SAME = 1e-6  # of the greatest rate: two that differ by less are no kink
+_ROUNDING = 2.0**-24  # of a number in float32
 _SHORTEST = 1e-9  # of the duration: no shorter intervals are halved
 _ROUNDS = 24
 
@@ -44,12 +46,20 @@ class _State(NamedTuple):
 def knots_of(trajectory: AnyTrajectory, notes: list[str]) -> dict[str, Any]:
     """Return a trajectory's knots as the page reads them; what was left out is added to the notes."""
     t, x, dx = hermite_knots(trajectory, notes)
-    n = trajectory.robot.dof
-    made: dict[str, Any] = {"t": packed(t, "f64"), "q": packed(x[:, :n]), "dq": packed(dx[:, :n])}
+    n, kind = trajectory.robot.dof, packing_of(trajectory, t, x, dx)
+    made: dict[str, Any] = {"t": packed(t, "f64"), "q": packed(x[:, :n], kind), "dq": packed(dx[:, :n], kind)}
     if x.shape[1] > n:
         parts = {"p": (x, n), "v": (dx, n), "w": (x, n + 3), "dw": (dx, n + 3)}
-        made["base"] = {key: packed(of[:, at : at + (3 if key in "pv" else 4)]) for key, (of, at) in parts.items()}
+        made["base"] = {key: packed(of[:, at : at + (3 if key in "pv" else 4)], kind) for key, (of, at) in parts.items()}
     return made | {"baseAt": transform(trajectory.base_start)}
+
+
+def packing_of(trajectory: AnyTrajectory, t: Array, x: Array, dx: Array) -> Literal["f32", "f64"]:
+    """Return the numbers that knots need: float32, but float64 for joints that turn so far that float32 rounds too much."""
+    weights = _weights(trajectory, x.shape[1])
+    between = float(np.diff(t, append=t[-1:]).max())
+    rounding = _ROUNDING * (np.abs(x).max(axis=0) + np.abs(dx).max(axis=0) * between / 4) @ weights
+    return "f32" if float(rounding) < TOLERANCE else "f64"
 
 
 def resting_knots(q: Array, base_start: Array) -> dict[str, Any]:
@@ -70,9 +80,10 @@ def hermite_knots(trajectory: AnyTrajectory, notes: list[str]) -> tuple[Array, A
     if len(breaks) > MOST_KNOTS // 2:
         return _thinned(trajectory, breaks, notes)
     begin, end = breaks[:-1], breaks[1:]
-    shares = np.concatenate([[0.0, _LEAST], _BETWEEN, [1 - _LEAST, 1.0]])  # those between keep a tumbling base's quaternion
+    shares = np.concatenate([[0.0, 0.0], _BETWEEN, [1.0, 1.0]])  # those between keep a tumbling base's quaternion
     at = begin[:, None] + (end - begin)[:, None] * shares
-    at[:, -1] = end
+    beside = np.maximum(_LEAST * (end - begin), _NEXT * trajectory.duration)
+    at[:, 1], at[:, -2], at[:, -1] = begin + beside, end - beside, end
     x, dx = (part.reshape(*at.shape, -1) for part in _state(trajectory, at.ravel()))
     first = _Intervals(begin, end, x[:, 0], x[:, -1], dx[:, 1], dx[:, -2])
     found = _refined(trajectory, first, notes)

@@ -35,9 +35,13 @@ MOST_VERTICES = 250
 """Of a convex piece: of one that has more, those that are farthest in as many directions are drawn."""
 
 MOST_TRIANGLES = 60_000
-"""Of all meshes of a report that are not visual ones: pieces are drawn by fewer vertices when there are more."""
+"""Of all convex pieces of a report together: the more pieces, the fewer vertices each is drawn by."""
 
-_FEWEST = 20  # vertices of a piece, however many pieces there are
+MOST_BALLS = 20_000
+"""Of a set of spheres: of one that has more, the largest are drawn."""
+
+_FEWEST = 14  # vertices of a piece, however many pieces there are
+_FEW = 20  # corners of a hull that are rounded as they are
 _ROUND = 48  # corners of a circle
 _QUARTER = 4  # steps of a quarter of a rounded edge
 _LINE = 0.004  # times the size of the robot: lines and points without thickness are drawn so thick
@@ -83,6 +87,10 @@ class Meshes:
             self.triangles += len(triangles)
         return self._places[key]
 
+    def expect(self, pieces: int) -> None:
+        """Let convex pieces have so few vertices that this number of them has no more than `MOST_TRIANGLES` together."""
+        self.vertices = max(_FEWEST, min(MOST_VERTICES, MOST_TRIANGLES // (2 * max(pieces, 1))))
+
     def drawn_by_fewer(self, owner: str, vertices: int) -> None:
         """Note down that a piece of an owner is drawn by some of its vertices."""
         self._fewer[owner] = max(self._fewer.get(owner, 0), vertices)
@@ -92,7 +100,7 @@ class Meshes:
         fewer = [f"{owner} (up to {count:,} vertices)" for owner, count in self._fewer.items()]
         listed = ", ".join(fewer[:8]) + (f" and {len(fewer) - 8} more" if len(fewer) > 8 else "")
         note = f"drawn by at most {self.vertices} vertices a convex piece, to keep the page small: {listed}; the proof has all"
-        return [*self.notes, *([note] if fewer else [])]
+        return list(dict.fromkeys([*self.notes, *([note] if fewer else [])]))
 
 
 def geometry_of(shape: ConvexShape, meshes: Meshes, *, owner: str, line: float) -> dict[str, Any] | None:
@@ -131,7 +139,11 @@ def geometries_of(obstacle: Obstacle, meshes: Meshes, *, owner: str, line: float
         normal = obstacle.normal
         return [{"kind": "halfspace", "normal": normal.tolist(), "offset": float(normal @ obstacle.point)}]
     if isinstance(obstacle, SphereSet):
-        return [{"kind": "spheres", "centers": packed(obstacle.centers), "radii": packed(obstacle.radii)}]
+        largest = np.argsort(-obstacle.radii, kind="stable")[:MOST_BALLS]
+        if len(largest) < len(obstacle.radii):
+            meshes.notes.append(f"{owner}: the largest {MOST_BALLS:,} of {len(obstacle.radii):,} spheres are drawn")
+        centers, radii = obstacle.centers[np.sort(largest)], obstacle.radii[np.sort(largest)]
+        return [{"kind": "spheres", "centers": packed(centers), "radii": packed(radii)}]
     if isinstance(obstacle, PolytopeSet):
         made = [geometry_of(piece, meshes, owner=owner, line=line) for piece in obstacle.pieces]
     else:
@@ -165,7 +177,7 @@ def _fewer(vertices: Array, meshes: Meshes, owner: str) -> Array:
 
 def _widened(points: Array, radius: float, meshes: Meshes, owner: str) -> Array:
     """Return points whose hull is about all within a radius of a hull; they are on its surface."""
-    corners = points if len(points) <= _FEWEST else hulled(points)[0]
+    corners = points if len(points) <= _FEW else hulled(points)[0]
     around = sphere_points(42 if len(corners) <= 60 else 12)
     return (corners[:, None] + radius * around).reshape(-1, 3)
 

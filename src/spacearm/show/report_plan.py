@@ -16,8 +16,8 @@ from spacearm.show.report_compare import MeasuredSubject, comparison
 from spacearm.show.report_curves import base_plots, clearance_plot, instants_of, joint_plots, sampled, tool_plots
 from spacearm.show.report_knots import knots_of, resting_knots
 from spacearm.show.report_meshes import Meshes
-from spacearm.show.report_page import page_html
-from spacearm.show.report_scene import obstacles_data, robot_data, targets_data
+from spacearm.show.report_page import page_html, section
+from spacearm.show.report_scene import obstacles_data, pieces_of, robot_data, targets_data
 from spacearm.show.report_sections import block_of, mm, sections_of, verdict_of
 from spacearm.show.report_subject import Subject, subject_of
 from spacearm.show.report_visuals import visual_parts
@@ -66,11 +66,13 @@ def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), c
     if not subjects:
         raise ProblemError("plans is empty, expected a Plan, a SavedPlan or a Certificate, or several of them")
     parts = _Parts(Meshes(), [], {})
+    parts.meshes.expect(sum(pieces_of(one.robot, one.scene) for one in subjects))
     measured = [_measure(subject, parts) for subject in subjects]
     views = [_view(one, parts) for one in measured]
     if len(measured) > 1:
         first = views[0]
         views.insert(0, comparison(measured, obstacles=first["obstacles"], targets=first["targets"]))
+    drawn = parts.meshes.said()
     kind = "motion plan" if len(measured) == 1 else f"{len(measured)} motions"
     return {
         "title": title or f"{subjects[0].robot.name}: {kind}",
@@ -78,7 +80,7 @@ def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), c
         "robots": parts.robots,
         "meshes": parts.meshes.items,
         "views": views,
-        "sections": [],
+        "sections": [section("How it is drawn", notes=drawn)] if drawn else [],
     }
 
 
@@ -117,7 +119,8 @@ def _measure(subject: Subject, parts: _Parts) -> MeasuredSubject:
         q = np.zeros(subject.robot.dof) if subject.start is None else subject.start
         return MeasuredSubject(subject, None, None, None, (), resting_knots(q, subject.base_start), robot)
     knots = knots_of(trajectory, notes)
-    at = sampled(trajectory, instants_of(trajectory))
+    also = _stated_closest(subject)
+    at = sampled(trajectory, instants_of(trajectory, also))
     found = closest = None
     try:
         motion = MeasuredMotion(subject.scene, trajectory)
@@ -125,10 +128,20 @@ def _measure(subject: Subject, parts: _Parts) -> MeasuredSubject:
             notes.append("nothing is in the way: there are no clearances to show")
         else:
             found = motion.over(at.t)
-            closest = motion.closest(np.linspace(0.0, trajectory.duration, INSTANTS if trajectory.duration > 0 else 1))
+            even = np.linspace(0.0, trajectory.duration, INSTANTS if trajectory.duration > 0 else 1)
+            lowest = at.t[int(np.argmin(found.least))]
+            closest = motion.closest(np.unique(np.concatenate([even, also, [lowest]])))
     except SpacearmError as error:
         notes.append(f"clearances were not measured: {error}")
     return MeasuredSubject(subject, at, found, closest, tuple(notes), knots, robot)
+
+
+def _stated_closest(subject: Subject) -> list[float]:
+    """Return the instant of the closest approach that the certificate states, if there is one."""
+    near, trajectory = (subject.certificate or {}).get("closest"), subject.trajectory
+    if not isinstance(near, dict) or trajectory is None or not 0 <= near["time_s"] <= trajectory.duration:
+        return []
+    return [float(near["time_s"])]
 
 
 def _view(one: MeasuredSubject, parts: _Parts) -> Data:
@@ -148,7 +161,7 @@ def _view(one: MeasuredSubject, parts: _Parts) -> Data:
         "obstacles": obstacles,
         "targets": targets_data(subject.robot, subject.start, subject.goal, subject.base_start, trajectory),
         "plots": plots,
-        "sections": sections_of(subject, at, drawn=[*one.notes, *parts.meshes.said()], closest=_closest_in_words(one)),
+        "sections": sections_of(subject, at, drawn=one.notes, closest=_closest_in_words(one)),
     }
     return view if one.closest is None else view | {"closest": one.closest.data()}
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.geometry import Obstacle, Scene, Sphere, SphereSet, bounding_points
+from spacearm.geometry import Polytope, PolytopeSet, Scene, Sphere, SphereSet, bounding_points
 from spacearm.motion import AnyTrajectory
 from spacearm.planner.goals import Goal, PoseGoal, PositionGoal
 from spacearm.robot import Robot, forward_kinematics
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 Data = dict[str, Any]
 
 _LINE = 0.004  # times the robot's reach: lines without thickness are drawn by this radius
-_MOST_BALLS = 300  # spheres without a name that are obstacles of their own; more are drawn as one
+_MOST_BALLS, _MOST_NAMED = 300, 1000  # spheres without and with a name that are obstacles of their own; more are drawn as one
 _MOST_TARGETS = 6  # goal configurations that are marked
 _STILL = 1e-9  # [m] joints' centres that are no further apart are one
 
@@ -37,7 +37,8 @@ def robot_data(robot: Robot, meshes: Meshes, visuals: Sequence[Data] = ()) -> Da
         visuals: the parts that its file draws, as `web/src/data.ts` describes them; links without one get their envelope.
     """
     tip, line = robot.frame(robot.tip), _LINE * reach_of(robot)
-    shapes = [_part(part, meshes, line) for part in robot.shapes]
+    held = _beyond_the_tip(robot)
+    shapes = [_part(part, meshes, line) | ({"held": True} if part.name in held else {}) for part in robot.shapes]
     if not any(_is_thick(part) for part in robot.shapes):
         meshes.notes.append(
             f"robot '{robot.name}' has no envelope with a thickness: it is drawn by thin rods between its joints"
@@ -68,6 +69,15 @@ def robot_data(robot: Robot, meshes: Meshes, visuals: Sequence[Data] = ()) -> Da
 def _part(part: LinkShape, meshes: Meshes, line: float) -> Data:
     geometry = geometry_of(part.shape, meshes, owner=f"link '{part.name}'", line=line)
     return {"name": part.name, "joint": part.joint, "geometry": geometry}
+
+
+def _beyond_the_tip(robot: Robot) -> set[str]:
+    """Return the names of the frames that are fixed to the end effector's, as what it holds is."""
+    beyond = {robot.tip}
+    for frame in robot.frames:  # parents before children
+        if frame.parent in beyond:
+            beyond.add(frame.name)
+    return beyond - {robot.tip}
 
 
 def _is_thick(part: LinkShape) -> bool:
@@ -126,31 +136,33 @@ def _away(robot: Robot, i: int) -> float:
 
 
 def obstacles_data(scene: Scene, meshes: Meshes, *, line: float = 0.002) -> list[Data]:
-    """Return the obstacles of a scene as the page reads them; many spheres without a name are one, which is noted.
+    """Return the obstacles of a scene as the page reads them; many spheres are drawn as one obstacle, which is noted.
 
     Args:
         scene: in the inertial frame.
         meshes: of the report.
         line: the radius by which lines and points are drawn [m].
     """
-    many = [item for item in scene.obstacles if isinstance(item, Sphere) and not item.name]
-    together = len(many) > _MOST_BALLS
+    balls = [item for item in scene.obstacles if isinstance(item, Sphere)]
+    many = balls if len(balls) > _MOST_NAMED else [item for item in balls if not item.name]
+    together = set(map(id, many)) if len(many) > _MOST_BALLS else set[int]()
     out: list[Data] = []
     for i, item in enumerate(scene.obstacles):
-        if together and isinstance(item, Sphere) and not item.name:
+        if id(item) in together:
             continue
         owner = f"obstacle {scene.called(i)}"
         out.append({"name": item.name or f"obstacle {i}", "parts": geometries_of(item, meshes, owner=owner, line=line)})
     if together:
-        balls = SphereSet([item.center for item in many], [item.radius for item in many])
-        out.append({"name": f"{len(many):,} spheres", "parts": geometries_of(balls, meshes, owner="spheres", line=line)})
-        meshes.notes.append(f"{len(many):,} spheres without a name are drawn together, as one obstacle")
+        name, all_ = f"{len(many):,} spheres", SphereSet([item.center for item in many], [item.radius for item in many])
+        out.append({"name": name, "parts": geometries_of(all_, meshes, owner=name, line=line)})
+        meshes.notes.append(f"{name} are drawn together, as one obstacle")
     return out
 
 
-def obstacle_name(obstacle: Obstacle, index: int) -> str:
-    """Return what a page calls an obstacle: its name, or its place in the list."""
-    return obstacle.name or f"obstacle {index}"
+def pieces_of(robot: Robot, scene: Scene) -> int:
+    """Return how many convex pieces of a robot and a scene the page draws by triangles."""
+    sets = sum(len(item.pieces) for item in scene.obstacles if isinstance(item, PolytopeSet))
+    return sets + sum(isinstance(one, Polytope) for one in (*scene.obstacles, *(part.shape for part in robot.shapes)))
 
 
 # ---- Where motions begin and end -------------------------------------------------------------------------------------

@@ -12,11 +12,11 @@ import numpy as np
 from spacearm.core.native import native
 from spacearm.core.records import as_dict
 from spacearm.core.version import version
-from spacearm.planner.plan_result import STATUSES
+from spacearm.planner.plan_result import STATUSES, Improvement
 from spacearm.planner.planner_settings import PlannerSettings
 from spacearm.robot.unchecked_pairs import REMEDY
 from spacearm.show.report_curves import Sampled, joint_path_length, path_length
-from spacearm.show.report_page import section
+from spacearm.show.report_page import plot, section, series
 from spacearm.show.report_subject import Subject
 
 Row = tuple[str, str]
@@ -28,7 +28,6 @@ _HEADLINES = {
     "fails": "Not proven: a collision or a broken limit",
     "undecided": "Undecided: too close to be told",
 }
-_LISTED_HISTORY = 40  # improvements of a search that a table has
 
 
 def mm(value: float) -> str:
@@ -59,7 +58,7 @@ def block_of(subjects: Sequence[Subject]) -> list[list[str]]:
     if len(subjects) > 1:
         rows.append(("Motions", f"{len(subjects)}: {_joined(one.name for one in subjects)}"))
     else:
-        rows.append(("Result", verdict_of(first)["headline"]))
+        rows.append(("Status", first.status.replace("_", " ")))
     rows.append(("Base", _joined(_base_of(one) for one in subjects)))
     if len(subjects) == 1:
         rows.append(("Duration", "-" if first.trajectory is None else f"{first.trajectory.duration:.4g} s"))
@@ -159,9 +158,9 @@ def figures_of(subject: Subject, at: Sampled) -> list[Row]:
         ("duration", f"{trajectory.duration:.5g} s"),
         ("time law", kind),
         ("joint path length", f"{joint_path_length(trajectory, at.q):.4f} {unit}"),
-        (f"path length of {robot.tip}", f"{path_length(at.T[:, :3, 3]):.4f} m"),
-        (f"greatest speed of {robot.tip}", f"{speed.max() * 1e3:.4g} mm/s"),
-        (f"greatest angular speed of {robot.tip}", f"{math.degrees(rate.max()):.4g} deg/s"),
+        ("path length of the end effector", f"{path_length(at.T[:, :3, 3]):.4f} m"),
+        ("greatest speed of the end effector", f"{speed.max() * 1e3:.4g} mm/s"),
+        ("greatest angular speed of the end effector", f"{math.degrees(rate.max()):.4g} deg/s"),
         *((f"fitness: {name}", f"{value:.6g}") for name, value in subject.fitness.items() if name != "length"),
     ]
 
@@ -174,22 +173,26 @@ def _limits(subject: Subject, at: Sampled | None) -> Section | None:
     rows: list[list[str]] = []
     for i, name in enumerate(robot.dof_names):
         factor, unit = (1e3, "mm") if robot.is_prismatic(i) else (math.degrees(1), "deg")
-        low, high = robot.lower[i] * factor, robot.upper[i] * factor
-        margin = margins.position[i] * factor
+        low, high, margin = robot.lower[i] * factor, robot.upper[i] * factor, margins.position[i] * factor
         rows.append(
             [
                 name,
-                f"{at.q[:, i].min() * factor:.4g} .. {at.q[:, i].max() * factor:.4g} {unit}",
-                "none" if not np.isfinite([low, high]).any() else f"{low:.4g} .. {high:.4g} {unit}",
-                "-" if not np.isfinite(margin) else f"{margin:.4g} {unit}",
-                f"{np.abs(at.dq[:, i]).max() * factor:.4g} {unit}/s",
+                _range(at.q[:, i].min() * factor, at.q[:, i].max() * factor, unit),
+                _range(low, high, unit) if np.isfinite([low, high]).any() else "none",
+                f"{margin:.3g}\u00a0{unit}" if np.isfinite(margin) else "-",
+                f"{np.abs(at.dq[:, i]).max() * factor:.3g}\u00a0{unit}/s",
                 _share(margins.velocity[i]),
-                f"{np.abs(at.ddq[:, i]).max() * factor:.4g} {unit}/s²",
+                f"{np.abs(at.ddq[:, i]).max() * factor:.3g}\u00a0{unit}/s²",
                 _share(margins.acceleration[i]),
             ]
         )
-    header = ["joint", "moves in", "limits", "margin", "greatest rate", "of limit", "greatest acceleration", "of limit"]
+    header = ["joint", "moves in", "limits", "margin", "rate", "of limit", "acceleration", "of limit"]
     return section("Joint limits", table=(header, rows), notes=["Margins and shares are bounds for every instant."])
+
+
+def _range(low: float, high: float, unit: str) -> str:
+    """Return a range that no line break parts."""
+    return f"{low:.3g}\u00a0to\u00a0{high:.3g}\u00a0{unit}"
 
 
 def _share(value: float) -> str:
@@ -253,22 +256,35 @@ def _notes(subject: Subject, drawn: Sequence[str]) -> Section | None:
 def _search(subject: Subject) -> Section | None:
     if subject.evaluations is None:
         return None
-    rows: list[Row] = [("outcome", subject.message)]
-    if subject.goals is not None:
-        rows.append(("goal configurations", str(subject.goals)))
+    rows: list[Row] = [] if subject.goals is None else [("goal configurations", str(subject.goals))]
     rows.append(("motions looked at", f"{subject.evaluations:,}"))
-    rows.append(("motions proven or refuted", str(subject.proofs)))
+    if subject.proofs is not None:
+        rows.append(("motions proven or refuted", str(subject.proofs)))
+    if subject.interrupted:
+        rows.append(("interrupted", "yes: ended from outside"))
     if subject.achievable is not None:
         rows.append(("found and proven with", mm(subject.achievable * subject.asked)))
-    table = None
     if subject.history:
-        some = subject.history[-_LISTED_HISTORY:]
-        cells = [[f"{one.evaluations:,}", str(one.island), one.by, str(one.goal), f"{one.fitness:.6g}"] for one in some]
-        table = ["after motions", "island", "by", "goal", "fitness"], cells
-    notes = []
-    if len(subject.history) > _LISTED_HISTORY:
-        notes.append(f"The last {_LISTED_HISTORY} of {len(subject.history)} improvements; plan.json has all.")
-    return section("Search", rows=rows, table=table, notes=notes)
+        first, last = subject.history[0], subject.history[-1]
+        rows.append(("first motion", _improvement(first)))
+        rows.append((f"the best of {len(subject.history)}", _improvement(last)))
+    return section("Search", rows=rows, plots=_fitness(subject))
+
+
+def _improvement(one: Improvement) -> str:
+    island = f" on island {one.island}" if one.island else ""
+    return f"fitness {one.fitness:.6g} after {one.evaluations:,} motions{island}, by {one.by.replace('_', ' ')}"
+
+
+def _fitness(subject: Subject) -> list[dict[str, Any]]:
+    """Return a plot of the best fitness over the motions looked at; none of a search without improvements."""
+    history = sorted(subject.history, key=lambda one: one.evaluations)
+    if len(history) < 3:
+        return []
+    x = np.array([one.evaluations for one in history] + [max(history[-1].evaluations, subject.evaluations or 0)])
+    best = np.minimum.accumulate([one.fitness for one in history])
+    curve = series("best so far", np.append(best, best[-1]), 0, steps=True)
+    return [plot("fitness", "Fitness of the best motion", "", x, [curve], x_label="motions looked at", clock=False)]
 
 
 def _settings(subject: Subject) -> Section | None:
@@ -283,11 +299,16 @@ def _settings(subject: Subject) -> Section | None:
 
 
 def _plain(value: Any) -> str:
+    """Return a setting in words."""
     if isinstance(value, dict):
-        return ", ".join(f"{key} {_plain(entry)}" for key, entry in value.items() if entry not in (0, 0.0, None, False))
+        kind = value.get("kind")
+        given = [f"{key} {_plain(entry)}" for key, entry in value.items() if key != "kind" and entry not in (0, None, False)]
+        return f"{kind}: {', '.join(given)}" if kind and kind != "Weights" else ", ".join(given)
     if isinstance(value, list):
         return ", ".join(map(_plain, value))
-    return "none" if value is None else str(value)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "none" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _again(subject: Subject) -> Section | None:

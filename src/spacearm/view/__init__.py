@@ -1,1 +1,1 @@
-"""The viewer: a problem in the browser, where it is changed by hand, planned and saved. Only `viser_app` and below need viser."""
+"""The viewer: a problem in the browser, changed by hand, planned and saved. Only `viser_app` and what it imports need viser."""

@@ -54,12 +54,18 @@ class Nearest:
 
     @property
     def message(self) -> str:
-        """The pair in words."""
+        """The pair and its distance, in words."""
+        if self.clearance <= 0:
+            return self.pair
+        return f"{self.clearance * 1e3:.4g} mm: {self.pair}"
+
+    @property
+    def pair(self) -> str:
+        """The pair in words, and what it lacks."""
         pair = f"link '{self.first}' and {self.other}"
         if self.clearance <= 0:
             return f"{pair} penetrate by {-self.clearance * 1e3:.4g} mm" if self.clearance < -1e-9 else f"{pair} touch"
-        less = f", {self.required * 1e3:.4g} mm are asked for" if self.clearance < self.required else ""
-        return f"{pair}: {self.clearance * 1e3:.4g} mm{less}"
+        return pair + (f"; {self.required * 1e3:.4g} mm are asked for" if self.clearance < self.required else "")
 
 
 def nearest(problem: Problem, q: Array, T_w_b: Array) -> Nearest | None:
@@ -144,8 +150,8 @@ def parts_of(obstacle: Obstacle, index: int) -> list[ConvexShape | HalfSpace]:
     if isinstance(obstacle, SphereSet):
         from spacearm.geometry import Sphere
 
-        chosen = range(len(obstacle.centers)) if not 0 <= index < len(obstacle.centers) else (index,)
-        return [Sphere(obstacle.centers[i], float(obstacle.radii[i])) for i in chosen][:_MOST_PARTS]
+        chosen = (index,) if 0 <= index < len(obstacle.centers) else range(min(_MOST_PARTS, len(obstacle.centers)))
+        return [*(Sphere(obstacle.centers[i], float(obstacle.radii[i])) for i in chosen)]
     if isinstance(obstacle, PolytopeSet):
         return [obstacle.pieces[index]] if 0 <= index < len(obstacle.pieces) else list(obstacle.pieces[:_MOST_PARTS])
     return [obstacle]

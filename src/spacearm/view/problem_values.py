@@ -115,7 +115,13 @@ def _difference(found: Any, wanted: Any, place: str) -> str:
     elif isinstance(found, (list, tuple)) and isinstance(wanted, (list, tuple)) and len(found) == len(wanted):
         parts = [(f"{place}[{i}]", *pair) for i, pair in enumerate(zip(found, wanted, strict=True))]
     else:
-        numbers = all(isinstance(one, (int, float)) and not isinstance(one, bool) for one in (found, wanted))
-        same = math.isclose(found, wanted, rel_tol=_SAME, abs_tol=_SAME) if numbers else found == wanted
-        return "" if same else place or "it"
+        return "" if _is_same(found, wanted) else place or "it"
     return next((where for name, one, other in parts if (where := _difference(one, other, name))), "")
+
+
+def _is_same(found: object, wanted: object) -> bool:
+    if isinstance(found, bool) or isinstance(wanted, bool):
+        return found is wanted
+    if isinstance(found, (int, float)) and isinstance(wanted, (int, float)):
+        return math.isclose(found, wanted, rel_tol=_SAME, abs_tol=_SAME)
+    return found == wanted

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spacearm.core.errors import OutputError, SettingsError
+from spacearm.core.errors import OutputError
 from spacearm.core.records import whole
 from spacearm.files.plan_file import plan_text
 from spacearm.planner import Plan
