@@ -47,6 +47,7 @@ export class Overlay {
     for (let axis = 0; axis < 3; axis++) this.arms.push(this.arm(axis, pick));
     Object.assign(this.leaders.style, { position: "absolute", left: "0", top: "0", width: "100%", height: "100%" });
     Object.assign(this.tip.style, { position: "absolute", left: "0", top: "0", padding: "1px 6px", borderRadius: "3px", font: `11px/1.5 ${FONT}`, whiteSpace: "nowrap", zIndex: "2" });
+    this.tip.className = "stage-pointer";
     this.note.className = "stage-note";
     Object.assign(this.note.style, { position: "absolute", right: "12px", top: "8px", font: `10px ${FONT}`, opacity: "0.65" });
     this.root.append(this.leaders, this.legend, this.note, this.gizmo, this.tip);
