@@ -138,6 +138,11 @@ export class Overlay {
   place(camera: THREE.PerspectiveCamera, width: number, height: number, clear: THREE.Vector3[]): void {
     const taken: number[][] = [[width - GIZMO - 8, height - GIZMO - 6, width, height]];
     taken.push([width - 150, 0, width, 24]); // the note
+    for (const other of this.root.parentElement!.children) {
+      if (other === this.root || other instanceof HTMLCanvasElement || !(other instanceof HTMLElement)) continue;
+      const [left, top] = [other.offsetLeft - this.root.offsetLeft, other.offsetTop - this.root.offsetTop];
+      if (other.offsetWidth && other.offsetHeight < height / 2) taken.push([left, top, left + other.offsetWidth, top + other.offsetHeight]); // what the page writes
+    }
     if (this.legend.style.display !== "none") taken.push([0, height - this.legend.offsetHeight - 16, this.legend.offsetWidth + 22, height]);
     const arm = clear.map((point) => point.clone().project(camera)).filter((p) => Math.abs(p.z) < 1);
     const kept = arm.map((p) => [((p.x + 1) / 2) * width, ((1 - p.y) / 2) * height]).map(([x, y]) => [x - 9, y - 8, x + 9, y + 8]);
