@@ -201,7 +201,9 @@ export class Body {
     this.addLayer(this.layers.shapes, robot.shapes, solids, { kind: "solid", turn: 0 });
     if (!robot.visuals.length) return;
     const veil = materials.veil(colors.envelope, theme === "light" ? 0.06 : 0.08, 0.55);
-    this.addLayer(this.layers.veil, robot.shapes, solids, { kind: "veil", material: veil, edges: materials.lines(colors.envelope, 0.35), order: 20 });
+    const key = (part: Part) => `${part.joint} ${JSON.stringify(part.geometry)}`;
+    const drawn = new Set(robot.visuals.map(key)); // a veil over the same shape would only tint it
+    this.addLayer(this.layers.veil, robot.shapes.filter((part) => !drawn.has(key(part))), solids, { kind: "veil", material: veil, edges: materials.lines(colors.envelope, 0.35), order: 20 });
   }
 
   private addGhost(solids: Solids): void {

@@ -47,6 +47,7 @@ export class Overlay {
     for (let axis = 0; axis < 3; axis++) this.arms.push(this.arm(axis, pick));
     Object.assign(this.leaders.style, { position: "absolute", left: "0", top: "0", width: "100%", height: "100%" });
     Object.assign(this.tip.style, { position: "absolute", left: "0", top: "0", padding: "1px 6px", borderRadius: "3px", font: `11px/1.5 ${FONT}`, whiteSpace: "nowrap", zIndex: "2" });
+    this.tip.className = "stage-pointer";
     this.note.className = "stage-note";
     Object.assign(this.note.style, { position: "absolute", right: "12px", top: "8px", font: `10px ${FONT}`, opacity: "0.65" });
     this.root.append(this.leaders, this.legend, this.note, this.gizmo, this.tip);
@@ -137,6 +138,11 @@ export class Overlay {
   place(camera: THREE.PerspectiveCamera, width: number, height: number, clear: THREE.Vector3[]): void {
     const taken: number[][] = [[width - GIZMO - 8, height - GIZMO - 6, width, height]];
     taken.push([width - 150, 0, width, 24]); // the note
+    for (const other of this.root.parentElement!.children) {
+      if (other === this.root || other instanceof HTMLCanvasElement || !(other instanceof HTMLElement)) continue;
+      const [left, top] = [other.offsetLeft - this.root.offsetLeft, other.offsetTop - this.root.offsetTop];
+      if (other.offsetWidth && other.offsetHeight < height / 2) taken.push([left, top, left + other.offsetWidth, top + other.offsetHeight]); // what the page writes
+    }
     if (this.legend.style.display !== "none") taken.push([0, height - this.legend.offsetHeight - 16, this.legend.offsetWidth + 22, height]);
     const arm = clear.map((point) => point.clone().project(camera)).filter((p) => Math.abs(p.z) < 1);
     const kept = arm.map((p) => [((p.x + 1) / 2) * width, ((1 - p.y) / 2) * height]).map(([x, y]) => [x - 9, y - 8, x + 9, y + 8]);
