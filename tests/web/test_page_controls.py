@@ -313,12 +313,13 @@ def test_a_phone_has_the_player_at_hand(visit: Windows, small: Path) -> None:
 def test_paper_has_a_still_and_all_sections(visit: Windows, small: Path) -> None:
     window = visit(theme="dark").open(small)
     page = window.page
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    page.evaluate("(spacearm.seek(5), dispatchEvent(new Event('beforeprint')))")
     page.emulate_media(media="print")
     assert page.locator("img.still").is_visible()
     assert page.locator("img.still").evaluate("(one) => one.naturalWidth") > 100
     assert page.locator("td", has_text="pair 3").is_visible()
     assert page.locator(".player").is_hidden()
+    assert "at 5.00 s" in page.locator(".instant").inner_text()
     assert page.evaluate("document.documentElement.dataset.theme") == "light"
     page.emulate_media(media="screen")
     page.evaluate("dispatchEvent(new Event('afterprint'))")

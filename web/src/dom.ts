@@ -54,7 +54,7 @@ function released(event: MouseEvent, press: () => void): void {
 
 const MINUS = "\u2212";
 
-/** A number with so many significant digits; small and large ones with a power of ten. `short`: without zeros at the end. */
+/** A number with some significant digits; small and large ones with a power of ten. `short`: without zeros at the end. */
 export function significant(value: number, digits = 3, short = true): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "\u2013" : value > 0 ? "\u221e" : `${MINUS}\u221e`;
   if (value === 0) return "0";
@@ -67,7 +67,7 @@ export function significant(value: number, digits = 3, short = true): string {
   return signed(cut(value.toPrecision(digits + (size >= 1000 ? 1 : 0)).replace(/\.$/, "")));
 }
 
-/** A number with so many decimals. */
+/** A number with a number of decimals. */
 export function fixed(value: number, decimals: number): string {
   if (!Number.isFinite(value)) return significant(value);
   const text = value.toFixed(decimals);

@@ -52,7 +52,7 @@ export class Panel {
       wide.setAttribute("aria-pressed", String(this.root.classList.toggle("wide")));
     }, icon("wide"));
     const unit = withUnit("", plot.unit).trim();
-    const title = el("h3", {}, plot.title, unit ? el("span", { class: "unit" }, ` [${unit}]`) : null);
+    const title = el("h3", { title: plot.title }, plot.title, unit ? el("span", { class: "unit" }, ` [${unit}]`) : null);
     this.root = el(
       "figure",
       { class: "panel", "data-plot": plot.id, "aria-label": plot.title },
@@ -167,7 +167,7 @@ export class Panel {
     const known = wanted.filter((v) => v !== null && Number.isFinite(v)).map((v) => (floor > 0 ? Math.max(v, floor) : v));
     if (!known.length) return floor > 0 ? [floor, 10 * floor] : [0, 1];
     const [a, b] = [Math.min(...known), Math.max(...known)];
-    return floor > 0 ? airyLog(this.curves.clamped ? floor : a, b, this.curves.clamped) : airy(a, b);
+    return floor > 0 ? airyLog(this.curves.clamped ? floor : a, b, this.curves.clamped, (this.plot.lines ?? []).length > 0) : airy(a, b);
   }
 
   private color(i: number): string {
@@ -201,16 +201,17 @@ export class Panel {
     ctx.restore();
   }
 
-  /** Lines across the plot; labels of lines that are near each other are written together. */
+  /** Lines across the plot; labels of lines that are near each other are written together, by the upper or the lower of them. */
   private paintLines(u: uPlot): void {
-    const ratio = devicePixelRatio;
+    const near = 15 * devicePixelRatio;
     const lines = [...(this.plot.lines ?? [])].sort((a, b) => b.value - a.value);
     const at = lines.map((line) => u.valToPos(this.curves.place(line.value) ?? line.value, "y", true));
     for (let i = 0; i < lines.length; ) {
       let k = i + 1;
-      while (k < lines.length && at[k] - at[k - 1] < 15 * ratio) k++;
+      while (k < lines.length && at[k] - at[k - 1] < near) k++;
       const label = lines.slice(i, k).map((line) => line.label).join(" \u00b7 ");
-      for (let j = i; j < k; j++) across(u, at[j], styled("--ink"), [2, 3], j > i ? "" : label, at[i] - u.bbox.top < 16 * ratio);
+      const low = at[k - 1] + near < u.bbox.top + u.bbox.height; // room for the label below them
+      for (let j = i; j < k; j++) across(u, at[j], styled("--ink"), [2, 3], j === (low ? k - 1 : i) ? label : "", low);
       i = k;
     }
   }

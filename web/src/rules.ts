@@ -2,7 +2,7 @@
 import type uPlot from "uplot";
 import { styled } from "./theme";
 
-/** A line across the plot, with a label above or below it where it lies over the fewest curves. */
+/** A line across the plot, with a label above or below it (preferably so) where it lies over the fewest curves. */
 export function across(u: uPlot, y: number, color: string, dash: number[], label: string, below: boolean): void {
   const { ctx } = u;
   const ratio = devicePixelRatio;
@@ -16,13 +16,17 @@ export function across(u: uPlot, y: number, color: string, dash: number[], label
   if (!label) return;
   const width = ctx.measureText(label).width + 8 * ratio;
   const [first, room] = [u.bbox.left + 4 * ratio, Math.max(0, u.bbox.width - width - 8 * ratio)];
-  const top = below ? y + ratio : y - 15 * ratio;
-  const places = [1, 0, 0.5, 0.75, 0.25].map((share) => first + share * room);
-  const covered = places.map((x) => pointsIn(u, x, top, width, 14 * ratio));
-  const x = places[covered.indexOf(Math.min(...covered))] + 4 * ratio;
-  const base = y + (below ? 3 : -2) * ratio;
+  const sides = [below, !below].filter((under) => (under ? y + 16 * ratio < u.bbox.top + u.bbox.height : y - 16 * ratio > u.bbox.top));
+  let [best, x, under] = [Infinity, first + room, below];
+  for (const side of sides.length ? sides : [below])
+    for (const share of [1, 0, 0.5, 0.75, 0.25]) {
+      const covered = pointsIn(u, first + share * room, side ? y + ratio : y - 15 * ratio, width, 14 * ratio);
+      if (covered < best) [best, x, under] = [covered, first + share * room, side];
+    }
+  x += 4 * ratio;
+  const base = y + (under ? 3 : -2) * ratio;
   ctx.textAlign = "left";
-  ctx.textBaseline = below ? "top" : "bottom";
+  ctx.textBaseline = under ? "top" : "bottom";
   ctx.setLineDash([]);
   ctx.strokeStyle = styled("--sheet");
   ctx.lineWidth = 3 * ratio;
