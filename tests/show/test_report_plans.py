@@ -160,19 +160,32 @@ def test_a_search_that_fails_shows_why_and_its_best_motion() -> None:
     if plan.trajectory is not None:
         _, least = curve(view, "clearance", "closest of all")
         assert least.min() <= 1e-3
-        assert "contact too" in next(one for one in view["plots"] if one["id"] == "clearance")["note"]
+        assert "Contact is drawn at 0.1 mm" in next(one for one in view["plots"] if one["id"] == "clearance")["note"]
 
 
-def test_without_a_motion_the_robot_stands_at_the_start() -> None:
+def test_without_a_motion_the_robot_stands_where_it_fails() -> None:
     problem = sa.Problem(ROBOT, [BALL], start=START, goal=sa.PositionGoal([5, 0, 0]))
     plan = sa.plan(problem, sa.PlannerSettings(evaluations=50), rng=0)
     assert plan.trajectory is None
+    assert plan.ends.q is not None
     view = content(page_html(report_of_plans(plan)))["views"][0]
     assert unpacked(view["actors"][0]["knots"]["t"]).tolist() == [0.0]
-    np.testing.assert_allclose(unpacked(view["actors"][0]["knots"]["q"]), START, atol=1e-6)
+    np.testing.assert_allclose(unpacked(view["actors"][0]["knots"]["q"]), plan.ends.q, atol=1e-6)
     assert view["plots"] == []
-    assert view["verdict"]["text"].endswith("the robot stands at the start.")
+    assert view["verdict"]["text"].endswith("the robot stands in the configuration that comes nearest to the goal.")
     assert [one["kind"] for one in view["targets"]] == ["configuration", "position"]
+
+
+def test_a_start_in_collision_shows_the_contact() -> None:
+    tip = sa.forward_kinematics(ROBOT, START)[:3, 3]
+    problem = sa.Problem(ROBOT, [sa.Sphere(tip, 0.05, name="clamp")], start=START, goal=GOAL)
+    plan = sa.plan(problem, sa.PlannerSettings(evaluations=50), rng=0)
+    assert plan.status == "start_in_collision"
+    view = content(page_html(report_of_plans(plan)))["views"][0]
+    np.testing.assert_allclose(unpacked(view["actors"][0]["knots"]["q"]), START, atol=1e-6)
+    assert view["verdict"]["text"].endswith("the robot stands at the start.")
+    assert unpacked(view["closest"]["distance"]) == pytest.approx(-plan.ends.contacts[0].depth, abs=1e-5)
+    assert ["in the way", plan.ends.contacts[0].message] in section(view, "Clearance")["rows"]
 
 
 def test_free_space_has_no_clearances_and_says_so() -> None:
