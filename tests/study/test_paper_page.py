@@ -100,6 +100,14 @@ def test_many_runs_are_not_all_drawn_and_the_page_says_so() -> None:
     assert "the curves of 100 of the 120 runs are drawn" in " ".join(texts_in(view["sections"]))
 
 
+def test_of_many_methods_and_radii_the_first_have_views_and_the_page_says_so() -> None:
+    settings = PaperSettings(runs=1, methods=("ring", "pso"), radii=(0.08, 0.09, 0.1, 0.11), threads=2)
+    experiment = run_experiment(settings)
+    page = paper_page(experiment, table_rows(experiment), [])
+    assert len([view for view in page["views"] if view["name"].endswith("swarm")]) == 12
+    assert "12 of the 16 have them" in page["views"][0]["verdict"]["text"]
+
+
 @given(
     st.builds(
         PaperSettings,
