@@ -12,6 +12,8 @@ from typing import Any
 import pytest
 
 import spacearm as sa
+from house.source import REPOSITORY
+from spacearm.cli import main
 from spacearm.core import extras
 from spacearm.core.errors import ProblemError, SettingsError
 from spacearm.show import (
@@ -139,3 +141,25 @@ def test_nothing_but_figures_imports_matplotlib() -> None:
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == ["5", "found"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["plan", "examples/01_first_plan.yaml", "-o", "OUT", "--figures"],
+        ["paper", "-o", "OUT", "--figures"],
+        ["bench", "space", "-o", "OUT", "--figures"],
+        ["bench", "mbm", "-d", "examples/moveit", "-o", "OUT", "--figures"],
+    ],
+    ids=lambda words: " ".join(words[:2]),
+)
+def test_a_command_refuses_figures_before_it_works(
+    command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(REPOSITORY)
+    monkeypatch.setattr(extras, "find_spec", lambda _: None)
+    assert main([word.replace("OUT", str(tmp_path / "out")) for word in command]) == 2
+    said = capsys.readouterr().err
+    assert "pip install 'spacearm[figures]'" in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "out").exists()
