@@ -289,7 +289,7 @@ def test_why_did_it_fail_explains_every_status() -> None:
 
 def test_the_reference_has_every_public_name_once() -> None:
     stub = (PACKAGE / "__init__.pyi").read_text(encoding="utf-8")
-    public = re.findall(r"^from \S+ import \w+ as (\w+)$", stub, flags=re.MULTILINE) + ["__version__"]
+    public = [*re.findall(r"^from \S+ import \w+ as (\w+)$", stub, flags=re.MULTILINE), "__version__"]
     pages = [page.read_text(encoding="utf-8") for page in sorted((REPOSITORY / "docs" / "reference").glob("*.md"))]
     listed = [
         name
