@@ -195,4 +195,5 @@ def _closest_in_words(one: MeasuredSubject) -> str:
         return ""
     i = int(np.argmin(found.distance))
     pair = found.names[int(found.pair[i])]
-    return f"{mm(float(found.distance[i]))} at t = {found.t[i]:.4g} s, {pair}; looked at {len(found.t)} instants"
+    distance = mm(float(found.distance[i]))
+    return f"{distance}, {pair}" + (f", at t = {found.t[i]:.4g} s, of {len(found.t)} instants" if len(found.t) > 1 else "")
