@@ -45,7 +45,7 @@ _STAGE = """(() => {
   style.textContent = `html, body { overflow: hidden !important; background: none; }
     .spacearm-filmed { position: fixed !important; inset: 0 !important; width: 100vw !important; height: 100vh !important;
       min-height: 0 !important; max-height: none !important; z-index: 2147483646 !important; margin: 0 !important; }
-    .spacearm-time { position: fixed; right: 14px; top: 10px; z-index: 2147483647; text-align: right; color: inherit;
+    .spacearm-time { position: fixed; right: 14px; top: 28px; z-index: 2147483647; text-align: right; color: inherit;
       font: 600 15px system-ui, sans-serif; font-variant-numeric: tabular-nums; }
     .spacearm-time small { display: block; font-weight: 400; font-size: 12px; opacity: 0.75; }`;
   const time = document.createElement("div");
