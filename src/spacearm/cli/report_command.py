@@ -14,7 +14,8 @@ from typing import Annotated, Any
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.terminal import Bar, progress_bar, show_list
+from spacearm.cli.progress import Bar, progress_bar
+from spacearm.cli.terminal import show_list
 from spacearm.core.checks import shown
 from spacearm.core.errors import OutputError, SettingsError
 from spacearm.core.interrupts import unbroken
