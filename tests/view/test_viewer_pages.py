@@ -20,6 +20,8 @@ pytest.importorskip("viser", reason="viser is not installed: pip install 'spacea
 FIRST = REPOSITORY / "examples" / "01_first_plan.yaml"
 LONG = 60_000.0  # [ms] a page may wait: Chromium draws with the processor here, beside other tests
 
+SIZE = 760, 560  # pixels: the processor draws them
+
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
@@ -41,7 +43,7 @@ def visit(browser: Any, viewer: Any) -> Iterator[Callable[[], Visit]]:
     visits: list[Visit] = []
 
     def open_page() -> Visit:
-        made = Visit(browser)
+        made = Visit(browser, size=SIZE)
         visits.append(made)
         made.page.set_default_timeout(LONG)
         made.page.goto(viewer.url)
@@ -180,7 +182,7 @@ def test_a_plan_file_plays_at_once(browser: Any, tmp_path: Path) -> None:
     problem = load_problem(FIRST)
     sa.save_plan(sa.plan(problem, sa.PlannerSettings(stop_at_first=True), rng=0), tmp_path / "plan.json")
     viewer = Viewer(tmp_path / "plan.json", tmp_path, host="127.0.0.1", port=0)
-    opened = Visit(browser)
+    opened = Visit(browser, size=SIZE)
     try:
         opened.page.set_default_timeout(LONG)
         opened.page.goto(viewer.url)
@@ -201,7 +203,7 @@ def test_a_thousand_balls_are_one_batch(browser: Any, tmp_path: Path) -> None:
     text = f"spacearm: 1\nrobot: zhang2022\nscene:\n{rows}\nstart: [0, 0, 0, 0, 0, 0, 0]\ngoal: {{position: [0.7, 0.3, 0]}}\n"
     (tmp_path / "many.yaml").write_text(text)
     viewer = Viewer(tmp_path / "many.yaml", tmp_path, host="127.0.0.1", port=0)
-    opened = Visit(browser)
+    opened = Visit(browser, size=SIZE)
     try:
         opened.page.set_default_timeout(LONG)
         opened.page.goto(viewer.url)
