@@ -19,6 +19,13 @@ Array = NDArray[np.float64]
 _HEIGHT = 150  # pixels
 _LATER = 1000.0  # [mm] more is not drawn: what is far away would press the curve flat
 
+_SERIES: Any = (
+    {"label": "t [s]"},
+    {"label": "clearance [mm]", "stroke": css(PATH), "width": 2},
+    {"label": "asked for [mm]", "stroke": css(BAD), "width": 1, "dash": [5, 4]},
+    {"label": "now", "stroke": css(PATH), "points": {"show": True, "size": 9, "fill": css(PATH)}},
+)
+
 
 class ClearanceCurve:
     """The plot, in a folder of the panel.
@@ -46,12 +53,7 @@ class ClearanceCurve:
         with self._folder:
             self._plot = self._gui.add_uplot(
                 data=self._data(-1),
-                series=(  # pyright: ignore[reportArgumentType]  # its types are those of uPlot's own description
-                    {"label": "t [s]"},
-                    {"label": "clearance [mm]", "stroke": css(PATH), "width": 2},
-                    {"label": "asked for [mm]", "stroke": css(BAD), "width": 1, "dash": [5, 4]},
-                    {"label": "now", "stroke": css(PATH), "points": {"show": True, "size": 9, "fill": css(PATH)}},
-                ),
+                series=_SERIES,
                 scales={"x": {"time": False}, "y": {"range": (float(min(0.0, low)), float(1.08 * high))}},
                 legend={"show": False},
                 title="Clearance over time [mm], measured",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import stat
 from pathlib import Path
 
 from spacearm.core.checks import shown
@@ -78,9 +79,9 @@ class OutputFolder:
                 return name
         return f"{plain}{ending}"
 
-    def _identity(self) -> tuple[int, int]:
+    def _identity(self) -> tuple[int, int, bool]:
         try:
             found = os.lstat(self.path)
         except OSError:
-            return (-1, -1)
-        return found.st_dev, found.st_ino
+            return (-1, -1, False)
+        return found.st_dev, found.st_ino, stat.S_ISDIR(found.st_mode)

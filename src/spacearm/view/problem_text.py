@@ -6,7 +6,6 @@ meant, as with aliases, the whole file is written anew from its values, without 
 
 from __future__ import annotations
 
-import copy
 import itertools
 import json
 import math
@@ -57,7 +56,7 @@ def written(value: dict[str, Any], edits: Sequence[Edit]) -> str:
     Raises:
         OutputError: a place that is no mapping.
     """
-    edited = copy.deepcopy(value)
+    edited = _apart(value)
     for edit in edits:
         inner: Any = edited
         for part in edit.place:
@@ -68,6 +67,13 @@ def written(value: dict[str, Any], edits: Sequence[Edit]) -> str:
             inner.pop(key, None)
         inner.update(edit.values)
     return dumped(edited)
+
+
+def _apart(value: Any) -> Any:
+    """Return a copy in which no two places are the same object, as those of an alias are."""
+    if isinstance(value, dict):
+        return {key: _apart(entry) for key, entry in value.items()}
+    return [_apart(entry) for entry in value] if isinstance(value, list) else value
 
 
 def dumped(value: dict[str, Any]) -> str:
@@ -89,7 +95,17 @@ def flow(value: Any) -> str:
         return "[" + ", ".join(map(flow, value)) + "]"
     if isinstance(value, float) and not math.isfinite(value):
         return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
-    return json.dumps(value, ensure_ascii=False)
+    return _quoted(value) if isinstance(value, str) else json.dumps(value)
+
+
+def _quoted(text: str) -> str:
+    """Return text in double quotes, whatever is in it."""
+    out: list[str] = []
+    for c in text:
+        code = ord(c)
+        plain = c.isprintable() and c not in '"\\'
+        out.append(c if plain else f"\\x{code:02x}" if code < 256 else f"\\u{code:04x}" if code < 65536 else f"\\U{code:08x}")
+    return f'"{"".join(out)}"'
 
 
 def _key(key: Any) -> str:

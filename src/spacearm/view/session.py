@@ -274,15 +274,16 @@ class Session:
         return self._saved(self.folder.write(name, ".json", plan_text(self._plan_shown())))
 
     def save_report(self, name: str) -> Path:
-        """Write a report on the plan that is shown to a new HTML file in the folder; return its path.
+        """Write a report on the motion that is shown to a new HTML file in the folder; return its path.
 
         Raises:
-            OutputError: there is no plan of this session, a name that is none, or a file that is there.
+            OutputError: there is no motion, a name that is none, or a file that is there.
         """
         from spacearm.show.report_page import page_html
         from spacearm.show.report_plan import report_of_plans
 
-        plan = self._plan_shown()
+        motion = self._motion
+        plan = motion.edited.source.plan if motion is not None and motion.plan is None else self._plan_shown()
         self.folder.new_file(name, ".html")
         return self._saved(self.folder.write(name, ".html", page_html(report_of_plans([plan]))))
 
