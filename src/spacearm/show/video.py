@@ -125,9 +125,9 @@ def require_tools(path: str | os.PathLike[str], *, overwrite: bool = False) -> t
     Raises:
         OutputError: one of them is missing, or the file exists already or has another ending.
     """
+    require_writable(path, overwrite=overwrite)
     if Path(path).suffix.lower() not in ENDINGS:
         raise OutputError(f"{path} is to be a video, expected a name that ends with {' or '.join(ENDINGS)}")
-    require_writable(path, overwrite=overwrite)
     ffmpeg = shutil.which("ffmpeg")
     if ffmpeg is None:
         raise OutputError("a video needs ffmpeg, which is not there; install it, as in: apt install ffmpeg")
