@@ -16,10 +16,10 @@ from spacearm.core.rotations import matrix_of, rotation_vectors
 from spacearm.dynamics import momentum_map
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.planner.problem import BaseLimits
+from spacearm.report.report_clearance import PairClearances
+from spacearm.report.report_knots import breaks_of
+from spacearm.report.report_page import plot, series
 from spacearm.robot import Robot, joint_frames
-from spacearm.show.report_clearance import PairClearances
-from spacearm.show.report_knots import breaks_of
-from spacearm.show.report_page import plot, series
 
 Array = NDArray[np.float64]
 Plot = dict[str, Any]

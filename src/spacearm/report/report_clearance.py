@@ -20,7 +20,7 @@ from spacearm.proof.convex_bodies import WORLD
 from spacearm.proof.measured import coal_bodies, frames_at, least_clearances
 from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.required_clearance import RequiredClearance
-from spacearm.show.report_page import packed
+from spacearm.report.report_page import packed
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
