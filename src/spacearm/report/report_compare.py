@@ -189,12 +189,8 @@ def _base(t: Array, moving: Sequence[tuple[int, MeasuredSubject]]) -> list[Data]
         return []
 
     def angle(one: MeasuredSubject) -> Array:
-        from spacearm.report.report_scene import base_at
-
         assert one.at is not None
-        assert one.subject.trajectory is not None
-        R = base_at(one.subject.trajectory, one.at.t)[:, :3, :3]
-        return np.linalg.norm(turned_since_start(R), axis=1) * _DEGREE
+        return np.linalg.norm(turned_since_start(one.at.base_R), axis=1) * _DEGREE
 
     return [plot("base-angle", "Base: angle from the start", "deg", t, _curves(t, floating, angle))]
 

@@ -140,9 +140,10 @@ def _measure(subject: Subject, parts: _Parts) -> MeasuredSubject:
             notes.append("nothing is in the way: there are no clearances to show")
         else:
             found = motion.over(at.t)
-            even = np.linspace(0.0, trajectory.duration, INSTANTS if trajectory.duration > 0 else 1)
-            lowest = at.t[int(np.argmin(found.least))]
-            closest = motion.closest(np.unique(np.concatenate([even, also, [lowest]])))
+            even = range(0, len(at.t), max(1, len(at.t) // INSTANTS))
+            which = {*even, len(at.t) - 1, int(np.argmin(found.least)), *np.searchsorted(at.t, also).tolist()}
+            some = np.array(sorted(which))
+            closest = motion.closest(at.t[some], found.least[some])
     except SpacearmError as error:
         notes.append(f"clearances were not measured: {error}")
     return MeasuredSubject(subject, at, found, closest, tuple(notes), knots, robot)
