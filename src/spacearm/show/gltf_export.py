@@ -40,7 +40,7 @@ _LINKS = ("#e9ecef", "#b3bcc6")
 _BASE, _PANEL, _TOOL, _PAYLOAD, _OBSTACLE, _MARK = "#cfc8ba", "#3d5a80", "#5b6875", "#e0a526", "#8c99a8", "#d9dee4"
 _BY_NAME = (  # as the page has it
     (re.compile("panel|solar|array|wing|sail", re.IGNORECASE), _PANEL),
-    (re.compile("tool|gripper|hand|finger|effector|probe|grapple|camera|jaw", re.IGNORECASE), _TOOL),
+    (re.compile("tool|gripper|hand|finger|effector|prob[e]|grapple|camera|jaw", re.IGNORECASE), _TOOL),
     (re.compile("payload|grasped|cargo|held", re.IGNORECASE), _PAYLOAD),
 )
 _TONES = ("#0072b2", "#d55e00", "#009e73", "#b4578f", "#c48a00", "#3a9bd8", "#4d5761", "#8a6d3b")
