@@ -26,6 +26,7 @@ from spacearm.cli.paper_command import Options as PaperOptions
 from spacearm.cli.plan_command import Options as PlanOptions
 from spacearm.cli.report_command import Options as ReportOptions
 from spacearm.cli.robustness_command import Options as RobustnessOptions
+from spacearm.cli.view_command import Options as ViewOptions
 from spacearm.core.errors import SettingsError
 from spacearm.study.paper_problem import PaperSettings
 from spacearm.swarm import NAMED_SETTINGS
@@ -39,6 +40,7 @@ RECORDS: dict[str, Any] = {
     "plan": PlanOptions,
     "report": ReportOptions,
     "robustness": RobustnessOptions,
+    "view": ViewOptions,
 }
 UNITS = {"--radii": "[m]", "--tolerance": "[m]", "--link-radius": "[m]", "--search": "[ms]", "--budget": "[ms]"}
 

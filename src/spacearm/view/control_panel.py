@@ -18,6 +18,7 @@ from spacearm.view.joint_sliders import JointSliders
 from spacearm.view.obstacle_nodes import MANY
 from spacearm.view.panel_words import block, row
 from spacearm.view.placements import Handle, as_handle
+from spacearm.view.reach import Pulled
 from spacearm.view.scene_view import SceneView, goal_in_words
 from spacearm.view.session import Session
 
@@ -166,6 +167,13 @@ class ControlPanel:
             self._on(self.named, chosen)
         self.start = JointSliders(gui, problem, problem.start, actions.start_joint)
         self.start_note = gui.add_html("")
+
+    def told_of_pull(self, found: Pulled) -> None:
+        """Say whether the tip got where it was pulled to, and which joints are at a limit."""
+        words = "The tip is where it was pulled to." if found.reached else "The tip gets no nearer."
+        if found.limits:
+            words += f" At a limit: {', '.join(found.limits)}."
+        _set(self.start_note, "content", block([row("", words, "good" if found.reached else "near")]))
 
     # ---- Goal ---------------------------------------------------------------------------------------------------------
 

@@ -117,7 +117,7 @@ class ViewerApp:
     def _bind_handles(self) -> None:
         moved: dict[str, Callable[[Handle], object]] = {
             "goal": self._goal_to,
-            "tip": self.session.pull_tip,
+            "tip": self._tip_to,
             "obstacle": self._obstacle_to,
         }
         for name, action in moved.items():
@@ -135,11 +135,14 @@ class ViewerApp:
             self._put_handles()
 
         @handle.on_update
-        def _(event: Any) -> None:
+        async def _(event: Any) -> None:  # by viser's loop, in order
             phase = getattr(event, "phase", "update")
             self._do(f"handle {name}", dragged)
             if phase == "end":
                 self._do(f"handle {name} left", left)
+
+    def _tip_to(self, handle: Handle) -> None:
+        self.panel.told_of_pull(self.session.pull_tip(handle))
 
     def _goal_to(self, handle: Handle) -> None:
         if self.session.edited.goal_wxyz is None and not hasattr(self.session.edited.problem.goal, "pose"):
@@ -363,4 +366,4 @@ class ViewerApp:
         for client in self._server.get_clients().values():
             client.add_notification("Not done", text, color="red", auto_close_seconds=_SHOWN_FOR)
         if not ours:
-            self._work.post("draw problem", self._draw_problem)
+            self._work.post("values", self.panel.update_problem)  # what was refused is not shown
