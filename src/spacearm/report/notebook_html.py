@@ -122,6 +122,7 @@ def _standing(robot: Robot) -> dict[str, Any]:
     from spacearm.report.report_knots import resting_knots
     from spacearm.report.report_meshes import Meshes
     from spacearm.report.report_scene import robot_data
+    from spacearm.report.report_visuals import visual_parts
 
     headline = in_short(robot)[0]
     if robot.configurations:
@@ -141,7 +142,7 @@ def _standing(robot: Robot) -> dict[str, Any]:
         "plots": [],
         "sections": [],
     }
-    robots = [robot_data(robot, meshes)]
+    robots = [robot_data(robot, meshes, visual_parts(robot, meshes))]
     return {
         "title": robot.name,
         "block": [],
