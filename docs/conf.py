@@ -34,7 +34,6 @@ myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
 myst_number_code_blocks = []
 myst_dmath_double_inline = True
-suppress_warnings = ["myst.strikethrough"]
 
 # The reference is made of the docstrings.
 autodoc_default_options = {"members": True}

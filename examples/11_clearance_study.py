@@ -2,8 +2,8 @@
 
     python examples/11_clearance_study.py
 
-The records go into clearance_study.jsonl as they come, the report into clearance_study.html in the end. Run again, the program
-goes on where it was stopped.
+The records go into clearance_study.jsonl as they come, the report into 11_clearance_study.html in the end. Run again, the
+program goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from spacearm.study.study_tables import Table, markdown, number, percent
 PROBLEM = Path(__file__).parent / "01_first_plan.yaml"
 CLEARANCES = (0.0, 0.01, 0.02)  # [m]
 EVALUATIONS = 2000  # of each plan
-REPORT = "clearance_study.html"
+REPORT = "11_clearance_study.html"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -72,7 +72,9 @@ def signature(
     elif kind == "class" and inspect.isfunction(of.__init__):
         found = as_written(of.__init__, bound=True).replace(return_annotation=inspect.Signature.empty)
     elif kind in ("function", "method") and (inspect.isfunction(of) or inspect.ismethod(of)):
-        owner_gives_first = kind == "method" and inspect.isfunction(of) and next(iter(inspect.signature(of).parameters), "") == "self"
+        owner_gives_first = (
+            kind == "method" and inspect.isfunction(of) and next(iter(inspect.signature(of).parameters), "") == "self"
+        )
         found = as_written(of, bound=owner_gives_first)
     else:
         return given, returns

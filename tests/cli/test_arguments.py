@@ -142,10 +142,10 @@ def test_settings_written_as_options_are_read_back(settings: PaperSettings, figu
         value = getattr(settings, field.name)
         words.append(f"--{field.name.replace('_', '-')}")
         words += [str(one) for one in (value if isinstance(value, tuple) else (value,))]
-    words += [] if figures else ["--no-figures"]
+    words += ["--figures"] if figures else []
     words += ["--json"] if json else []
     read = parsed(PaperOptions, words, command="paper")
-    assert read == PaperOptions(output=Path("out"), experiment=settings, no_figures=not figures, json=json)
+    assert read == PaperOptions(output=Path("out"), experiment=settings, figures=figures, json=json)
 
 
 def test_options_left_out_keep_their_defaults() -> None:
@@ -184,8 +184,8 @@ CONTAINED = {
     "plan --sed 3 problem.yaml -o <new>": ("'--sed'", "did you mean '--seed'?", "see spacearm plan --help"),
     "plan -jo <new> problem.yaml": ("'-jo'", "known: --output"),
     "plan --sed=3 -o <new>": ("'--sed'", "did you mean '--seed'?"),
-    "paper -o <new> --no-figres": ("'--no-figres'", "did you mean '--no-figures'?"),
-    "paper -o <new> --figures": ("'--figures'", "did you mean '--no-figures'?"),
+    "paper -o <new> --figrues": ("'--figrues'", "did you mean '--figures'?"),
+    "paper -o <new> --no-figures": ("'--no-figures'", "did you mean '--figures'?"),
     "paper -o <new> --json --no-json": ("'--no-json'", "did you mean '--json'?"),
     "paper -o <new> --hepl": ("'--hepl'", "did you mean '--help'?"),
     "plan problem.yaml -o <new> -x": ("'-x'", "known: --output"),

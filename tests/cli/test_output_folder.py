@@ -32,7 +32,7 @@ def words(request: pytest.FixtureRequest, problem: Path) -> list[object]:
     """A command without its output folder and without figures."""
     if request.param == "plan":
         return ["plan", problem, "--seed", 0, "--no-report"]
-    return ["paper", *QUICK, "--no-figures"]
+    return ["paper", *QUICK]
 
 
 def test_a_folder_that_is_not_empty_is_left_alone(words: list[object], refused: Refused, tmp_path: Path) -> None:
@@ -137,15 +137,15 @@ def test_a_disk_that_fills_up_later_leaves_whole_files_and_says_which(
 def test_a_disk_that_fills_up_during_the_figures_leaves_the_report(
     told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    full_from(4, monkeypatch)
+    full_from(5, monkeypatch)
     folder = tmp_path / "out"
-    code, out, err = told(["paper", *QUICK, "-o", folder])
+    code, out, err = told(["paper", *QUICK, "--figures", "-o", folder])
     assert (code, out) == (2, "")
     assert err == (
         f"spacearm: {folder / 'figures' / 'figure4_ring.png'} cannot be written (No space left on device); free space there "
-        f"or choose another place; {folder} keeps what was finished: report.json, table3.md, timings.json\n"
+        f"or choose another place; {folder} keeps what was finished: report.html, report.json, table3.md and 1 more\n"
     )
-    assert sorted(path.name for path in folder.rglob("*")) == ["report.json", "table3.md", "timings.json"]
+    assert sorted(path.name for path in folder.rglob("*")) == ["report.html", "report.json", "table3.md", "timings.json"]
 
 
 @pytest.fixture
@@ -168,7 +168,7 @@ def mounted(tmp_path: Path) -> Iterator[Path]:
 
 def test_a_real_disk_that_is_full_leaves_no_half_file(told: Told, mounted: Path) -> None:
     (mounted / "filler").write_bytes(b"x" * 56 * 1024)
-    code, out, err = told(["paper", *QUICK, "--no-figures", "-o", mounted / "out"])
+    code, out, err = told(["paper", *QUICK, "-o", mounted / "out"])
     assert (code, out) == (2, "")
     assert err.startswith(f"spacearm: {mounted}/out/report.json cannot be written (No space left on device)")
     assert sorted(path.name for path in mounted.rglob("*")) == ["filler"]
@@ -198,8 +198,8 @@ def test_ctrl_c_during_the_work_leaves_nothing(
 def test_ctrl_c_during_the_figures_leaves_the_report(told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "save_figures", interrupted)
     folder = tmp_path / "out"
-    code, out, err = told(["paper", *QUICK, "-o", folder])
-    kept = "report.json, table3.md, timings.json"
+    code, out, err = told(["paper", *QUICK, "--figures", "-o", folder])
+    kept = "report.html, report.json, table3.md and 1 more"
     assert (code, out, err) == (130, "", f"spacearm: interrupted; {folder} keeps what was finished: {kept}\n")
 
 

@@ -133,8 +133,8 @@ def in_a_terminal(command: list[str], columns: int) -> str:
 
 
 def test_a_terminal_shows_a_bar_and_tables_that_fit(tmp_path: Path) -> None:
-    command = [*SPACEARM, "paper", "-o", str(tmp_path / "out"), "--no-figures", "--methods", "pso", "ring-forgiving"]
-    shown = in_a_terminal([*command, "--runs", "40", "--modes", "goal"], columns=80)
+    command = [*SPACEARM, "paper", "-o", str(tmp_path / "out"), "--methods", "pso", "ring-forgiving"]
+    shown = in_a_terminal([*command, "--runs", "600", "--modes", "goal"], columns=80)  # more than a second
     bars = [line.rstrip() for line in re.split(r"[\r\n]+", shown) if line.startswith("runs ")]
     assert any("%" in bar for bar in bars)
     assert any("pso, goal, A_R 0.1 m" in bar for bar in bars)

@@ -74,7 +74,7 @@ def test_json_is_the_file_and_nothing_else(told: Told, problem: Path, tmp_path: 
     code, out, err = told(["plan", problem, "-o", tmp_path / "plan", "--json", "--no-report"])
     assert (code, err) == (0, "")
     assert json.loads(out) == json.loads((tmp_path / "plan" / "plan.json").read_text())
-    words = ("--json", "--no-figures", "--runs", 1, "--methods", "ring", "--modes", "goal")
+    words = ("--json", "--runs", 1, "--methods", "ring", "--modes", "goal")
     code, out, err = told(["paper", "-o", tmp_path / "paper", *words])
     assert (code, err) == (0, "")
     assert json.loads(out) == json.loads((tmp_path / "paper" / "report.json").read_text())
@@ -117,7 +117,7 @@ def test_a_plans_figures_are_drawn(told: Told, problem: Path, tmp_path: Path) ->
 
 def test_the_paper_prints_its_tables_uncut(told: Told, tmp_path: Path) -> None:
     methods = ("pso", "evolving-rising")
-    words = ("--runs", 2, "--methods", *methods, "--radii", 0.1, 0.5, "--modes", "goal", "--no-figures")
+    words = ("--runs", 2, "--methods", *methods, "--radii", 0.1, 0.5, "--modes", "goal")
     code, out, err = told(["paper", "-o", tmp_path / "out", *words])
     assert code == 0
     assert re.fullmatch(r"\d+\.\d s for the runs and their planned paths\n", err)
@@ -133,7 +133,7 @@ def test_the_paper_prints_its_tables_uncut(told: Told, tmp_path: Path) -> None:
     assert any(
         line.startswith("no proven path for ") and line.endswith("no run found a feasible configuration") for line in lines
     )
-    assert f"report: {tmp_path / 'out' / 'report.json'}" in lines
+    assert f"report: {tmp_path / 'out' / 'report.html'}; its numbers: report.json" in lines
 
 
 def test_an_experiment_goes_on_from_its_records(told: Told, tmp_path: Path) -> None:
@@ -145,7 +145,6 @@ def test_an_experiment_goes_on_from_its_records(told: Told, tmp_path: Path) -> N
         "ring",
         "--modes",
         "goal",
-        "--no-figures",
         "--json",
         "--records",
         tmp_path / "r",

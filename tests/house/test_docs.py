@@ -285,3 +285,15 @@ def test_why_did_it_fail_explains_every_status() -> None:
     assert {*MESSAGES, "0", "1", "2", "3", "130", "143", *(leaf.__name__ for leaf in SpacearmError.__subclasses__())} <= rows
     for severity in get_args(get_type_hints(Finding)["severity"]):
         assert f"*{severity}*" in text
+
+
+def test_the_reference_has_every_public_name_once() -> None:
+    stub = (PACKAGE / "__init__.pyi").read_text(encoding="utf-8")
+    public = [*re.findall(r"^from \S+ import \w+ as (\w+)$", stub, flags=re.MULTILINE), "__version__"]
+    pages = [page.read_text(encoding="utf-8") for page in sorted((REPOSITORY / "docs" / "reference").glob("*.md"))]
+    listed = [
+        name
+        for text in pages
+        for name in re.findall(r"^\.\. (?:auto|py:)\w+:: (?:spacearm\.)?(\w+)$", text, flags=re.MULTILINE)
+    ]
+    assert sorted(listed) == sorted(public), "a new public name belongs on a page of docs/reference"

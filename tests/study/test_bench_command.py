@@ -35,7 +35,7 @@ def test_a_collection_is_measured(tmp_path: Path, told: Callable) -> None:
     out = tmp_path / "out"
     code, text, _ = told("mbm", "-d", write_collection(tmp_path), "-o", out, *SHORT)
     assert code == 0
-    assert {path.name for path in out.iterdir()} == {"report.json", "tables.md", "benchmark.png", "benchmark.pdf"}
+    assert {path.name for path in out.iterdir()} == {"report.html", "report.json", "tables.md"}
     report = json.loads((out / "report.json").read_text())
     runs = {(run["family"], run["name"], run["seed"]): run for run in report["runs"]}
     assert sorted(runs) == [(*what, seed) for what in (("easy", "0001"), ("hard", "0001"), ("hard", "0002")) for seed in (0, 1)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,33 +21,7 @@ from spacearm.study.motionbenchmaker_report import (
     targets_of,
 )
 from spacearm.study.motionbenchmaker_runs import Benchmark, Protocol, Run
-
-
-def run(**changes: Any) -> Run:
-    """A run on a core twice as fast as the reference: 1 s here are 2 s there."""
-    given: dict[str, Any] = {
-        "family": "box",
-        "name": "0001",
-        "seed": 0,
-        "scale": 2.0,
-        "straight": 4.0,
-        "prepare": 1e-3,
-        "history": ((1e-4, 6.0), (4e-3, 5.0), (2e-2, 4.5)),
-        "first_evaluations": 10,
-        "evaluations": 1000,
-        "status": "found",
-        "message": "",
-        "seconds": 0.05,
-        "certify": 0.03,
-        "proofs": 2,
-        "length": 4.5,
-        "clearance": 1e-3,
-        "looked_at": 900,
-        "collisions": 0,
-        "collides": "",
-        "load": 0.1,
-    }
-    return Run(**{**given, **changes})
+from support.measured_runs import run
 
 
 def benchmark(*runs: Run, seeds: int = 1, group: str = PANDA) -> Benchmark:

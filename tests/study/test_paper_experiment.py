@@ -48,20 +48,20 @@ def both_modes() -> Experiment:
 
 
 def report_bytes(settings: PaperSettings, folder: Path) -> bytes:
-    save_report(run_experiment(settings), folder, figures=False)
-    return (folder / "report.json").read_bytes()
+    save_report(run_experiment(settings), folder)
+    return (folder / "report.json").read_bytes() + (folder / "report.html").read_bytes()
 
 
 def test_the_same_seed_gives_the_same_bytes_with_1_or_2_threads(experiment: Experiment, tmp_path: Path) -> None:
-    save_report(experiment, tmp_path / "one", figures=False)
-    one = (tmp_path / "one" / "report.json").read_bytes()
+    save_report(experiment, tmp_path / "one")
+    one = (tmp_path / "one" / "report.json").read_bytes() + (tmp_path / "one" / "report.html").read_bytes()
     assert report_bytes(dataclasses.replace(SMALL, threads=2), tmp_path / "two") == one
     assert report_bytes(dataclasses.replace(SMALL, seed=1), tmp_path / "other") != one
 
 
 def test_every_kernel_level_gives_the_same_bytes(experiment: Experiment, tmp_path: Path) -> None:
-    save_report(experiment, tmp_path / "here", figures=False)
-    words = ["--runs", "3", "--methods", *SMALL.methods, "--modes", "goal", "--no-figures"]
+    save_report(experiment, tmp_path / "here")
+    words = ["--runs", "3", "--methods", *SMALL.methods, "--modes", "goal"]
     for level in available_levels():
         command = [sys.executable, "-m", "spacearm.cli", "paper", "-o", str(tmp_path / level), *words]
         done = subprocess.run(
@@ -69,7 +69,7 @@ def test_every_kernel_level_gives_the_same_bytes(experiment: Experiment, tmp_pat
         )
         assert done.returncode == 0, done.stderr
         assert json.loads((tmp_path / level / "timings.json").read_text())["kernel"]["level"] == level
-        for file in ("report.json", "table3.md"):
+        for file in ("report.html", "report.json", "table3.md"):
             assert (tmp_path / level / file).read_bytes() == (tmp_path / "here" / file).read_bytes(), f"{file} on {level}"
 
 
@@ -107,9 +107,9 @@ def test_the_report_holds_all_that_was_declared(both_modes: Experiment) -> None:
 
 
 def test_the_report_holds_no_time_and_timings_are_apart(experiment: Experiment, tmp_path: Path) -> None:
-    written = save_report(experiment, tmp_path / "out", figures=False)
-    assert [path.name for path in written] == ["report.json", "table3.md", "timings.json"]
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["report.json", "table3.md", "timings.json"]
+    written = save_report(experiment, tmp_path / "out")
+    names = ["report.html", "report.json", "table3.md", "timings.json"]
+    assert [path.name for path in written] == sorted(path.name for path in (tmp_path / "out").iterdir()) == names
 
     def keys(value: Any) -> set[str]:
         if isinstance(value, dict):

@@ -191,7 +191,7 @@ def test_the_command_measures_and_reports(tmp_path: Path, told: Callable) -> Non
     out = tmp_path / "out"
     code, text, _ = told("-d", FROZEN, "-o", out, "--family", "module", "--problems", 2, "--published", 1, "--limit", 5)
     assert code == 0
-    names = {"report.json", "tables.md", "spacebench.png", "spacebench.pdf", "families.png", "families.pdf"}
+    names = {"report.html", "report.json", "tables.md"}
     assert {path.name for path in out.iterdir()} == names
     report = json.loads((out / "report.json").read_text())
     assert [(run["name"], run["status"]) for run in report["runs"]] == [("module-01", "found"), ("module-02", "found")]

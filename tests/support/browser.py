@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +9,9 @@ from typing import Any
 
 import pytest
 
-NAMES = "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"
+from spacearm.core.errors import OutputError
+from spacearm.show.headless_chromium import find_chromium
+
 ARGUMENTS = (
     "--no-sandbox",
     "--disable-gpu",
@@ -27,11 +27,10 @@ ARGUMENTS = (
 
 def chromium() -> str:
     """Return the path of Chromium; skip the test if there is none."""
-    named = os.environ.get("SPACEARM_CHROMIUM", "")
-    found = named if named and Path(named).is_file() else next(filter(None, map(shutil.which, NAMES)), "")
-    if not found:
-        pytest.skip(f"no Chromium: none of {', '.join(NAMES)} is on the path; install one, or name it in SPACEARM_CHROMIUM")
-    return found
+    try:
+        return find_chromium()
+    except OutputError as error:
+        pytest.skip(f"no Chromium: {error}")
 
 
 @contextmanager
@@ -97,7 +96,9 @@ class Visit:
 
     def rect(self, selector: str) -> dict[str, float]:
         """Return the box of the first element that a selector finds, in the window's pixels."""
-        script = "(s) => { const {x, y, width, height} = document.querySelector(s).getBoundingClientRect(); return {x, y, width, height}; }"
+        script = """(s) => {
+            const {x, y, width, height} = document.querySelector(s).getBoundingClientRect();
+            return {x, y, width, height}; }"""
         return self.page.evaluate(script, selector)
 
     def values(self, plot: str) -> dict[str, str]:

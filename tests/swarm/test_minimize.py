@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spacearm.core.random_seed import seed_of
-from spacearm.swarm import IPSO, PSO, Swarm, SwarmSettings, minimize
+from spacearm.swarm import IPSO, PSO, Swarm, SwarmSettings, minimize, named_settings
 from support.swarm_boxes import SEEDS, SMALL_NAMED, Box, Hills, assert_same_run, boxes, by_hand, swarms
 
 PLAIN = PSO(particles=20, iterations=15)
@@ -41,6 +41,11 @@ def test_one_seed_gives_one_result_and_another_seed_another(name: str) -> None:
 def test_seeds_that_differ_in_any_bit_begin_elsewhere(one: int, other: int) -> None:
     first = [Swarm(*BOX, PSO(particles=4), rng=seed).ask() for seed in (one, other)]
     assert np.array_equal(*first) == (one == other)
+
+
+def test_without_settings_a_swarm_has_those_named_ring_small() -> None:
+    assert Swarm([0.0], [1.0], rng=0).settings == named_settings("ring-small")
+    assert minimize(lambda x: x[:, 0], [0.0], [1.0], rng=0, max_seconds=1e-6).settings == named_settings("ring-small")
 
 
 def test_zero_is_a_seed_and_not_the_absence_of_one() -> None:

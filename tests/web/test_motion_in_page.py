@@ -101,7 +101,7 @@ def test_nothing_stands_out_or_lies_over_another(
     )
     laid = [one for one in rects if one[5] not in ("fixed", "sticky")]
     for name, x, _, right, _, _ in rects:
-        assert -0.5 <= x and right <= size[0] + 0.5, name
+        assert min(x, size[0] - right) >= -0.5, f"{name} stands out of the window"
     for i, (name, x, y, right, bottom, _) in enumerate(laid):
         for other, x2, y2, right2, bottom2, _ in laid[:i]:
             apart = x >= right2 - 1 or x2 >= right - 1 or y >= bottom2 - 1 or y2 >= bottom - 1

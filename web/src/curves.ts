@@ -76,11 +76,12 @@ export function airy(low: number, high: number): [number, number] {
   return [low - air, high + air];
 }
 
-/** The range of a logarithmic axis around values; at least a third of a decade. `held`: nothing below the least. */
-export function airyLog(low: number, high: number, held: boolean): [number, number] {
+/** The range of a logarithmic axis around values; at least a third of a decade. `held`: nothing below the
+ * least; `labelled`: room for a label there. */
+export function airyLog(low: number, high: number, held: boolean, labelled = false): [number, number] {
   const [a, b] = [Math.log10(low), Math.log10(high)];
   const air = Math.max(0.06 * (b - a), 0.12);
-  return [10 ** (held ? a : a - air), 10 ** Math.max(b + air, a + 0.33)];
+  return [10 ** (held ? a : a - (labelled ? Math.max(air, 0.15 * (b - a), 0.15) : air)), 10 ** Math.max(b + air, a + 0.33)];
 }
 
 /** Ticks of a logarithmic axis: 1, 2, 5 in each decade if there are few decades, else every decade or some of them. */

@@ -54,19 +54,20 @@ function released(event: MouseEvent, press: () => void): void {
 
 const MINUS = "\u2212";
 
-/** A number with so many significant digits, without zeros at the end; small and large ones with a power of ten. */
-export function significant(value: number, digits = 3): string {
+/** A number with some significant digits; small and large ones with a power of ten. `short`: without zeros at the end. */
+export function significant(value: number, digits = 3, short = true): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "\u2013" : value > 0 ? "\u221e" : `${MINUS}\u221e`;
   if (value === 0) return "0";
   const size = Math.abs(value);
+  const cut = short ? trimmed : (text: string) => text;
   if (size >= 1e5 || size < 1e-3) {
     const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
-    return `${signed(trimmed(mantissa))}e${signed(String(Number(exponent)))}`;
+    return `${signed(cut(mantissa))}e${signed(String(Number(exponent)))}`;
   }
-  return signed(trimmed(value.toPrecision(digits + (size >= 1000 ? 1 : 0))));
+  return signed(cut(value.toPrecision(digits + (size >= 1000 ? 1 : 0)).replace(/\.$/, "")));
 }
 
-/** A number with so many decimals. */
+/** A number with a number of decimals. */
 export function fixed(value: number, decimals: number): string {
   if (!Number.isFinite(value)) return significant(value);
   const text = value.toFixed(decimals);

@@ -201,14 +201,16 @@ export class Body {
     this.addLayer(this.layers.shapes, robot.shapes, solids, { kind: "solid", turn: 0 });
     if (!robot.visuals.length) return;
     const veil = materials.veil(colors.envelope, theme === "light" ? 0.06 : 0.08, 0.55);
-    this.addLayer(this.layers.veil, robot.shapes, solids, { kind: "veil", material: veil, edges: materials.lines(colors.envelope, 0.35), order: 20 });
+    const key = (part: Part) => `${part.joint} ${JSON.stringify(part.geometry)}`;
+    const drawn = new Set(robot.visuals.map(key)); // a veil over the same shape would only tint it
+    this.addLayer(this.layers.veil, robot.shapes.filter((part) => !drawn.has(key(part))), solids, { kind: "veil", material: veil, edges: materials.lines(colors.envelope, 0.35), order: 20 });
   }
 
   private addGhost(solids: Solids): void {
     const { materials, robot } = this;
     const tone = toneColor(this.actor.tone, materials.theme);
     const arm: Look = { kind: "veil", material: materials.veil(tone, 0.24, 0.6), edges: materials.lines(tone, 0.6), order: 10 };
-    const base: Look = { kind: "veil", material: materials.veil(tone, 0.07, 0.25), edges: materials.lines(tone, 0.55), order: 10 };
+    const base: Look = { kind: "veil", material: materials.veil(tone, 0.035, 0.16), edges: materials.lines(tone, 0.55), order: 10 };
     for (const [layer, parts] of [[this.layers.visuals, robot.visuals], [this.layers.shapes, robot.shapes]] as const) {
       this.addLayer(layer, parts.filter((part) => part.joint >= 0), solids, arm);
       this.addLayer(layer, parts.filter((part) => part.joint < 0), solids, base);
@@ -265,22 +267,40 @@ export class Body {
     for (const group of this.layers.veil) group.visible = shapes && visuals;
   }
 
-  /** Corners of the links' boxes at an instant, in the world. */
+  /** Corners of the boxes of the links that joints move, and the tip, at an instant, in the world. */
   corners(t: number): THREE.Vector3[] {
     const placement = this.motion.at(t);
-    const points = this.boxes.flatMap(({ part, box }) => {
-      const matrix = new THREE.Matrix4().fromArray(part.joint < 0 ? placement.base : placement.joints[part.joint]);
+    const points = this.boxes.filter(({ part }) => part.joint >= 0).flatMap(({ part, box }) => {
+      const matrix = new THREE.Matrix4().fromArray(placement.joints[part.joint]);
       return cornersOf(box).map((point) => point.applyMatrix4(matrix));
     });
     return [...points, new THREE.Vector3().setFromMatrixPosition(this.tip(t))];
+  }
+
+  /** Points along the arm, now: what names keep off. */
+  spine(): THREE.Vector3[] {
+    const { placement, robot } = this;
+    const place = (m: ArrayLike<number>) => new THREE.Vector3(m[12], m[13], m[14]);
+    const ends: [THREE.Vector3, THREE.Vector3][] = robot.joints.flatMap(({ parent }, i) => (parent < 0 ? [] : [[place(placement.joints[parent]), place(placement.joints[i])]]));
+    if (robot.tip.joint >= 0) ends.push([place(placement.joints[robot.tip.joint]), place(this.motion.tip(0, placement))]);
+    return ends.flatMap(([a, b]) => [0, 0.2, 0.4, 0.6, 0.8, 1].map((share) => a.clone().lerp(b, share)));
+  }
+
+  /** The boxes of the base's parts in the world, from the beginning to the end of the motion. */
+  baseParts(): THREE.Box3[] {
+    const { start, end, moving } = this.motion;
+    return this.boxes.filter(({ part }) => part.joint < 0).map(({ box }) => {
+      const whole = new THREE.Box3();
+      for (const t of moving ? [start, (start + end) / 2, end] : [start]) whole.union(box.clone().applyMatrix4(new THREE.Matrix4().fromArray(this.motion.base(t))));
+      return whole;
+    });
   }
 
   /** Points that are worth seeing at an instant: the tip and the joints' frames. */
   watched(t: number): THREE.Vector3[] {
     const placement = this.motion.at(t);
     const tip = this.motion.tip(t, placement);
-    const last = placement.joints.slice(Math.floor(placement.joints.length / 2));
-    return [tip, tip, ...last].map((m) => new THREE.Vector3(m[12], m[13], m[14])); // the tip counts twice
+    return [tip, tip, ...placement.joints].map((m) => new THREE.Vector3(m[12], m[13], m[14])); // the tip counts twice
   }
 
   /** The boxes of the base's shapes in the base's frame at an instant, and the way into it from the world. */
@@ -516,16 +536,20 @@ function lastAt(instants: ArrayLike<number>, t: number): number {
   return low;
 }
 
+let disc: THREE.Texture | null = null; // one for all
+
 /** Round points of a size in pixels with colours. */
 function dots(size: number): THREE.PointsMaterial {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 32;
-  const context = canvas.getContext("2d")!;
-  context.fillStyle = "#ffffff";
-  context.arc(16, 16, 14, 0, 2 * Math.PI);
-  context.fill();
-  const map = new THREE.CanvasTexture(canvas);
-  return new THREE.PointsMaterial({ size, map, sizeAttenuation: false, vertexColors: true, transparent: true, depthWrite: false, alphaTest: 0.02 });
+  if (!disc) {
+    const canvas = document.createElement("canvas");
+    canvas.width = canvas.height = 32;
+    const context = canvas.getContext("2d")!;
+    context.fillStyle = "#ffffff";
+    context.arc(16, 16, 14, 0, 2 * Math.PI);
+    context.fill();
+    disc = new THREE.CanvasTexture(canvas);
+  }
+  return new THREE.PointsMaterial({ size, map: disc, sizeAttenuation: false, vertexColors: true, transparent: true, depthWrite: false, alphaTest: 0.02 });
 }
 
 /** The closest pair at an instant: a line between two dots, seen through everything. */

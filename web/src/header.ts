@@ -2,7 +2,7 @@ import type { Page, View } from "./data";
 import { button, el, icon } from "./dom";
 
 const SIGNS = { good: "\u2713", bad: "\u2715", plain: "\u2022" };
-const TABS = 6; // views that are chosen by tabs; more of them from a list
+const TABS = 150; // letters of the views' names that make tabs; of more, a list
 
 /** The title block, the verdict, and the choice of the view. */
 export class Header {
@@ -44,7 +44,7 @@ export class Header {
   }
 
   private fill(views: View[]): void {
-    if (views.length > TABS) {
+    if (views.reduce((letters, view) => letters + view.name.length + 4, 0) > TABS) {
       const list = el(
         "select",
         { "aria-label": "view", change: () => this.choose(Number(list.value)) },

@@ -11,8 +11,9 @@ export interface Label {
   hidden: boolean; // whether it has no place now
   width: number; // 0 until it has been measured
   height: number;
-  way: "above" | "centred" | "beside"; // how it stands by its place; beside: with a line to it
+  way: "above" | "centred" | "beside"; // where it stands by its place if it can; a line leads to one that is further off
   leader: SVGElement | null;
+  last: number; // where it stood, of the boxes where it may
   extent: number; // of what it names [m]: the name is left out where that is seen small; 0: never
 }
 
@@ -38,7 +39,7 @@ export class Overlay {
     this.root.className = "stage-overlay";
     this.root.setAttribute("aria-hidden", "true");
     Object.assign(this.root.style, { position: "absolute", overflow: "hidden", pointerEvents: "none", fontFamily: FONT, userSelect: "none" });
-    Object.assign(this.legend.style, { position: "absolute", left: "12px", bottom: "30px", font: `11px ${FONT}`, display: "none" });
+    Object.assign(this.legend.style, { position: "absolute", left: "12px", bottom: "10px", font: `11px ${FONT}`, display: "none" });
     this.legend.className = "stage-legend";
     this.gizmo.setAttribute("class", "stage-gizmo");
     this.gizmo.setAttribute("viewBox", `${-GIZMO / 2} ${-GIZMO / 2} ${GIZMO} ${GIZMO}`);
@@ -46,6 +47,7 @@ export class Overlay {
     for (let axis = 0; axis < 3; axis++) this.arms.push(this.arm(axis, pick));
     Object.assign(this.leaders.style, { position: "absolute", left: "0", top: "0", width: "100%", height: "100%" });
     Object.assign(this.tip.style, { position: "absolute", left: "0", top: "0", padding: "1px 6px", borderRadius: "3px", font: `11px/1.5 ${FONT}`, whiteSpace: "nowrap", zIndex: "2" });
+    this.tip.className = "stage-pointer";
     this.note.className = "stage-note";
     Object.assign(this.note.style, { position: "absolute", right: "12px", top: "8px", font: `10px ${FONT}`, opacity: "0.65" });
     this.root.append(this.leaders, this.legend, this.note, this.gizmo, this.tip);
@@ -101,7 +103,7 @@ export class Overlay {
     if (kind === "mark") element.style.opacity = "0.6";
     else Object.assign(element.style, { padding: "0 4px", borderRadius: "3px", background: SCENE[this.theme].halo });
     this.root.append(element);
-    const label = { element, at: new THREE.Vector3(), rank, shown: true, hidden: false, width: 0, height: 0, way, leader: way === "beside" ? this.leader() : null, extent: 0 };
+    const label = { element, at: new THREE.Vector3(), rank, shown: true, hidden: false, width: 0, height: 0, way, leader: way === "centred" ? null : this.leader(), extent: 0, last: Infinity };
     this.labels.push(label);
     return label;
   }
@@ -120,22 +122,30 @@ export class Overlay {
   }
 
   setLegend(title: string, low: string, high: string, of: typeof scaleColor): void {
-    const bar = `<div style="height:6px;border-radius:3px;background:${scaleGradient(this.theme, of)};margin:3px 0"></div>`;
-    this.legend.innerHTML = `<div></div>${bar}<div style="display:flex;justify-content:space-between"><span></span><span></span></div>`;
+    const bar = `<div style="height:6px;max-width:150px;border-radius:3px;background:${scaleGradient(this.theme, of)};margin:3px 0"></div>`;
+    this.legend.innerHTML = `<div></div>${bar}<div style="display:flex;justify-content:space-between;max-width:150px"><span></span><span></span></div>`;
     this.legend.firstElementChild!.textContent = title;
     this.legend.querySelectorAll("span").forEach((span, i) => (span.textContent = i ? high : low));
-    Object.assign(this.legend.style, { display: "block", minWidth: "132px", fontVariantNumeric: "tabular-nums" });
+    Object.assign(this.legend.style, { display: "block", width: "min(220px, 42%)", fontVariantNumeric: "tabular-nums" });
   }
 
   hideLegend(): void {
     this.legend.style.display = "none";
   }
 
-  /** Puts the labels where the camera sees their places; where two overlap, the one of the greater rank is hidden. */
-  place(camera: THREE.PerspectiveCamera, width: number, height: number): void {
+  /** Puts the labels where the camera sees their places: beside `clear`, the points of the arm, and beside each other. Where there
+   * is no room, the labels of the greater rank are hidden. */
+  place(camera: THREE.PerspectiveCamera, width: number, height: number, clear: THREE.Vector3[]): void {
     const taken: number[][] = [[width - GIZMO - 8, height - GIZMO - 6, width, height]];
     taken.push([width - 150, 0, width, 24]); // the note
-    if (this.legend.style.display !== "none") taken.push([0, height - 76, 160, height - 26]);
+    for (const other of this.root.parentElement!.children) {
+      if (other === this.root || other instanceof HTMLCanvasElement || !(other instanceof HTMLElement)) continue;
+      const [left, top] = [other.offsetLeft - this.root.offsetLeft, other.offsetTop - this.root.offsetTop];
+      if (other.offsetWidth && other.offsetHeight < height / 2) taken.push([left, top, left + other.offsetWidth, top + other.offsetHeight]); // what the page writes
+    }
+    if (this.legend.style.display !== "none") taken.push([0, height - this.legend.offsetHeight - 16, this.legend.offsetWidth + 22, height]);
+    const arm = clear.map((point) => point.clone().project(camera)).filter((p) => Math.abs(p.z) < 1);
+    const kept = arm.map((p) => [((p.x + 1) / 2) * width, ((1 - p.y) / 2) * height]).map(([x, y]) => [x - 9, y - 8, x + 9, y + 8]);
     const seen = this.labels.filter((label) => label.shown && !label.hidden);
     for (const label of this.labels) {
       if (label.shown && !label.hidden) continue;
@@ -153,16 +163,28 @@ export class Overlay {
     for (const { label, p } of projected) {
       const [x, y] = [((p.x + 1) / 2) * width, ((1 - p.y) / 2) * height];
       const large = label.extent === 0 || label.extent * focal > SMALLEST * label.at.distanceTo(camera.position);
-      const found = large && Math.abs(p.z) < 1 ? places(label, x, y).find((box) => isFree(box, taken, width, height)) : undefined;
+      const found = large && Math.abs(p.z) < 1 ? this.free(label, x, y, taken, kept, width, height) : null;
       label.element.style.visibility = found ? "visible" : "hidden";
-      label.leader?.setAttribute("visibility", found ? "visible" : "hidden");
+      label.leader?.setAttribute("visibility", found && apart(found, x, y) > 12 ? "visible" : "hidden");
       if (!found) continue;
       taken.push(found);
       label.element.style.transform = `translate(${found[0]}px, ${found[1]}px)`;
-      const end = [found[0] > x ? found[0] : found[2], (found[1] + found[3]) / 2];
+      const end = [Math.min(found[2], Math.max(found[0], x)), Math.min(found[3], Math.max(found[1], y))];
       if (label.leader) [x, y, ...end].forEach((v, k) => label.leader!.setAttribute(["x1", "y1", "x2", "y2"][k], v.toFixed(1)));
     }
     this.turn(camera);
+  }
+
+  /** A box for a label that overlaps nothing: the one that it had is tried first, so that names do not jump. */
+  private free(label: Label, x: number, y: number, taken: number[][], kept: number[][], width: number, height: number): number[] | null {
+    const boxes = places(label, x, y);
+    if (label.way === "centred") return isFree(boxes[0], taken, width, height) ? boxes[0] : null;
+    const order = [label.last, ...boxes.keys()].filter((i) => i < boxes.length);
+    const open = order.filter((i) => isFree(boxes[i], taken, width, height));
+    const best = open.find((i) => isFree(boxes[i], kept, width, height)) ?? (label.rank < 20 ? open[0] : undefined);
+    if (best === undefined) return null;
+    label.last = best;
+    return boxes[best];
   }
 
   /** Turns the gizmo with the camera. */
@@ -210,9 +232,19 @@ function places(label: Label, x: number, y: number): number[][] {
   const { width, height, way } = label;
   const box = (left: number, top: number) => [Math.round(left), Math.round(top), Math.round(left) + width, Math.round(top) + height];
   if (way === "centred") return [box(x - width / 2, y - height / 2)];
-  if (way === "above") return [box(x - width / 2, y - height - 7), box(x - width / 2, y + 7)];
-  const tries = [[1, -1], [-1, -1], [1, 1], [-1, 1], [1, -2], [-1, -2], [1, 2], [-1, 2]];
-  return tries.map(([side, up]) => box(side > 0 ? x + 26 : x - 26 - width, y + up * 20 - height / 2));
+  const found = way === "above" ? [box(x - width / 2, y - height - 7), box(x - width / 2, y + 7)] : [];
+  for (const reach of [24, 48, 84]) {
+    for (const [side, up] of [[1, -0.8], [-1, -0.8], [1, 0.8], [-1, 0.8], [0, -1], [0, 1], [1, 0], [-1, 0]]) {
+      const left = side > 0 ? x + reach : side < 0 ? x - reach - width : x - width / 2;
+      found.push(box(left, y + up * reach - (up > 0 ? 0 : up < 0 ? height : height / 2)));
+    }
+  }
+  return found;
+}
+
+/** How far a place is from a box [px]. */
+function apart(box: number[], x: number, y: number): number {
+  return Math.hypot(Math.max(box[0] - x, 0, x - box[2]), Math.max(box[1] - y, 0, y - box[3]));
 }
 
 function isFree(box: number[], taken: number[][], width: number, height: number): boolean {

@@ -3,6 +3,7 @@ import { Curves, airy, airyLog, logTicks } from "./curves";
 import type { Plot } from "./data";
 import { button, decimalsOf, el, fixed, icon, significant, withUnit } from "./dom";
 import { type Theme, SIGNALS, toneColor } from "./palette";
+import { across, within } from "./rules";
 import { styled } from "./theme";
 
 /** What panels of a view have in common: where the clock is, what the pointer is over, which part of the time is shown. */
@@ -51,7 +52,7 @@ export class Panel {
       wide.setAttribute("aria-pressed", String(this.root.classList.toggle("wide")));
     }, icon("wide"));
     const unit = withUnit("", plot.unit).trim();
-    const title = el("h3", {}, plot.title, unit ? el("span", { class: "unit" }, ` [${unit}]`) : null);
+    const title = el("h3", { title: plot.title }, plot.title, unit ? el("span", { class: "unit" }, ` [${unit}]`) : null);
     this.root = el(
       "figure",
       { class: "panel", "data-plot": plot.id, "aria-label": plot.title },
@@ -104,7 +105,7 @@ export class Panel {
       height: Math.max(80, this.box.clientHeight),
       legend: { show: false },
       cursor: { show: false },
-      padding: [8, 12, 0, 0],
+      padding: [8, 20, 0, 0], // the last tick's text stands out
       scales: {
         x: { time: false, distr: plot.logX ? 3 : 1, range: () => this.xRange() },
         y: { distr: plot.log ? 3 : 1, range: (_, low, high) => this.yRange(low, high) },
@@ -166,7 +167,7 @@ export class Panel {
     const known = wanted.filter((v) => v !== null && Number.isFinite(v)).map((v) => (floor > 0 ? Math.max(v, floor) : v));
     if (!known.length) return floor > 0 ? [floor, 10 * floor] : [0, 1];
     const [a, b] = [Math.min(...known), Math.max(...known)];
-    return floor > 0 ? airyLog(this.curves.clamped ? floor : a, b, this.curves.clamped) : airy(a, b);
+    return floor > 0 ? airyLog(this.curves.clamped ? floor : a, b, this.curves.clamped, (this.plot.lines ?? []).length > 0) : airy(a, b);
   }
 
   private color(i: number): string {
@@ -196,20 +197,21 @@ export class Panel {
     if (looked.size && looked.size <= 3)
       for (const { lower, upper } of this.limits(looked))
         for (const value of [lower, upper])
-          if (value !== null) across(u, u.valToPos(value, "y", true), signal.limit, [8, 4], "limit", value === upper);
+          if (value !== null && within(u, value)) across(u, u.valToPos(value, "y", true), signal.limit, [8, 4], "limit", value === upper);
     ctx.restore();
   }
 
-  /** Lines across the plot; labels of lines that are near each other are written together. */
+  /** Lines across the plot; labels of lines that are near each other are written together, by the upper or the lower of them. */
   private paintLines(u: uPlot): void {
-    const ratio = devicePixelRatio;
+    const near = 15 * devicePixelRatio;
     const lines = [...(this.plot.lines ?? [])].sort((a, b) => b.value - a.value);
     const at = lines.map((line) => u.valToPos(this.curves.place(line.value) ?? line.value, "y", true));
     for (let i = 0; i < lines.length; ) {
       let k = i + 1;
-      while (k < lines.length && at[k] - at[k - 1] < 15 * ratio) k++;
+      while (k < lines.length && at[k] - at[k - 1] < near) k++;
       const label = lines.slice(i, k).map((line) => line.label).join(" \u00b7 ");
-      for (let j = i; j < k; j++) across(u, at[j], styled("--ink"), [2, 3], j > i ? "" : label, at[i] - u.bbox.top < 16 * ratio);
+      const low = at[k - 1] + near < u.bbox.top + u.bbox.height; // room for the label below them
+      for (let j = i; j < k; j++) across(u, at[j], styled("--ink"), [2, 3], j === (low ? k - 1 : i) ? label : "", low);
       i = k;
     }
   }
@@ -302,7 +304,7 @@ export class Panel {
     const { plot, curves } = this;
     const own = plot.note ? [plot.note] : [];
     const said = plot.note !== undefined && /floor|drawn (at|there)/.test(plot.note);
-    return curves.clamped && !said ? [...own, `Values below ${withUnit(significant(curves.floor), plot.unit)} are drawn there.`] : own;
+    return curves.clamped && !said ? [...own, `Values below ${significant(curves.floor)} are drawn there.`] : own;
   }
 
   // ---- cursor --------------------------------------------------------------------------------------------------------
@@ -342,7 +344,7 @@ export class Panel {
   }
 
   private written(value: number): string {
-    return this.plot.log || this.decimals > 6 ? significant(value) : fixed(value, this.decimals);
+    return this.plot.log || this.decimals > 6 ? significant(value, 3, false) : fixed(value, this.decimals);
   }
 
   private tell(): void {
@@ -414,28 +416,6 @@ export class Panel {
     this.u.redraw(false, true);
     this.place();
   }
-}
-
-function across(u: uPlot, y: number, color: string, dash: number[], label: string, below: boolean): void {
-  const { ctx } = u;
-  const ratio = devicePixelRatio;
-  ctx.strokeStyle = ctx.fillStyle = color;
-  ctx.lineWidth = ratio;
-  ctx.setLineDash(dash.map((length) => length * ratio));
-  ctx.beginPath();
-  ctx.moveTo(u.bbox.left, y);
-  ctx.lineTo(u.bbox.left + u.bbox.width, y);
-  ctx.stroke();
-  if (!label) return;
-  const right = u.bbox.left + u.bbox.width - 4 * ratio;
-  ctx.textAlign = "right";
-  ctx.textBaseline = below ? "top" : "bottom";
-  ctx.setLineDash([]);
-  ctx.strokeStyle = styled("--sheet");
-  ctx.lineWidth = 3 * ratio;
-  ctx.lineJoin = "round";
-  ctx.strokeText(label, right, y + (below ? 3 : -2) * ratio);
-  ctx.fillText(label, right, y + (below ? 3 : -2) * ratio);
 }
 
 function tickTexts(ticks: number[]): string[] {

@@ -5,6 +5,7 @@ import { button, el, icon } from "./dom";
 export class Player {
   readonly root: HTMLElement;
   private readonly slider: HTMLInputElement;
+  private readonly what = el("span", { class: "end" }); // what a clock counts
   private readonly now = el("span", { class: "now" });
   private readonly end = el("span", { class: "end" });
   private readonly playing: HTMLButtonElement;
@@ -47,7 +48,7 @@ export class Player {
       { class: "player", role: "group", "aria-label": "time" },
       el("div", { class: "buttons" }, back, this.playing, ahead),
       el("div", { class: "track" }, this.slider, this.mark),
-      el("output", { class: "time" }, this.now, this.end),
+      el("output", { class: "time" }, this.what, this.now, this.end),
       el("div", { class: "buttons" }, this.least, this.repeat, this.speed),
     );
   }
@@ -57,7 +58,8 @@ export class Player {
     const { clock } = this;
     this.root.hidden = clock.duration <= 0;
     this.slider.max = String(clock.duration);
-    this.end.textContent = ` / ${clock.text(clock.duration)} ${clock.unit}`;
+    this.what.textContent = clock.whole ? `${clock.unit} ` : "";
+    this.end.textContent = ` / ${clock.text(clock.duration)}${clock.whole ? "" : ` ${clock.unit}`}`;
     this.now.style.minWidth = `${clock.text(clock.duration).length}ch`;
     this.speed.replaceChildren(...clock.speeds.map((speed) => el("option", { value: speed }, `${speed}\u00d7`)));
     this.leastAt = leastAt;

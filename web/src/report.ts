@@ -38,6 +38,7 @@ class Report {
   private readonly player: Player;
   private readonly left: HTMLElement;
   private readonly right = el("div", { class: "right" });
+  private readonly instant = el("p", { class: "instant" }); // on paper: of what time the picture and the values are
   private readonly whole: Sections;
   private plots: Plots | null = null;
   private sections: Sections | null = null;
@@ -58,7 +59,7 @@ class Report {
     );
     this.header = new Header(page, (i) => this.show(i), { theme, help: () => keys.swap(), print: () => window.print() });
     const bar = el("div", { class: "bar" }, this.scene.switches, this.scene.looks);
-    this.left = el("div", { class: "left" }, this.scene.root, this.player.root, bar);
+    this.left = el("div", { class: "left" }, this.scene.root, this.instant, this.player.root, bar);
     this.whole = new Sections(page.sections, this.clock, this.themes);
     const foot = el("footer", {}, "Made by spacearm; the page needs no network. Keys: ?");
     const desk = el("div", { class: "desk" }, this.left, this.right);
@@ -121,6 +122,8 @@ class Report {
       const drawn = [this.plots, this.sections, this.whole];
       for (const part of drawn) part?.paper(true);
       this.scene.keepStill();
+      const { clock } = this;
+      this.instant.textContent = clock.duration > 0 ? `The picture, and the values beside the labels, at ${clock.text(clock.t)} ${clock.unit}.` : "";
       back = () => {
         for (const part of drawn) part?.paper(false);
         for (const close of closers) close?.();

@@ -27,6 +27,7 @@ export const VIEWPOINTS: [Viewpoint, string, string][] = [
   ["tool", "5", "riding with the end effector"],
 ];
 
+const PAPER = [690, 520]; // [px] of the picture on paper, at most
 const WITHOUT = "The 3-D picture needs WebGL 2, which this browser does not offer here. The plots and tables are complete without it.";
 
 /** The 3-D picture with its switches; without WebGL a sentence. */
@@ -108,11 +109,15 @@ export class ScenePane {
     this.stage?.look(from);
   }
 
-  /** Makes a still of the picture, for paper. */
+  /** Makes a still of the picture, for paper, in the size that its names are placed for. */
   keepStill(): void {
     if (!this.stage) return;
     this.stage.draw();
     this.still.src = this.canvas.toDataURL("image/png");
+    const { clientWidth: width, clientHeight: height, style } = this.picture;
+    style.setProperty("--width", `${width}px`);
+    style.setProperty("--height", `${height}px`);
+    style.setProperty("--zoom", String(Math.min(PAPER[0] / width, PAPER[1] / height)));
   }
 
   private named(): void {

@@ -22,6 +22,7 @@ const FROM: Record<Exclude<Viewpoint, "tool">, [number, number, number]> = {
 const CORNERS = [[0.62, -1, 0.62], [-0.62, -1, 0.62], [1, -0.62, 0.62], [-1, -0.62, 0.62], [1, 0.62, 0.62], [-1, 0.62, 0.62], [0.62, 1, 0.62], [-0.62, 1, 0.62], [0.62, -1, 1.1], [0.62, 1, 1.1]];
 const FOV = 28;
 const TOOL_FOV = 60;
+const NEAR = 2; // times the size of the arm's motion: what is further away may be cut off by the picture's border
 const MOST_NAMES = 12; // of obstacles: more are shown only when asked for
 
 /** What a view has in the scene. */
@@ -247,7 +248,7 @@ export class Stage {
       label.hidden = !at;
       if (at) label.at.copy(at);
     }
-    this.overlay.place(camera, this.canvas.clientWidth, this.canvas.clientHeight);
+    this.overlay.place(camera, this.canvas.clientWidth, this.canvas.clientHeight, content.bodies.filter((body) => body.root.visible).flatMap((body) => body.spine()));
   }
 
   private get size(): number {
@@ -263,6 +264,7 @@ export class Stage {
     this.scene.traverse((object) => {
       const { geometry, material } = object as THREE.Mesh;
       geometry?.dispose();
+      if (object instanceof THREE.InstancedMesh) object.dispose();
       if (material) for (const one of Array.isArray(material) ? material : [material]) one.dispose();
     });
     this.scene = new THREE.Scene();
@@ -281,11 +283,11 @@ export class Stage {
     const points = seen(bodies, things, cloud, view);
     const sphere = new THREE.Box3().setFromPoints(points).getBoundingSphere(new THREE.Sphere());
     const whole = new THREE.Box3().setFromPoints(points);
-    for (const thing of things) whole.union(thing.box);
+    for (const box of [...bodies.flatMap((body) => body.baseParts()), ...things.map((thing) => thing.box)]) whole.union(box);
     const closest = view.closest ? new ClosestPair(view.closest, materials.colors.closest) : null;
     const solidBodies = bodies.filter((body) => !body.actor.ghost);
     const moving = bodies.filter((body) => body.motion.end > body.motion.start);
-    const paths = moving.map((body) => ({ path: new Path(body, this.theme, moving.length === 1, "tip"), ghost: body.actor.ghost }));
+    const paths = moving.map((body) => ({ path: new Path(body, this.theme, moving.length === 1 && !cloud, "tip"), ghost: body.actor.ghost }));
     const drifting = solidBodies.find((body) => body.motion.moving && body.motion.end > body.motion.start);
     const content: Content = {
       view, bodies, things, cloud, points, sphere, closest, paths, //
@@ -298,7 +300,7 @@ export class Stage {
       labels: [],
       distanceLabel: null,
       gridNote: "",
-      corner: clearest(bodies[0], things, sphere),
+      corner: clearest(bodies[0], things, points, sphere),
     };
     this.content = content;
     for (const target of view.targets) content.targets.add(targetMark(target, sphere.radius, materials));
@@ -596,30 +598,29 @@ function anchor(thing: Thing, sphere: THREE.Sphere): THREE.Vector3 {
   return at;
 }
 
-/** Points that the camera has to see: the robots on their way, the obstacles near them, the targets, the cloud. */
+/** Points that the camera has to see: the arms on their way, the targets, the cloud; of base and obstacles what is near them. */
 function seen(bodies: Body[], things: Thing[], cloud: Particles | null, view: View): THREE.Vector3[] {
-  const points = bodies.flatMap((body) => {
-    const { start, end } = body.motion;
-    return Array.from({ length: end > start ? 13 : 1 }, (_, i) => body.corners(start + ((end - start) * i) / 12)).flat();
-  });
+  const instants = ({ start, end }: Motion) => Array.from({ length: end > start ? 13 : 1 }, (_, i) => start + ((end - start) * i) / 12);
+  const points = bodies.flatMap((body) => instants(body.motion).flatMap((t) => body.corners(t)));
   const { min, max } = new THREE.Box3().setFromPoints(points);
   const room = points.length ? 0.07 * min.distanceTo(max) : 0.1;
   for (const { T } of view.targets) points.push(...cornersOf(new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(T[3], T[7], T[11]), new THREE.Vector3().setScalar(room))));
   if (cloud) points.push(...cloud.some());
+  const boxes = [...bodies.flatMap((body) => body.baseParts()), ...things.flatMap((thing) => thing.boxes)];
   const near = new THREE.Box3();
   if (points.length) {
     const { center, radius } = new THREE.Box3().setFromPoints(points).getBoundingSphere(new THREE.Sphere());
-    near.setFromCenterAndSize(center, new THREE.Vector3().setScalar(4 * radius));
-  } else for (const thing of things) near.union(thing.box);
-  for (const thing of things) {
-    const box = thing.box.clone().intersect(near);
-    if (!box.isEmpty()) points.push(...cornersOf(box));
+    near.setFromCenterAndSize(center, new THREE.Vector3().setScalar(2 * NEAR * radius));
+  } else for (const box of boxes) near.union(box);
+  for (const box of boxes) {
+    const cut = box.clone().intersect(near);
+    if (!cut.isEmpty()) points.push(...cornersOf(cut));
   }
   return points.length ? points : cornersOf(new THREE.Box3(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1)));
 }
 
-/** The corner from which most of a body's motion is seen past the obstacles and its own base; the first of equals. */
-function clearest(body: Body | undefined, things: Thing[], sphere: THREE.Sphere): THREE.Vector3 {
+/** The corner from which most of a body's motion is seen past the obstacles and its own base, near, and not end on; the first of equals. */
+function clearest(body: Body | undefined, things: Thing[], points: THREE.Vector3[], sphere: THREE.Sphere): THREE.Vector3 {
   const [first, ...others] = CORNERS.map((corner) => vector(corner).normalize());
   if (!body) return first;
   const { start, end } = body.motion;
@@ -627,8 +628,14 @@ function clearest(body: Body | undefined, things: Thing[], sphere: THREE.Sphere)
   const moving = instants.map((t) => ({ points: body.watched(t), base: body.baseBoxes(t) }));
   const boxes = things.flatMap((thing) => thing.boxes);
   const ray = new THREE.Ray();
-  const hits = (direction: THREE.Vector3) => {
-    let hidden = 0;
+  const watched = moving.flatMap(({ points }) => points);
+  const middle = watched.reduce((sum, point) => sum.add(point), new THREE.Vector3()).divideScalar(watched.length);
+  const spread = watched.reduce((sum, point) => sum + point.distanceToSquared(middle), 0) || 1;
+  const cost = (direction: THREE.Vector3) => {
+    const front = points.reduce((most, point) => Math.max(most, point.dot(direction)), -Infinity) - sphere.center.dot(direction);
+    const back = sphere.center.dot(direction) - middle.dot(direction);
+    const along = watched.reduce((sum, point) => sum + (point.dot(direction) - middle.dot(direction)) ** 2, 0) / spread;
+    let hidden = watched.length * ((0.25 * front + 0.12 * back) / sphere.radius + 0.5 * along); // what stands in front is large
     for (const { points, base } of moving) {
       for (const point of points) {
         ray.origin.copy(point).addScaledVector(direction, 0.01 * sphere.radius);
@@ -639,11 +646,10 @@ function clearest(body: Body | undefined, things: Thing[], sphere: THREE.Sphere)
     }
     return hidden;
   };
-  const total = moving.reduce((sum, { points }) => sum + points.length, 0);
-  let [best, least] = [first, hits(first) - 0.06 * total]; // another one has to be clearly better
+  let [best, least] = [first, cost(first) - 0.06 * watched.length]; // another one has to be clearly better
   for (const direction of others) {
-    const hidden = hits(direction);
-    if (hidden < least) [best, least] = [direction, hidden];
+    const found = cost(direction);
+    if (found < least) [best, least] = [direction, found];
   }
   return best;
 }

@@ -16,8 +16,9 @@ from typing import Annotated, Any
 from tyro.conf import arg
 
 from spacearm.cli.arguments import parsed
+from spacearm.cli.progress import progress_bar
 from spacearm.cli.results_folder import recorded_in, results_folder
-from spacearm.cli.terminal import progress_bar, show_table
+from spacearm.cli.terminal import show_table
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import SettingsError, nearest
 from spacearm.core.extras import require_extra

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed, tracking_of_words
+from spacearm.cli.progress import progress_bar
 from spacearm.cli.terminal import base_rows, loading, rows_on_near_pairs, rows_on_tracking, show_list, tell_notes, tell_robot
 from spacearm.core.errors import SettingsError
 from spacearm.core.output import require_new
@@ -84,7 +85,8 @@ def run(arguments: Sequence[str]) -> int:
         require_new(options.output, advice="choose another name with -o")
     with loading():
         problem = None if options.problem is None else load_problem(options.problem)
-    found = _found(options, problem)
+    with progress_bar("proving"):
+        found = _found(options, problem)
     from spacearm.proof.certificate import CERTIFICATE_KEY, CERTIFICATE_VERSION
 
     values = {

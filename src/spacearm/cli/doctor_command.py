@@ -14,11 +14,12 @@ from typing import Annotated, Literal
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.terminal import loading
+from spacearm.cli.terminal import Tone, loading, painted
 from spacearm.core.errors import SettingsError
 from spacearm.core.version import version
 from spacearm.doctor import Choices, Diagnosis, Finding, Mended, diagnose, mend_urdf
 
+_TONES: dict[str, Tone] = {"error": "bad", "warning": "middling", "note": "quiet"}
 _LISTED = 12  # places of one kind of finding
 _CHOSEN = Choices()
 
@@ -64,11 +65,11 @@ def run(arguments: Sequence[str]) -> int:
     if options.fix is None:
         if options.force:
             raise SettingsError("--force is for --fix, and there is nothing to write; leave it out, or give --fix OUT.URDF")
-        with loading():
+        with loading("examining"):
             found = diagnose(options.model, options.srdf, base=options.base, choices=choices)
         print(_as_json(found.as_dict()) if options.json else "\n".join(_report_lines(found)))
         return 0 if found.healthy else 1
-    with loading():
+    with loading("mending"):
         mended = mend_urdf(
             options.model,
             options.fix,
@@ -133,7 +134,7 @@ def _findings(found: Diagnosis) -> Iterator[str]:
     for finding in found.findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
     for (severity, code), same in kinds.items():
-        yield f"{severity}: {code}" + (f" ({len(same)})" if len(same) > 1 else "")
+        yield f"{painted(severity, _TONES[severity])}: {code}" + (f" ({len(same)})" if len(same) > 1 else "")
         shared = {name: _shared(same, name) for name in ("what", "value", "expected", "advice")}
         if shared["what"] and len(same) > 1:
             yield from _wrapped(shared["what"], "  ", "  ")

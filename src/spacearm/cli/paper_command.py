@@ -12,8 +12,9 @@ from typing import Annotated
 from tyro.conf import OmitArgPrefixes, arg
 
 from spacearm.cli.arguments import parsed
+from spacearm.cli.progress import progress_bar
 from spacearm.cli.results_folder import recorded_in, results_folder
-from spacearm.cli.terminal import progress_bar, show_table
+from spacearm.cli.terminal import show_table
 from spacearm.core.extras import require_extra
 from spacearm.study.paper_experiment import run_experiment
 from spacearm.study.paper_problem import PaperSettings

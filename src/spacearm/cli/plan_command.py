@@ -11,7 +11,8 @@ import json
 import math
 import shlex
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -19,11 +20,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed, tracking_of_words
+from spacearm.cli.progress import Bar, progress_bar
 from spacearm.cli.results_folder import results_folder
 from spacearm.cli.terminal import (
     base_rows,
     loading,
-    progress_bar,
     rows_on_near_pairs,
     rows_on_tracking,
     show_list,
@@ -32,13 +33,15 @@ from spacearm.cli.terminal import (
 )
 from spacearm.core.checks import as_number, shown
 from spacearm.core.errors import ProblemError, SettingsError
+from spacearm.core.extras import require_extra
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
 from spacearm.core.reading import located
 from spacearm.core.records import whole
 
 if TYPE_CHECKING:
-    from spacearm.planner import ParetoFront, Plan
+    from spacearm.planner import ParetoFront, Plan, PlannerSettings
+    from spacearm.planner.plan_result import SearchState
 
 _WRONG = ("no_envelope", "start_in_collision", "goal_in_collision")
 """As given: the input's fault, and there is nothing to search for."""
@@ -80,6 +83,8 @@ class Options:
     pareto: int | None = None
 
     def __post_init__(self) -> None:
+        if self.figures:
+            require_extra("matplotlib", "--figures", instead="leave it out: report.html needs no library")
         if self.epoch is not None:
             from spacearm.files.ccsds_attitude import as_epoch
 
@@ -115,7 +120,9 @@ def run(arguments: Sequence[str]) -> int:
             require_choice(problem, "peak")
     with results_folder(options.output) as folder:
         with progress_bar("planning") as bar, located(options.problem):
-            found = plan(problem, settings, rng=options.seed, progress=lambda what: bar(0, 0, what))
+            found = plan(
+                problem, settings, rng=options.seed, progress=lambda what: bar(0, 0, what), watch=_watching(bar, settings)
+            )
             if found.status in _WRONG and found.goal_search is None:
                 raise ProblemError(found.message)
         written = _save(found, folder)
@@ -135,6 +142,22 @@ def run(arguments: Sequence[str]) -> int:
     if not found.found:
         print(f"spacearm: {found.message}", file=sys.stderr)
     return 0 if found.found else 1
+
+
+def _watching(bar: Bar, settings: PlannerSettings) -> Callable[[SearchState], None]:
+    """Return what tells a bar how far a search is: by its time budget, else by its evaluations, if either is limited."""
+    begun, most = time.monotonic(), settings.most_evaluations
+    budget = None if settings.time_budget is None else round(1e3 * settings.time_budget)  # [ms]
+
+    def tell(state: SearchState) -> None:
+        has = "no motion yet" if state.motion is None else f"best fitness {state.fitness:.4g}"
+        what = f"{has}, {state.evaluations:,} motions looked at"
+        if budget is not None:
+            bar(min(round(1e3 * (time.monotonic() - begun)), budget), budget, what)
+        else:
+            bar(0 if most is None else min(state.evaluations, most), most or 0, what)
+
+    return tell
 
 
 def _save(found: Plan, folder: Path) -> list[str]:
@@ -168,8 +191,7 @@ def _save_pictures(found: Plan, folder: Path, options: Options) -> list[str]:
             from spacearm.show import save_plan_figures
 
         with progress_bar("figures") as bar:
-            bar(0, 0, "path, joints and clearance")
-            written += [path.name for path in save_plan_figures(found, folder) if path.suffix == ".png"]
+            written += [path.name for path in save_plan_figures(found, folder, progress=bar) if path.suffix == ".png"]
     return written
 
 

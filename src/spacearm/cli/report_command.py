@@ -13,7 +13,8 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.terminal import progress_bar, show_list
+from spacearm.cli.progress import progress_bar
+from spacearm.cli.terminal import show_list
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import require_new
 

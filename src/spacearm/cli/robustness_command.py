@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, arg
 
 from spacearm.cli.arguments import parsed
-from spacearm.cli.terminal import loading, progress_bar, show_list, show_table
+from spacearm.cli.progress import progress_bar
+from spacearm.cli.terminal import loading, show_list, show_table
 from spacearm.core.errors import SettingsError
 from spacearm.core.output import require_new
 from spacearm.core.reading import located

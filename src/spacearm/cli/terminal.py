@@ -1,24 +1,28 @@
-"""What a command shows: progress bars, tables, lists, and notes on stderr. Plain where the stream is no terminal."""
+"""What a command shows: tables, lists, and notes on stderr. In colour in a terminal, plain where the stream is none.
+
+Colours follow NO_COLOR (https://no-color.org), and say nothing that the words do not say.
+"""
 
 from __future__ import annotations
 
 import math
+import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
+
+from spacearm.cli.progress import moves, progress_bar
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from spacearm.planner import BaseReport
     from spacearm.proof import Certificate
     from spacearm.robot import Robot
-
-Bar = Callable[[int, int, str], None]
-"""Called with the work done, the work in all (0 where it is not known), and what is being done."""
 
 _LONGEST = 200  # characters of a note on a robot that are printed; the list of joints of a large robot is longer
 _NAMES_AND_NUMBERS = re.compile(r"'[^']*'|[-+]?\d[\d.e+-]*")
@@ -26,24 +30,47 @@ _NEAR_PAIRS = 10  # pairs near at an end that a list names
 _ENDLESS = 100_000  # [characters] the width of a file or a pipe, where nothing is wrapped
 
 
-@contextmanager
-def progress_bar(title: str) -> Iterator[Bar]:
-    """Show a progress bar on stderr while the context lasts; nothing where stderr is no terminal."""
-    if not sys.stderr.isatty():
-        yield lambda done, total, what: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+Tone = Literal["good", "middling", "bad", "quiet"]
 
-    columns = (TextColumn("{task.description}"), BarColumn(24), TextColumn("{task.fields[share]}"), TimeElapsedColumn())
-    with Progress(*columns, TextColumn("{task.fields[what]}"), console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(title, total=None, share="    ", what="")
+_COLORS: dict[Tone, int] = {"good": 36, "middling": 172, "bad": 166, "quiet": 244}
+"""Of 256: bluish green, orange, vermilion, grey; for the colour-blind, on dark and light."""
 
-        def bar(done: int, total: int, what: str) -> None:
-            share = f"{done / total:4.0%}" if total else "    "
-            progress.update(task, completed=done, total=total or None, share=share, what=what)
+_SUCCESS = frozenset({"solved", "certified", "reach", "to", "within", "feasible", "proven", "found", "hold"})
+"""Words of the headers of columns that tell how often something succeeds."""
 
-        yield bar
+_HARM = frozenset({"collisions", "unsound"})
+"""Words of the headers of columns that count what must not be."""
+
+_GOOD_CELLS = frozenset({"proven", "holds"})
+_SHARE = re.compile(r"(\d+(?:\.\d+)?) ?%|(\d+)/(\d+)")
+_GOOD_WORDS, _BAD_WORDS = (
+    ("found", "holds", "says the same"),
+    ("fails", "undecided", "not_", "no_", "goal_", "start_", "says otherwise"),
+)
+
+
+def painted(text: str, tone: Tone) -> str:
+    """Return a text in a colour where stdout is a terminal, else as it is."""
+    if not moves(sys.stdout) or os.environ.get("NO_COLOR"):
+        return text
+    return f"\x1b[38;5;{_COLORS[tone]}m{text}\x1b[0m"
+
+
+def tone_of(header: str, cell: str) -> Tone | None:
+    """Return the tone of a cell that tells how often something succeeds; None of other cells."""
+    words = set(header.lower().split())
+    if words & _HARM and cell.strip().isdigit():
+        return "good" if int(cell) == 0 else "bad"
+    if cell.strip() in _GOOD_CELLS:
+        return "good"
+    found = _SHARE.search(cell) if words & _SUCCESS else None
+    if found is None:
+        return None
+    percent, part, whole = found.groups()
+    share = float(percent) / 100 if percent else int(part) / max(int(whole), 1)
+    if share >= 0.9995:
+        return "good"
+    return None if share >= 0.9 else "middling" if share >= 0.5 else "bad"
 
 
 def show_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -54,9 +81,10 @@ def show_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
     lines = Box("    \n    \n -- \n    \n    \n    \n    \n    \n", ascii=True)  # a line of hyphens below the header
     table = Table(box=lines, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     for i, name in enumerate(header):
-        table.add_column("\n".join(name.split()), justify="right" if i else "left", vertical="bottom", overflow="fold")
+        justify = "right" if i else "left"
+        table.add_column("\n".join(name.split()), justify=justify, vertical="bottom", overflow="fold", header_style="bold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(_text((cell, tone_of(name, cell))) for name, cell in zip(header, row, strict=True)))
     console = _console()
     wanted = console.measure(table, options=console.options.update(width=_ENDLESS)).maximum
     if wanted > console.width:
@@ -73,9 +101,22 @@ def show_list(rows: Sequence[tuple[str, str]]) -> None:
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(no_wrap=True, style="bold")
     table.add_column(overflow="fold")
-    for row in rows:
-        table.add_row(*row)
+    for name, said in rows:
+        first = said.partition(":")[0]
+        good, bad = first in _GOOD_WORDS, first.startswith(_BAD_WORDS)
+        judged = name in ("status", "certificate", "file's certificate") and (good or bad)
+        tone: Tone | None = ("good" if good else "bad") if judged else None
+        table.add_row(name, _text((first, tone), (said[len(first) :], None)))
     _show(table, _console())
+
+
+def _text(*parts: tuple[str, Tone | None]) -> Text:
+    from rich.text import Text
+
+    text = Text()
+    for words, tone in parts:
+        text.append(words, style="" if tone is None else f"color({_COLORS[tone]})")
+    return text
 
 
 def _console() -> Console:
@@ -124,26 +165,10 @@ def _folded(notes: Sequence[str]) -> list[str]:
 
 
 @contextmanager
-def loading() -> Iterator[None]:
+def loading(title: str = "loading") -> Iterator[None]:
     """Show on stderr what takes long in loading a robot while the context lasts; nothing where stderr is no terminal."""
-    if not sys.stderr.isatty():
+    with progress_bar(title):
         yield
-        return
-    from spacearm.core.long_work import on_progress
-
-    width = 0
-
-    def say(words: str) -> None:
-        nonlocal width
-        width = max(width, len(words))
-        print(f"\r{words.ljust(width)}", end="", file=sys.stderr, flush=True)
-
-    try:
-        with on_progress(say):
-            yield
-    finally:
-        if width:
-            print(f"\r{' ' * width}\r", end="", file=sys.stderr, flush=True)
 
 
 def _shortened(note: str) -> str:

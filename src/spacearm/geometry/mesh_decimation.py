@@ -50,7 +50,7 @@ def decimated(surfaces: Sequence[Surface], most: int) -> tuple[list[Surface], fl
 
     Args:
         surfaces: the surfaces.
-        most: how many triangles they may have together; a few more where they are so many that each would lose its form.
+        most: how many triangles they may have together; a few more where each would lose its form otherwise.
 
     Returns:
         The surfaces; and the edge of the cells within which corners became one [m], 0 if there are few enough as they are.

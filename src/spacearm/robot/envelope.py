@@ -191,7 +191,7 @@ def envelopes_of(
     for link, shapes in links.items():
         each: list[Enclosure] = []
         for shape in shapes:
-            work.say(f"shapes of link '{link}': {done} of {total} of the robot are done")
+            work.say(f"shapes of link '{link}': {done} of {total} of the robot are done", done=done, total=total)
             each.append(_enclosure(shape, *limits.of(link), chain))
             done += 1
         if shapes:

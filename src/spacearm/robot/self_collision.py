@@ -177,7 +177,7 @@ def find_self_pairs(robot: Robot, *, samples: int = _SAMPLES, seed: int = 0) -> 
         sampled, work = _Sampled(robot, _samples(robot, count, seed)), LongWork()
         pairs, rows = list(itertools.combinations(names, 2)), []
         for i, links in enumerate(pairs):
-            work.say(f"which links can meet: pair {i + 1} of {len(pairs)}")
+            work.say(f"which links can meet: pair {i + 1} of {len(pairs)}", done=i, total=len(pairs))
             one = sampled.look_at(*links, neighbours=links in neighbours)
             rows.append([*one.links, one.reason, one.met, one.clearance, one.depth, one.proven])
         return rows
@@ -301,7 +301,8 @@ def _overlaps(robot: Robot, names: Sequence[str], asked: list[Pair]) -> dict[Pai
         rest, many, found = _Sampled(robot, _samples(robot, 0, 0)), _Sampled(robot, _samples(robot, _SAMPLES, 0)), []
         work = LongWork()
         for i, (first, second) in enumerate(asked):
-            work.say(f"which links overlap in every configuration: pair {i + 1} of {len(asked)}")
+            what = f"which links overlap in every configuration: pair {i + 1} of {len(asked)}"
+            work.say(what, done=i, total=len(asked))
             if distances(rest.place(first), rest.place(second), enough=2 * CONTACT)[0] >= CONTACT:
                 continue
             still = not joints_between(rest.bones, rest.bodies[first], rest.bodies[second])

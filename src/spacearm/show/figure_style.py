@@ -124,6 +124,8 @@ def _takes_root() -> bool:
 def tidy(ax: Axes, *, grid: str = "both") -> None:
     """Give axes thin ticks and a light grid; also those that were made outside of the look."""
     ax.tick_params(labelsize=7, width=0.6, length=2.5, pad=2)
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.label.set_size(_LOOK["axes.labelsize"])
     ax.set_axisbelow(True)
     ax.grid(visible=True, axis=grid, color=LIGHT, linewidth=0.4)  # type: ignore[arg-type]
     for side in ("top", "right"):
@@ -216,11 +218,16 @@ def save_figure(figure: Figure, path_stem: str | os.PathLike[str], *, provenance
 
 
 def _settle(figure: Figure) -> None:
-    """Lay the figure out once, so that both files show the same layout, however often they are written."""
-    if figure.get_layout_engine() is not None:
+    """Lay the figure out once, so that both files show the same layout, however often they are written.
+
+    Only the layout is computed, and no engine is left: while there is one, and be it one that does nothing, every saving draws
+    the whole figure twice.
+    """
+    engine = figure.get_layout_engine()
+    if engine is not None:
         with look():
-            figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+            engine.execute(figure)
+            figure.set_layout_engine(None)
 
 
 def _png(figure: Figure, provenance: Mapping[str, str]) -> bytes:

@@ -56,6 +56,7 @@ _OPTIONS = (
 _MOVED = 'exec "$@" 3<&0 4>&1 </dev/null >/dev/null'
 _ANSWER = 60.0  # seconds that an answer may take
 _START = 60.0  # the first one, on a busy machine
+_LONGEST_FOLDER = 48
 _GOING = 3.0  # that the browser may take to end
 
 
@@ -95,16 +96,21 @@ def chromium_page(program: str, width: int, height: int) -> Iterator[ChromiumPag
     """
     # Chromium has no sandbox for the user root, and refuses to start with one.
     sandbox = ("--no-sandbox",) if hasattr(os, "geteuid") and os.geteuid() == 0 else ()
-    with tempfile.TemporaryDirectory(prefix="spacearm-chromium-", ignore_cleanup_errors=True) as folder:
+    root = _short_folder()
+    with (
+        tempfile.TemporaryDirectory(prefix="spacearm-chromium-", dir=root, ignore_cleanup_errors=True) as folder,
+        tempfile.TemporaryFile() as told,
+    ):
         options = (*_OPTIONS, *sandbox, f"--user-data-dir={folder}", f"--window-size={width},{height}", "about:blank")
         process = subprocess.Popen(
             ["/bin/sh", "-c", _MOVED, "sh", program, *options],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=told,
+            env={**os.environ, "TMPDIR": root},
             start_new_session=True,  # Ctrl-C is ours to handle
         )
-        page = ChromiumPage(process, program)
+        page = ChromiumPage(process, program, told)
         try:
             page.begin(width, height)
             yield page
@@ -112,11 +118,17 @@ def chromium_page(program: str, width: int, height: int) -> Iterator[ChromiumPag
             page.end()
 
 
+def _short_folder() -> str:
+    """Return a folder for temporary files with a short path: Chromium makes sockets there, with names of 108 bytes at most."""
+    folder = tempfile.gettempdir()
+    return "/tmp" if len(folder) > _LONGEST_FOLDER and os.access("/tmp", os.W_OK | os.X_OK) else folder
+
+
 class ChromiumPage:
     """A page of a browser that was started."""
 
-    def __init__(self, process: subprocess.Popen[bytes], program: str) -> None:
-        self._process, self._program = process, program
+    def __init__(self, process: subprocess.Popen[bytes], program: str, told: IO[bytes]) -> None:
+        self._process, self._program, self._stderr = process, program, told
         self._in, self._out = cast("IO[bytes]", process.stdin), cast("IO[bytes]", process.stdout)
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._out, selectors.EVENT_READ)
@@ -210,8 +222,11 @@ class ChromiumPage:
             self._told.append(details.get("exception", {}).get("description", details.get("text", "")).splitlines()[0])
 
     def _gone(self) -> OutputError:
+        self._stderr.seek(0)
+        lines = [line for line in self._stderr.read().decode(errors="replace").splitlines() if line.strip()]
+        said = f" ({' '.join(lines[0].split())})" if lines else ""
         return OutputError(
-            f"{self._program} ended by itself; try it by hand: {self._program} --headless=new --dump-dom about:blank"
+            f"{self._program} ended by itself{said}; try it by hand: {self._program} --headless=new --dump-dom about:blank"
         )
 
     def end(self) -> None:

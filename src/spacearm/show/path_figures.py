@@ -312,6 +312,7 @@ def figure_path_3d(
         own = ax is None
         if own:
             ax = new_figure(COLUMN, COLUMN, layout=None).add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
+        ax.computed_zorder = False  # the order in which things are drawn is ours
         _box(ax, low, high, view)
         _shadow(ax, drawing, scene, float(low[2]))
         behind, before = parted(scene, drawing.bases[-1], view)
@@ -326,7 +327,7 @@ def figure_path_3d(
             figure.legend(handles=handles, loc="lower center", ncols=2)
             figure.text(0.02, 0.99, title, va="top", fontsize=8)
         else:
-            ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2)
+            legend_below(ax, 2, offset=12.0, handles=handles)
             ax.set_title(title, loc="left")
         return figure
 
@@ -338,7 +339,7 @@ def _box(ax: Any, low: Array, high: Array, view: tuple[float, float]) -> None:
     step = _tick_step(float((high - low).max()))
     for name, a, b, pad in zip("xyz", low, high, (-5, -2, -4), strict=True):
         getattr(ax, f"set_{name}lim")(a, b)
-        getattr(ax, f"set_{name}label")(f"{name} [m]", labelpad=pad)
+        getattr(ax, f"set_{name}label")(f"{name} [m]", labelpad=pad, fontsize=7.5)
         axis = getattr(ax, f"{name}axis")
         axis.set_major_locator(MultipleLocator(step))
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))

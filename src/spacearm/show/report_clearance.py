@@ -169,7 +169,7 @@ class MeasuredMotion:
         return out
 
     def _parts(self, count: int, most: int = 10_000) -> list[slice]:
-        """Return parts of so many instants that fit into memory."""
+        """Return parts of a number of instants that fit into memory."""
         step = max(1, min(most, _AT_ONCE // max(self._kept.size, 1)))
         return [slice(i, i + step) for i in range(0, count, step)]
 

@@ -113,9 +113,7 @@ def _table(motions: Sequence[MeasuredSubject]) -> Data:
 def _figures(one: MeasuredSubject) -> dict[str, str]:
     subject = one.subject
     certificate = subject.certificate or {}
-    out = {"result": verdict_of(subject)["headline"], "base": subject.robot.base, "clearance asked for": mm(subject.asked)}
-    if subject.trajectory is not None:
-        out["base"] = str(subject.trajectory.base)
+    out = {"result": verdict_of(subject)["headline"], "base": subject.base, "clearance asked for": mm(subject.asked)}
     out["clearance proven"] = (
         "none" if not subject.good else "nothing in the way" if subject.proven is None else mm(subject.proven)
     )

@@ -152,10 +152,10 @@ def clearance_plot(found: PairClearances, *, asked: float, proven: float | None)
     if proven is not None and 0 < proven < math.inf:
         lines.append((proven * 1e3, f"proven: {proven * 1e3:.4g} mm"))
     floor = floor_of(np.concatenate([found.least * 1e3, [value for value, _ in lines]]))
-    more = found.pairs - len(found.names)
-    note = f"The {len(found.names)} pairs that come nearest, of {found.pairs}. " if more else ""
-    touching = bool((found.least <= 0).any())
-    note += f"What is at {floor:g} mm or less is drawn there" + (", contact too." if touching else ".")
+    notes = [f"The {len(found.names)} pairs that come nearest, of {found.pairs}."] if found.pairs > len(found.names) else []
+    if (found.least <= 0).any():
+        notes.append(f"Contact is drawn at {floor:g} mm.")
+    note = " ".join(notes)
     title = "Clearance by pair"
     return plot("clearance", title, "mm", found.t, curves, log=True, floor=floor, lines=lines, note=note)
 

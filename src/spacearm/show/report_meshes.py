@@ -120,8 +120,9 @@ def geometry_of(shape: ConvexShape, meshes: Meshes, *, owner: str, line: float) 
         return {"kind": "box", "size": shape.size.tolist(), "T": transform(shape.pose)}
     if isinstance(shape, Cylinder) and not shape.rounding:
         return {"kind": "cylinder", "radius": shape.radius, "length": shape.length, "T": transform(shape.pose)}
-    if isinstance(shape, Polytope) and len(shape.vertices) < 3:
-        return _segment(shape.vertices[0], shape.vertices[-1], max(shape.rounding, line))
+    ends = _ends(shape.vertices) if isinstance(shape, Polytope) else None
+    if isinstance(shape, Polytope) and ends is not None:
+        return _segment(*ends, max(shape.rounding, line))
     if isinstance(shape, Polytope):
         points = _fewer(shape.vertices, meshes, owner)
         if shape.rounding:
@@ -149,6 +150,15 @@ def geometries_of(obstacle: Obstacle, meshes: Meshes, *, owner: str, line: float
     else:
         made = [geometry_of(obstacle, meshes, owner=owner, line=line)]
     return [one for one in made if one is not None]
+
+
+def _ends(vertices: Array) -> tuple[Array, Array] | None:
+    """Return the ends of a hull that is a segment or a point; None for others."""
+    a = vertices[int(np.argmax(np.linalg.norm(vertices - vertices[0], axis=1)))]
+    b = vertices[int(np.argmax(np.linalg.norm(vertices - a, axis=1)))]
+    along = b - a
+    aside = np.linalg.norm(np.cross(vertices - a, along), axis=1).max()
+    return (b, a) if aside <= _THIN * max(float(along @ along), _THIN) else None
 
 
 def _segment(a: Array, b: Array, radius: float) -> dict[str, Any]:
@@ -216,7 +226,7 @@ def sphere_points(count: int) -> Array:
 def hulled(points: Array) -> tuple[Array, Triangles]:
     """Return the convex hull of points (k, 3): vertices, and triangles counter-clockwise seen from outside.
 
-    A flat hull has both sides, and one without area is a triangle without area.
+    A flat hull has both sides.
     """
     from scipy.spatial import ConvexHull, QhullError  # pyright: ignore[reportMissingTypeStubs]
 
@@ -239,7 +249,7 @@ def _flat(points: Array) -> tuple[Array, Triangles]:
     from spacearm.show.outlines import hull
 
     middle = points.mean(axis=0)
-    normal = np.linalg.svd(points - middle)[2][-1] if len(points) > 2 else np.array([0.0, 0.0, 1.0])
+    normal = np.linalg.svd(points - middle, full_matrices=False)[2][-1]
     rim = points[hull((points - middle) @ axes_along(normal)[:, :2])]
-    fan = np.array([[0, i, i + 1] for i in range(1, max(len(rim) - 1, 1))], dtype=np.int64) % max(len(rim), 1)
+    fan = np.array([[0, i, i + 1] for i in range(1, max(len(rim) - 1, 2))], dtype=np.int64) % len(rim)
     return rim, np.concatenate([fan, fan[:, ::-1]])

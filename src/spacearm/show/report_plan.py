@@ -10,8 +10,9 @@ import numpy as np
 
 from spacearm.core.errors import ProblemError, SpacearmError
 from spacearm.core.output import require_writable, write_out
+from spacearm.motion import Motion, Trajectory
 from spacearm.robot import Robot
-from spacearm.show.report_clearance import INSTANTS, MeasuredMotion
+from spacearm.show.report_clearance import INSTANTS, ClosestPairs, MeasuredMotion
 from spacearm.show.report_compare import MeasuredSubject, comparison
 from spacearm.show.report_curves import base_plots, clearance_plot, instants_of, joint_plots, sampled, tool_plots
 from spacearm.show.report_knots import knots_of, resting_knots
@@ -58,7 +59,7 @@ def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), c
         ProblemError: something that is none of these.
     """
     given = list(plans) if isinstance(plans, (list, tuple)) else [plans]
-    called = _names([one.problem.robot.name if hasattr(one, "problem") else "" for one in given], names)
+    called = _names([_robot_name(one) for one in given], names)
     subjects = [
         subject_of(one, name=name, command=command)
         for one, name, command in zip(given, called, _padded(commands, len(given)), strict=True)
@@ -104,6 +105,12 @@ def _padded(given: Sequence[str], count: int) -> list[str]:
     return [*given, *[""] * (count - len(given))][:count]
 
 
+def _robot_name(given: Any) -> str:
+    """Return the name of the robot of whatever is given; "" if it has none."""
+    robot = getattr(getattr(given, "problem", given), "robot", None)
+    return robot.name if isinstance(robot, Robot) else ""
+
+
 def _names(robots: Sequence[str], given: Sequence[str]) -> list[str]:
     """Return a name for each motion: the one given, or the robot's, with a number where several would have the same."""
     names = [one or robot for one, robot in zip(_padded(given, len(robots)), robots, strict=True)]
@@ -113,11 +120,11 @@ def _names(robots: Sequence[str], given: Sequence[str]) -> list[str]:
 
 
 def _measure(subject: Subject, parts: _Parts) -> MeasuredSubject:
-    """Compute what a page shows of a motion over time."""
+    """Compute what a page shows of a motion over time, or of the robot as it stands if there is none."""
     trajectory, notes, robot = subject.trajectory, list[str](), parts.robot(subject.robot)
     if trajectory is None:
-        q = np.zeros(subject.robot.dof) if subject.start is None else subject.start
-        return MeasuredSubject(subject, None, None, None, (), resting_knots(q, subject.base_start), robot)
+        knots, closest = _standing(subject, notes)
+        return MeasuredSubject(subject, None, None, closest, tuple(notes), knots, robot)
     knots = knots_of(trajectory, notes)
     also = _stated_closest(subject)
     at = sampled(trajectory, instants_of(trajectory, also))
@@ -134,6 +141,22 @@ def _measure(subject: Subject, parts: _Parts) -> MeasuredSubject:
     except SpacearmError as error:
         notes.append(f"clearances were not measured: {error}")
     return MeasuredSubject(subject, at, found, closest, tuple(notes), knots, robot)
+
+
+def _standing(subject: Subject, notes: list[str]) -> tuple[Data, ClosestPairs | None]:
+    """Return the only knot of a robot that stands, and its closest pair there."""
+    q = np.zeros(subject.robot.dof)
+    for given in (subject.start, subject.stands):
+        q = q if given is None else given
+    closest = None
+    try:
+        motion = MeasuredMotion(
+            subject.scene, Trajectory(subject.robot, Motion([q, q]), base="fixed", base_start=subject.base_start)
+        )
+        closest = None if motion.is_free else motion.closest(np.zeros(1))
+    except SpacearmError as error:
+        notes.append(f"clearances were not measured: {error}")
+    return resting_knots(q, subject.base_start), closest
 
 
 def _stated_closest(subject: Subject) -> list[float]:

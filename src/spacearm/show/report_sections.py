@@ -47,7 +47,7 @@ def verdict_of(subject: Subject) -> dict[str, str]:
     if not subject.good and subject.trajectory is not None and subject.status in STATUSES:
         text += " Shown is the best motion that was seen: it is not for execution."
     if subject.trajectory is None:
-        text += " There is no motion: the robot stands at the start."
+        text += f" There is no motion: the robot stands {subject.stands_at}."
     return {"tone": "good" if subject.good else "bad", "headline": headline, "text": text}
 
 
@@ -59,7 +59,7 @@ def block_of(subjects: Sequence[Subject]) -> list[list[str]]:
         rows.append(("Motions", f"{len(subjects)}: {_joined(one.name for one in subjects)}"))
     else:
         rows.append(("Status", first.status.replace("_", " ")))
-    rows.append(("Base", _joined(_base_of(one) for one in subjects)))
+    rows.append(("Base", _joined(one.base for one in subjects)))
     if len(subjects) == 1:
         rows.append(("Duration", "-" if first.trajectory is None else f"{first.trajectory.duration:.4g} s"))
         rows.append(("Clearance asked", mm(first.asked)))
@@ -86,10 +86,6 @@ def _short(digest: Any) -> str:
     return f"sha256 {str(digest)[:12]}" if digest else "-"
 
 
-def _base_of(subject: Subject) -> str:
-    return subject.robot.base if subject.trajectory is None else str(subject.trajectory.base)
-
-
 def sections_of(subject: Subject, at: Sampled | None, *, drawn: Sequence[str], closest: str) -> list[Section]:
     """Return the sections of one motion.
 
@@ -107,7 +103,8 @@ def sections_of(subject: Subject, at: Sampled | None, *, drawn: Sequence[str], c
 
 def _clearance(subject: Subject, closest: str) -> Section:
     certificate = subject.certificate or {}
-    rows: list[Row] = [("asked for", f"{mm(subject.asked)} of every pair without a value of its own")]
+    asked = mm(subject.asked) if subject.asked else "no contact"
+    rows: list[Row] = [("asked for", f"{asked} of every pair{' without a value of its own' if subject.asked_by_pair else ''}")]
     rows += [("asked for", f"{mm(pair.clearance)} of {pair.names}") for pair in subject.asked_by_pair]
     if subject.proof_holds:
         given = certificate.get("clearance_m")
@@ -119,6 +116,7 @@ def _clearance(subject: Subject, closest: str) -> Section:
         rows.append(
             ("closest", f"{mm(near['clearance_m'])}: link '{near['link']}' and {near['other']} at t = {near['time_s']:.4g} s")
         )
+    rows += [("in the way", text) for text in subject.ends]
     if closest:
         rows.append(("measured for this page", closest))
     rows += [("near at an end", _near_in_words(pair)) for pair in certificate.get("near_pairs", [])]
@@ -170,29 +168,30 @@ def _limits(subject: Subject, at: Sampled | None) -> Section | None:
     if trajectory is None or at is None:
         return None
     robot, margins = subject.robot, trajectory.margins(subject.robot)
+    sliding = [robot.is_prismatic(i) for i in range(robot.dof)]
+    alike = len(set(sliding)) == 1  # then a note has the unit
     rows: list[list[str]] = []
     for i, name in enumerate(robot.dof_names):
-        factor, unit = (1e3, "mm") if robot.is_prismatic(i) else (math.degrees(1), "deg")
+        factor, unit = (1e3, "mm") if sliding[i] else (math.degrees(1), "deg")
         low, high, margin = robot.lower[i] * factor, robot.upper[i] * factor, margins.position[i] * factor
+        after = "" if alike else f"\u00a0{unit}"
         rows.append(
             [
                 name,
-                _range(at.q[:, i].min() * factor, at.q[:, i].max() * factor, unit),
-                _range(low, high, unit) if np.isfinite([low, high]).any() else "none",
-                f"{margin:.3g}\u00a0{unit}" if np.isfinite(margin) else "-",
-                f"{np.abs(at.dq[:, i]).max() * factor:.3g}\u00a0{unit}/s",
+                f"{at.q[:, i].min() * factor:.3g}\u00a0to\u00a0{at.q[:, i].max() * factor:.3g}{after}",
+                f"{low:.3g}\u00a0to\u00a0{high:.3g}{after}" if np.isfinite([low, high]).any() else "none",
+                f"{margin:.3g}{after}" if np.isfinite(margin) else "-",
+                f"{np.abs(at.dq[:, i]).max() * factor:.3g}" + (f"{after}/s" if after else ""),
                 _share(margins.velocity[i]),
-                f"{np.abs(at.ddq[:, i]).max() * factor:.3g}\u00a0{unit}/s²",
+                f"{np.abs(at.ddq[:, i]).max() * factor:.3g}" + (f"{after}/s²" if after else ""),
                 _share(margins.acceleration[i]),
             ]
         )
-    header = ["joint", "moves in", "limits", "margin", "rate", "of limit", "acceleration", "of limit"]
-    return section("Joint limits", table=(header, rows), notes=["Margins and shares are bounds for every instant."])
-
-
-def _range(low: float, high: float, unit: str) -> str:
-    """Return a range that no line break parts."""
-    return f"{low:.3g}\u00a0to\u00a0{high:.3g}\u00a0{unit}"
+    unit = "mm" if sliding[0] else "deg"
+    header = ["joint", "moves", "limits", "margin", "rate", "share", "accel.", "share"]
+    notes = ["Margins, and shares of the limits of rate and acceleration, are bounds for every instant."]
+    notes += [f"Angles and ways in {unit}, rates in {unit}/s, accelerations in {unit}/s²."] if alike else []
+    return section("Joint limits", table=(header, rows), notes=notes)
 
 
 def _share(value: float) -> str:

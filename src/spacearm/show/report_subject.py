@@ -23,6 +23,13 @@ from spacearm.robot import Robot
 Array = NDArray[np.float64]
 
 
+_STANDS = {
+    "goal_in_collision": "in the goal configuration, which collides",
+    "goal_unreachable": "in the configuration that comes nearest to the goal",
+}
+"""Where the robot stands if there is no motion, by what is wrong with an end."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Subject:
     """A motion, or why there is none, with all that is said of it.
@@ -32,7 +39,10 @@ class Subject:
         robot, scene: what moves, and what is in the way.
         trajectory: None: there is no motion.
         base_start: T_w_b (4, 4) at the beginning [m].
+        base: "fixed" or "floating".
         start, goal: of the problem; None where it is not known.
+        stands: (n,) where the robot stands if there is no motion [rad or m]; None: at the start.
+        stands_at: that in words.
         asked: the clearance that is asked for [m], and of some pairs.
         base_limits: that were asked for.
         status: a key of `STATUSES`, or the certificate's.
@@ -41,6 +51,7 @@ class Subject:
         certificate: as plain values; None: there is none.
         from_file: whether the certificate is what a file says, and not proven here.
         seed, settings, fitness, goals, history, evaluations, proofs, searched: of the search, as far as they are known.
+        ends: what is wrong with the start or the goal, a phrase each.
         notes: (what they are about, a sentence).
         command: that makes it again; "" where it is not known.
     """
@@ -50,6 +61,9 @@ class Subject:
     scene: Scene
     trajectory: AnyTrajectory | None
     base_start: Array
+    base: str
+    stands: Array | None = None
+    stands_at: str = "at the start"
     start: Array | None = None
     goal: Goal | None = None
     asked: float = 0.0
@@ -127,6 +141,9 @@ def _of_plan(plan: Plan, name: str, command: str) -> Subject:
         evaluations=plan.evaluations,
         proofs=plan.proofs,
         interrupted=plan.interrupted,
+        stands=plan.ends.q,
+        stands_at=_STANDS.get(plan.ends.status, "at the start"),
+        ends=tuple(one.message for one in (*plan.ends.contacts, *plan.ends.beyond)),
         achievable=plan.achievable,
         missed=() if plan.base is None else plan.base.missed,
         notes=_notes(problem, plan.trajectory),
@@ -237,6 +254,7 @@ def _of_certificate(certificate: Certificate, name: str, command: str) -> Subjec
         scene=certificate.scene,
         trajectory=trajectory,
         base_start=certificate.base_setup.start,
+        base=certificate.base,
         asked=certificate.required,
         asked_by_pair=certificate.required_by_pair,
         status=certificate.status,
@@ -253,6 +271,7 @@ def _of_problem(problem: Problem) -> dict[str, Any]:
         "robot": problem.robot,
         "scene": problem.scene,
         "base_start": problem.base_start,
+        "base": str(problem.base),
         "start": problem.start,
         "goal": problem.goal,
         "asked": problem.clearance,

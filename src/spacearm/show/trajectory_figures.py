@@ -127,7 +127,7 @@ def figure_joints(result: Any, ax: Any = None, *, title: str | None = None) -> F
     robot = trajectory.robot
     with look():
         if ax is None:
-            grid = new_figure(PAGE, 0.75 + 0.82 * robot.dof).subplots(robot.dof, 3, sharex=True, squeeze=False)
+            grid = _grid_of_joints(robot.dof)
         else:
             grid = axes_given(ax, (robot.dof, 3), what="this figure: positions, rates and accelerations of each joint")
         t = np.linspace(0.0, trajectory.duration, 401)
@@ -140,19 +140,33 @@ def figure_joints(result: Any, ax: Any = None, *, title: str | None = None) -> F
                 cell.plot(t, values[:, dof] * scale, color=BLUE, linewidth=1.3)
                 _limits(cell, low[dof] * scale, high[dof] * scale, unit)
                 cell.set_xlim(0.0, trajectory.duration or 1.0)
-                letters = ("q", r"\dot q", r"\ddot q")[column]
-                cell.set_ylabel(f"${letters}_{{{dof + 1}}}$ [{unit}{per}]", labelpad=3)
+                cell.set_ylabel(f"[{unit}{per}]", labelpad=3)
             grid[dof, 0].set_title(robot.dof_names[dof], loc="left", fontsize=7.5, pad=2)
+        for top, what in zip(grid[0], ("position", "rate", "acceleration"), strict=True):
+            top.set_title(what, loc="right", fontsize=7.5, pad=2, color=GREY)
         for cell in grid[-1]:
             cell.set_xlabel("time [s]")
         handles = _handles(infeasible=False)
         if ax is not None:
             return _finished(grid.ravel().tolist(), title, handles)
         figure = figure_of(grid[0, 0])
-        figure.align_ylabels(grid)
-        _suptitle(figure, title)
-        _legend(figure, handles, free=False)
+        if title:
+            figure.text(0.01, 1 - 0.04 / figure.get_figheight(), title, va="top", fontsize=8)
+        figure.legend(handles=handles, loc="lower center", ncols=len(handles))
         return figure
+
+
+def _grid_of_joints(joints: int) -> Any:
+    """Return axes (joints, 3) in a new figure. Their places are given: to find them takes longer than the rest."""
+    above, row, gap, below = 0.32, 0.6, 0.24, 0.6  # [inch]
+    left, between, right = 0.56, 0.6, 0.06
+    height = above + row * joints + gap * (joints - 1) + below
+    figure = new_figure(PAGE, height, layout=None)
+    places = {"left": left / PAGE, "right": 1 - right / PAGE, "top": 1 - above / height, "bottom": below / height}
+    width = (PAGE - left - right - 2 * between) / 3
+    return figure.subplots(
+        joints, 3, sharex=True, squeeze=False, gridspec_kw={**places, "wspace": between / width, "hspace": gap / row}
+    )
 
 
 def _print_unit(robot: Robot, dof: int) -> tuple[float, str]:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.version import version
 from spacearm.planner import Plan, PlannerSettings, Problem, plan
+from spacearm.show.report_knots import knots_of
 from spacearm.show.report_page import plot, section, series
 from spacearm.show.report_plan import report_of_plans
 from spacearm.show.report_views import flat_view, take_views
@@ -23,7 +24,7 @@ from spacearm.study.motionbenchmaker_runs import LIMIT, Benchmark
 from spacearm.study.motionbenchmaker_runs import Run as MbmRun
 from spacearm.study.spacebench import SpaceProblem
 from spacearm.study.spacebench_runs import Run as SpaceRun
-from spacearm.study.spacebench_runs import SpaceBench
+from spacearm.study.spacebench_runs import SpaceBench, for_a_fixed_base, on_a_free_base
 from spacearm.study.study_tables import Table
 
 Data = dict[str, Any]
@@ -37,6 +38,7 @@ FIRST, SLOWEST, UNSOLVED = "the first of its family", "it took longest in its fa
 MOST_PLANS = 6
 """That a page shows in space."""
 
+_RAW = "as measured here"  # ends the title of a table whose times are not the reference core's
 _POINTS = 240  # of a curve over time
 _REFERENCE = "[ms of the reference core]"
 
@@ -289,7 +291,20 @@ def space_page(
         settings = PlannerSettings(time_budget=limit / run.scale, stop_at_first=True, threads=1)
         made = _planned(item.problem, settings, run.seed)
         _add_view(page, made, run.name, choice.why, _again(made, run.length), _let_go(run))
+        _add_ghost(page["views"][-1], item, settings, run)
     return page
+
+
+def _add_ghost(view: Data, item: SpaceProblem, settings: PlannerSettings, run: SpaceRun) -> None:
+    """Add the motion planned for a fixed base to a view, pale, on the base that is free to move."""
+    fixed = _planned(for_a_fixed_base(item.problem), settings, run.seed)
+    if not fixed.found or fixed.trajectory is None:
+        return
+    knots = knots_of(on_a_free_base(item.problem, fixed.trajectory), [])
+    solid = view["actors"][0] | {"name": "planned for a floating base"}
+    ghost = solid | {"name": "planned for a fixed base, let go", "knots": knots, "tone": 1, "ghost": True}
+    view["actors"] = [solid, ghost]
+    view["clock"]["duration"] = max(view["clock"]["duration"], float(fixed.trajectory.duration))
 
 
 def _space_took(run: SpaceRun, limit: float) -> float | None:
@@ -301,14 +316,14 @@ def _let_go(run: SpaceRun) -> str:
         return ""
     deep = "" if run.deepest is None else f", {1e3 * run.deepest:.0f} mm deep"
     missed = "" if run.missed_by is None else f"; its tip misses the goal by {1e3 * run.missed_by:.0f} mm"
-    return f"a motion planned for a fixed base, let go here: {run.let_go}{deep}{missed}"
+    return f"the pale arm: a motion planned and proven for a fixed base, let go; it {run.let_go}{deep}{missed}"
 
 
 def _space_block(bench: SpaceBench) -> list[list[str]]:
     problems = len({run.name for run in bench.runs})
     return [
-        ["benchmark", f"{problems} problems in {len(bench.families)} families, {bench.protocol.seeds} run(s) of each"],
-        ["published problems", f"{len(bench.published)} runs"],
+        ["benchmark", f"{problems} problems in {len(bench.families)} families"],
+        ["runs", f"{len(bench.runs)}, and {len(bench.published)} of published problems"],
         ["solved", f"with a certified motion within {bench.protocol.limit:g} s of the reference core"],
         ["made with", f"spacearm {version()}"],
     ]
@@ -331,15 +346,13 @@ def _sections(tables: Sequence[Table], notes: Sequence[str]) -> list[Data]:
 
 
 def table_section(table: Table, *, opened: bool) -> Data:
-    """Return a table as a part of a page; a long title is cut at its first comma or semicolon, and told below in full."""
-    first = min((table.title.find(mark) for mark in ",;:" if mark in table.title), default=len(table.title))
-    name = table.title[:first].strip()
-    return section(
-        name[:1].upper() + name[1:],
-        table=(table.header, table.rows),
-        notes=[table.title] if name != table.title else [],
-        opened=opened,
-    )
+    """Return a table as a part of a page: the beginning of its title above it, all of it below if there is more."""
+    ends = [table.title.find(mark) for mark in (",", ";", ": ") if mark in table.title]
+    name = table.title[: min(ends, default=len(table.title))].strip()
+    if table.title.endswith(_RAW):
+        name, opened = f"{name}, {_RAW}", False
+    notes = [table.title] if name != table.title else []
+    return section(name, table=(table.header, table.rows), notes=notes, opened=opened)
 
 
 def _planned(problem: Problem, settings: PlannerSettings, seed: int) -> Plan:

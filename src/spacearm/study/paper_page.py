@@ -54,6 +54,7 @@ Progress = Callable[[int, int, str], Any]
 
 _POINTS = 80_000  # particles in all views together: about 0.7 MB
 _POINTS_A_VIEW = 12_000
+_MOST_CELLS = 12  # methods, modes and radii that have views of their own
 _DRAWN_RADIUS = 0.015  # of the links in the swarms' views [m]
 _MOST_RUNS = 100  # of a method whose curves are drawn
 
@@ -67,7 +68,7 @@ def paper_page(experiment: Experiment, tables: list[Table], notes: list[str], *,
         notes: what stands below them.
         progress: called with the views done, those in all, and what is being made.
     """
-    settings, meshes, total = experiment.settings, Meshes(), len(experiment.cells)
+    settings, meshes, cells = experiment.settings, Meshes(), experiment.cells[:_MOST_CELLS]
     page: Data = {
         "title": "Obstacle avoidance by particle swarms",
         "block": _title_block(settings),
@@ -76,13 +77,13 @@ def paper_page(experiment: Experiment, tables: list[Table], notes: list[str], *,
         "views": [_overview(experiment, tables, notes)],
         "open": 1,
     }
-    for i, cell in enumerate(experiment.cells):
+    for i, cell in enumerate(cells):
         if progress:
-            progress(i, total, cell.method)
-        page["views"].append(_swarm_view(experiment, cell, meshes, points=min(_POINTS_A_VIEW, _POINTS // total)))
+            progress(i, len(cells), cell.method)
+        page["views"].append(_swarm_view(experiment, cell, meshes, points=min(_POINTS_A_VIEW, _POINTS // len(cells))))
         page["views"] += _path_views(experiment, cell, page)
     if progress:
-        progress(total, total, "done")
+        progress(len(cells), len(cells), "done")
     return page | {"sections": [section("Make it again", code=command_of(settings), notes=_AGAIN)]}
 
 
@@ -100,7 +101,7 @@ def _overview(experiment: Experiment, tables: list[Table], notes: list[str]) -> 
         "plain",
         f"{len(experiment.settings.methods)} methods, {sum(len(cell.runs) for cell in experiment.cells)} runs",
         f"In {_where(experiment, first)}, {best.method} has the least mean, F = {best.summary.mean:.4f}. Each method has a "
-        "view of its swarm in space, and one of the planned, proven path to its best configuration.",
+        "view of its swarm in space, and one of the planned, proven path to its best configuration." + _left_out(experiment),
     )
     sections = [
         *_table_sections(tables, notes),
@@ -121,6 +122,15 @@ _AGAIN = (
 
 
 # ---- views -------------------------------------------------------------------------------------------------------------
+
+
+def _left_out(experiment: Experiment) -> str:
+    count = len(experiment.cells)
+    if count <= _MOST_CELLS:
+        return ""
+    return (
+        f" To keep this page small, {_MOST_CELLS} of the {count} have them, the first ones; report.json has the paths of all."
+    )
 
 
 def _swarm_view(experiment: Experiment, cell: MethodRuns, meshes: Meshes, *, points: int) -> Data:
@@ -160,9 +170,9 @@ def _swarm_view(experiment: Experiment, cell: MethodRuns, meshes: Meshes, *, poi
 
 
 def _path_views(experiment: Experiment, cell: MethodRuns, page: Data) -> list[Data]:
-    """Return the view of a cell's planned path; none where there is no motion."""
+    """Return the view of a cell's planned path, or of why there is none; no view where there was nothing to plan to."""
     path = cell.path
-    if path is None or path.trajectory is None:
+    if path is None:
         return []
     values = path.values
     found = Plan(

@@ -129,7 +129,7 @@ def measure(item: SpaceProblem, seed: int, protocol: SpaceProtocol, speed: CoreS
     begun = time.perf_counter()
     found = plan(_unseen(item.problem), settings, rng=seed)
     seconds = time.perf_counter() - begun
-    fixed = plan(_for_a_fixed_base(item.problem), settings, rng=seed)
+    fixed = plan(for_a_fixed_base(item.problem), settings, rng=seed)
     if found.interrupted or fixed.interrupted:
         raise KeyboardInterrupt
     let_go: Outcome = "no motion"
@@ -174,7 +174,7 @@ def released(problem: Problem, trajectory: Trajectory) -> tuple[Outcome, float |
     Returns:
         What becomes of it, how deep it collides [m], and by how much its tip misses the goal [m].
     """
-    free = replace(trajectory, base="floating", base_start=problem.base_start, momentum=problem.momentum)
+    free = on_a_free_base(problem, trajectory)
     certificate, report = certify(problem, free), report_base(problem, free)
     closest = certificate.closest
     if closest is not None and closest.clearance <= 0:
@@ -186,7 +186,12 @@ def released(problem: Problem, trajectory: Trajectory) -> tuple[Outcome, float |
     return ("disturbs the base" if report.missed else "holds"), None, report.goal_distance
 
 
-def _for_a_fixed_base(problem: Problem) -> Problem:
+def on_a_free_base(problem: Problem, trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory of a fixed base on the base of a problem, which is free to move."""
+    return replace(trajectory, base="floating", base_start=problem.base_start, momentum=problem.momentum)
+
+
+def for_a_fixed_base(problem: Problem) -> Problem:
     """Return the same problem with the base fixed, and nothing required of it."""
     return replace(problem, base="fixed", base_goal=None, base_limits=None)  # type: ignore[arg-type]
 
