@@ -6,10 +6,10 @@ from spacearm.view.nearest import Tone
 
 Color = tuple[int, int, int]
 
-GOOD: Color = (0, 121, 90)
-NEAR: Color = (196, 138, 0)
-BAD: Color = (194, 74, 0)
-PLAIN: Color = (77, 87, 97)
+GOOD: Color = (0, 145, 105)  # these can be read on white and on black
+NEAR: Color = (184, 125, 0)
+BAD: Color = (205, 88, 0)
+PLAIN: Color = (110, 120, 131)
 TONES: dict[Tone, Color] = {"good": GOOD, "near": NEAR, "bad": BAD, "plain": PLAIN}
 
 LINKS: tuple[Color, Color] = (205, 212, 219), (104, 118, 135)
@@ -21,8 +21,10 @@ BASE_PATH: Color = (148, 103, 44)
 CANDIDATE: Color = (140, 178, 205)
 BEST_CANDIDATE: Color = (0, 114, 178)
 BRAND: Color = (0, 114, 178)
-SKY: Color = (244, 246, 248)
-DARK_SKY: Color = (23, 27, 32)
+GRID: tuple[Color, Color] = (222, 226, 231), (196, 203, 211)
+"""Cells and every fifth line."""
+
+DARK_GRID: tuple[Color, Color] = (52, 57, 63), (78, 85, 93)
 
 
 def css(color: Color) -> str:

@@ -13,7 +13,7 @@ from spacearm.motion import Motion
 from spacearm.planner.goals import PoseGoal, PositionGoal
 from spacearm.robot.kinematics import forward_kinematics
 from spacearm.view.arm_nodes import ArmNodes, place, size_of
-from spacearm.view.colors import BASE_PATH, BEST_CANDIDATE, CANDIDATE, PATH, TONES, Color
+from spacearm.view.colors import BASE_PATH, BEST_CANDIDATE, CANDIDATE, DARK_GRID, GRID, PATH, TONES, Color
 from spacearm.view.edited_problem import EditedProblem
 from spacearm.view.nearest import Nearest
 from spacearm.view.obstacle_nodes import ObstacleNodes, extent_of
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 _SAMPLES = 40  # of a candidate's path
 _MOST_CANDIDATES = 8  # drawn at once
 _VIEW = float(np.radians(38.0))  # of the camera, from top to bottom
-_AWAY = 0.72  # times the distance from which a ball around robot and obstacles is just seen
+_AWAY = 0.82  # times the distance from which a ball around robot and obstacles is just seen
 
 
 @dataclass(slots=True)
@@ -76,7 +76,7 @@ class SceneView:
         size = float(np.ceil(2.5 * self.extent / cell) * cell)
         around = np.round(self.middle / cell) * cell * [1, 1, 0]
         self._grid = scene.add_grid("/grid", size, size, cell_size=cell, section_size=5 * cell, position=around)
-        self._grid.cell_color, self._grid.section_color = (222, 226, 231), (196, 203, 211)
+        self.darken(False)
         self._origin = scene.add_frame(
             "/origin", axes_length=0.12 * self.extent, axes_radius=0.002 * self.extent, origin_radius=0.003 * self.extent
         )
@@ -93,6 +93,10 @@ class SceneView:
         self._label = scene.add_label("/nearest/label", "", anchor="bottom-center", visible=False)
         self.handles = {name: self._handle(name, edited) for name in ("goal", "tip", "obstacle")}
         self.update_goal(edited)
+
+    def darken(self, dark: bool) -> None:
+        """Draw the grid for a dark background, or a light one."""
+        self._grid.cell_color, self._grid.section_color = DARK_GRID if dark else GRID
 
     def _set_camera(self) -> None:
         camera = self._server.initial_camera

@@ -174,6 +174,7 @@ class ViewerApp:
     def _show(self, name: str, on: bool) -> None:
         if name == "dark":
             self._theme(dark=on)
+            self.scene.darken(on)
             return
         setattr(self.scene.shown, name, on)
         self.scene.apply_shown()
