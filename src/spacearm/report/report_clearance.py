@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.errors import ProblemError
 from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.proof.base_proofs import base_setup_of, begun_base_proof
@@ -116,10 +117,18 @@ class MeasuredMotion:
         return not self._kept.any()
 
     def over(self, t: Array) -> PairClearances:
-        """Measure at instants (m,) [s]."""
+        """Measure at instants (m,) [s].
+
+        Raises:
+            ProblemError: numbers so large that no clearance can be measured.
+        """
         by_pair = self._nearest_pairs(np.linspace(t[0], t[-1], _COARSE))
         order = np.argsort(by_pair, axis=None, kind="stable")[:MOST_PAIRS]
         nearest = [divmod(int(i), by_pair.shape[1]) for i in order if np.isfinite(by_pair.flat[i])]
+        if not nearest:
+            raise ProblemError(
+                "no pair of bodies has a clearance that can be measured, expected one; check the scene's numbers"
+            )
         link, other = (np.array(part, dtype=np.intp) for part in zip(*nearest, strict=True))
         only = np.full(self._kept.shape, -np.inf)
         only[link, other] = np.inf

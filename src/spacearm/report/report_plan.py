@@ -137,7 +137,7 @@ def _measure(subject: Subject, parts: _Parts) -> MeasuredSubject:
     try:
         motion = MeasuredMotion(subject.scene, trajectory)
         if motion.is_free:
-            notes.append("nothing is in the way: there are no clearances to show")
+            notes.append("nothing is in the way: there are no clearances to show (links that cannot meet are left out)")
         else:
             found = motion.over(at.t)
             even = range(0, len(at.t), max(1, len(at.t) // INSTANTS))
