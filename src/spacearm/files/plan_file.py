@@ -106,12 +106,20 @@ def proof_as_dict(certificate: Certificate) -> dict[str, Any] | None:
     return None if certificate.proof is None else certificate.proof.as_dict()
 
 
+def _is_row_of_numbers(value: list[Any]) -> bool:
+    """Whether all are finite numbers, told quickly: a long row of them is; others may be."""
+    try:
+        return bool(value) and isinstance(value[0], (int, float)) and math.isfinite(sum(value))
+    except (TypeError, OverflowError):
+        return False
+
+
 def _without_infinite(value: Any) -> Any:
     """Return plain values with null for what JSON has no number for."""
     if isinstance(value, dict):
         return {key: _without_infinite(entry) for key, entry in value.items()}
     if isinstance(value, list):
-        return [_without_infinite(entry) for entry in value]
+        return value if _is_row_of_numbers(value) else [_without_infinite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -20,9 +20,9 @@ from spacearm.core.extras import require_extra
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
 from spacearm.core.version import version
+from spacearm.report.report_page import write_report
+from spacearm.report.report_views import verdict
 from spacearm.show.figure_style import BLACK, BLUE, CYCLE, GREY, PAGE, SKY, VERMILION, look, new_figure, tidy
-from spacearm.show.report_page import write_report
-from spacearm.show.report_views import verdict
 from spacearm.study.bench_pages import Progress, mbm_page
 from spacearm.study.motionbenchmaker import Item
 from spacearm.study.motionbenchmaker_runs import LIMIT, Benchmark, Run

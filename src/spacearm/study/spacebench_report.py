@@ -16,9 +16,9 @@ from spacearm.core.extras import require_extra
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
 from spacearm.core.version import version
+from spacearm.report.report_page import write_report
+from spacearm.report.report_views import verdict
 from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PAGE, PURPLE, VERMILION, look, new_figure, tidy
-from spacearm.show.report_page import write_report
-from spacearm.show.report_views import verdict
 from spacearm.study.bench_pages import Progress, space_page
 from spacearm.study.reference_core import REFERENCE, load_note, machine, machine_note, speed_note
 from spacearm.study.spacebench import PUBLISHED_ROTATION, SpaceProblem

@@ -20,7 +20,7 @@ from spacearm.proof.convex_bodies import WORLD
 from spacearm.proof.measured import coal_bodies, frames_at, least_clearances
 from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.required_clearance import RequiredClearance
-from spacearm.show.report_page import packed
+from spacearm.report.report_page import packed
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -28,8 +28,8 @@ Indices = NDArray[np.int64]
 MOST_PAIRS = 7
 """Pairs that have a curve of their own: those that come nearest."""
 
-INSTANTS = 181
-"""At which the closest pair's points are computed, evenly spread."""
+INSTANTS = 170
+"""At which the closest pair's points are computed, at least; evenly spread."""
 
 _COARSE = 65  # instants at which it is found out which pairs come nearest
 _AT_ONCE = 3_000_000  # clearances of all pairs and instants of one measurement
@@ -128,10 +128,16 @@ class MeasuredMotion:
         names = tuple(self._called(*pair) for pair in nearest)
         return PairClearances(t=t, names=names, values=values, least=least, pairs=int(self._kept.sum()))
 
-    def closest(self, t: Array) -> ClosestPairs:
-        """Measure the closest pair at instants (m,) [s]: which it is natively, its distance and points by Coal."""
+    def closest(self, t: Array, at_most: Array | None = None) -> ClosestPairs:
+        """Measure the closest pair at instants: which it is natively, its distance and points by Coal.
+
+        Args:
+            t: (m,) the instants [s].
+            at_most: (m,) what it is known to have at most there [m], which makes this quicker; None: nothing is known.
+        """
         u = self._parameter(t)
-        least, first, other = self._least_of_all(t, self.over(t).values.min(axis=1))
+        known = self.over(t).values.min(axis=1) if at_most is None else at_most
+        least, first, other = self._least_of_all(t, known)
         frames, of_coal, bodies = frames_at(self._claim, u), coal_bodies(self._claim), self._claim.bodies
         names: dict[str, int] = {}
         distance, points, pair = least.copy(), np.zeros((len(t), 2, 3)), np.zeros(len(t), dtype=np.int64)
