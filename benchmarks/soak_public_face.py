@@ -236,6 +236,7 @@ def calls(folder: Path) -> list[Call]:
         Call("pareto_front", sa.pareto_front, (floating, quick), {"points": 2, "rng": 0}),
         Call("save_plan", fresh(sa.save_plan), (plan, folder)),
         Call("save_report", fresh(sa.save_report), (plan, folder)),
+        Call("save_glb", fresh(sa.save_glb), (plan, folder)),
         Call("load_plan", sa.load_plan, (folder / "plan.json", problem)),
         Call("load_saved_plan", sa.load_saved_plan, (folder / "plan.json",)),
         Call("load_problem", sa.load_problem, (folder / "problem.yaml",)),

@@ -84,6 +84,8 @@ def signature(
 
 def escape(app: Sphinx, kind: str, name: str, of: object, options: object, lines: list[str]) -> None:
     """Escape what reStructuredText would take for markup, outside of code."""
+    if kind in ("property", "attribute"):
+        lines.insert(0, "")  # or napoleon takes what is before a colon for its type
     lines[:] = [re.sub(r"(`[^`]*`)|\|", lambda found: found[1] or r"\|", line) for line in lines]
 
 

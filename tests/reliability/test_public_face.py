@@ -40,7 +40,8 @@ def test_the_good_calls_are_good_and_of_every_public_function(soak: Any, tmp_pat
     called = {call.name.partition(".")[0] for call in soak.calls(tmp_path)}
     results = {"BaseReport", "Certificate", "Diagnosis", "Finding", "KernelInfo", "LinkEnvelope", "ParetoFront", "Plan"}
     results |= {"Robustness", "SavedPlan", "SelfPairs", "SpacearmError", "SwarmResult"}
-    assert set(sa.__all__) - called == results | {"builtin_robots", "kernel_info"}
+    browsers = {"save_video"}  # takes seconds; tests/show/test_video.py gives it wrong input
+    assert set(sa.__all__) - called == results | browsers | {"builtin_robots", "kernel_info"}
     refused = {"Swarm.load", "load_moveit"}  # for want of a good file
     for call in soak.calls(tmp_path):
         if call.name not in refused:

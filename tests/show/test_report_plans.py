@@ -349,3 +349,11 @@ def test_plans_of_the_same_name_are_numbered(plan: sa.Plan) -> None:
         "zhang2022 (1)",
         "zhang2022 (2)",
     ]
+
+
+def test_of_many_plans_the_first_ones_have_views_of_their_own(plan: sa.Plan) -> None:
+    page = report_of_plans([plan] * 14)
+    assert len(page["views"]) == 13
+    assert len(page["views"][0]["actors"]) == 14
+    assert "the first 12 of 14 motions have a view of their own" in page["sections"][0]["notes"]
+    assert len(page_html(page)) < 5e6

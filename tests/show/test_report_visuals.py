@@ -142,6 +142,15 @@ def test_without_visuals_nothing_is_drawn(tmp_path: Path) -> None:
     assert robot_data(robot, meshes)["visuals"] == []
 
 
+def test_visuals_without_an_envelope_need_no_rods(tmp_path: Path) -> None:
+    robot = replace(arm(tmp_path, visual('<sphere radius="0.1"/>')), shapes=(), collision="none")
+    parts, meshes = drawn(robot)
+    data = robot_data(robot, meshes, parts)
+    assert (len(data["visuals"]), data["shapes"], meshes.notes) == (2, [], [])
+    bare = robot_data(replace(robot, visuals=()), meshes)
+    assert "rod" in bare["shapes"][0]["name"]
+
+
 def test_a_mesh_that_was_moved_is_found_beside_the_file(tmp_path: Path) -> None:
     robot = arm(tmp_path, visual('<mesh filename="box.stl"/>'))
     away = replace(robot, visuals=tuple(replace(one, file="/gone/box.stl" if one.file else "") for one in robot.visuals))

@@ -45,6 +45,8 @@ def test_a_film_has_as_many_frames_as_it_takes() -> None:
     assert film.frames == 301 + 18  # the last picture stays for a moment
     assert film_of(PAGE, Path("a.GIF"), None, None, None).size == (800, 450)
     assert film_of(PAGE, Path("a.mp4"), 10, (640, 360), 2.0).frames == 51 + 6
+    assert film_of(PAGE, Path("a.mp4"), None, (641, 361), None).size == (642, 362)
+    assert film_of(PAGE, Path("a.gif"), None, (641, 361), None).size == (641, 361)
 
 
 def test_a_long_motion_runs_faster_unless_asked_otherwise() -> None:

@@ -136,7 +136,9 @@ export class ScenePane {
   private said(): void {
     const now = this.stage?.closest;
     this.near.hidden = !now;
-    const text = now ? `closest: ${now.name}: ${millimetres(now.distance)}` : "";
+    const actors = this.view?.actors ?? [];
+    const whose = actors.length > 1 ? ` of ${actors[0].name}` : "";
+    const text = now ? `closest${whose}: ${now.name}: ${millimetres(now.distance)}` : "";
     if (text !== this.nearText) this.near.textContent = this.nearText = text;
   }
 }

@@ -19,9 +19,9 @@ def robot_in_short(robot: Robot) -> tuple[str, Rows]:
     rows.append(("frames", f"{counted(len(robot.frames), 'frame')}, the end effector is {named(robot.tip)}"))
     if robot.configurations:
         rows.append(("named", listed([one.name for one in robot.configurations])))
-    if robot.notes:
+    for note in robot.notes[:1]:
         more = f" (and {len(robot.notes) - 1} more: robot.notes)" if len(robot.notes) > 1 else ""
-        rows.append(("notes", f"{robot.notes[0]}{more}"))
+        rows.append(("notes", f"{note}{more}"))
     return f"Robot {named(robot.name)}: {counted(robot.dof, 'joint')}, {robot.base} base", rows
 
 

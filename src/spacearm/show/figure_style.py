@@ -125,7 +125,7 @@ def tidy(ax: Axes, *, grid: str = "both") -> None:
     """Give axes thin ticks and a light grid; also those that were made outside of the look."""
     ax.tick_params(labelsize=7, width=0.6, length=2.5, pad=2)
     for axis in (ax.xaxis, ax.yaxis):
-        axis.label.set_size(_LOOK["axes.labelsize"])
+        axis.label.set_fontsize(_LOOK["axes.labelsize"])
     ax.set_axisbelow(True)
     ax.grid(visible=True, axis=grid, color=LIGHT, linewidth=0.4)  # type: ignore[arg-type]
     for side in ("top", "right"):

@@ -8,6 +8,7 @@ the whole scene, whose z axis does, is below a node that turns it, "z up".
 from __future__ import annotations
 
 import os
+import re
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,12 @@ _SEVERAL = 24  # colours of a mesh, each with a material; more become colours of
 _PATH_POINTS = 400
 _PLANE = 4.0  # times the scene's size: the square that a half-space is drawn by
 _LINKS = ("#e9ecef", "#b3bcc6")
-_BASE, _TOOL, _OBSTACLE, _MARK = "#cfc8ba", "#5b6875", "#8c99a8", "#d9dee4"
+_BASE, _PANEL, _TOOL, _PAYLOAD, _OBSTACLE, _MARK = "#cfc8ba", "#3d5a80", "#5b6875", "#e0a526", "#8c99a8", "#d9dee4"
+_BY_NAME = (  # as the page has it
+    (re.compile("panel|solar|array|wing|sail", re.IGNORECASE), _PANEL),
+    (re.compile("tool|gripper|hand|finger|effector|probe|grapple|camera|jaw", re.IGNORECASE), _TOOL),
+    (re.compile("payload|grasped|cargo|held", re.IGNORECASE), _PAYLOAD),
+)
 _TONES = ("#0072b2", "#d55e00", "#009e73", "#b4578f", "#c48a00", "#3a9bd8", "#4d5761", "#8a6d3b")
 _GHOST = 0.3  # opacity
 
@@ -117,7 +123,7 @@ class _Scene:
             links.setdefault((part["joint"], part["name"]), []).append(part)
         names = list(dict.fromkeys(name for joint, name in links if joint >= 0))
         for (joint, name), own in links.items():
-            plain = _BASE if joint < 0 else _LINKS[names.index(name) % 2]
+            plain = _plain_color(own[0], names)
             if len(own) == 1:
                 color = tone or own[0].get("color") or plain
                 self.add_shape(name, own[0]["geometry"], color, parent=nodes[joint + 1], opacity=opacity, paint=tone is None)
@@ -285,6 +291,14 @@ def _along(a: Array, b: Array) -> tuple[Array, float]:
         x /= np.linalg.norm(x)
         T[:3, :3] = np.column_stack([x, np.cross(z, x), z])
     return T, length
+
+
+def _plain_color(part: Data, links: list[str]) -> str:
+    """Return the colour of a link whose file states none, as the page has it."""
+    found = next((color for pattern, color in _BY_NAME if pattern.search(part["name"])), None)
+    if found is not None or part.get("held"):
+        return found or _PAYLOAD
+    return _BASE if part["joint"] < 0 else _LINKS[links.index(part["name"]) % 2]
 
 
 def _rgb(color: str) -> Array:

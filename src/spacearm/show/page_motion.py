@@ -57,7 +57,7 @@ class PageMotion:
         """Return the base's frame T_w_b (k, 4, 4) at instants (k,) [m]."""
         T = np.tile(self._at, (len(t), 1, 1))
         if self._base is not None:
-            T[:, :3, 3] = _between(self.times, *self._base[:2], t)
+            T[:, :3, 3] = _between(self.times, self._base[0], self._base[1], t)
             T[:, :3, :3] = matrix_of(self.base_quaternions(t))
         return T
 
@@ -65,7 +65,7 @@ class PageMotion:
         """Return how the base is turned at instants (k,), (k, 4) wxyz; the sign does not jump."""
         if self._base is None:
             return np.tile(quaternion_of(self._at[:3, :3]), (len(t), 1))
-        turned = _between(self.times, *self._base[2:], t)
+        turned = _between(self.times, self._base[2], self._base[3], t)
         return turned / np.linalg.norm(turned, axis=1, keepdims=True)
 
     def joint_frames(self, t: Array) -> Array:

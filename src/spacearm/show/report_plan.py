@@ -25,6 +25,9 @@ from spacearm.show.report_visuals import visual_parts
 
 Data = dict[str, Any]
 
+MOST_VIEWS = 12
+"""Motions of a report that have a view of their own; further ones are shown beside the others only."""
+
 
 class _Parts(NamedTuple):
     """What several motions of a page share: robots and meshes, each once."""
@@ -69,7 +72,9 @@ def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), c
     parts = _Parts(Meshes(), [], {})
     parts.meshes.expect(sum(pieces_of(one.robot, one.scene) for one in subjects))
     measured = [_measure(subject, parts) for subject in subjects]
-    views = [_view(one, parts) for one in measured]
+    views = [_view(one, parts) for one in measured[:MOST_VIEWS]]
+    if len(measured) > MOST_VIEWS:
+        parts.meshes.notes.append(f"the first {MOST_VIEWS} of {len(measured)} motions have a view of their own")
     if len(measured) > 1:
         first = views[0]
         views.insert(0, comparison(measured, obstacles=first["obstacles"], targets=first["targets"]))
@@ -195,4 +200,5 @@ def _closest_in_words(one: MeasuredSubject) -> str:
         return ""
     i = int(np.argmin(found.distance))
     pair = found.names[int(found.pair[i])]
-    return f"{mm(float(found.distance[i]))} at t = {found.t[i]:.4g} s, {pair}; looked at {len(found.t)} instants"
+    distance = mm(float(found.distance[i]))
+    return f"{distance}, {pair}" + (f", at t = {found.t[i]:.4g} s, of {len(found.t)} instants" if len(found.t) > 1 else "")

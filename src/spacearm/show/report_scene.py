@@ -39,7 +39,7 @@ def robot_data(robot: Robot, meshes: Meshes, visuals: Sequence[Data] = ()) -> Da
     tip, line = robot.frame(robot.tip), _LINE * reach_of(robot)
     held = _beyond_the_tip(robot)
     shapes = [_part(part, meshes, line) | ({"held": True} if part.name in held else {}) for part in robot.shapes]
-    if not any(_is_thick(part) for part in robot.shapes):
+    if not visuals and not any(_is_thick(part) for part in robot.shapes):
         meshes.notes.append(
             f"robot '{robot.name}' has no envelope with a thickness: it is drawn by thin rods between its joints"
         )

@@ -62,7 +62,7 @@ def block_of(subjects: Sequence[Subject]) -> list[list[str]]:
     rows.append(("Base", _joined(one.base for one in subjects)))
     if len(subjects) == 1:
         rows.append(("Duration", "-" if first.trajectory is None else f"{first.trajectory.duration:.4g} s"))
-        rows.append(("Clearance asked", mm(first.asked)))
+        rows.append(("Clearance asked", mm(first.asked) if first.asked else "no contact"))
         rows.append(
             (
                 "Clearance proven",
@@ -103,8 +103,8 @@ def sections_of(subject: Subject, at: Sampled | None, *, drawn: Sequence[str], c
 
 def _clearance(subject: Subject, closest: str) -> Section:
     certificate = subject.certificate or {}
-    asked = mm(subject.asked) if subject.asked else "no contact"
-    rows: list[Row] = [("asked for", f"{asked} of every pair{' without a value of its own' if subject.asked_by_pair else ''}")]
+    pairs = "every pair without a value of its own" if subject.asked_by_pair else "every pair"
+    rows: list[Row] = [("asked for", f"{mm(subject.asked)} of {pairs}" if subject.asked else f"no contact of {pairs}")]
     rows += [("asked for", f"{mm(pair.clearance)} of {pair.names}") for pair in subject.asked_by_pair]
     if subject.proof_holds:
         given = certificate.get("clearance_m")

@@ -34,7 +34,7 @@ def visual_parts(robot: Robot, meshes: Meshes, most: int = TRIANGLES) -> list[di
 
     Args:
         robot: with its visuals.
-        meshes: of the report; it gets those that are drawn, and notes: what is missing, how many triangles of how many are drawn.
+        meshes: of the report; it gets those that are drawn, and notes: what is missing, how many triangles are drawn.
         most: triangles of the robot's meshes together.
     """
     drawn = _Drawn()

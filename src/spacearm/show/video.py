@@ -36,7 +36,6 @@ _MOST_FRAMES = 100_000
 _HOLD = 0.6  # [s] the last picture stays so long
 _READY = 120.0  # [s] until the page is drawn
 _ENCODERS = (("libx264", ("-crf", "18", "-preset", "medium")), ("libopenh264", ("-b:v", "8M")), ("mpeg4", ("-q:v", "3")))
-_EVEN = "pad=ceil(iw/2)*2:ceil(ih/2)*2"  # yuv420p has colours for 2 x 2 pixels
 _PALETTE = "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=sierra2_4a"
 
 _STAGE = """(() => {
@@ -45,7 +44,7 @@ _STAGE = """(() => {
   style.textContent = `html, body { overflow: hidden !important; background: none; }
     .spacearm-filmed { position: fixed !important; inset: 0 !important; width: 100vw !important; height: 100vh !important;
       min-height: 0 !important; max-height: none !important; z-index: 2147483646 !important; margin: 0 !important; }
-    .spacearm-time { position: fixed; right: 14px; top: 10px; z-index: 2147483647; text-align: right; color: inherit;
+    .spacearm-time { position: fixed; right: 14px; top: 28px; z-index: 2147483647; text-align: right; color: inherit;
       font: 600 15px system-ui, sans-serif; font-variant-numeric: tabular-nums; }
     .spacearm-time small { display: block; font-weight: 400; font-size: 12px; opacity: 0.75; }`;
   const time = document.createElement("div");
@@ -103,7 +102,7 @@ def save_video(
         plans: a Plan, a SavedPlan or a Certificate, or several of them.
         path: of the file, a new one that ends with .mp4 or .gif.
         fps: frames a second; by default 30, of a .gif 20.
-        size: (width, height) [pixels]; by default 1280 x 720, of a .gif 800 x 450.
+        size: (width, height) [pixels]; by default 1280 x 720, of a .gif 800 x 450. Odd ones of an .mp4 get a pixel more.
         speed: of the motion; by default 1, the true one, but more for motions that take more than a minute.
         overwrite: replace a file that is there.
         progress: called with the frames done and those in all.
@@ -125,9 +124,9 @@ def require_tools(path: str | os.PathLike[str], *, overwrite: bool = False) -> t
     Raises:
         OutputError: one of them is missing, or the file exists already or has another ending.
     """
+    require_writable(path, overwrite=overwrite)
     if Path(path).suffix.lower() not in ENDINGS:
         raise OutputError(f"{path} is to be a video, expected a name that ends with {' or '.join(ENDINGS)}")
-    require_writable(path, overwrite=overwrite)
     ffmpeg = shutil.which("ffmpeg")
     if ffmpeg is None:
         raise OutputError("a video needs ffmpeg, which is not there; install it, as in: apt install ffmpeg")
@@ -145,6 +144,8 @@ def film_of(page: Data, path: Path, fps: float | None, size: tuple[int, int] | N
     width, height = _SIZES[ending] if size is None else size
     for name, value in (("width", width), ("height", height)):
         _within(f"the {name} of size", value, _SMALLEST, _LARGEST, "pixels")
+    if ending == ".mp4":  # whose colours are those of 2 x 2 pixels
+        width, height = (math.ceil(value / 2) * 2 for value in (width, height))
     speed = max(1.0, duration / LONGEST) if speed is None else _within("speed", speed, 1e-4, 1e6, "times as fast")
     frames = math.ceil(duration / speed * fps) + 1 + round(_HOLD * fps)
     if frames > _MOST_FRAMES:
@@ -278,5 +279,5 @@ def _encoding(ffmpeg: str, path: Path) -> list[str]:
     known = set(listed.stdout.split())
     for name, options in _ENCODERS:
         if name in known:
-            return ["-vf", _EVEN, "-c:v", name, *options, "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
+            return ["-c:v", name, *options, "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
     raise OutputError(f"{ffmpeg} knows none of {', '.join(name for name, _ in _ENCODERS)}, expected one for .mp4; write a .gif")
