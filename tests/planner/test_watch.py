@@ -13,7 +13,7 @@ from spacearm.files import load_problem_file
 from spacearm.planner.plan_result import SearchState
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-TRUSS = load_problem_file(EXAMPLES / "truss.yaml")
+TRUSS = load_problem_file(EXAMPLES / "03_truss.yaml")
 
 
 @pytest.mark.parametrize(("islands", "threads"), [(1, 1), (3, 2)])

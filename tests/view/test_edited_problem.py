@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import spacearm as sa
@@ -256,6 +256,7 @@ plain = st.recursive(
 )
 
 
+@example({"a": {"False": None, "NULL": 1, "~": 2, "1": 3, "": 4}})
 @given(st.dictionaries(st.text("abcdef", min_size=1, max_size=5), plain, max_size=4))
 def test_what_is_written_on_one_line_is_read_back(values: dict[str, object]) -> None:
     whole = {"spacearm": 1, **values}

@@ -12,9 +12,9 @@ BAD: Color = (205, 88, 0)
 PLAIN: Color = (110, 120, 131)
 TONES: dict[Tone, Color] = {"good": GOOD, "near": NEAR, "bad": BAD, "plain": PLAIN}
 
-LINKS: tuple[Color, Color] = (205, 212, 219), (104, 118, 135)
+LINKS: tuple[Color, Color] = (214, 218, 222), (138, 146, 154)
 BASE: Color = (200, 192, 176)
-OBSTACLE: Color = (132, 146, 162)
+OBSTACLE: Color = (112, 134, 164)
 CHOSEN: Color = (86, 160, 211)
 PATH: Color = (0, 114, 178)
 BASE_PATH: Color = (148, 103, 44)

@@ -107,8 +107,8 @@ class ControlPanel:
         self.cancel = gui.add_button("Cancel", color="gray", disabled=True, hint="End with the best motion so far")
         _clicked(self.cancel, actions.cancel)
         self.job = gui.add_html("")
-        self.clearance = self._number("Clearance [mm]", edited.problem.clearance * 1e3, least=0.0, step=0.5)
-        self._on(self.clearance, lambda: actions.clearance(float(self.clearance.value) * 1e-3))
+        self.clearance = self._number("Clearance [mm]", _millimetres(edited.problem.clearance), least=0.0, step=0.5)
+        self._on(self.clearance, lambda: actions.clearance(float(self.clearance.value) / 1000))
         self.evaluations = self._number("Evaluations", edited.settings.evaluations or 0, least=0, step=1000)
         self.evaluations.hint = "Motions that the search looks at; 0: no limit beside the time, or the usual 20,000"
         self.seconds = self._number("Time [s]", edited.settings.time_budget or 0.0, least=0.0, step=0.5)
@@ -119,8 +119,8 @@ class ControlPanel:
         self._on(self.seed, lambda: actions.seed(int(self.seed.value)))
         self.player = gui.add_folder("Motion", visible=self._session.motion is not None)
         with self.player:
-            duration = 1.0 if self._session.motion is None else max(self._session.motion.duration, 1e-3)
-            self.time = gui.add_slider("Time [s]", min=0.0, max=duration, step=duration / 1000, initial_value=0.0)
+            end, step = _clock(1.0 if self._session.motion is None else self._session.motion.duration)
+            self.time = gui.add_slider("Time [s]", min=0.0, max=end, step=step, initial_value=0.0)
             self._on(self.time, lambda: actions.seek(float(self.time.value)))
             self.play = gui.add_button("Play")
             _clicked(self.play, actions.play)
@@ -144,8 +144,9 @@ class ControlPanel:
 
     def put_time(self, t: float, duration: float) -> None:
         """Show a time of the motion [s]."""
-        if self.time.max != max(duration, 1e-3):
-            self.time.max, self.time.step = max(duration, 1e-3), max(duration, 1e-3) / 1000
+        end, step = _clock(duration)
+        if self.time.max != end:
+            self.time.max, self.time.step = end, step
         _put(self.time, float(np.clip(t, 0.0, self.time.max)))
 
     # ---- Start --------------------------------------------------------------------------------------------------------
@@ -309,7 +310,7 @@ class ControlPanel:
         """Show the values of the problem as it is now."""
         edited = self._session.edited
         problem, settings = edited.problem, edited.settings
-        _put(self.clearance, problem.clearance * 1e3)
+        _put(self.clearance, _millimetres(problem.clearance))
         _put(self.evaluations, settings.evaluations or 0)
         _put(self.seconds, settings.time_budget or 0.0)
         self.start.put(problem.start)
@@ -335,6 +336,16 @@ def _clicked(button: Any, action: Callable[[], object]) -> None:
     @button.on_click
     def _(_: Any) -> None:
         action()
+
+
+def _millimetres(length: float) -> float:
+    return round(length * 1e3, 9)
+
+
+def _clock(duration: float) -> tuple[float, float]:
+    """Return the end of the time's slider, and its step [s]: round numbers."""
+    step = float(10.0 ** np.floor(np.log10(max(duration, 1e-3) / 500)))
+    return float(np.round(np.ceil(max(duration, 1e-3) / step) * step, 9)), step
 
 
 def _put(field: Any, value: Any) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 import webbrowser
 from collections.abc import Callable
@@ -60,7 +62,9 @@ class Viewer:
 
 
 def opened(viewer: Viewer) -> bool:
-    """Open the page in a browser, where there is one, and return whether that was done."""
+    """Open the page in a browser, where there is a display, and return whether that was done."""
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        return False  # else a browser of text would take the terminal
     with suppress(Exception):
         return webbrowser.open(viewer.url)
     return False

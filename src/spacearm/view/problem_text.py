@@ -81,9 +81,9 @@ def dumped(value: dict[str, Any]) -> str:
     lines: list[str] = []
     for key, entry in value.items():
         if isinstance(entry, list) and entry and all(isinstance(one, dict) for one in entry):
-            lines += [f"{key}:", *(f"  - {flow(one)}" for one in entry)]
+            lines += [f"{_key(key)}:", *(f"  - {flow(one)}" for one in entry)]
         else:
-            lines.append(f"{key}: {flow(entry)}")
+            lines.append(f"{_key(key)}: {flow(entry)}")
     return "\n".join(lines) + "\n"
 
 
@@ -109,7 +109,7 @@ def _quoted(text: str) -> str:
 
 
 def _key(key: Any) -> str:
-    return key if isinstance(key, str) and key.isidentifier() and key not in ("true", "false", "null") else flow(key)
+    return key if isinstance(key, str) and key.isidentifier() and key.lower() not in ("true", "false", "null") else flow(key)
 
 
 def _node_at(root: Any, place: Place) -> Any:

@@ -72,11 +72,7 @@ class SceneView:
         scene.set_up_direction("+z")
         scene.world_axes.visible = False
         self._set_camera()
-        cell = 10.0 ** np.floor(np.log10(self.extent / 2))
-        size = float(np.ceil(2.5 * self.extent / cell) * cell)
-        around = np.round(self.middle / cell) * cell * [1, 1, 0]
-        self._grid = scene.add_grid("/grid", size, size, cell_size=cell, section_size=5 * cell, position=around)
-        self.darken(False)
+        self._grid = self._grid_on(dark=False)
         self._origin = scene.add_frame(
             "/origin", axes_length=0.12 * self.extent, axes_radius=0.002 * self.extent, origin_radius=0.003 * self.extent
         )
@@ -96,7 +92,24 @@ class SceneView:
 
     def darken(self, dark: bool) -> None:
         """Draw the grid for a dark background, or a light one."""
-        self._grid.cell_color, self._grid.section_color = DARK_GRID if dark else GRID
+        self._grid.remove()
+        self._grid = self._grid_on(dark=dark)
+        self._grid.visible = self.shown.grid
+
+    def _grid_on(self, *, dark: bool) -> Any:
+        cells, sections = DARK_GRID if dark else GRID
+        cell = float(10.0 ** np.floor(np.log10(self.extent / 2)))
+        size = float(np.ceil(2.5 * self.extent / cell) * cell)
+        return self._server.scene.add_grid(
+            "/grid",
+            size,
+            size,
+            cell_size=cell,
+            section_size=5 * cell,
+            position=np.round(self.middle / cell) * cell * [1, 1, 0],
+            cell_color=cells,
+            section_color=sections,
+        )
 
     def _set_camera(self) -> None:
         camera = self._server.initial_camera

@@ -361,6 +361,7 @@ class ViewerApp:
     def _failed(self, error: Exception) -> None:
         """Tell all browsers what went wrong; what is an error of ours goes to the terminal too."""
         ours = not isinstance(error, SpacearmError)
+        self._playing = False
         if ours:
             traceback.print_exception(error, file=sys.stderr)
         text = "an error of spacearm itself; the terminal has it: please report it" if ours else str(error)
