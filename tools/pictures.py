@@ -1,6 +1,6 @@
 """Make the pictures of the README from real reports: python tools/pictures.py (needs Chromium, ffmpeg and the test extra).
 
-They go into docs/figures: report.png and report_swarm.png are windows of the pages, report.gif is the picture of a plan, played.
+They go into docs/figures: report.png and report_swarm.png are windows of pages, report.gif is a plan's picture, played.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ def spacearm(*words: object) -> None:
 def window(page: Path, out: Path, *, dark: bool, at: float) -> None:
     """Save a window of a report."""
     from playwright.sync_api import sync_playwright
+
     from support.browser import ARGUMENTS, chromium
 
     with sync_playwright() as playwright:

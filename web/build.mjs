@@ -1,4 +1,4 @@
-// Bundles the page into src/spacearm/show/page (or the folder that is given): report.js, report.css, LICENCES.txt.
+// Bundles the page into src/spacearm/report/page (or the folder that is given): report.js, report.css, LICENCES.txt.
 //
 //   npm ci --ignore-scripts && npm run build
 //
@@ -9,7 +9,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const here = dirname(fileURLToPath(import.meta.url));
-const out = process.argv[2] ?? join(here, "..", "src", "spacearm", "show", "page");
+const out = process.argv[2] ?? join(here, "..", "src", "spacearm", "report", "page");
 mkdirSync(out, { recursive: true });
 
 await build({

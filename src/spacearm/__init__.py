@@ -14,10 +14,10 @@ _find_moved_modules()  # little else is loaded here: the sooner the command line
 def _html_of(value: object) -> str:
     import importlib
 
-    return importlib.import_module("spacearm.show.notebook_html").html_of(value)
+    return importlib.import_module("spacearm.report.notebook_html").html_of(value)
 
 
-_show_by(_html_of)  # here, for `show` is above the rooms whose values notebooks show
+_show_by(_html_of)  # here, for `report` is above the rooms whose values notebooks show
 
 
 def __getattr__(name: str) -> object:

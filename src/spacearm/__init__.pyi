@@ -66,6 +66,9 @@ from spacearm.proof import PairClearance as PairClearance
 from spacearm.proof import Robustness as Robustness
 from spacearm.proof import certify as certify
 from spacearm.proof import robustness as robustness
+from spacearm.report.gltf_export import save_glb as save_glb
+from spacearm.report.report_plan import save_report as save_report
+from spacearm.report.video import save_video as save_video
 from spacearm.robot import Body as Body
 from spacearm.robot import Frame as Frame
 from spacearm.robot import Joint as Joint
@@ -80,9 +83,6 @@ from spacearm.robot import envelope_report as envelope_report
 from spacearm.robot import find_self_pairs as find_self_pairs
 from spacearm.robot import forward_kinematics as forward_kinematics
 from spacearm.robot import load_robot as load_robot
-from spacearm.show.gltf_export import save_glb as save_glb
-from spacearm.show.report_plan import save_report as save_report
-from spacearm.show.video import save_video as save_video
 from spacearm.swarm import IPSO as IPSO
 from spacearm.swarm import PSO as PSO
 from spacearm.swarm import FeasibleFirst as FeasibleFirst

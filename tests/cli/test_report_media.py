@@ -54,7 +54,7 @@ def test_page_and_scene_at_once(plan_file: Path, tmp_path: Path, told: Told) -> 
 def test_what_cannot_be_written_is_refused(
     words: str, said: str, plan_file: Path, tmp_path: Path, refused: Refused, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("spacearm.show.video.find_chromium", lambda: "chromium")
+    monkeypatch.setattr("spacearm.report.video.find_chromium", lambda: "chromium")
     monkeypatch.setattr("shutil.which", lambda name: name)
     refused((said,), "report", str(plan_file), *words.replace("<new>", str(tmp_path / "new")).split())
     assert list(tmp_path.iterdir()) == []

@@ -18,6 +18,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("view",),
     ("study",),
     ("files",),
+    ("report",),
     ("show",),
     ("planner",),
     ("proof",),

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from spacearm.core.errors import OutputError
-from spacearm.show.headless_chromium import find_chromium
+from spacearm.report.headless_chromium import find_chromium
 
 ARGUMENTS = (
     "--no-sandbox",

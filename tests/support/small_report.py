@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from spacearm.show.report_page import packed, plot, quantised, section, series, transform
+from spacearm.report.report_page import packed, plot, quantised, section, series, transform
 
 T = np.linspace(0.0, 10.0, 101)
 CLEARANCE = np.where(T < 5, 20.0 - 4 * T, 0.02 + 10 * (T - 5) ** 2)  # [mm]: below the floor at 5 s

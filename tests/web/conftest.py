@@ -36,7 +36,7 @@ def visit(browser: Any) -> Iterator[Callable[..., Visit]]:
 @pytest.fixture(scope="session")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A page written by hand."""
-    from spacearm.show.report_page import write_report
+    from spacearm.report.report_page import write_report
 
     path = tmp_path_factory.mktemp("small") / "report.html"
     write_report(small_report(), path)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 WEB = Path(__file__).parents[2] / "web"
-COMMITTED = Path(__file__).parents[2] / "src" / "spacearm" / "show" / "page"
+COMMITTED = Path(__file__).parents[2] / "src" / "spacearm" / "report" / "page"
 PARTS = ("report.js", "report.css", "LICENCES.txt")
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import spacearm as sa
 from spacearm.files.problem_file import load_problem_file
-from spacearm.show.report_plan import save_report
+from spacearm.report.report_plan import save_report
 from support.browser import Visit
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spacearm.show.report_page import packed, quantised, write_report
+from spacearm.report.report_page import packed, quantised, write_report
 from support.browser import Visit
 from support.small_report import placed, small_report
 

@@ -1,4 +1,4 @@
-/** What a report shows. Python writes it (src/spacearm/show/report_data.py), gzipped JSON in base64; the page reads it.
+/** What a report shows. Python writes it (src/spacearm/report/report_data.py), gzipped JSON in base64; the page reads it.
  *
  * Units are SI and radians unless a field says otherwise; transforms are 12 numbers, a 3 x 4 matrix row by row, from the
  * frame that is named last to the one that is named first. Packed arrays are base64 of little-endian numbers. */

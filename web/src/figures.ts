@@ -159,7 +159,7 @@ function ordered<T extends THREE.Object3D>(object: T, order: number): T {
 
 const PANEL = /panel|solar|array|wing|sail/i;
 const PAYLOAD = /payload|grasped|cargo|held/i;
-const TOOL = /tool|gripper|hand|finger|effector|probe|grapple|camera|jaw/i;
+const TOOL = /tool|gripper|hand|finger|effector|grapple|camera|jaw/i;
 
 /** A calm colour for a link: light and grey in turn along the chain; base, panels, tool and payload have their own. */
 function linkColor(part: Part, names: string[], colors: SceneColors): THREE.Color {

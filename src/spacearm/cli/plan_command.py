@@ -178,8 +178,8 @@ def _save_pictures(found: Plan, folder: Path, options: Options) -> list[str]:
     written: list[str] = []
     if not options.no_report:
         with unbroken():
-            from spacearm.show.report_page import write_report
-            from spacearm.show.report_plan import report_of_plans
+            from spacearm.report.report_page import write_report
+            from spacearm.report.report_plan import report_of_plans
 
         with progress_bar("report") as bar:
             bar(0, 0, "clearances, curves and scene")

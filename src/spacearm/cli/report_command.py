@@ -59,7 +59,7 @@ def run(arguments: Sequence[str]) -> int:
     size = _required(options)
     with unbroken():
         from spacearm.files import load_saved_plan
-        from spacearm.show.report_plan import report_of_plans
+        from spacearm.report.report_plan import report_of_plans
     with progress_bar("report") as bar:
         saved = []
         for i, path in enumerate(paths):
@@ -89,7 +89,7 @@ def _required(options: Options) -> tuple[int, int] | None:
             raise OutputError(f"--glb is {options.glb}, expected a name that ends with .glb")
         require_new(options.glb, advice="choose another name with --glb")
     if options.video is not None:
-        from spacearm.show.video import require_tools
+        from spacearm.report.video import require_tools
 
         require_new(options.video, advice="choose another name with --video")
         require_tools(options.video)
@@ -111,18 +111,18 @@ def _write(options: Options, page: dict[str, Any], size: tuple[int, int] | None,
     """Write what is asked for; return each file with what can be done with it."""
     written: list[tuple[Path, str]] = []
     if options.output is not None:
-        from spacearm.show.report_page import write_report
+        from spacearm.report.report_page import write_report
 
         write_report(page, options.output)
         written.append((options.output, "; open it in a browser"))
     if options.glb is not None:
         from spacearm.core.output import write_new
-        from spacearm.show.gltf_export import glb_of_page
+        from spacearm.report.gltf_export import glb_of_page
 
         write_new(options.glb, glb_of_page(page))
         written.append((options.glb, "; open it in Blender, or another program that reads glTF"))
     if options.video is not None:
-        from spacearm.show.video import record
+        from spacearm.report.video import record
 
         def frames(done: int, total: int) -> None:
             bar(done, total, f"frame {done} of {total}")

@@ -190,6 +190,8 @@ class BaseMotion(Brief):
         return product(T_w_b, T_b_x)
 
     def _within(self, u: Array) -> Array:
+        if np.isnan(u).any():
+            raise ProblemError("an instant is nan, expected numbers; leave it out")
         return np.clip(u, self._begin, self._end)
 
     def _moved(self, u: Array) -> tuple[Array, Array]:

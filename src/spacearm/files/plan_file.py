@@ -22,6 +22,7 @@ import json
 import math
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, NoReturn
 
@@ -106,12 +107,19 @@ def proof_as_dict(certificate: Certificate) -> dict[str, Any] | None:
     return None if certificate.proof is None else certificate.proof.as_dict()
 
 
+def _is_row_of_numbers(value: list[Any]) -> bool:
+    """Whether all are finite numbers, told quickly: a long row of them is; others may be."""
+    with suppress(TypeError, OverflowError):
+        return bool(value) and isinstance(value[0], (int, float)) and math.isfinite(sum(value))
+    return False
+
+
 def _without_infinite(value: Any) -> Any:
     """Return plain values with null for what JSON has no number for."""
     if isinstance(value, dict):
         return {key: _without_infinite(entry) for key, entry in value.items()}
     if isinstance(value, list):
-        return [_without_infinite(entry) for entry in value]
+        return value if _is_row_of_numbers(value) else [_without_infinite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -292,8 +300,7 @@ class SavedPlan(Brief, InNotebooks):
         certificate: the file's, as plain values; None if it has none.
         proof: the file's; None if it has none.
         is_old: whether the file states no clearance, which is taken as 0: it was written before there was one.
-        search: what the file says of the search, as plain values that nobody has checked: `seed`, `settings`, `fitness`,
-            `evaluations` and the like.
+        search: what the file says of the search, as plain values that nobody has checked: `seed`, `settings` and the like.
     """
 
     problem: Problem
@@ -395,10 +402,9 @@ def _plan_values(given: object, path: str | os.PathLike[str]) -> _PlanValues:
     if not isinstance(given, dict) or KEY not in given:
         raise FileFormatError(f"{path} has no '{KEY}: {VERSION}', expected {_WHAT}; it is something else")
     require_version(given[KEY], VERSION, path, key=KEY)
-    known = {key.name for key in fields(_PlanValues)}
-    search = {key: given[key] for key in _OF_SEARCH if key in given}
+    known = {key.name for key in fields(_PlanValues)} & given.keys()
     with located(path):
-        values = {**{key: given[key] for key in known & given.keys()}, "search": search}
+        values = {key: given[key] for key in known} | {"search": {key: given[key] for key in _OF_SEARCH if key in given}}
         saved = record_from_dict(_PlanValues, values, "", FileFormatError)
         if not isinstance(saved.problem.get("hash"), str):
             raise FileFormatError(f"problem.hash is {shown(saved.problem.get('hash'))}, expected text; plan again")

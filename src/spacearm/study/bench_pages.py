@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.version import version
 from spacearm.planner import Plan, PlannerSettings, Problem, plan
-from spacearm.show.report_knots import knots_of
-from spacearm.show.report_page import plot, section, series
-from spacearm.show.report_plan import report_of_plans
-from spacearm.show.report_views import flat_view, take_views
+from spacearm.report.report_knots import knots_of
+from spacearm.report.report_page import plot, section, series
+from spacearm.report.report_plan import report_of_plans
+from spacearm.report.report_views import flat_view, take_views
 from spacearm.study.motionbenchmaker import Item, read_item
 from spacearm.study.motionbenchmaker_runs import LIMIT, Benchmark
 from spacearm.study.motionbenchmaker_runs import Run as MbmRun

@@ -20,9 +20,10 @@ from spacearm.core.extras import require_extra
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
 from spacearm.core.version import version
-from spacearm.show.figure_style import BLACK, BLUE, CYCLE, GREY, PAGE, SKY, VERMILION, look, new_figure, tidy
-from spacearm.show.report_page import write_report
-from spacearm.show.report_views import verdict
+from spacearm.report.report_page import write_report
+from spacearm.report.report_views import verdict
+from spacearm.show.figure_style import BLACK, BLUE, CYCLE, GREY, PAGE, SKY, VERMILION, figure_of, look, new_figure, tidy
+from spacearm.show.motion_shown import axes_given
 from spacearm.study.bench_pages import Progress, mbm_page
 from spacearm.study.motionbenchmaker import Item
 from spacearm.study.motionbenchmaker_runs import LIMIT, Benchmark, Run
@@ -331,14 +332,22 @@ def _target_table(benchmark: Benchmark) -> Table:
 # ---- the figure ------------------------------------------------------------------------------------------------------
 
 
-def figure_benchmark(benchmark: Benchmark) -> Figure:
-    """Draw the mean length over the time of search, and the distribution of the time to the first motion, by family."""
+def figure_benchmark(benchmark: Benchmark, ax: Any = None) -> Figure:
+    """Draw the mean length over the time of search, and the distribution of the time to the first motion, by family.
+
+    Args:
+        benchmark: what was measured.
+        ax: 2 axes to draw in, as `figure.subplots(1, 2)` makes them; a new figure unless given.
+
+    Raises:
+        SettingsError: another number of axes, or matplotlib is not installed.
+    """
     with look():
-        figure = new_figure(PAGE, 2.8)
-        left, right = figure.subplots(1, 2)
+        cells = new_figure(PAGE, 2.8).subplots(1, 2) if ax is None else axes_given(ax, (1, 2), what="this figure")
+        left, right = np.ravel(cells)
         _draw_lengths(left, benchmark)
         _draw_firsts(right, benchmark)
-        return figure
+        return figure_of(left)
 
 
 def _draw_lengths(ax: Axes, benchmark: Benchmark) -> None:

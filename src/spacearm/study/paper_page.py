@@ -17,11 +17,11 @@ from spacearm.core.records import as_dict
 from spacearm.core.version import version
 from spacearm.planner import Plan, PlannerSettings
 from spacearm.planner.explanations import EndReport
-from spacearm.show.report_meshes import Meshes
-from spacearm.show.report_page import section, transform
-from spacearm.show.report_plan import report_of_plans
-from spacearm.show.report_scene import obstacles_data, robot_data
-from spacearm.show.report_swarm import (
+from spacearm.report.report_meshes import Meshes
+from spacearm.report.report_page import section, transform
+from spacearm.report.report_plan import report_of_plans
+from spacearm.report.report_scene import obstacles_data, robot_data
+from spacearm.report.report_swarm import (
     arm_over_iterations,
     convergence_plot,
     joints_plot,
@@ -31,7 +31,7 @@ from spacearm.show.report_swarm import (
     swarm_cloud,
     violation_plot,
 )
-from spacearm.show.report_views import flat_view, take_views, verdict
+from spacearm.report.report_views import flat_view, take_views, verdict
 from spacearm.study.paper_experiment import Experiment, MethodRuns
 from spacearm.study.paper_problem import (
     GOAL_POSITION,

@@ -24,6 +24,7 @@ from spacearm.core.native import kernel_info
 from spacearm.core.output import make_new_folder, write_new
 from spacearm.core.records import as_dict
 from spacearm.core.version import version
+from spacearm.report.report_page import write_report
 from spacearm.show import (
     ComparedMethod,
     figure_clearance,
@@ -35,7 +36,6 @@ from spacearm.show import (
     figure_path_3d,
     save_figure,
 )
-from spacearm.show.report_page import write_report
 from spacearm.study.paper_experiment import Experiment, MethodRuns
 from spacearm.study.paper_page import paper_page
 from spacearm.study.paper_problem import (

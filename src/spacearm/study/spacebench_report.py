@@ -16,9 +16,24 @@ from spacearm.core.extras import require_extra
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import write_new
 from spacearm.core.version import version
-from spacearm.show.figure_style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PAGE, PURPLE, VERMILION, look, new_figure, tidy
-from spacearm.show.report_page import write_report
-from spacearm.show.report_views import verdict
+from spacearm.report.report_page import write_report
+from spacearm.report.report_views import verdict
+from spacearm.show.figure_style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    PAGE,
+    PURPLE,
+    VERMILION,
+    figure_of,
+    look,
+    new_figure,
+    tidy,
+)
+from spacearm.show.motion_shown import axes_given
 from spacearm.study.bench_pages import Progress, space_page
 from spacearm.study.reference_core import REFERENCE, load_note, machine, machine_note, speed_note
 from spacearm.study.spacebench import PUBLISHED_ROTATION, SpaceProblem
@@ -226,14 +241,22 @@ def _target_table(bench: SpaceBench) -> Table:
 _COLORS = dict(zip(OUTCOMES, (VERMILION, PURPLE, ORANGE, LIGHT, GREEN), strict=True))
 
 
-def figure_spacebench(bench: SpaceBench) -> Figure:
-    """Draw the fate of the motions planned for a fixed base, by family, and the greatest angles of the base."""
+def figure_spacebench(bench: SpaceBench, ax: Any = None) -> Figure:
+    """Draw the fate of the motions planned for a fixed base, by family, and the greatest angles of the base.
+
+    Args:
+        bench: what was measured.
+        ax: 2 axes to draw in, as `figure.subplots(1, 2)` makes them; a new figure unless given.
+
+    Raises:
+        SettingsError: another number of axes, or matplotlib is not installed.
+    """
     with look():
-        figure = new_figure(PAGE, 2.8)
-        left, right = figure.subplots(1, 2)
+        cells = new_figure(PAGE, 2.8).subplots(1, 2) if ax is None else axes_given(ax, (1, 2), what="this figure")
+        left, right = np.ravel(cells)
         _draw_let_go(left, bench)
         _draw_peaks(right, bench)
-        return figure
+        return figure_of(left)
 
 
 def _draw_let_go(ax: Axes, bench: SpaceBench) -> None:

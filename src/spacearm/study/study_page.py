@@ -20,9 +20,9 @@ from spacearm.core.output import require_writable, write_out
 from spacearm.core.version import version
 from spacearm.files.plan_file import KEY as PLAN_KEY
 from spacearm.files.plan_file import saved_plan_from_dict
-from spacearm.show.report_page import page_html, plot, section, series
-from spacearm.show.report_plan import report_of_plans
-from spacearm.show.report_views import flat_view, take_views, verdict
+from spacearm.report.report_page import page_html, plot, section, series
+from spacearm.report.report_plan import report_of_plans
+from spacearm.report.report_views import flat_view, take_views, verdict
 from spacearm.study.study_tables import Table
 
 Data = dict[str, Any]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.geometry import Box, Capsule, Cylinder, Sphere
+from spacearm.report.report_meshes import Meshes
+from spacearm.report.report_visuals import visual_parts
 from spacearm.robot import Robot
-from spacearm.show.report_meshes import Meshes
-from spacearm.show.report_visuals import visual_parts
 from spacearm.view.colors import BASE, LINKS, Color
 from spacearm.view.shape_meshes import Triangles, triangles_of
 

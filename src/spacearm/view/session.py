@@ -279,8 +279,8 @@ class Session:
         Raises:
             OutputError: there is no motion, a name that is none, or a file that is there.
         """
-        from spacearm.show.report_page import page_html
-        from spacearm.show.report_plan import report_of_plans
+        from spacearm.report.report_page import page_html
+        from spacearm.report.report_plan import report_of_plans
 
         motion = self._motion
         plan = motion.edited.source.plan if motion is not None and motion.plan is None else self._plan_shown()

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from spacearm.geometry import Polytope, PolytopeSet, Scene, Sphere, SphereSet, bounding_points
 from spacearm.motion import AnyTrajectory
 from spacearm.planner.goals import Goal, PoseGoal, PositionGoal
+from spacearm.report.report_meshes import Meshes, geometries_of, geometry_of
+from spacearm.report.report_page import transform
 from spacearm.robot import Robot, forward_kinematics
 from spacearm.robot.link_shapes import LinkShape, as_capsule
-from spacearm.show.report_meshes import Meshes, geometries_of, geometry_of
-from spacearm.show.report_page import transform
 
 Array = NDArray[np.float64]
 Data = dict[str, Any]

@@ -19,10 +19,10 @@ from spacearm.geometry import Scene, Sphere
 from spacearm.motion import Motion, Trajectory
 from spacearm.planner import Problem
 from spacearm.proof import certify
-from spacearm.show import video
-from spacearm.show.headless_chromium import chromium_page, find_chromium
-from spacearm.show.report_plan import report_of_plans
-from spacearm.show.video import Film, film_of, record, require_tools, save_video
+from spacearm.report import video
+from spacearm.report.headless_chromium import chromium_page, find_chromium
+from spacearm.report.report_plan import report_of_plans
+from spacearm.report.video import Film, film_of, record, require_tools, save_video
 from support.small_robots import slider
 
 PAGE: dict[str, Any] = {"views": [{"name": "one", "clock": {"unit": "s", "duration": 10.0}}]}
@@ -86,7 +86,7 @@ def test_what_is_there_is_not_overwritten(tmp_path: Path) -> None:
 
 def test_a_missing_program_is_named_with_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("SPACEARM_CHROMIUM", raising=False)
-    monkeypatch.setattr("spacearm.show.headless_chromium._PLACES", ())
+    monkeypatch.setattr("spacearm.report.headless_chromium._PLACES", ())
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(OutputError, match="needs ffmpeg, which is not there; install it"):
         save_video(None, tmp_path / "a.mp4")
@@ -111,8 +111,8 @@ def test_a_browser_that_says_nothing_is_given_up(tmp_path: Path, monkeypatch: py
     program = tmp_path / "chromium"
     program.write_text("#!/bin/sh\nexec sleep 600\n")
     program.chmod(0o755)
-    monkeypatch.setattr("spacearm.show.headless_chromium._START", 0.2)
-    monkeypatch.setattr("spacearm.show.headless_chromium._GOING", 0.2)
+    monkeypatch.setattr("spacearm.report.headless_chromium._START", 0.2)
+    monkeypatch.setattr("spacearm.report.headless_chromium._GOING", 0.2)
     with pytest.raises(OutputError, match="gave no answer"), chromium_page(str(program), 320, 200):
         pass
     assert not _running(str(program))
@@ -203,7 +203,7 @@ def test_an_interrupted_video_leaves_nothing(tmp_path: Path) -> None:
 @records
 def test_a_killed_process_takes_its_browser_along(tmp_path: Path) -> None:
     script = (
-        "import sys, time\nfrom spacearm.show.headless_chromium import chromium_page, find_chromium\n"
+        "import sys, time\nfrom spacearm.report.headless_chromium import chromium_page, find_chromium\n"
         "with chromium_page(find_chromium(), 320, 200) as page:\n    print('begun', flush=True)\n    time.sleep(60)\n"
     )
     with tempfile.TemporaryDirectory(prefix="film-", dir="/tmp", ignore_cleanup_errors=True) as folder:

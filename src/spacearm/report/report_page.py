@@ -1,7 +1,7 @@
 """A report as one self-contained HTML page: how its data are packed, its parts, and how it is written.
 
-The page's program is in `web/`, bundled into `show/page`; `web/src/data.ts` describes the data, key by key. The functions here
-make the parts that every report has: curves, tables, lists. `report_scene` makes robots and obstacles.
+The page's program is in `web/`, bundled into `report/page`; `web/src/data.ts` describes the data, key by key. The functions
+here make the parts that every report has: curves, tables, lists. `report_scene` makes robots and obstacles.
 """
 
 from __future__ import annotations

@@ -107,11 +107,11 @@ def _report(value: Any) -> str:
 
 
 def _page(value: Any) -> str:
-    from spacearm.show.report_page import page_html
+    from spacearm.report.report_page import page_html
 
     if isinstance(value, Robot):
         return page_html(_standing(value))
-    from spacearm.show.report_plan import report_of_plans
+    from spacearm.report.report_plan import report_of_plans
 
     page = report_of_plans(value)
     return page_html({**page, "block": []})  # the rows below the frame tell it, and the player has its room
@@ -119,9 +119,10 @@ def _page(value: Any) -> str:
 
 def _standing(robot: Robot) -> dict[str, Any]:
     """Return the page of a robot that stands in its first named configuration, or amid its limits."""
-    from spacearm.show.report_knots import resting_knots
-    from spacearm.show.report_meshes import Meshes
-    from spacearm.show.report_scene import robot_data
+    from spacearm.report.report_knots import resting_knots
+    from spacearm.report.report_meshes import Meshes
+    from spacearm.report.report_scene import robot_data
+    from spacearm.report.report_visuals import visual_parts
 
     headline = in_short(robot)[0]
     if robot.configurations:
@@ -141,7 +142,7 @@ def _standing(robot: Robot) -> dict[str, Any]:
         "plots": [],
         "sections": [],
     }
-    robots = [robot_data(robot, meshes)]
+    robots = [robot_data(robot, meshes, visual_parts(robot, meshes))]
     return {
         "title": robot.name,
         "block": [],

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from spacearm.core.rotations import multiplied
 from spacearm.motion import AnyTrajectory, Trajectory
+from spacearm.report.report_page import packed, transform
+from spacearm.report.report_scene import reaches
 from spacearm.robot import Robot
-from spacearm.show.report_page import packed, transform
-from spacearm.show.report_scene import reaches
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spacearm.robot import forward_kinematics
-from spacearm.show.report_swarm import (
+from spacearm.report.report_swarm import (
     arm_over_iterations,
     convergence_plot,
     joints_plot,
@@ -15,6 +14,7 @@ from spacearm.show.report_swarm import (
     spread_plot,
     swarm_cloud,
 )
+from spacearm.robot import forward_kinematics
 from spacearm.study.paper_problem import PaperSettings, paper_objective, paper_robot
 from spacearm.swarm import SwarmResult, named_settings, run_trials
 from spacearm.swarm.swarm_recording import SwarmRecording, record_again

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from spacearm.core.output import require_writable, write_out
 from spacearm.core.version import version
-from spacearm.show.gltf_shapes import Solid, capsule, mesh_solid, unit_ball, unit_box, unit_cylinder
-from spacearm.show.gltf_writer import GltfWriter
-from spacearm.show.page_motion import PageMotion, matrix
-from spacearm.show.report_page import unpacked
+from spacearm.report.gltf_shapes import Solid, capsule, mesh_solid, unit_ball, unit_box, unit_cylinder
+from spacearm.report.gltf_writer import GltfWriter
+from spacearm.report.page_motion import PageMotion, matrix
+from spacearm.report.report_page import unpacked
 
 Array = NDArray[np.float64]
 Data = dict[str, Any]
@@ -40,7 +40,7 @@ _LINKS = ("#e9ecef", "#b3bcc6")
 _BASE, _PANEL, _TOOL, _PAYLOAD, _OBSTACLE, _MARK = "#cfc8ba", "#3d5a80", "#5b6875", "#e0a526", "#8c99a8", "#d9dee4"
 _BY_NAME = (  # as the page has it
     (re.compile("panel|solar|array|wing|sail", re.IGNORECASE), _PANEL),
-    (re.compile("tool|gripper|hand|finger|effector|probe|grapple|camera|jaw", re.IGNORECASE), _TOOL),
+    (re.compile("tool|gripper|hand|finger|effector|grapple|camera|jaw", re.IGNORECASE), _TOOL),
     (re.compile("payload|grasped|cargo|held", re.IGNORECASE), _PAYLOAD),
 )
 _TONES = ("#0072b2", "#d55e00", "#009e73", "#b4578f", "#c48a00", "#3a9bd8", "#4d5761", "#8a6d3b")
@@ -59,7 +59,7 @@ def save_glb(plans: Any, path: str | os.PathLike[str], *, overwrite: bool = Fals
         OutputError: the file exists already, or cannot be written.
         ProblemError: something that is none of these.
     """
-    from spacearm.show.report_plan import report_of_plans
+    from spacearm.report.report_plan import report_of_plans
 
     require_writable(path, overwrite=overwrite)
     write_out(path, glb_of_page(report_of_plans(plans)), overwrite=overwrite)

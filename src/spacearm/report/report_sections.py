@@ -14,10 +14,10 @@ from spacearm.core.records import as_dict
 from spacearm.core.version import version
 from spacearm.planner.plan_result import STATUSES, Improvement
 from spacearm.planner.planner_settings import PlannerSettings
+from spacearm.report.report_curves import Sampled, joint_path_length, path_length
+from spacearm.report.report_page import plot, section, series
+from spacearm.report.report_subject import Subject
 from spacearm.robot.unchecked_pairs import REMEDY
-from spacearm.show.report_curves import Sampled, joint_path_length, path_length
-from spacearm.show.report_page import plot, section, series
-from spacearm.show.report_subject import Subject
 
 Row = tuple[str, str]
 Section = dict[str, Any]

@@ -16,10 +16,10 @@ from spacearm.core.rotations import matrix_of, rotation_vectors
 from spacearm.dynamics import momentum_map
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.planner.problem import BaseLimits
+from spacearm.report.report_clearance import PairClearances
+from spacearm.report.report_knots import breaks_of
+from spacearm.report.report_page import plot, series
 from spacearm.robot import Robot, joint_frames
-from spacearm.show.report_clearance import PairClearances
-from spacearm.show.report_knots import breaks_of
-from spacearm.show.report_page import plot, series
 
 Array = NDArray[np.float64]
 Plot = dict[str, Any]
@@ -35,6 +35,7 @@ _DEGREE = math.degrees(1.0)
 _LEAST_FLOOR, _FLOOR = 1e-3, 0.1  # [mm] of the logarithmic axis of clearances
 _GREY = 6  # the page's grey tone: of what summarises the others
 _RESIDUAL_FLOOR = 1e-18
+_JUDGED = 61  # instants at which the momentum is compared
 
 
 class Sampled(NamedTuple):
@@ -46,6 +47,9 @@ class Sampled(NamedTuple):
         T: (m, 4, 4) the end effector in the inertial frame [m].
         velocity: (m, 3) of the end effector [m/s], inertial frame.
         omega: (m, 3) its rate [rad/s], inertial frame.
+        base_at: (m, 3) the base's origin [m], inertial frame.
+        base_R: (m, 3, 3) its orientation R_w_b.
+        base_omega: (m, 3) its rate [rad/s], base axes.
     """
 
     t: Array
@@ -55,6 +59,9 @@ class Sampled(NamedTuple):
     T: Array
     velocity: Array
     omega: Array
+    base_at: Array
+    base_R: Array
+    base_omega: Array
 
 
 def instants_of(trajectory: AnyTrajectory, also: Sequence[float] = ()) -> Array:
@@ -94,7 +101,8 @@ def sampled(trajectory: AnyTrajectory, t: Array) -> Sampled:
     placed[:, :3, 3] = position + turned
     spin = np.einsum("mij,mj->mi", R, base_omega)
     moved = base_velocity + np.cross(spin, turned) + np.einsum("mij,mj->mi", R, velocity)
-    return Sampled(t, q, dq, ddq, placed, moved, spin + np.einsum("mij,mj->mi", R, omega))
+    turning = spin + np.einsum("mij,mj->mi", R, omega)
+    return Sampled(t, q, dq, ddq, placed, moved, turning, position, R, base_omega)
 
 
 def _tool(robot: Robot, frames: Array, dq: Array) -> tuple[Array, Array, Array]:
@@ -219,12 +227,9 @@ def base_plots(trajectory: AnyTrajectory, at: Sampled, limits: BaseLimits | None
     if not trajectory.base_model.follows_arm:
         return []
     asked = limits or BaseLimits()
-    position, attitude = trajectory.base_pose(at.t)
-    R = matrix_of(attitude)
-    omega = np.einsum("mij,mj->mi", R, trajectory.base_rate(at.t)[1])
-    turned = turned_since_start(R)
+    omega, turned = np.einsum("mij,mj->mi", at.base_R, at.base_omega), turned_since_start(at.base_R)
     angle, rate = np.linalg.norm(turned, axis=1), np.linalg.norm(omega, axis=1)
-    drift = (position - position[0]) * 1e3
+    drift = (at.base_at - at.base_at[0]) * 1e3
     return [
         plot(
             "base-angle",
@@ -250,7 +255,7 @@ def base_plots(trajectory: AnyTrajectory, at: Sampled, limits: BaseLimits | None
             at.t,
             _with_axes("distance", np.linalg.norm(drift, axis=1), drift),
         ),
-        _momentum_plot(trajectory, at, attitude, asked),
+        _momentum_plot(trajectory, at, asked),
         _residual_plot(trajectory),
     ]
 
@@ -263,12 +268,11 @@ def _lines(*given: tuple[float | None, str], factor: float, unit: str) -> list[t
     return [(value * factor, f"{label}: {value * factor:.4g} {unit}") for value, label in given if value is not None]
 
 
-def _momentum_plot(trajectory: AnyTrajectory, at: Sampled, attitude: Array, asked: BaseLimits) -> Plot:
+def _momentum_plot(trajectory: AnyTrajectory, at: Sampled, asked: BaseLimits) -> Plot:
     """Return a plot of the angular momentum about the system's centre of mass: the arm's, the base's reaction, and in all."""
     H_w, H_q = momentum_map(trajectory.robot, at.q)
-    omega = trajectory.base_rate(at.t)[1]
-    arm, whole = np.einsum("mij,mj->mi", H_q, at.dq), np.einsum("mij,mj->mi", H_w, omega)
-    total = np.einsum("mij,mj->mi", matrix_of(attitude), arm + whole)
+    arm, whole = np.einsum("mij,mj->mi", H_q, at.dq), np.einsum("mij,mj->mi", H_w, at.base_omega)
+    total = np.einsum("mij,mj->mi", at.base_R, arm + whole)
     curves = [
         series("joints' motion", np.linalg.norm(arm, axis=1), 0),
         series("turning of the whole", np.linalg.norm(whole, axis=1), 1, dashed=True),
@@ -286,7 +290,7 @@ def _residual_plot(trajectory: AnyTrajectory) -> Plot:
     """Return a plot of by how much the momentum that the trajectory states misses what is conserved."""
     from spacearm.show.base_figures import residual_momentum
 
-    t = np.linspace(0.0, trajectory.duration, 101)
+    t = np.linspace(0.0, trajectory.duration, _JUDGED)
     found = residual_momentum(trajectory, t)
     floor = _RESIDUAL_FLOOR
     curves = [

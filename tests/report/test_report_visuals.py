@@ -7,12 +7,12 @@ import numpy as np
 import trimesh
 
 from spacearm.geometry.meshes import stl_of
+from spacearm.report.page_motion import matrix
+from spacearm.report.report_meshes import Meshes
+from spacearm.report.report_page import unpacked
+from spacearm.report.report_scene import robot_data
+from spacearm.report.report_visuals import visual_parts
 from spacearm.robot import Robot, load_urdf
-from spacearm.show.page_motion import matrix
-from spacearm.show.report_meshes import Meshes
-from spacearm.show.report_page import unpacked
-from spacearm.show.report_scene import robot_data
-from spacearm.show.report_visuals import visual_parts
 from support import urdf_text as text
 
 BOX = trimesh.creation.box((0.2, 0.1, 0.4))

@@ -16,8 +16,8 @@ from typing import IO, Any, NamedTuple, cast
 
 from spacearm.core.errors import OutputError, SettingsError
 from spacearm.core.output import require_writable
-from spacearm.show.headless_chromium import ChromiumPage, chromium_page, find_chromium
-from spacearm.show.report_page import page_html
+from spacearm.report.headless_chromium import ChromiumPage, chromium_page, find_chromium
+from spacearm.report.report_page import page_html
 
 Data = dict[str, Any]
 Progress = Callable[[int, int], None]
@@ -113,7 +113,7 @@ def save_video(
         ProblemError: plans that are none.
     """
     require_tools(path, overwrite=overwrite)
-    from spacearm.show.report_plan import report_of_plans
+    from spacearm.report.report_plan import report_of_plans
 
     record(report_of_plans(plans), path, fps=fps, size=size, speed=speed, overwrite=overwrite, progress=progress)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from spacearm.show.report_views import flat_view, take_views, verdict
+from spacearm.report.report_views import flat_view, take_views, verdict
 
 
 def geometry(mesh: int) -> dict[str, Any]:

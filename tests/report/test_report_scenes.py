@@ -10,11 +10,11 @@ import pytest
 
 import spacearm as sa
 from spacearm.geometry import support
+from spacearm.report.report_meshes import MOST_VERTICES, Meshes, geometries_of, geometry_of, sphere_points
+from spacearm.report.report_page import page_html
+from spacearm.report.report_plan import report_of_plans
+from spacearm.report.report_scene import obstacles_data, reach_of, reaches, robot_data, targets_data
 from spacearm.robot import LinkShape, joint_frames
-from spacearm.show.report_meshes import MOST_VERTICES, Meshes, geometries_of, geometry_of, sphere_points
-from spacearm.show.report_page import page_html
-from spacearm.show.report_plan import report_of_plans
-from spacearm.show.report_scene import obstacles_data, reach_of, reaches, robot_data, targets_data
 from support.report_pages import unpacked
 
 Array = np.ndarray

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from spacearm.geometry.mesh_decimation import Surface, decimated, welded
 from spacearm.geometry.meshes import read_mesh
+from spacearm.report.report_meshes import Meshes
+from spacearm.report.report_page import transform
 from spacearm.robot import LinkVisual, Robot
 from spacearm.robot.collision_shapes import listed
-from spacearm.show.report_meshes import Meshes
-from spacearm.show.report_page import transform
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from spacearm.motion import AnyTrajectory, Motion, PiecewisePath, RecordedTrajectory, Trajectory
+from spacearm.report.report_knots import MOST_KNOTS, hermite_knots, knots_of
 from spacearm.robot import Robot, load_robot
-from spacearm.show.report_knots import MOST_KNOTS, hermite_knots, knots_of
 from support.drawn_claims import drawn_claim
 from support.drawn_trajectories import drawn_case
 from support.oracles.pinocchio_points import joint_frames

@@ -19,7 +19,7 @@ import pytest
 import spacearm as sa
 from house.source import REPOSITORY
 from spacearm.core import notebook_hook
-from spacearm.show.notebook_html import HEIGHT, html_of
+from spacearm.report.notebook_html import HEIGHT, html_of
 
 ROBOT = sa.load_robot("srs7")
 HOME = ROBOT.configuration("home")

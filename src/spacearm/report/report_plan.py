@@ -11,17 +11,17 @@ import numpy as np
 from spacearm.core.errors import ProblemError, SpacearmError
 from spacearm.core.output import require_writable, write_out
 from spacearm.motion import Motion, Trajectory
+from spacearm.report.report_clearance import INSTANTS, ClosestPairs, MeasuredMotion
+from spacearm.report.report_compare import MeasuredSubject, comparison
+from spacearm.report.report_curves import base_plots, clearance_plot, instants_of, joint_plots, sampled, tool_plots
+from spacearm.report.report_knots import knots_of, resting_knots
+from spacearm.report.report_meshes import Meshes
+from spacearm.report.report_page import page_html, section
+from spacearm.report.report_scene import obstacles_data, pieces_of, robot_data, targets_data
+from spacearm.report.report_sections import block_of, mm, sections_of, verdict_of
+from spacearm.report.report_subject import Subject, subject_of
+from spacearm.report.report_visuals import visual_parts
 from spacearm.robot import Robot
-from spacearm.show.report_clearance import INSTANTS, ClosestPairs, MeasuredMotion
-from spacearm.show.report_compare import MeasuredSubject, comparison
-from spacearm.show.report_curves import base_plots, clearance_plot, instants_of, joint_plots, sampled, tool_plots
-from spacearm.show.report_knots import knots_of, resting_knots
-from spacearm.show.report_meshes import Meshes
-from spacearm.show.report_page import page_html, section
-from spacearm.show.report_scene import obstacles_data, pieces_of, robot_data, targets_data
-from spacearm.show.report_sections import block_of, mm, sections_of, verdict_of
-from spacearm.show.report_subject import Subject, subject_of
-from spacearm.show.report_visuals import visual_parts
 
 Data = dict[str, Any]
 
@@ -137,12 +137,13 @@ def _measure(subject: Subject, parts: _Parts) -> MeasuredSubject:
     try:
         motion = MeasuredMotion(subject.scene, trajectory)
         if motion.is_free:
-            notes.append("nothing is in the way: there are no clearances to show")
+            notes.append("nothing is in the way: there are no clearances to show (links that cannot meet are left out)")
         else:
             found = motion.over(at.t)
-            even = np.linspace(0.0, trajectory.duration, INSTANTS if trajectory.duration > 0 else 1)
-            lowest = at.t[int(np.argmin(found.least))]
-            closest = motion.closest(np.unique(np.concatenate([even, also, [lowest]])))
+            even = range(0, len(at.t), max(1, len(at.t) // INSTANTS))
+            which = {*even, len(at.t) - 1, int(np.argmin(found.least)), *np.searchsorted(at.t, also).tolist()}
+            some = np.array(sorted(which))
+            closest = motion.closest(at.t[some], found.least[some])
     except SpacearmError as error:
         notes.append(f"clearances were not measured: {error}")
     return MeasuredSubject(subject, at, found, closest, tuple(notes), knots, robot)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.core.errors import ProblemError
 from spacearm.geometry import Scene
 from spacearm.motion import AnyTrajectory, Trajectory
 from spacearm.proof.base_proofs import base_setup_of, begun_base_proof
@@ -20,7 +21,7 @@ from spacearm.proof.convex_bodies import WORLD
 from spacearm.proof.measured import coal_bodies, frames_at, least_clearances
 from spacearm.proof.path_intervals import PathIntervals
 from spacearm.proof.required_clearance import RequiredClearance
-from spacearm.show.report_page import packed
+from spacearm.report.report_page import packed
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -28,8 +29,8 @@ Indices = NDArray[np.int64]
 MOST_PAIRS = 7
 """Pairs that have a curve of their own: those that come nearest."""
 
-INSTANTS = 181
-"""At which the closest pair's points are computed, evenly spread."""
+INSTANTS = 170
+"""At which the closest pair's points are computed, at least; evenly spread."""
 
 _COARSE = 65  # instants at which it is found out which pairs come nearest
 _AT_ONCE = 3_000_000  # clearances of all pairs and instants of one measurement
@@ -116,10 +117,18 @@ class MeasuredMotion:
         return not self._kept.any()
 
     def over(self, t: Array) -> PairClearances:
-        """Measure at instants (m,) [s]."""
+        """Measure at instants (m,) [s].
+
+        Raises:
+            ProblemError: numbers so large that no clearance can be measured.
+        """
         by_pair = self._nearest_pairs(np.linspace(t[0], t[-1], _COARSE))
         order = np.argsort(by_pair, axis=None, kind="stable")[:MOST_PAIRS]
         nearest = [divmod(int(i), by_pair.shape[1]) for i in order if np.isfinite(by_pair.flat[i])]
+        if not nearest:
+            raise ProblemError(
+                "no pair of bodies has a clearance that can be measured, expected one; check the scene's numbers"
+            )
         link, other = (np.array(part, dtype=np.intp) for part in zip(*nearest, strict=True))
         only = np.full(self._kept.shape, -np.inf)
         only[link, other] = np.inf
@@ -128,10 +137,16 @@ class MeasuredMotion:
         names = tuple(self._called(*pair) for pair in nearest)
         return PairClearances(t=t, names=names, values=values, least=least, pairs=int(self._kept.sum()))
 
-    def closest(self, t: Array) -> ClosestPairs:
-        """Measure the closest pair at instants (m,) [s]: which it is natively, its distance and points by Coal."""
+    def closest(self, t: Array, at_most: Array | None = None) -> ClosestPairs:
+        """Measure the closest pair at instants: which it is natively, its distance and points by Coal.
+
+        Args:
+            t: (m,) the instants [s].
+            at_most: (m,) what it is known to have at most there [m], which makes this quicker; None: nothing is known.
+        """
         u = self._parameter(t)
-        least, first, other = self._least_of_all(t, self.over(t).values.min(axis=1))
+        known = self.over(t).values.min(axis=1) if at_most is None else at_most
+        least, first, other = self._least_of_all(t, known)
         frames, of_coal, bodies = frames_at(self._claim, u), coal_bodies(self._claim), self._claim.bodies
         names: dict[str, int] = {}
         distance, points, pair = least.copy(), np.zeros((len(t), 2, 3)), np.zeros(len(t), dtype=np.int64)

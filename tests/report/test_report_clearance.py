@@ -8,7 +8,7 @@ import pytest
 import spacearm as sa
 from spacearm.core.rotations import matrix_of
 from spacearm.motion import AnyTrajectory
-from spacearm.show.report_clearance import MOST_PAIRS, MeasuredMotion
+from spacearm.report.report_clearance import MOST_PAIRS, MeasuredMotion
 from support.drawn_claims import drawn_claim
 from support.oracles.pinocchio_points import joint_frames
 from support.pair_distances import distances

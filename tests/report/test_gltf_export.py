@@ -13,14 +13,14 @@ from spacearm.core.rotations import matrix_of
 from spacearm.dynamics import Momentum
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Polytope, Scene, Sphere, SphereSet
 from spacearm.motion import AnyTrajectory, Motion, Trajectory
+from spacearm.report.gltf_export import glb_of_page
+from spacearm.report.gltf_shapes import capsule, mesh_solid, unit_ball, unit_box, unit_cylinder
+from spacearm.report.page_motion import PageMotion
+from spacearm.report.report_knots import knots_of
+from spacearm.report.report_meshes import Meshes
+from spacearm.report.report_page import packed, quantised
+from spacearm.report.report_scene import base_at, obstacles_data, robot_data
 from spacearm.robot import forward_kinematics
-from spacearm.show.gltf_export import glb_of_page
-from spacearm.show.gltf_shapes import capsule, mesh_solid, unit_ball, unit_box, unit_cylinder
-from spacearm.show.page_motion import PageMotion
-from spacearm.show.report_knots import knots_of
-from spacearm.show.report_meshes import Meshes
-from spacearm.show.report_page import packed, quantised
-from spacearm.show.report_scene import base_at, obstacles_data, robot_data
 from support.oracles.servicer import ROWS, servicer
 from support.small_robots import slider
 

@@ -26,7 +26,7 @@ from spacearm.geometry import (
     SphereSet,
 )
 from spacearm.geometry.convex_cores import axes_along
-from spacearm.show.report_page import packed, quantised, transform
+from spacearm.report.report_page import packed, quantised, transform
 
 Array = NDArray[np.float64]
 Triangles = NDArray[np.int64]

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spacearm.report.report_page import packed, plot, quantised, series
 from spacearm.robot import Robot
 from spacearm.robot.kinematics import forward_kinematics
-from spacearm.show.report_page import packed, plot, quantised, series
 from spacearm.swarm import SwarmResult
 from spacearm.swarm.swarm_recording import SwarmRecording
 

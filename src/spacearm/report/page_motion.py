@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.rotations import matrix_of, multiplied, quaternion_of
-from spacearm.show.report_page import unpacked
+from spacearm.report.report_page import unpacked
 
 Array = NDArray[np.float64]
 Data = dict[str, Any]

@@ -13,9 +13,9 @@ import pytest
 import spacearm as sa
 from house.source import REPOSITORY
 from spacearm.core.errors import OutputError, ProblemError
-from spacearm.show.report_curves import instants_of, sampled, turned_since_start
-from spacearm.show.report_page import page_html
-from spacearm.show.report_plan import report_of_plans
+from spacearm.report.report_curves import instants_of, sampled, turned_since_start
+from spacearm.report.report_page import page_html
+from spacearm.report.report_plan import report_of_plans
 from support.drawn_claims import drawn_claim
 from support.report_pages import content, curve, section, unpacked
 

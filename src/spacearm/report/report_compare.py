@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.geometry.scene import scene_as_list
-from spacearm.show.report_clearance import ClosestPairs, PairClearances
-from spacearm.show.report_curves import Sampled, floor_of, turned_since_start
-from spacearm.show.report_page import plot, section, series
-from spacearm.show.report_sections import figures_of, mm, verdict_of
-from spacearm.show.report_subject import Subject
+from spacearm.report.report_clearance import ClosestPairs, PairClearances
+from spacearm.report.report_curves import Sampled, floor_of, turned_since_start
+from spacearm.report.report_page import plot, section, series
+from spacearm.report.report_sections import figures_of, mm, verdict_of
+from spacearm.report.report_subject import Subject
 
 Array = NDArray[np.float64]
 Data = dict[str, Any]
@@ -189,12 +189,8 @@ def _base(t: Array, moving: Sequence[tuple[int, MeasuredSubject]]) -> list[Data]
         return []
 
     def angle(one: MeasuredSubject) -> Array:
-        from spacearm.show.report_scene import base_at
-
         assert one.at is not None
-        assert one.subject.trajectory is not None
-        R = base_at(one.subject.trajectory, one.at.t)[:, :3, :3]
-        return np.linalg.norm(turned_since_start(R), axis=1) * _DEGREE
+        return np.linalg.norm(turned_since_start(one.at.base_R), axis=1) * _DEGREE
 
     return [plot("base-angle", "Base: angle from the start", "deg", t, _curves(t, floating, angle))]
 

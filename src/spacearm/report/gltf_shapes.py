@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.show.report_page import unpacked
+from spacearm.report.report_page import unpacked
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.intp]
