@@ -56,6 +56,14 @@ def test_a_floating_base_is_told() -> None:
     assert "the base floats" in found.message
 
 
+def test_a_floating_arm_that_reaches_the_goal_in_collision_only_is_told() -> None:
+    at = FLOATING.problem.goal.position
+    problem = replace(FLOATING.problem, scene=sa.Scene([sa.Sphere(at, 0.4, name="ball")]))
+    found = reachable(problem, FLOATING.settings)
+    assert found.tone in ("near", "bad")
+    assert "collision" in found.message or "ball" in found.message or "no configuration" in found.message
+
+
 @pytest.mark.parametrize("file", [FIRST, FLOATING], ids=["fixed", "floating"])
 def test_an_arm_that_is_pulled_a_little_follows(file: object) -> None:
     problem = file.problem  # type: ignore[attr-defined]

@@ -227,6 +227,7 @@ class ViewerApp:
         job = self.session.job
         if job is not None and job.running:
             self.panel.update_job(job_html(job))
+            self._draw_status()
         motion = self.session.motion
         if self._playing and motion is not None:
             self._t += elapsed * float(self.panel.speed.value)
