@@ -13,6 +13,7 @@ import pytest
 
 import spacearm as sa
 from spacearm.core.errors import ProblemError, RobotError, SceneError, SettingsError
+from spacearm.planner import plan_clock
 from spacearm.planner import planning as search
 
 ROBOT = sa.load_robot("srs7")
@@ -108,7 +109,7 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_one_deadline_holds_for_all(monkeypatch: pytest.MonkeyPatch) -> None:
     failing(monkeypatch)
-    monkeypatch.setattr(search, "time", Clock())
+    monkeypatch.setattr(plan_clock, "time", Clock())
     made = sa.plan(PROBLEM, sa.PlannerSettings(time_budget=0.5), rng=0)
     assert made.proofs == 3  # what is always done, and two motions that were found earlier
     assert made.status == "not_proven"
@@ -124,7 +125,7 @@ def test_without_a_deadline_proofs_are_tried_again(monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.parametrize("goal", [sa.PositionGoal((0.58, 0.36, 0.39)), sa.ConfigurationGoal(GOAL, tolerance=0.3)])
 def test_the_first_look_for_a_goal_is_taken_though_time_is_up(monkeypatch: pytest.MonkeyPatch, goal: Any) -> None:
-    monkeypatch.setattr(search, "time", Clock())
+    monkeypatch.setattr(plan_clock, "time", Clock())
     problem = sa.Problem(ROBOT, POSTS, start=START, goal=goal, base="fixed")
     made = sa.plan(problem, sa.PlannerSettings(time_budget=1e-6), rng=0)
     assert made.status in ("found", "not_found", "not_proven", "goal_unreachable")

@@ -188,16 +188,16 @@ def whole(path: Path) -> bool:
     if path.suffix == ".csv":
         rows = content.decode().split("\n")
         return rows[-1] == "" and len({row.count(",") for row in rows[:-1]}) == 1
-    return content.endswith({".png": b"IEND\xaeB`\x82", ".pdf": b"%%EOF\n"}[path.suffix])
+    return content.endswith({".png": b"IEND\xaeB`\x82", ".pdf": b"%%EOF\n", ".html": b"</html>\n"}[path.suffix])
 
 
 @POSIX
-@pytest.mark.parametrize("moment", ["plan.json", "trajectory.csv", "figures"])
+@pytest.mark.parametrize("moment", ["plan.json", "trajectory.csv", "report.html", "figures"])
 def test_a_plan_killed_while_it_is_written_has_whole_files(
     moment: str, started: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:
     folder = tmp_path / "out"
-    process = started("{evaluations: 100}")
+    process = started("{evaluations: 100}", *(["--figures"] if moment == "figures" else []))
     pattern = {"figures": "*.png"}.get(moment, moment)
     wait_for(lambda: any(folder.glob(pattern)), process)
     process.kill()

@@ -347,7 +347,7 @@ def _provenance(subject: Subject) -> Section:
     certificate = subject.certificate or {}
     rows: list[Row] = [
         ("spacearm", version()),
-        ("kernel", f"{native.level}, {native.compiler}"),
+        ("kernel", f"compiled by {native.compiler}"),  # not its level: reports are the same on every processor
         ("numpy", np.__version__),
         ("witness", str(certificate.get("witness", "none"))),
     ]
