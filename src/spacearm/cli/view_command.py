@@ -75,13 +75,14 @@ def _tell(viewer: Viewer, options: Options) -> None:
     problem = viewer.session.edited.problem
     tell_robot(problem.robot, more="the tab View")
     tell_notes(options.file, (*problem.notes, *problem.scene.notes))
-    print(f"{viewer.url} shows {options.file}; files are saved in {viewer.session.folder.path}; Ctrl-C ends it", flush=True)
     if not viewer.is_private:
         print(
             f"spacearm: it listens on {viewer.host}: whoever can reach this machine there can change the problem, plan, and "
             f"save new files in {viewer.session.folder.path}, without a password and without encryption",
             file=sys.stderr,
         )
+    # Last: whoever waits for this line may go on, and end the viewer, as soon as it is there.
+    print(f"{viewer.url} shows {options.file}; files are saved in {viewer.session.folder.path}; Ctrl-C ends it", flush=True)
 
 
 def _saved(viewer: Viewer) -> str:
