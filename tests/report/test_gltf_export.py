@@ -1,6 +1,7 @@
 """Animated scenes as glTF: read back by trimesh, and their motion compared with the trajectory's."""
 
 import json
+import re
 import struct
 from pathlib import Path
 from typing import Any
@@ -9,17 +10,20 @@ import numpy as np
 import pytest
 import trimesh
 
+from house.source import REPOSITORY
 from spacearm.core.rotations import matrix_of
 from spacearm.dynamics import Momentum
 from spacearm.geometry import Box, Capsule, Cylinder, HalfSpace, Polytope, Scene, Sphere, SphereSet
 from spacearm.motion import AnyTrajectory, Motion, Trajectory
+from spacearm.motion.trajectory import base_frames
+from spacearm.report import gltf_export
 from spacearm.report.gltf_export import glb_of_page
 from spacearm.report.gltf_shapes import capsule, mesh_solid, unit_ball, unit_box, unit_cylinder
 from spacearm.report.page_motion import PageMotion
 from spacearm.report.report_knots import knots_of
 from spacearm.report.report_meshes import Meshes
 from spacearm.report.report_page import packed, quantised
-from spacearm.report.report_scene import base_at, obstacles_data, robot_data
+from spacearm.report.report_scene import obstacles_data, robot_data
 from spacearm.robot import forward_kinematics
 from support.oracles.servicer import ROWS, servicer
 from support.small_robots import slider
@@ -114,7 +118,7 @@ def test_the_end_effector_moves_as_in_the_trajectory(made: Any) -> None:
     document, binary = parts_of(glb_of_page(page_of(trajectory)))
     t = np.linspace(0, trajectory.duration, 57)
     q = np.array([trajectory.sample(at).q for at in t])
-    meant = base_at(trajectory, t) @ forward_kinematics(trajectory.robot, q)
+    meant = base_frames(trajectory, t) @ forward_kinematics(trajectory.robot, q)
     assert np.abs(poses(document, binary, trajectory.robot.tip, t) - meant).max() < 1e-3
     keys = numbers(document, binary, document["animations"][0]["samplers"][0]["input"])
     assert keys[0, 0] == 0
@@ -127,7 +131,7 @@ def test_the_pages_motion_is_the_trajectorys() -> None:
     motion = PageMotion(page["views"][0]["actors"][0], page["robots"])
     t = np.linspace(0, trajectory.duration, 23)
     q = np.array([trajectory.sample(at).q for at in t])
-    np.testing.assert_allclose(motion.tips(t), base_at(trajectory, t) @ forward_kinematics(trajectory.robot, q), atol=2e-5)
+    np.testing.assert_allclose(motion.tips(t), base_frames(trajectory, t) @ forward_kinematics(trajectory.robot, q), atol=2e-5)
 
 
 def test_nodes_have_the_names_of_joints_links_and_obstacles() -> None:
@@ -257,3 +261,25 @@ def test_normals_are_smooth_on_a_ball_and_sharp_on_a_box() -> None:
         solid = mesh_solid({"low": low, "high": high, "positions": positions, "indices": packed(mesh.faces, "u16")})
         assert len(solid.points) == corners
     assert np.abs(solid.normals).max(axis=1).min() > 0.999
+
+
+def test_colours_and_rules_of_names_are_those_of_the_page() -> None:
+    palette, figures = (
+        (REPOSITORY / "web" / "src" / name).read_text(encoding="utf-8") for name in ("palette.ts", "figures.ts")
+    )
+    tones, scene = (palette.partition(begin)[2].partition(end)[0] for begin, end in (("light: [", "]"), ("SCENE", "dark:")))
+    assert tuple(re.findall("#[0-9a-f]{6}", tones)) == gltf_export._TONES
+    colors = dict(re.findall('(\\w+): "(#[0-9a-f]{6})"', scene))
+    panel, tool, payload = colors["panel"], colors["tool"], colors["payload"]
+    assert (colors["base"], colors["obstacle"]) == (gltf_export._BASE, gltf_export._OBSTACLE)
+    assert tuple(re.findall("#[0-9a-f]{6}", scene.partition("links:")[2])[:2]) == gltf_export._LINKS
+    rules = dict(re.findall("const (PANEL|TOOL|PAYLOAD) = /(.*)/i;", figures))
+    expected = [(rules["PANEL"], panel), (rules["TOOL"], tool), (rules["PAYLOAD"], payload)]
+    assert [(pattern.pattern, color) for pattern, color in gltf_export._BY_NAME] == expected
+
+
+def test_a_motion_that_takes_no_time_is_one_key() -> None:
+    page = page_of(Trajectory(slider(), Motion([[0.0, 0.0], [0.0, 0.0]])))
+    motion = PageMotion(page["views"][0]["actors"][0], page["robots"])
+    assert len(gltf_export.keys_of(motion)) == 1
+    assert glb_of_page(page)

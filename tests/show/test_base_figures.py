@@ -16,13 +16,13 @@ from scipy.spatial.transform import Rotation
 from spacearm.core.errors import ProblemError
 from spacearm.geometry import Box, Capsule, HalfSpace, Scene, Sphere
 from spacearm.motion import Motion, Trajectory
+from spacearm.motion.trajectory import base_frames
 from spacearm.planner import BaseLimits
 from spacearm.robot import forward_kinematics, joint_frames, load_robot
 from spacearm.show import figure_base_motion, figure_base_paths, figure_clearance, figure_pareto, figure_path_2d, figure_path_3d
 from spacearm.show.base_figures import differenced_rates, residual_momentum, rotation_vectors
 from spacearm.show.drawing import (
     base_envelope,
-    base_frames,
     envelope,
     extent,
     make_drawing,

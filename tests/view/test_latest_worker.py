@@ -58,6 +58,24 @@ def test_it_ticks_until_it_is_enough() -> None:
     worker.close()
 
 
+def test_it_goes_on_if_it_is_woken_during_its_last_tick() -> None:
+    ticks: list[float] = []
+    again = threading.Event()
+
+    def tick(elapsed: float) -> bool:
+        ticks.append(elapsed)
+        if len(ticks) == 1:
+            worker.wake()  # as by another thread, before this tick says that it was the last one
+        else:
+            again.set()
+        return False
+
+    worker = LatestWorker("test", lambda error: None, tick)
+    worker.wake()
+    assert again.wait(LONG)
+    worker.close()
+
+
 def test_after_it_is_closed_nothing_is_done() -> None:
     worker = LatestWorker("test", lambda error: None)
     worker.close()

@@ -81,6 +81,7 @@ def _tell(viewer: Viewer, options: Options) -> None:
             f"save new files in {viewer.session.folder.path}, without a password and without encryption",
             file=sys.stderr,
         )
+    # Last: whoever waits for this line may go on, and end the viewer, as soon as it is there.
     print(f"{viewer.url} shows {options.file}; files are saved in {viewer.session.folder.path}; Ctrl-C ends it", flush=True)
 
 

@@ -2,7 +2,7 @@
 
 The values live on lower floors than `report`, which draws them: they know nothing of it. The package root, which may import
 every room, registers a function here that imports `report` when a notebook first asks. A program outside of notebooks never
-does.
+imports it.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from spacearm.core.brief import Rows, brief, counted, named, numbers
 from spacearm.core.checks import Frozen, as_number, as_numbers, as_sentences, keep, require_kind, shown
 from spacearm.core.errors import ProblemError
+from spacearm.core.rotations import matrix_of
 from spacearm.dynamics import BaseMotion, JointPath, Momentum
 from spacearm.dynamics.base_models import Base, BaseModel, BaseTrack, base_model, checked_base
 from spacearm.motion.limit_margins import (
@@ -154,6 +155,14 @@ class OnABase(Frozen):
         time = as_numbers("t", t, ProblemError)
         T_b_tip = forward_kinematics(self.robot, self._configuration(time), frame=frame)
         return self.base_track.placed(self._along(time)[0], T_b_tip)
+
+
+def base_frames(trajectory: OnABase, t: ArrayLike) -> Array:
+    """Return where a trajectory's base is, T_w_b (..., 4, 4) [m], at times (...,) [s]."""
+    position, attitude = trajectory.base_pose(t)
+    T = np.zeros((*position.shape[:-1], 4, 4))
+    T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = matrix_of(attitude), position, 1.0
+    return T
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -37,8 +37,9 @@ _SEVERAL = 24  # colours of a mesh, each with a material; more become colours of
 _PATH_POINTS = 400
 _PLANE = 4.0  # times the scene's size: the square that a half-space is drawn by
 _LINKS = ("#e9ecef", "#b3bcc6")
-_BASE, _PANEL, _TOOL, _PAYLOAD, _OBSTACLE, _MARK = "#cfc8ba", "#3d5a80", "#5b6875", "#e0a526", "#8c99a8", "#d9dee4"
-_BY_NAME = (  # as the page has it
+_BASE, _PANEL, _TOOL, _PAYLOAD, _OBSTACLE, _MARK = "#cfc8ba", "#46689a", "#5b6875", "#e0a526", "#8c99a8", "#d9dee4"
+# The colours above and the rules below are those of the page in the light: web/src/palette.ts and figures.ts.
+_BY_NAME = (
     (re.compile("panel|solar|array|wing|sail", re.IGNORECASE), _PANEL),
     (re.compile("tool|gripper|hand|finger|effector|grapple|camera|jaw", re.IGNORECASE), _TOOL),
     (re.compile("payload|grasped|cargo|held", re.IGNORECASE), _PAYLOAD),
@@ -309,12 +310,11 @@ def keys_of(motion: PageMotion) -> Array:
     """Return instants (k,) so dense that lines between them are off by `TOLERANCE` at most; kinks are among them."""
     begin, end = float(motion.times[0]), float(motion.times[-1])
     t = np.linspace(begin, end, _PROBES)
-    step = (end - begin) / (_PROBES - 1)
     base = motion.base(t)
     followed = np.concatenate([motion.values(t), base[:, :3, 3], base[:, :3, :3].reshape(len(t), 9)], axis=1)
-    bend = float(np.abs(np.diff(followed, n=2, axis=0)).max())  # acceleration times the step squared
+    bend = float(np.abs(np.diff(followed, n=2, axis=0)).max())  # acceleration times the square of the probes' step
     # A curve with acceleration a is off by a h^2 / 8 from the line over h.
-    count = int(np.ceil((end - begin) / step * np.sqrt(bend / (8 * TOLERANCE)))) + 1
+    count = int(np.ceil((_PROBES - 1) * np.sqrt(bend / (8 * TOLERANCE)))) + 1
     grid = np.linspace(begin, end, min(max(count, 2), MOST_KEYS))
     kinks = motion.times[:-1][np.diff(motion.times) == 0]
     return np.unique(np.concatenate([grid, kinks]))

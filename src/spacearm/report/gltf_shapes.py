@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.report.report_page import unpacked
+from spacearm.report.report_page import unpacked, unquantised
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.intp]
@@ -126,8 +126,7 @@ def _band(lower: int, upper: int) -> Faces:
 
 def mesh_solid(mesh: dict[str, Any]) -> Solid:
     """Return a mesh of the page as triangles, smooth over edges of less than 30 degrees."""
-    low, high = np.array(mesh["low"]), np.array(mesh["high"])
-    points = low + (high - low) * unpacked(mesh["positions"]).reshape(-1, 3) / 65535
+    points = unquantised(mesh["positions"], mesh["low"], mesh["high"])
     faces = unpacked(mesh["indices"]).reshape(-1, 3).astype(np.intp)
     colors = unpacked(mesh["colors"]).reshape(-1, 3) / 255 if "colors" in mesh else None
     normals, group = _creased(points, faces)

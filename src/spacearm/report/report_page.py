@@ -55,6 +55,11 @@ def quantised(points: ArrayLike) -> tuple[str, list[float], list[float]]:
     return packed(np.round((array - low) / size * 65535), "u16"), low.tolist(), high.tolist()
 
 
+def unquantised(text: str, low: Sequence[float], high: Sequence[float]) -> NDArray[np.float64]:
+    """Return the points (k, 3) [m] of `quantised`."""
+    return np.array(low) + (np.array(high) - np.array(low)) * unpacked(text).reshape(-1, 3) / 65535
+
+
 def transform(T: NDArray[np.float64]) -> list[float]:
     """Return a transform (4, 4) as the page reads it: 12 numbers, row by row."""
     return [float(value) for value in np.asarray(T, dtype=np.float64)[:3].ravel()]

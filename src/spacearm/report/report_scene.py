@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from spacearm.geometry import Polytope, PolytopeSet, Scene, Sphere, SphereSet, bounding_points
 from spacearm.motion import AnyTrajectory
+from spacearm.motion.trajectory import base_frames
 from spacearm.planner.goals import Goal, PoseGoal, PositionGoal
 from spacearm.report.report_meshes import Meshes, geometries_of, geometry_of
 from spacearm.report.report_page import transform
@@ -200,7 +201,7 @@ def _goals(robot: Robot, goal: Goal, trajectory: AnyTrajectory | None, base_star
         return [_target("goal", "pose", goal.pose, goal.position_tolerance)]
     configurations, T_w_b = np.atleast_2d(goal.q), base_start
     if trajectory is not None:
-        T_w_b = base_at(trajectory, np.array(trajectory.duration))
+        T_w_b = base_frames(trajectory, trajectory.duration)
         away = np.linalg.norm(configurations - trajectory.sample(trajectory.duration).q, axis=1)
         configurations = configurations[np.argsort(away, kind="stable")]
     tips = T_w_b @ forward_kinematics(robot, configurations[:_MOST_TARGETS])
@@ -209,10 +210,3 @@ def _goals(robot: Robot, goal: Goal, trajectory: AnyTrajectory | None, base_star
 
 def _target(name: str, kind: str, T: Array, radius: float = 0.0) -> Data:
     return {"name": name, "kind": kind, "T": transform(T), "radius": radius}
-
-
-def base_at(trajectory: AnyTrajectory, t: Array) -> Array:
-    """Return where a trajectory's base is, T_w_b (..., 4, 4) [m], at times (...,) [s]."""
-    from spacearm.show.drawing import base_frames
-
-    return base_frames(trajectory, t)

@@ -16,9 +16,10 @@ from spacearm.core.errors import ProblemError
 from spacearm.core.rotations import conjugate, multiplied
 from spacearm.dynamics import center_of_mass
 from spacearm.motion import AnyTrajectory
+from spacearm.motion.trajectory import base_frames
 from spacearm.planner.problem import BaseLimits
 from spacearm.proof.mechanism import JointMap, free_base_model, pinocchio
-from spacearm.show.drawing import RED, base_frames
+from spacearm.show.drawing import RED
 from spacearm.show.figure_style import (
     BLACK,
     BLUE,

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from spacearm.core.checks import as_readonly
 from spacearm.core.errors import ProblemError
-from spacearm.core.rotations import matrix_of
 from spacearm.geometry import (
     Box,
     ConvexShape,
@@ -21,6 +20,7 @@ from spacearm.geometry import (
     moved_shape,
 )
 from spacearm.motion import AnyTrajectory
+from spacearm.motion.trajectory import base_frames
 from spacearm.robot import LinkShape, Robot, forward_kinematics, joint_frames
 from spacearm.robot.kinematics import as_configurations
 from spacearm.robot.link_shapes import as_capsule
@@ -103,14 +103,6 @@ def _is_thick(part: LinkShape) -> bool:
     """Whether a shape is more than a line or a point, as the paper's links are."""
     capsule = as_capsule(part)
     return capsule is None or capsule.radius > 0
-
-
-def base_frames(trajectory: AnyTrajectory, t: ArrayLike) -> Array:
-    """Return where a trajectory's base is, T_w_b (..., 4, 4) [m], at times (...,) [s]."""
-    position, attitude = trajectory.base_pose(t)
-    T = np.zeros((*position.shape[:-1], 4, 4))
-    T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = matrix_of(attitude), position, 1.0
-    return T
 
 
 def tips(robot: Robot, q: ArrayLike) -> Array:

@@ -13,12 +13,11 @@ from spacearm.core.brief import Brief
 from spacearm.core.checks import shown
 from spacearm.core.errors import ProblemError, SettingsError
 from spacearm.motion import AnyTrajectory
-from spacearm.motion.trajectory import OnABase
+from spacearm.motion.trajectory import OnABase, base_frames
 from spacearm.planner import Plan, PoseGoal, PositionGoal, Problem
 from spacearm.planner.goals import ConfigurationsGoal, Goal
 from spacearm.proof import Certificate
 from spacearm.robot import Robot, forward_kinematics
-from spacearm.show.drawing import base_frames
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

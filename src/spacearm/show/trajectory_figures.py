@@ -16,10 +16,10 @@ from spacearm.core.errors import ProblemError, RobotError, SettingsError
 from spacearm.geometry import Scene
 from spacearm.geometry.scene import moved_scene
 from spacearm.motion import AnyTrajectory
+from spacearm.motion.trajectory import base_frames
 from spacearm.planner.clearance import clearances, self_clearances
 from spacearm.proof import Certificate
 from spacearm.robot import Robot
-from spacearm.show.drawing import base_frames
 from spacearm.show.figure_style import (
     BLACK,
     BLUE,

@@ -6,8 +6,10 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable
+from functools import partial
 
 _PERIOD = 1 / 30  # [s] between two ticks
+_LONGEST = 0.25  # [s] that a tick is told of at most, after a long action
 
 
 class LatestWorker:
@@ -16,7 +18,8 @@ class LatestWorker:
     Args:
         name: of the thread.
         failed: called with what an action raised.
-        tick: called some 30 times a second while it says so by returning True; None: there is nothing to be done regularly.
+        tick: called with the time since the last one [s], some 30 times a second, until it returns False; `wake` begins it
+            again. None: there is nothing to be done regularly.
     """
 
     def __init__(self, name: str, failed: Callable[[Exception], object], tick: Callable[[float], bool] | None = None) -> None:
@@ -73,8 +76,11 @@ class LatestWorker:
             if action is not None:
                 self._done(action)
             if self._ticking and self._tick is not None and now - last >= 0.9 * _PERIOD:
-                elapsed, last = min(now - last, 0.25), now
-                self._ticking = bool(self._done(lambda: self._tick(elapsed)))  # type: ignore[misc]  # noqa: B023
+                elapsed, last = min(now - last, _LONGEST), now
+                with self._condition:
+                    self._ticking = False  # unless it is woken during the tick, or the tick wants another one
+                if self._done(partial(self._tick, elapsed)):
+                    self.wake()
             elif not self._ticking:
                 last = now
             with self._condition:

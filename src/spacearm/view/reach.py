@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,12 +66,12 @@ def _looked_for(problem: Problem, settings: PlannerSettings) -> Reachable:
     if not len(found.q):
         report = explain_goal(problem, found)
         return Reachable(tone="bad", message=report.message or "the goal is out of reach", q=found.closest)
-    held = "; the base floats, so where the arm ends follows from the whole motion: this is with the base as it begins"
+    as_it_begins = "; the base floats, so where the arm ends follows from the whole motion: this is with the base as it begins"
     reaches = not in_space or found.searches == 0 or _is_reached(problem, found.q[0])
     if not reaches:
         return Reachable(
             tone="near",
-            message=f"no configuration reaches the goal with the base as it begins; it may in motion{held}",
+            message=f"no configuration reaches the goal with the base as it begins; it may in motion{as_it_begins}",
             q=found.q[0],
         )
     clear, asked = float(found.clearance[0]), problem.clearance
@@ -82,7 +82,9 @@ def _looked_for(problem: Problem, settings: PlannerSettings) -> Reachable:
     said += f", {clear * 1e3:.4g} mm clear" if np.isfinite(clear) else ""
     near = clear < asked
     said += f" ({asked * 1e3:.4g} mm are asked for)" if near else ""
-    return Reachable(tone="near" if near else "good", message=said + (held if floats and in_space else ""), q=found.q[0])
+    return Reachable(
+        tone="near" if near else "good", message=said + (as_it_begins if floats and in_space else ""), q=found.q[0]
+    )
 
 
 def _is_reached(problem: Problem, q: Array) -> bool:
@@ -124,7 +126,7 @@ def pulled(problem: Problem, q: Array, position: Array, wxyz: Array, *, turned: 
     T = product(T_b_w, pose(position, wxyz))
     T[3], T[:3, :3] = (0.0, 0.0, 0.0, 1.0), _rotation(T[:3, :3])
     goal = PoseGoal(T, frame=robot.tip) if turned else PositionGoal(T[:3, 3], frame=robot.tip)
-    reach = Reach(robot=robot, goal=replace(goal))
+    reach = Reach(robot=robot, goal=goal)
     found = polished(reach, q[None], robot.lower, robot.upper, rounds=_ROUNDS)
     distance, angle = goal_errors(reach, found)
     at = [

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spacearm.core.rotations import matrix_of
 from spacearm.motion import AnyTrajectory
+from spacearm.motion.trajectory import base_frames
 from spacearm.planner import Plan
 from spacearm.view.edited_problem import EditedProblem
 from spacearm.view.nearest import Nearest, Tone, nearest
@@ -57,10 +57,7 @@ class ShownMotion:
         """Return where the base is at a time, T_w_b (4, 4) [m]."""
         if not self.trajectory.base_model.follows_arm:
             return self.edited.problem.base_start
-        position, wxyz = self.trajectory.base_pose(t)
-        T = np.eye(4)
-        T[:3, :3], T[:3, 3] = matrix_of(np.asarray(wxyz)), position
-        return T
+        return base_frames(self.trajectory, t)
 
     def tip_path(self) -> Array:
         """Return the path of the end effector, (k, 3) in the inertial frame [m]."""

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spacearm.core.errors import SpacearmError
+from spacearm.core.rotations import quaternion_of
 from spacearm.view.clearance_curve import ClearanceCurve
 from spacearm.view.colors import BRAND
 from spacearm.view.control_panel import Actions, ControlPanel
@@ -272,8 +273,6 @@ class ViewerApp:
         edited = self.session.edited
         if "tip" not in self._dragged and self.scene.handles["tip"].visible:
             T = self.scene.tip_of(edited, edited.problem.start, edited.problem.base_start)
-            from spacearm.core.rotations import quaternion_of
-
             self.scene.put_handle("tip", as_handle(T[:3, 3], quaternion_of(np.ascontiguousarray(T[:3, :3]))))
         if "obstacle" not in self._dragged and self.panel.chosen >= 0:
             self.scene.put_handle("obstacle", edited.handle(self.panel.chosen))

@@ -16,6 +16,7 @@ from urllib.parse import urlsplit
 
 from spacearm.core.checks import shown
 from spacearm.core.errors import SettingsError
+from spacearm.core.extras import require_extra
 
 if TYPE_CHECKING:
     from viser import ViserServer
@@ -30,12 +31,7 @@ def require_viser() -> None:
     Raises:
         SettingsError: it is not installed.
     """
-    try:
-        import viser as _  # noqa: F401
-    except ImportError:
-        raise SettingsError(
-            "the viewer needs viser, expected it to be installed; install it with: pip install 'spacearm[view]'"
-        ) from None
+    require_extra("viser", "the viewer")
 
 
 def is_loopback(host: str) -> bool:
