@@ -167,7 +167,10 @@ def test_the_goal_is_dragged_by_its_handle(visit: Callable[[], Visit], viewer: A
     page.mouse.move(*point_on_screen(viewer, page, end), steps=6)
     page.wait_for_timeout(500)
     page.mouse.up()
-    page.wait_for_timeout(1000)
+    for _ in range(int(LONG / 100)):  # the page tells the viewer of it when it gets to it
+        if viewer.session.edited.problem.goal.position[2] - before[2] > 0.05:
+            break
+        page.wait_for_timeout(100)
     viewer.app.settle(60)
     after = np.array(viewer.session.edited.problem.goal.position)
     np.testing.assert_allclose(after[:2], before[:2], atol=1e-6)
