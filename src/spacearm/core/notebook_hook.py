@@ -1,7 +1,8 @@
 """What a notebook shows of a value beside its `repr`: HTML, made by whoever has registered for it.
 
 The values live on lower floors than `report`, which draws them: they know nothing of it. The package root, which may import
-every room, registers a function here that imports `report` when a notebook first asks; a program outside of notebooks never does.
+every room, registers a function here that imports `report` when a notebook first asks; a program outside of notebooks never
+does.
 """
 
 from __future__ import annotations
