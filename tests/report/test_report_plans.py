@@ -346,8 +346,8 @@ def test_several_plans_are_beside_each_other(plan: sa.Plan, floating: sa.Plan) -
 
 
 def test_the_verdict_of_two_plans_says_if_their_problems_differ(plan: sa.Plan) -> None:
-    emptier = replace(plan.problem, scene=sa.Scene([]))
-    other = sa.plan(emptier, plan.settings, rng=4)
+    elsewhere = replace(plan.problem, scene=sa.Scene([sa.Sphere((3, 3, 3), 0.1, name="buoy")]))
+    other = sa.plan(elsewhere, plan.settings, rng=4)
     for pair, differ in (([plan, other], True), ([plan, plan], False)):
         verdict = report_of_plans(pair, names=["first", "second"])["views"][0]["verdict"]
         assert verdict["headline"] == "Both motions are proven"
@@ -355,7 +355,7 @@ def test_the_verdict_of_two_plans_says_if_their_problems_differ(plan: sa.Plan) -
 
 
 def test_the_verdict_of_many_plans_counts_the_problems_that_differ(plan: sa.Plan) -> None:
-    other = sa.plan(replace(plan.problem, scene=sa.Scene([])), plan.settings, rng=4)
+    other = sa.plan(replace(plan.problem, scene=sa.Scene([sa.Sphere((3, 3, 3), 0.1, name="buoy")])), plan.settings, rng=4)
     verdict = report_of_plans([plan, other, other, other])["views"][0]["verdict"]
     assert verdict["text"].endswith("The problems of 3 motions differ from the first one's.")
 
