@@ -341,6 +341,23 @@ def test_several_plans_are_beside_each_other(plan: sa.Plan, floating: sa.Plan) -
     assert plan.trajectory is not None
     assert np.isnan(speed[t > plan.trajectory.duration * 1.001]).all()
     assert any("another robot" in note for note in section(view, "Differences between the problems")["notes"])
+    assert view["verdict"]["headline"] == "All 3 motions are proven"
+    assert "'adrift' has other obstacles, another robot" in view["verdict"]["text"]
+
+
+def test_the_verdict_of_two_plans_says_if_their_problems_differ(plan: sa.Plan) -> None:
+    elsewhere = replace(plan.problem, scene=sa.Scene([sa.Sphere((3, 3, 3), 0.1, name="buoy")]))
+    other = sa.plan(elsewhere, plan.settings, rng=4)
+    for pair, differ in (([plan, other], True), ([plan, plan], False)):
+        verdict = report_of_plans(pair, names=["first", "second"])["views"][0]["verdict"]
+        assert verdict["headline"] == "Both motions are proven"
+        assert ("'second' has other obstacles than 'first'" in verdict["text"]) is differ
+
+
+def test_the_verdict_of_many_plans_counts_the_problems_that_differ(plan: sa.Plan) -> None:
+    other = sa.plan(replace(plan.problem, scene=sa.Scene([sa.Sphere((3, 3, 3), 0.1, name="buoy")])), plan.settings, rng=4)
+    verdict = report_of_plans([plan, other, other, other])["views"][0]["verdict"]
+    assert verdict["text"].endswith("The problems of 3 motions differ from the first one's.")
 
 
 def test_plans_of_the_same_name_are_numbered(plan: sa.Plan) -> None:

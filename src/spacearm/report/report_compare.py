@@ -74,14 +74,27 @@ def _verdict(motions: Sequence[MeasuredSubject]) -> dict[str, str]:
     count = len(motions)
     said = "; ".join(f"{one.subject.name}: {verdict_of(one.subject)['headline'].lower()}" for one in motions)
     files = " That is what the files say; they were not proven again." if any(one.subject.from_file for one in motions) else ""
-    headline = (
-        f"{'All' if good == count else good} of {count} motions are proven" if good else f"None of {count} motions is proven"
+    notes = _different(motions)
+    few = len(notes) <= 2
+    differ = (
+        "".join(f" {note}" for note in notes) if few else f" The problems of {len(notes)} motions differ from the first one's."
     )
-    headline = f"All {count} motions are proven" if good == count else headline
-    return {"tone": "good" if good == count else "plain" if good else "bad", "headline": headline, "text": f"{said}.{files}"}
+    headline = (
+        f"{good} of {count} motions {'is' if good == 1 else 'are'} proven" if good else f"None of {count} motions is proven"
+    )
+    if good == count:
+        headline = "Both motions are proven" if count == 2 else f"All {count} motions are proven"
+    tone = "good" if good == count else "plain" if good else "bad"
+    return {"tone": tone, "headline": headline, "text": f"{said}.{files}{differ}"}
 
 
 def _differences(motions: Sequence[MeasuredSubject]) -> list[Data]:
+    """Return the section that says in what the problems differ, if they do."""
+    notes = _different(motions)
+    return [section("Differences between the problems", notes=notes, opened=True)] if notes else []
+
+
+def _different(motions: Sequence[MeasuredSubject]) -> list[str]:
     """Say in what the problems differ, for what the picture shows is the first one's."""
     first, notes = motions[0].subject, list[str]()
     scene = scene_as_list(first.scene)
@@ -99,7 +112,7 @@ def _differences(motions: Sequence[MeasuredSubject]) -> list[Data]:
             notes.append(
                 f"'{subject.name}' has {', '.join(differs)} than '{first.name}'; this view shows those of '{first.name}'."
             )
-    return [section("Differences between the problems", notes=notes, opened=True)] if notes else []
+    return notes
 
 
 def _table(motions: Sequence[MeasuredSubject]) -> Data:

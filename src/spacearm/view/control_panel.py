@@ -111,7 +111,7 @@ class ControlPanel:
         self._on(self.clearance, lambda: actions.clearance(float(self.clearance.value) / 1000))
         self.evaluations = self._number("Evaluations", edited.settings.evaluations or 0, least=0, step=1000)
         self.evaluations.hint = "Motions that the search looks at; 0: no limit beside the time, or the usual 20,000"
-        self.seconds = self._number("Time [s]", edited.settings.time_budget or 0.0, least=0.0, step=0.5)
+        self.seconds = self._number("Time limit [s]", edited.settings.time_budget or 0.0, least=0.0, step=0.5)
         self.seconds.hint = "Planning ends after this time; 0: no limit"
         for field in (self.evaluations, self.seconds):
             self._on(field, self._budget_changed)
