@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 import spacearm as sa
 from house.source import REPOSITORY
 from spacearm.core.errors import OutputError, ProblemError
+from spacearm.files.plan_file import plan_text
 from spacearm.report.report_curves import instants_of, sampled, turned_since_start
 from spacearm.report.report_page import page_html
 from spacearm.report.report_plan import report_of_plans
@@ -252,6 +254,61 @@ def test_a_certificate_that_is_nonsense_is_left_out(key: str, value: Any, plan: 
     view = content(page_html(report_of_plans(broken)))["views"][0]
     assert view["verdict"]["tone"] == "bad"
     assert any(f"no {key} that can be shown" in note for note in section(view, "Notes")["notes"])
+
+
+def _edit_motion(values: dict[str, Any]) -> None:
+    values["motion"]["control_points"][1][0] += 1e-3
+
+
+def _edit_scene(values: dict[str, Any]) -> None:
+    values["problem"]["obstacles"][0]["sphere"]["center"][0] += 1e-3
+
+
+def _edit_status(values: dict[str, Any]) -> None:
+    values["certificate"]["status"] = "fails"
+
+
+def _drop_certificate(values: dict[str, Any]) -> None:
+    values["certificate"] = None
+
+
+@pytest.mark.parametrize("edit", [_edit_motion, _edit_scene, _edit_status, _drop_certificate])
+def test_what_was_edited_since_its_proof_is_not_shown_as_proven(edit: Any, plan: sa.Plan, tmp_path: Path) -> None:
+    values = json.loads(plan_text(plan))
+    edit(values)
+    (tmp_path / "plan.json").write_text(json.dumps(values))
+    page = content(page_html(report_of_plans(sa.load_saved_plan(tmp_path / "plan.json"))))
+    said = page["views"][0]["verdict"]
+    assert said["tone"] == "bad"
+    assert "Proven" not in said["headline"]
+    assert "he file says that it is proven, which does not hold" in said["text"]
+    assert ["Clearance proven", "none"] in page["block"]
+    assert ["proven", "nothing"] in section(page["views"][0], "Clearance")["rows"]
+
+
+@pytest.mark.parametrize("value", [None, True, "x", [], {}, 10**400, 1e308, math.inf])
+@pytest.mark.parametrize("key", ["evaluations", "fitness", "by", "island"])
+def test_a_history_that_is_nonsense_is_left_out(key: str, value: Any, plan: sa.Plan, tmp_path: Path) -> None:
+    sa.save_plan(plan, tmp_path / "plan.json")
+    saved = sa.load_saved_plan(tmp_path / "plan.json")
+    history = [{**saved.search["history"][0], key: value if key != "by" or value != "x" else 3}, *saved.search["history"][1:]]
+    page = content(page_html(report_of_plans(replace(saved, search={**saved.search, "history": history}))))
+    assert "first motion" not in dict(section(page["views"][0], "Search")["rows"])
+
+
+@pytest.mark.parametrize("value", [10**400, math.inf, True])
+def test_a_certificates_number_that_is_none_is_left_out(value: Any, plan: sa.Plan, tmp_path: Path) -> None:
+    sa.save_plan(plan, tmp_path / "plan.json")
+    saved = sa.load_saved_plan(tmp_path / "plan.json")
+    broken = replace(saved, certificate={**(saved.certificate or {}), "clearance_m": value})
+    assert content(page_html(report_of_plans(broken)))["views"][0]["verdict"]["tone"] == "bad"
+
+
+def test_a_page_holds_no_infinite_number_and_no_half_character(plan: sa.Plan) -> None:
+    page = report_of_plans(plan, title="a\udcff</title><script>")
+    assert "<title>a?&lt;/title&gt;" in page_html(page).encode().decode()
+    with pytest.raises(ProblemError, match="too large to be drawn"):
+        page_html({**page, "views": [math.inf]})
 
 
 @pytest.mark.parametrize("given", [3, None, "plan.json", [], [1], {"a": 1}])

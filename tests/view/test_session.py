@@ -46,6 +46,19 @@ def test_a_plan_is_that_of_the_library(tmp_path: Path) -> None:
     assert not session.outdated
 
 
+def test_a_file_that_was_edited_is_not_said_to_be_proven(tmp_path: Path) -> None:
+    session = planned(session_of(FIRST, tmp_path))
+    path = session.save_plan("plan")
+    assert "says that it is proven" in session_of(path, tmp_path).motion.headline  # type: ignore[union-attr]
+    values = json.loads(path.read_text())
+    values["motion"]["control_points"][1][0] += 1e-3
+    (tmp_path / "edited.json").write_text(json.dumps(values))
+    motion = session_of(tmp_path / "edited.json", tmp_path).motion
+    assert motion is not None
+    assert (motion.headline, motion.tone) == ("From a file that was edited: not proven", "bad")
+    assert "it was edited" in motion.message
+
+
 def test_plan_pressed_twice_is_one_job(tmp_path: Path) -> None:
     session = session_of(FIRST, tmp_path)
     session.set_budget(None, 60.0)

@@ -60,6 +60,7 @@ KEY = "spacearm-plan"
 VERSION = 1
 _WHAT = "a plan file in JSON"
 _OF_SEARCH = ("message", "seed", "settings", "fitness", "goals", "history", "evaluations", "proofs", "interrupted", "base")
+_OTHER_MOTION = "the motion in the file is not the one that its certificate is about: its hash is another; it was edited"
 _NO_CLEARANCE = (
     "the file states no clearance, for it was written before there was one; it is taken as 0, which it was proven for"
 )
@@ -312,6 +313,16 @@ class SavedPlan(Brief, InNotebooks):
     is_old: bool = False
     search: dict[str, Any] = field(default_factory=dict[str, Any])
 
+    @property
+    def edits(self) -> list[str]:
+        """What is not as it was when the plan was made, by the file's hashes; a sentence each."""
+        said, notes = (self.certificate or {}).get("trajectory_hash"), []
+        if self.problem_hash != problem_hash(self.problem):
+            notes.append("the problem in the file is not the one that was planned: its hash is another; it was edited")
+        if said not in (None, trajectory_digest(self.trajectory)):
+            notes.append(_OTHER_MOTION)
+        return notes
+
     def _in_short(self) -> tuple[str, Rows]:
         said = self.certificate or {}
         rows = [("outcome", f"{self.status}, says the file; certify(saved.problem, saved.trajectory) proves it anew")]
@@ -491,7 +502,7 @@ def recheck_plan(path: str | os.PathLike[str], problem: Problem | None = None, *
     certificate = certify(against, trajectory, proof=proof, **{**_claimed(saved), **options})
     said = None if saved.certificate is None else saved.certificate.get("status")
     base = _base(against, trajectory, certificate)
-    notes = [*saved.trajectory.notes, *other, *_edited(saved), *([_NO_CLEARANCE] if problem is None and saved.is_old else [])]
+    notes = [*saved.trajectory.notes, *other, *saved.edits, *([_NO_CLEARANCE] if problem is None and saved.is_old else [])]
     notes += [*_other_problem(saved.problem, against), *_ends(against, trajectory, base)]
     agrees = None if said is None else said == certificate.status
     if agrees is False:
@@ -556,17 +567,6 @@ def _base(problem: Problem, trajectory: AnyTrajectory, certificate: Certificate)
 
 def _base_of(problem: Problem) -> dict[str, Any]:
     return {name: getattr(problem, name) for name in ("base", "base_start", "momentum")}
-
-
-def _edited(saved: SavedPlan) -> list[str]:
-    """Compare the file's hashes with what is in it."""
-    notes = []
-    if saved.problem_hash != problem_hash(saved.problem):
-        notes.append("the problem in the file is not the one that was planned: its hash is another; it was edited")
-    said = None if saved.certificate is None else saved.certificate.get("trajectory_hash")
-    if said is not None and said != trajectory_digest(saved.trajectory):
-        notes.append("the motion in the file is not the one that its certificate is about: its hash is another; it was edited")
-    return notes
 
 
 def _other_problem(planned: Problem, against: Problem) -> list[str]:

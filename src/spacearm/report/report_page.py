@@ -19,6 +19,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spacearm.core.errors import ProblemError
 from spacearm.core.output import write_new
 
 Packing = Literal["f32", "f64", "u8", "u16", "u32"]
@@ -148,18 +149,32 @@ def page_html(page: dict[str, Any]) -> str:
 
     Args:
         page: as `web/src/data.ts` describes it, without its version.
+
+    Raises:
+        ProblemError: a number in it is infinite or none.
     """
     without = "This report is drawn by a program in the page: allow JavaScript to see it."
-    data = json.dumps({"spacearm-report": VERSION, **page}, allow_nan=False, separators=(",", ":")).encode()
+    try:
+        data = json.dumps({"spacearm-report": VERSION, **page}, allow_nan=False, separators=(",", ":")).encode()
+    except ValueError:
+        raise ProblemError(
+            "the report holds a number that is infinite or none, expected finite ones; a measure of the robot, the scene or "
+            "the motion is too large to be drawn: check the units"
+        ) from None
     content = base64.b64encode(gzip.compress(data, 6, mtime=0)).decode("ascii")
     script, style, licences = (_part(name) for name in ("report.js", "report.css", "LICENCES.txt"))
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{html.escape(str(page['title']))}</title>\n<!--\n{licences}-->\n<style>{style}</style>\n</head>\n<body>\n"
+        f"<title>{html.escape(_printable(str(page['title'])))}</title>\n<!--\n{licences}-->\n<style>{style}</style>\n</head>\n<body>\n"
         f'<noscript>{without}</noscript>\n<main id="app"></main>\n'
         f'<script id="data" type="application/gzip;base64">{content}</script>\n<script>{script}</script>\n</body>\n</html>\n'
     )
+
+
+def _printable(text: str) -> str:
+    """Return text that a file can hold: what is no character, as of a name that is not UTF-8, is replaced."""
+    return text.encode(errors="replace").decode()
 
 
 def write_report(page: dict[str, Any], path: str | os.PathLike[str]) -> None:

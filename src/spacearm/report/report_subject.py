@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -153,22 +152,26 @@ def _of_plan(plan: Plan, name: str, command: str) -> Subject:
 
 def _of_saved(saved: Any, name: str, command: str) -> Subject:
     problem: Problem = saved.problem
-    certificate, broken = _readable(saved.certificate)
-    status = saved.status if saved.status in STATUSES else "not_proven"
+    certificate, *odd = _readable(saved.certificate)
+    odd = [*filter(None, odd), *saved.edits]
     said = "" if certificate is None else str(certificate["message"])
-    good = status == "found" and certificate is not None and certificate["status"] == "holds"
-    notes = _notes(problem, saved.trajectory)
+    good = saved.status == "found" and not odd and certificate is not None and certificate["status"] == "holds"
+    status = saved.status if saved.status in STATUSES else "not_proven"
+    message = "; ".join(filter(None, (STATUSES[status], said)))
+    if status == "found":
+        why = odd[0] if odd else said or "it has no certificate"
+        message = said if good else f"the file says that it is proven, which does not hold: {why}"
     return Subject(
         name=name or problem.robot.name,
         **_of_problem(problem),
         trajectory=saved.trajectory,
-        status=status,
+        status="not_proven" if status == "found" and not good else status,
         good=good,
-        message=said if good else "; ".join(filter(None, (STATUSES[status], said))),
-        certificate=certificate,
+        message=message,
+        certificate=None if odd else certificate,  # it is not about what is shown
         from_file=True,
         **_searched(getattr(saved, "search", {})),
-        notes=(*notes, *((("file", broken),) if broken else ())),
+        notes=(*_notes(problem, saved.trajectory), *(("file", one) for one in odd)),
         command=command,
     )
 
@@ -176,14 +179,14 @@ def _of_saved(saved: Any, name: str, command: str) -> Subject:
 def _searched(said: dict[str, Any]) -> dict[str, Any]:
     """Return what a file says of its search, as far as it is of the kind that is expected."""
     kinds: dict[str, type] = {"seed": int, "settings": dict, "evaluations": int, "proofs": int, "interrupted": bool}
-    out = {key: said[key] for key, kind in kinds.items() if isinstance(said.get(key), kind)}
+    out = {key: said[key] for key, kind in kinds.items() if _fits(said.get(key), kind)}
     fitness = said.get("fitness")
-    if isinstance(fitness, dict) and all(isinstance(value, (int, float)) for value in fitness.values()):
+    if isinstance(fitness, dict) and all(_fits(value, _NUMBER) for value in fitness.values()):
         out["fitness"] = fitness
     if isinstance(said.get("goals"), list):
         out["goals"] = len(said["goals"])
-    with suppress(TypeError):
-        out["history"] = tuple(Improvement(seconds=0.0, **one) for one in said.get("history", ()))
+    if _fits(said.get("history"), [_IMPROVEMENT]):
+        out["history"] = tuple(Improvement(seconds=0.0, **{key: one[key] for key in _IMPROVEMENT}) for one in said["history"])
     base = said.get("base")
     if isinstance(base, dict) and _are_texts(base.get("missed")):
         out["missed"] = tuple(base["missed"])
@@ -197,6 +200,8 @@ def _are_texts(given: Any) -> bool:
 _NUMBER = (int, float)
 _OPTIONAL = (int, float, type(None))
 _PAIR: dict[str, Any] = {"link": str, "other": str, "clearance_m": _NUMBER, "required_m": _NUMBER}
+_IMPROVEMENT = {"evaluations": int, "fitness": _NUMBER, "by": str, "goal": int, "interior_points": int, "island": int}
+_LARGEST = 2**53  # of counts; of other numbers 1e300
 _CERTIFICATE: dict[str, Any] = {
     "status": str,
     "message": str,
@@ -241,6 +246,9 @@ def _fits(value: Any, kind: Any) -> bool:
         return isinstance(value, dict) and all(key in value and _fits(value[key], one) for key, one in kind.items())
     if isinstance(kind, list):
         return isinstance(value, list) and all(_fits(one, kind[0]) for one in value)
+    if isinstance(value, (bool, int, float)) and kind is not bool:
+        most = _LARGEST if kind is int else 1e300
+        return not isinstance(value, bool) and isinstance(value, kind) and -most <= value <= most
     return isinstance(value, kind)
 
 

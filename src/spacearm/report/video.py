@@ -184,7 +184,7 @@ def record(
         html = Path(folder) / "report.html"
         html.write_text(page_html(page), encoding="utf-8")
         # The part is beside the video, so that it can take its name at once.
-        part = path.with_name(f".{path.stem}.{os.urandom(4).hex()}{path.suffix}")
+        part = path.with_name(f".{path.stem[:100]}.{os.urandom(4).hex()}{path.suffix}")
         try:
             with chromium_page(chromium, *film.size) as browser, _encoder(ffmpeg, part, film) as write:
                 _begin(browser, html)
@@ -237,7 +237,17 @@ def _encoder(ffmpeg: str, path: Path, film: Film) -> Iterator[Callable[[bytes], 
     given = ["-f", "image2pipe", "-c:v", "mjpeg", "-framerate", f"{film.fps:g}", "-i", "-", "-an"]
     with tempfile.TemporaryFile() as told:
         process = subprocess.Popen(
-            [ffmpeg, "-hide_banner", "-loglevel", "error", "-nostdin", "-y", *given, *_encoding(ffmpeg, path), str(path)],
+            [
+                ffmpeg,
+                "-hide_banner",
+                "-loglevel",
+                "error",
+                "-nostdin",
+                "-y",
+                *given,
+                *_encoding(ffmpeg, path),
+                f"file:{path}",
+            ],  # a name is no protocol or option
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=told,

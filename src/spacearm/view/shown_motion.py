@@ -111,13 +111,20 @@ def motion_of_file(edited: EditedProblem) -> ShownMotion | None:
     if saved is None:
         return None
     said = "" if saved.certificate is None else str(saved.certificate.get("status", ""))
-    holds = saved.status == "found" and said == "holds"
+    edited_since = saved.edits
+    holds = saved.status == "found" and said == "holds" and not edited_since
     return ShownMotion(
         edited=edited,
         trajectory=saved.trajectory,
         plan=None,
         status=saved.status,
-        headline="From a file, which says that it is proven" if holds else f"From a file, which says: {saved.status}",
-        message="The file's proof is not checked here: `spacearm certify` does that, or plan again.",
+        headline="From a file, which says that it is proven"
+        if holds
+        else "From a file that was edited: not proven"
+        if edited_since
+        else f"From a file, which says: {saved.status}",
+        message="; ".join(
+            [*edited_since, "The file's proof is not checked here: `spacearm certify` does that, or plan again."]
+        ),
         tone="near" if holds else "bad",
     )
