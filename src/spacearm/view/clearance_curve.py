@@ -56,7 +56,7 @@ class ClearanceCurve:
                 series=_SERIES,
                 scales={"x": {"time": False}, "y": {"range": (float(min(0.0, low)), float(1.08 * high))}},
                 legend={"show": False},
-                title="Clearance [mm], measured, over time [s]",
+                title="Clearance over time [mm], measured",
                 height=_HEIGHT,
                 order=0.5,
             )
