@@ -249,3 +249,10 @@ def test_a_command_in_a_terminal_without_colour(tmp_path: Path) -> None:
     assert code == 1
     assert "\x1b[38" not in text
     assert "\x1b[38;5;166merror" in in_terminal(90, "doctor", "examples/faulty_arm.urdf")[0]
+
+
+def test_codes_in_names_do_not_reach_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    show_list([("a\x1b[31m[red]b\u202e", "said\x1b]0;title\x07\rgone")])
+    out = capsys.readouterr().out
+    assert not set(out) & set("\x1b\x07\r\u202e")
+    assert "\\x1b[31m[red]b" in out

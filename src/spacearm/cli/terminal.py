@@ -106,8 +106,13 @@ def show_list(rows: Sequence[tuple[str, str]]) -> None:
         good, bad = first in _GOOD_WORDS, first.startswith(_BAD_WORDS)
         judged = name in ("status", "certificate", "file's certificate") and (good or bad)
         tone: Tone | None = ("good" if good else "bad") if judged else None
-        table.add_row(name, _text((first, tone), (said[len(first) :], None)))
+        table.add_row(_text((name, None)), _text((first, tone), (said[len(first) :], None)))
     _show(table, _console())
+
+
+def _harmless(words: str) -> str:
+    """Return words without codes that a terminal would obey, as names of files may hold them."""
+    return "".join(c if c.isprintable() or (c.isspace() and c not in "\r\v\f") else repr(c)[1:-1] for c in words)
 
 
 def _text(*parts: tuple[str, Tone | None]) -> Text:
@@ -115,7 +120,7 @@ def _text(*parts: tuple[str, Tone | None]) -> Text:
 
     text = Text()
     for words, tone in parts:
-        text.append(words, style="" if tone is None else f"color({_COLORS[tone]})")
+        text.append(_harmless(words), style="" if tone is None else f"color({_COLORS[tone]})")
     return text
 
 
