@@ -76,7 +76,7 @@ def _looked_for(problem: Problem, settings: PlannerSettings) -> Reachable:
         )
     clear, asked = float(found.clearance[0]), problem.clearance
     if clear <= 0:  # of a floating base: planning begins there all the same
-        return Reachable(tone="near", message=f"only configurations in collision reach it{held}", q=found.q[0])
+        return Reachable(tone="near", message=f"only configurations in collision reach it{as_it_begins}", q=found.q[0])
     count = len(found.q)
     said = f"{count} configuration{'s reach' if count > 1 else ' reaches'} it" if in_space else "the configuration is free"
     said += f", {clear * 1e3:.4g} mm clear" if np.isfinite(clear) else ""
