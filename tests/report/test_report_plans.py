@@ -286,6 +286,30 @@ def test_what_was_edited_since_its_proof_is_not_shown_as_proven(edit: Any, plan:
     assert ["proven", "nothing"] in section(page["views"][0], "Clearance")["rows"]
 
 
+def test_a_file_that_states_more_than_is_measured_is_not_shown_as_proven(plan: sa.Plan, tmp_path: Path) -> None:
+    values = json.loads(plan_text(plan))
+    values["certificate"]["clearance_m"] = values["certificate"]["closest"]["clearance_m"] + 1e-3
+    (tmp_path / "plan.json").write_text(json.dumps(values))
+    page = content(page_html(report_of_plans(sa.load_saved_plan(tmp_path / "plan.json"))))
+    said = page["views"][0]["verdict"]
+    assert said["tone"] == "bad"
+    assert "Proven" not in said["headline"]
+    assert "is measured for this page: it does not hold" in said["text"]
+    assert ["Clearance proven", "none"] in page["block"]
+
+
+def test_the_command_shows_nothing_of_a_file_but_known_settings(plan: sa.Plan, tmp_path: Path) -> None:
+    sa.save_plan(plan, tmp_path / "plan.json")
+    saved = sa.load_saved_plan(tmp_path / "plan.json")
+    settings = {**saved.search["settings"], "evaluations": 123, "x=__import__('os')": 1}
+    settings["swarm"] = {**settings["swarm"], "kind": "load_plan('/etc/passwd') or sa.PSO"}
+    page = content(page_html(report_of_plans(replace(saved, search={**saved.search, "settings": settings}))))
+    code = section(page["views"][0], "Make it again")["code"]
+    assert "evaluations=123" in code
+    assert "import__" not in code
+    assert "passwd" not in code
+
+
 @pytest.mark.parametrize("value", [None, True, "x", [], {}, 10**400, 1e308, math.inf])
 @pytest.mark.parametrize("key", ["evaluations", "fitness", "by", "island"])
 def test_a_history_that_is_nonsense_is_left_out(key: str, value: Any, plan: sa.Plan, tmp_path: Path) -> None:

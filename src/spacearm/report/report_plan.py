@@ -19,7 +19,7 @@ from spacearm.report.report_meshes import Meshes
 from spacearm.report.report_page import page_html, section
 from spacearm.report.report_scene import obstacles_data, pieces_of, robot_data, targets_data
 from spacearm.report.report_sections import block_of, mm, sections_of, verdict_of
-from spacearm.report.report_subject import Subject, subject_of
+from spacearm.report.report_subject import Subject, contradicted, subject_of
 from spacearm.report.report_visuals import visual_parts
 from spacearm.robot import Robot
 
@@ -72,6 +72,7 @@ def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), c
     parts = _Parts(Meshes(), [], {})
     parts.meshes.expect(sum(pieces_of(one.robot, one.scene) for one in subjects))
     measured = [_measure(subject, parts) for subject in subjects]
+    subjects = [one.subject for one in measured]
     views = [_view(one, parts) for one in measured[:MOST_VIEWS]]
     if len(measured) > MOST_VIEWS:
         parts.meshes.notes.append(f"the first {MOST_VIEWS} of {len(measured)} motions have a view of their own")
@@ -144,6 +145,7 @@ def _measure(subject: Subject, parts: _Parts) -> MeasuredSubject:
             which = {*even, len(at.t) - 1, int(np.argmin(found.least)), *np.searchsorted(at.t, also).tolist()}
             some = np.array(sorted(which))
             closest = motion.closest(at.t[some], found.least[some])
+            subject = contradicted(subject, float(found.least.min()))
     except SpacearmError as error:
         notes.append(f"clearances were not measured: {error}")
     return MeasuredSubject(subject, at, found, closest, tuple(notes), knots, robot)

@@ -327,14 +327,19 @@ def _again(subject: Subject) -> Section | None:
     return section("Make it again", code=command, notes=notes)
 
 
+_SETTINGS = ("FeasibleFirst", "IPSO", "PSO", "Penalty", "Weights")  # kinds that settings of the planner hold
+
+
 def _python_settings(settings: dict[str, Any]) -> str:
     """Return the settings that are not the defaults as arguments of a call."""
     plain = as_dict(PlannerSettings())
     given: list[str] = []
     for name, value in settings.items():
-        if plain.get(name) == value:
+        if plain.get(name) == value or name not in plain:  # a file may hold anything, and readers copy what they see
             continue
         if isinstance(value, dict) and "kind" in value:
+            if value["kind"] not in _SETTINGS or not all(key.isidentifier() for key in value):
+                continue
             usual: dict[str, Any] = plain[name] if isinstance(plain.get(name), dict) else {}
             inner = ", ".join(f"{key}={entry!r}" for key, entry in value.items() if key != "kind" and usual.get(key) != entry)
             given.append(f"{name}=sa.{value['kind']}({inner})")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -122,6 +122,23 @@ def subject_of(given: Any, *, name: str = "", command: str = "") -> Subject:
     )
 
 
+def contradicted(subject: Subject, measured: float) -> Subject:
+    """Return a subject that is not shown as proven where a file states more than is measured for the page.
+
+    Args:
+        subject: what the page shows.
+        measured: the least clearance of all pairs at the page's instants [m].
+    """
+    if not (subject.from_file and subject.good):
+        return subject
+    near = (subject.certificate or {}).get("near_pairs")  # they are held to less than the others
+    stated = 0.0 if near or subject.proven is None else subject.proven
+    if measured >= stated - _DISAGREEMENT:
+        return subject
+    why = f"the file states {stated * 1e3:.4g} mm, and {measured * 1e3:.4g} mm is measured for this page"
+    return replace(subject, good=False, status="not_proven", message=f"{why}: it does not hold", certificate=None)
+
+
 def _of_plan(plan: Plan, name: str, command: str) -> Subject:
     problem, certificate = plan.problem, plan.certificate
     return Subject(
@@ -201,6 +218,7 @@ _NUMBER = (int, float)
 _OPTIONAL = (int, float, type(None))
 _PAIR: dict[str, Any] = {"link": str, "other": str, "clearance_m": _NUMBER, "required_m": _NUMBER}
 _IMPROVEMENT = {"evaluations": int, "fitness": _NUMBER, "by": str, "goal": int, "interior_points": int, "island": int}
+_DISAGREEMENT = 1e-6  # [m] by which a measurement may be below what is proven
 _LARGEST = 2**53  # of counts; of other numbers 1e300
 _CERTIFICATE: dict[str, Any] = {
     "status": str,
