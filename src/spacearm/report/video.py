@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import IO, Any, NamedTuple, cast
 
 from spacearm.core.errors import OutputError, SettingsError
-from spacearm.core.output import require_writable
+from spacearm.core.output import require_writable, write_out
 from spacearm.report.headless_chromium import ChromiumPage, chromium_page, find_chromium
 from spacearm.report.report_page import page_html
 
@@ -183,7 +183,7 @@ def record(
     with tempfile.TemporaryDirectory(prefix="spacearm-video-") as folder:
         html = Path(folder) / "report.html"
         html.write_text(page_html(page), encoding="utf-8")
-        # The part is beside the video, so that it can take its name at once.
+        # The part is beside the video: a folder that cannot be written is found before the work is done.
         part = path.with_name(f".{path.stem[:100]}.{os.urandom(4).hex()}{path.suffix}")
         try:
             with chromium_page(chromium, *film.size) as browser, _encoder(ffmpeg, part, film) as write:
@@ -192,8 +192,7 @@ def record(
                     write(picture)
                     if progress is not None:
                         progress(i, film.frames)
-            require_writable(path, overwrite=overwrite)
-            os.replace(part, path)
+            write_out(path, part.read_bytes(), overwrite=overwrite)  # of two at once, one gets the name
         finally:
             with suppress(OSError):
                 part.unlink()
