@@ -61,7 +61,8 @@ bench: $(STAMPS)/package ## the swarm beside other libraries (BENCH="--quick --i
 wheel: $(STAMPS)/package $(STAMPS)/wheel ## a wheel into dist/, tried in a fresh environment without a compiler
 	@rm -rf build/wheel && mkdir -p build/wheel dist
 	@$(PIP) wheel --no-deps --no-build-isolation --config-settings=cmake.define.SPACEARM_WERROR=ON -w build/wheel .
-	@if [ "$$(uname)" = Linux ]; then PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(PY) -m auditwheel --quiet repair -w build/wheel/repaired build/wheel/*.whl; \
+	@if [ "$$(uname)" = Linux ]; then PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(PY) -m auditwheel repair -w build/wheel/repaired \
+	    build/wheel/*.whl > build/wheel/auditwheel.log 2>&1 || { cat build/wheel/auditwheel.log; exit 1; }; \
 	  else mkdir -p build/wheel/repaired && cp build/wheel/*.whl build/wheel/repaired; fi
 	@wheel=$$(ls build/wheel/repaired/*.whl) && $(PY) tools/check_wheel.py "$$wheel" && cp "$$wheel" dist/ && echo "dist/$$(basename "$$wheel")"
 
