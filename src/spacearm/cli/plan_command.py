@@ -124,7 +124,8 @@ def run(arguments: Sequence[str]) -> int:
                 problem, settings, rng=options.seed, progress=lambda what: bar(0, 0, what), watch=_watching(bar, settings)
             )
             if found.status in _WRONG and found.goal_search is None:
-                raise ProblemError(found.message)
+                seen = "" if found.status == "no_envelope" else f"; `spacearm view {options.problem}` shows it"
+                raise ProblemError(f"{found.message}{seen}")
         written = _save(found, folder)
         if not found.interrupted:
             written += _save_pictures(found, folder, options)
