@@ -11,6 +11,7 @@ import pytest
 
 from cli.conftest import PROBLEM, Refused, Told
 from spacearm.cli.report_command import names_of
+from spacearm.files import plan_file
 from support.report_pages import content
 
 
@@ -58,8 +59,32 @@ def test_one_plan_is_told_in_a_page(told: Told, planned: list[Path], tmp_path: P
     page = tmp_path / "page.html"
     code, out, err = told(["report", planned[0], "-o", page, "--title", "Mine"])
     assert (code, err) == (0, "")
-    assert re.search(rf"^plan +Proven for every instant, says the file\nwritten +{page} \(\d\.\d\d MB\); ", out, re.MULTILINE)
+    assert re.search(rf"^plan +Proven for every instant\nwritten +{page} \(\d\.\d\d MB\); ", out, re.MULTILINE)
     assert content(page.read_text())["title"] == "Mine"
+
+
+def test_a_plan_is_proven_again_and_not_believed(told: Told, planned: list[Path], tmp_path: Path) -> None:
+    values = json.loads(planned[0].read_text())
+    stated, values["certificate"]["clearance_m"] = values["certificate"]["clearance_m"], 3.0
+    values["certificate"]["message"] = "as far as the Moon"
+    (tmp_path / "forged.json").write_text(json.dumps(values))
+    assert told(["report", tmp_path / "forged.json", "-o", tmp_path / "page.html"])[0] == 0
+    page = content((tmp_path / "page.html").read_text())
+    assert "proven again for this page" in page["views"][0]["verdict"]["text"]
+    assert "Moon" not in json.dumps(page)
+    assert dict(page["block"])["Clearance proven"] == f"{stated * 1e3:.4g} mm"
+
+
+def test_a_plan_whose_new_proof_fails_is_not_shown_as_proven(
+    told: Told, planned: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = plan_file.certify
+    monkeypatch.setattr(plan_file, "certify", lambda *given, **options: real(*given, **options, jerk_limit=1e-9))
+    assert told(["report", planned[0], "-o", tmp_path / "page.html"])[0] == 0
+    verdict = content((tmp_path / "page.html").read_text())["views"][0]["verdict"]
+    assert verdict["tone"] == "bad"
+    assert "Proven" not in verdict["headline"]
+    assert "proven again for this page, it does not hold" in verdict["text"]
 
 
 def test_several_plans_are_compared_by_the_names_of_their_folders(told: Told, planned: list[Path], tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import Positional, arg
 
@@ -17,9 +17,12 @@ from spacearm.cli.arguments import parsed
 from spacearm.cli.progress import Bar, progress_bar
 from spacearm.cli.terminal import show_list
 from spacearm.core.checks import shown
-from spacearm.core.errors import OutputError, SettingsError
+from spacearm.core.errors import OutputError, SettingsError, SpacearmError
 from spacearm.core.interrupts import unbroken
 from spacearm.core.output import require_new
+
+if TYPE_CHECKING:
+    from spacearm.files.plan_file import Recheck
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +30,7 @@ class Options:
     """Write a report of saved plans: the robot in 3-D over time, its curves, and what is proven; one page for a browser.
 
     Or a video of its picture, or the moving scene for other programs. Several plans are drawn beside each other, the first one
-    solid and the others pale, with their figures in a table. What the files say of themselves is shown, and not proven again.
+    solid and the others pale, with their figures in a table. What the files call proven is proven again for the page.
 
     Attributes:
         plan: a plan.json.
@@ -58,19 +61,30 @@ def run(arguments: Sequence[str]) -> int:
     paths = (options.plan, *options.others)
     size = _required(options)
     with unbroken():
-        from spacearm.files import load_saved_plan
+        from spacearm.files.plan_file import load_saved_plan
         from spacearm.report.report_plan import report_of_plans
     with progress_bar("report") as bar:
-        saved = []
+        saved, again = [], []
         for i, path in enumerate(paths):
             bar(i, len(paths), str(path))
             saved.append(load_saved_plan(path))
+            again.append(_proven_again(path))
         bar(0, 0, "clearances, curves and scene")
-        page = report_of_plans(saved, title=options.title or "", names=names_of(paths))
+        page = report_of_plans(saved, title=options.title or "", names=names_of(paths), again=again)
         written = _write(options, page, size, bar)
     views = [(view["name"], view["verdict"]["headline"]) for view in page["views"]]
     show_list([*views, *(("written", f"{path} ({path.stat().st_size / 1e6:.2f} MB){said}") for path, said in written)])
     return 0
+
+
+def _proven_again(path: Path) -> Recheck | None:
+    """Return what a new proof of a saved plan finds; None for a plan that cannot be proven at all, which the page tells."""
+    from spacearm.files.plan_file import recheck_plan
+
+    try:
+        return recheck_plan(path)
+    except SpacearmError:
+        return None
 
 
 def _required(options: Options) -> tuple[int, int] | None:

@@ -19,7 +19,7 @@ from spacearm.report.report_meshes import Meshes
 from spacearm.report.report_page import page_html, section
 from spacearm.report.report_scene import obstacles_data, pieces_of, robot_data, targets_data
 from spacearm.report.report_sections import block_of, mm, sections_of, verdict_of
-from spacearm.report.report_subject import Subject, contradicted, subject_of
+from spacearm.report.report_subject import ProvenAgain, Subject, contradicted, subject_of
 from spacearm.report.report_visuals import visual_parts
 from spacearm.robot import Robot
 
@@ -46,7 +46,14 @@ class _Parts(NamedTuple):
         return self.places[id(robot)]
 
 
-def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), commands: Sequence[str] = ()) -> Data:
+def report_of_plans(
+    plans: Any,
+    *,
+    title: str = "",
+    names: Sequence[str] = (),
+    commands: Sequence[str] = (),
+    again: Sequence[ProvenAgain | None] = (),
+) -> Data:
     """Return the page of a report of one motion, or of several beside each other.
 
     Args:
@@ -54,6 +61,7 @@ def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), c
         title: of the page; "": by the robots' names.
         names: what the report calls them; by default the robots' names.
         commands: that make them again; by default those in Python.
+        again: what new proofs of saved plans found; None: what the file says is shown as that.
 
     Returns:
         The page as `web/src/data.ts` describes it, without its version: for `page_html` and `write_report`.
@@ -63,9 +71,10 @@ def report_of_plans(plans: Any, *, title: str = "", names: Sequence[str] = (), c
     """
     given = list(plans) if isinstance(plans, (list, tuple)) else [plans]
     called = _names([_robot_name(one) for one in given], names)
+    made = [*again, *[None] * (len(given) - len(again))]
     subjects = [
-        subject_of(one, name=name, command=command)
-        for one, name, command in zip(given, called, _padded(commands, len(given)), strict=True)
+        subject_of(one, name=name, command=command, again=recheck)
+        for one, name, command, recheck in zip(given, called, _padded(commands, len(given)), made, strict=True)
     ]
     if not subjects:
         raise ProblemError("plans is empty, expected a Plan, a SavedPlan or a Certificate, or several of them")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,13 +99,28 @@ class Subject:
         return self.certificate is not None and self.certificate.get("status") == "holds"
 
 
-def subject_of(given: Any, *, name: str = "", command: str = "") -> Subject:
+class ProvenAgain(Protocol):
+    """What a second proof of a saved plan found, such as `files.Recheck`."""
+
+    @property
+    def certificate(self) -> Certificate:
+        """The new one."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is odd about the file, a sentence each."""
+        ...
+
+
+def subject_of(given: Any, *, name: str = "", command: str = "", again: ProvenAgain | None = None) -> Subject:
     """Return what a report says of a plan, a saved plan, or a certificate.
 
     Args:
         given: one of these.
         name: what the report calls it; "": the robot's name.
         command: that makes it again; "": not known.
+        again: what a new proof of a saved plan found; None: there is none.
 
     Raises:
         ProblemError: something else.
@@ -115,7 +130,8 @@ def subject_of(given: Any, *, name: str = "", command: str = "") -> Subject:
     if isinstance(given, Certificate):
         return _of_certificate(given, name, command)
     if isinstance(getattr(given, "problem", None), Problem) and hasattr(given, "trajectory"):
-        return _of_saved(given, name, command)
+        said = _of_saved(given, name, command)
+        return said if again is None or given.edits or given.status != "found" else _proven_again(said, again)
     raise ProblemError(
         f"plans holds {shown(given)}, expected a Plan, a SavedPlan or a Certificate; make one with plan(problem), "
         "load_saved_plan(path) or certify(problem, trajectory)"
@@ -191,6 +207,19 @@ def _of_saved(saved: Any, name: str, command: str) -> Subject:
         notes=(*_notes(problem, saved.trajectory), *(("file", one) for one in odd)),
         command=command,
     )
+
+
+def _proven_again(said: Subject, again: ProvenAgain) -> Subject:
+    """Return a plan that its file calls found, with a certificate that was made anew in place of the file's own."""
+    certificate = again.certificate
+    notes = (*said.notes, *(("proven again", one) for one in again.notes if one not in dict(said.notes).values()))
+    made = replace(said, good=certificate.holds, from_file=False, certificate=certificate.as_dict(), notes=notes)
+    if certificate.holds:
+        return replace(
+            made, status="found", message=f"{STATUSES['found']}, and proven again for this page; {certificate.message}"
+        )
+    message = f"the file says that it is proven; proven again for this page, it does not hold: {certificate.message}"
+    return replace(made, status="not_proven", message=message)
 
 
 def _searched(said: dict[str, Any]) -> dict[str, Any]:
